@@ -46,12 +46,17 @@ def try_devices(devices: Iterable[DeviceEntry], seed: int = 0) -> list[Mistake]:
     """Build each device once on unconnected links, and return the mistakes that the devices find in their settings."""
     mistakes: list[Mistake] = []
     for entry in devices:
-        links: dict[str, Link[Any] | list[Link[Any]]] = {
-            name: [UnconnectedLink() for _ in buses] if name in entry.many else UnconnectedLink()
-            for name, buses in entry.links.items()
-        }
         try:
-            build_device(entry, clock=VirtualClock(), links=links, store=MemoryStore(), seed=seed)
+            build_alone(entry, seed)
         except ConfigError as wrong:
             mistakes += wrong.mistakes
     return list(dict.fromkeys(mistakes))  # one file may be wrong for several devices
+
+
+def build_alone(entry: DeviceEntry, seed: int = 0) -> Device:
+    """Return the device on unconnected links and with an empty memory.  ConfigError as from `build_device`."""
+    links: dict[str, Link[Any] | list[Link[Any]]] = {
+        name: [UnconnectedLink() for _ in buses] if name in entry.many else UnconnectedLink()
+        for name, buses in entry.links.items()
+    }
+    return build_device(entry, clock=VirtualClock(), links=links, store=MemoryStore(), seed=seed)

@@ -1,7 +1,11 @@
 """The messages of a rig, with time, bus and sender."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
+
+from fieldrig.clock import S
+
+_YEAR_NS: Final = 365 * 24 * 3600 * S
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,6 +17,11 @@ class TraceEntry:
     sender: str
     data: bytes
     """The message, as `Bus.encode` of its bus writes it."""
+
+
+def is_time_of_day(time_ns: int) -> bool:
+    """True if an instant of a trace counts from 1970, and not from the start of a rig in virtual time."""
+    return time_ns >= _YEAR_NS
 
 
 def is_batch(message: Any) -> bool:

@@ -1,7 +1,7 @@
 """Traces in files; the format follows from the ending of the name.
 
-Our own format is `trace_jsonl`.  Others are modules of the same shape (SUFFIX, write, read) under the entry points
-"fieldrig.trace_formats".
+Our own format is `trace_jsonl`.  Others are modules of the same shape (SUFFIX, FAMILIES, write, read) under the entry
+points "fieldrig.trace_formats".
 """
 
 import logging
@@ -29,6 +29,8 @@ REMEDY: Final = "name a file in a folder that is there, on a disk that has room"
 
 class Format(Protocol):
     SUFFIX: str
+    FAMILIES: frozenset[str]
+    """The families of buses whose messages it can hold; empty if it can hold all."""
 
     def write(self, entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int: ...
 
@@ -83,6 +85,7 @@ class Recorder:
         self.taken = 0
         self._lost = self._written = 0
         self._waiting = self._missing = 0  # written, but not yet on the disk; never written
+        self._on_disk = 0
         self._trouble, self._next_try_s = "", 0.0
         self._thread = Thread(target=self._write, name="trace", daemon=True)
         self._thread.start()
@@ -119,6 +122,7 @@ class Recorder:
 
     def _write(self) -> None:
         self._written = self._form.write(self._entries(), cast(BinaryIO, self._file), 0)
+        self._waiting = self._written - self._on_disk  # a format may write everything at the end
 
     def _entries(self) -> Iterator[TraceEntry]:
         while True:
@@ -152,6 +156,7 @@ class Recorder:
             if not had_trouble:
                 log.warning("%s: %s; messages are missing from here on", self._path, self._trouble)
             return False
+        self._on_disk += self._waiting
         self._waiting = 0
         if had_trouble:
             log.warning("%s: writing continues; %d messages are missing", self._path, self._missing)

@@ -14,6 +14,7 @@ from fieldrig.trace import TraceEntry
 from fieldrig.untrusted import read_json
 
 SUFFIX = ".jsonl"
+FAMILIES: frozenset[str] = frozenset()  # all
 LONGEST_LINE = 4 << 20  # bytes; the longest message is half of it as hex
 
 

@@ -135,6 +135,7 @@ def test_a_member_drives_a_bounded_number_of_wires_and_the_others_go_on() -> Non
     assert [delivery.message.value for delivery in model.collect(1)] == [1.0, 7]
 
 
+@pytest.mark.long
 def test_wires_of_members_that_are_gone_make_room_the_oldest_first() -> None:
     model = WiresModel()
     model.join("tank")
@@ -150,6 +151,7 @@ def test_wires_of_members_that_are_gone_make_room_the_oldest_first() -> None:
     assert [delivery.message.name for delivery in model.collect(9)] == ["tank.level", f"flood{members - 1}.0"]
 
 
+@pytest.mark.long
 def test_without_room_a_new_wire_is_dropped_while_all_drivers_are_there() -> None:
     model = WiresModel()
     for number in range(MOST_WIRES // MOST_OF_A_MEMBER + 1):

@@ -35,6 +35,8 @@ CAN_UTILS = program("cansend", "can-utils")
 MBPOLL = program("mbpoll")
 SOCAT = program("socat")
 TSHARK = program("tshark")
+GTKWAVE = program("vcd2fst", "gtkwave")
+SIGROK = program("sigrok-cli")
 LIBMODBUS = Need(
     "libmodbus",
     ("libmodbus-dev", "gcc", "libc6-dev"),

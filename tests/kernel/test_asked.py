@@ -27,6 +27,7 @@ def test_a_question_in_words(verb: str, message: object, words: str) -> None:
     assert asked(verb, message) == words
 
 
+@pytest.mark.long
 @given(JSON)
 def test_it_stays_short_whatever_was_asked(message: object) -> None:
     assert asked("get", message).startswith("get")

@@ -731,6 +731,7 @@ def test_any_values_anywhere_are_right_or_a_mistake(rest: dict[str, Any]) -> Non
         sys.path.remove(str(HERE))
 
 
+@pytest.mark.long
 def test_nesting_and_aliases_without_end_are_a_mistake(refused: Refused) -> None:
     assert "nested too deeply" in refused("[" * 3000)[0]
     assert "contains itself" in refused("time: &a [*a]")[0]

@@ -196,3 +196,17 @@ def test_a_trace_on_a_disk_that_stays_full_says_what_is_missing(
     recorder.take("wires", batch(0, "01", "02"))
     assert recorder.close() == f"{tmp_path}/x.jsonl: 0 messages; 2 are missing: No space left on device"
     assert (list(read(tmp_path / "x.jsonl")), disk.room) == ([], 0)
+
+
+def test_a_format_that_writes_at_the_end_says_what_is_missing_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    level = b'["tank.level",0.5,"m"]'.hex()
+    disk = Disk(monkeypatch, 0)
+    recorder = Recorder(tmp_path / "x.vcd")
+    recorder.take("wires", batch(0, level, level))
+    assert recorder.close() == f"{tmp_path}/x.vcd: 0 messages; 2 are missing: No space left on device"
+    disk.is_roomy = True
+    recorder = Recorder(tmp_path / "x.vcd")
+    recorder.take("wires", batch(0, level, level, "01"))
+    assert recorder.close() == f"{tmp_path}/x.vcd: 2 messages; 1 are of kinds that this format can't hold"

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
-from tests.pictures.svg import Drawing
+from fieldrig.svg import Drawing
 
 COLUMN: Final = 230
 ROW: Final = 96

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Final
 
-from tests.pictures.svg import Drawing
+from fieldrig.svg import Drawing
 
 LINE: Final = 19
 CHARACTER: Final = 7.9

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import Final
 
-from tests.pictures.svg import Drawing
+from fieldrig.svg import Drawing
 
 LEFT: Final = 130
 LANE: Final = 48

@@ -3,9 +3,8 @@
 from pathlib import Path
 from typing import Final
 
-from tests.pictures.svg import Drawing
-
 from fieldrig.config import BusEntry, RigConfig, load
+from fieldrig.svg import Drawing
 
 LEFT: Final = 240
 COLUMN: Final = 108

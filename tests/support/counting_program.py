@@ -18,7 +18,7 @@ class CountingProgram:
         self.files: Mapping[str, str] = {"count.txt": "n := n + 1;\nm := n;\n"}
         self.progress = self.problem = ""
         self.values: dict[str, Value] = {"n": 0, "m": 0}
-        self.forced: dict[str, Value] = {}
+        self.forced_values: dict[str, Value] = {}
         self.line = 1
         self.stops: Mapping[str, set[int]] = {}
         self.done: list[object] = []
@@ -31,7 +31,7 @@ class CountingProgram:
             self.values["m"] = self.values["n"]
             if self.on_sample is not None:
                 self.on_sample()
-        self.values |= self.forced
+        self.values |= self.forced_values
         self.line = 3 - self.line
         if self.line in self.stops.get("count.txt", ()):
             self.state = ProgramState.PAUSED
@@ -76,7 +76,7 @@ class CountingProgram:
             raise ValueError(f"{name} is not known")
         if equals:
             return Variable(text, text, "BOOL", self.values[name] == int(value))
-        return Variable(name, name, "INT", self.values[name], is_writable=True, is_forced=name in self.forced)
+        return Variable(name, name, "INT", self.values[name], is_writable=True, is_forced=name in self.forced_values)
 
     def write(self, path: str, value: Value) -> None:
         self.evaluate(path)
@@ -85,9 +85,12 @@ class CountingProgram:
     def force(self, path: str, value: Value | None) -> None:
         self.evaluate(path)
         if value is None:
-            self.forced.pop(path, None)
+            self.forced_values.pop(path, None)
         else:
-            self.forced[path] = self.values[path] = value
+            self.forced_values[path] = self.values[path] = value
+
+    def forced(self) -> Sequence[Variable]:
+        return [self.evaluate(name) for name in self.forced_values]
 
     def download(self, files: Mapping[str, str], *, is_online: bool) -> None:
         self.done.append((dict(files), is_online))

@@ -1,9 +1,9 @@
 """Checking a source text, for tests of the language: its program, its messages, the type of an expression."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from functools import cache
 
+from fieldrig.clock import VirtualClock
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import check
 from fieldrig_devices.iec.check.context import Context
@@ -12,11 +12,13 @@ from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.limits import MAX_4, Limits
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
-from fieldrig_devices.iec.host import Library, NativeFunction, Pending
+from fieldrig_devices.iec.host import Library, NativeFunction
+from fieldrig_devices.iec.library.selection import needed
 from fieldrig_devices.iec.library.sources import sources
 from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.program import ConfiguredObject, Program, Variable
-from fieldrig_devices.iec.types import Elementary, ObjectParameter, ObjectType, Type, Value
+from fieldrig_devices.iec.standalone import StandaloneHost
+from fieldrig_devices.iec.types import Elementary, ObjectParameter, ObjectType, Type
 from fieldrig_devices.languages.mistakes import Mistake
 
 MC_4 = ObjectType(
@@ -33,42 +35,20 @@ VAR_INPUT lAxis : DINT; END_VAR
 {native}
 END_FUNCTION
 """
+LIBRARIES = (Library("MAx-4.lib", LIBRARY, {"controllerenableset": NativeFunction(lambda axis: (0,))}, {}),)
 
 
-@dataclass
-class ConfiguredHost:
+class ConfiguredHost(StandaloneHost):
     """A controller with an axis and its own parameters; programs are only checked against it."""
 
-    libraries: Sequence[Library] = (
-        Library("MAx-4.lib", LIBRARY, {"controllerenableset": NativeFunction(lambda axis: (0,))}, {}),
-    )
-    object_types: Mapping[str, ObjectType] = field(default_factory=lambda: {"mc_4": MC_4, "pacdrivem": CONTROLLER})
-    objects: Mapping[str, ConfiguredObject] = field(
-        default_factory=lambda: {
+    def __init__(self, libraries: Sequence[Library] = LIBRARIES) -> None:
+        super().__init__(VirtualClock())
+        self.libraries = libraries
+        self.object_types = {"mc_4": MC_4, "pacdrivem": CONTROLLER}
+        self.objects = {
             "axis_10": ConfiguredObject("Axis_10", MC_4, 0x5000),
             "pacdrivem": ConfiguredObject("PacDriveM", CONTROLLER, 0x100),
         }
-    )
-    inputs: bytearray = field(default_factory=bytearray)
-    outputs: bytearray = field(default_factory=bytearray)
-
-    def read(self, address: int) -> Value:
-        raise KeyError(address)
-
-    def write(self, address: int, value: Value) -> None:
-        raise KeyError(address)
-
-    def read_slowly(self, address: int) -> Pending:
-        raise KeyError(address)
-
-    def write_slowly(self, address: int, value: Value) -> Pending:
-        raise KeyError(address)
-
-    def on_output(self, byte: int) -> None:
-        pass
-
-    def now_ms(self) -> int:
-        return 0
 
 
 @cache
@@ -90,9 +70,9 @@ def checked(
     host = host or ConfiguredHost()
     files = [*sources(dialect.name), *((library.name, library.text) for library in host.libraries)]
     files = files if with_libraries else []
-    units = [parsed(text, name, dialect) for name, text in files]
-    units += [parsed(text, f"{number}.st", dialect) for number, text in enumerate(texts, 1)]
-    return check(units, host, dialect, limits=limits)
+    own = [parsed(text, f"{number}.st", dialect) for number, text in enumerate(texts, 1)]
+    libraries = needed([parsed(text, name, dialect) for name, text in files], own, texts)
+    return check([*libraries, *own], host, dialect, limits=limits)
 
 
 def messages(

@@ -1,28 +1,30 @@
 """An IEC program that runs by itself: a host with nothing but memory, and the values of variables by name."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
+from fieldrig.clock import VirtualClock
 from fieldrig_devices.iec.compiler import Compiled, SourceFile, compile_project
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Library, Pending
 from fieldrig_devices.iec.program import ConfiguredObject
 from fieldrig_devices.iec.runtime import Runtime
+from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.thread import Thread
-from fieldrig_devices.iec.types import ObjectType, Value
+from fieldrig_devices.iec.types import Value
 
 ENOUGH_NS = 1_000_000_000
 MAIN = "PLC_PRG"
 
 
-class PlainHost:
+class PlainHost(StandaloneHost):
     """A controller with areas, a clock that the test sets, and parameters in a table."""
 
     def __init__(self, libraries: Sequence[Library] = (), objects: Sequence[ConfiguredObject] = ()) -> None:
+        super().__init__(VirtualClock())
         self.libraries = libraries
-        self.objects: Mapping[str, ConfiguredObject] = {one.name.lower(): one for one in objects}
-        self.object_types: Mapping[str, ObjectType] = {one.type.name.lower(): one.type for one in objects}
-        self.inputs, self.outputs = bytearray(65_536), bytearray(65_536)
+        self.objects = {configured.name.lower(): configured for configured in objects}
+        self.object_types = {configured.type.name.lower(): configured.type for configured in objects}
         self.written: list[int] = []
         """Bytes of %Q in the order in which they were written."""
         self.ms = 0
@@ -65,7 +67,10 @@ class IecBench:
         dialect: Dialect = EPAS_4,
         host: PlainHost | None = None,
         main: str = MAIN,
+        name: str = "main.st",
     ) -> None:
+        """`name` is the name of the file, whose ending says what is in it."""
+        self._name = name
         self.host = host or PlainHost()
         self.dialect = dialect
         self.compiled = self.compile(text)
@@ -74,7 +79,7 @@ class IecBench:
         self.thread: Thread = self.runtime.thread(self.compiled.program.pous[main.lower()])
 
     def compile(self, text: str, previous: Compiled | None = None) -> Compiled:
-        return compile_project([SourceFile("main.st", text)], self.host, self.dialect, previous=previous)
+        return compile_project([SourceFile(self._name, text)], self.host, self.dialect, previous=previous)
 
     def cycle(self, cycles: int = 1, budget_ns: int = ENOUGH_NS) -> int:
         """Run whole cycles in slices of a budget; return the processor time that they took."""

@@ -11,6 +11,20 @@ from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import BitRate, BusState, CanControl, CanError, CanState, ErrorKind, FaultNote
 from fieldrig_bus.modbus.message import ClientConnected, LineState, ModbusRequest, ModbusResponse
+from fieldrig_bus.opcua.message import (
+    Browse,
+    Call,
+    Find,
+    Kind,
+    Node,
+    Nodes,
+    Offer,
+    Outcome,
+    Outcomes,
+    Read,
+    Status,
+    Write,
+)  # fmt: skip
 from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst
 from fieldrig_bus.serial.message import Break, ControlLines, Format
 from fieldrig_bus.wires import Motion, Signal
@@ -34,6 +48,14 @@ GOOD: dict[type, list[Any]] = {
     Mst: [Mst(0, b"\xff\x04")],
     Mdt: [Mdt(b""), Mdt(b"\xff\x01\x02")],
     bytes: [b"", b"\x05\x00\x00"],
+    Offer: [Offer("plc", "a controller", 0)],
+    Browse: [Browse("plc", 1, ""), Browse("plc", 2, "PLC_PRG", 100)],
+    Find: [Find("plc", 1, "PLC_PRG.n")],
+    Read: [Read("plc", 1, ("a", "b")), Read("plc", 1, ())],
+    Write: [Write("plc", 1, "a", True), Write("plc", 1, "a", [1.5, nan]), Write("plc", 1, "a", "text")],
+    Call: [Call("plc", 1, "start")],
+    Nodes: [Nodes(1, (Node("a", "", "a", Kind.VARIABLE, "INT", 3, True, choices=(("red", 0),)),), False)],
+    Outcomes: [Outcomes(1, (Outcome(Status.GOOD, 1.5), Outcome(Status.REFUSED, None, "why")))],
     Signal: [Signal("pump.run", True), Signal("tank.level", 1.5, "m"), Signal("", -(1 << 63)),
              Motion("encoder", 7, "count", -5, 1.5, 0.0)],
 }  # fmt: skip
@@ -54,6 +76,14 @@ BAD: dict[type, list[Any]] = {
     CanError: [CanError(ErrorKind.BIT, next(iter(Place)), 1, 1, True, False, 8, 0)],
     BusState: [BusState(CanState.ACTIVE, 0, 0)],
     FaultNote: [FaultNote(1, "dropped")],
+    Offer: [Offer(_any(1), "", 0), Offer("plc", _any(None), 0), Offer("plc", "", _any("0")), Offer("p" * 2_000, "", 0)],
+    Browse: [Browse("plc", _any("1"), ""), Browse("plc", 1, _any(None)), Browse("plc", 1, "", _any(1.5))],
+    Find: [Find("plc", 1, _any(b"a")), Find("plc", 1, "a" * 2_000)],
+    Read: [Read("plc", 1, _any((1,))), Read("plc", 1, ("x",) * 201), Read("plc", 1, _any("ab"))],
+    Write: [Write("plc", 1, "a", _any(None)), Write("plc", 1, "a", _any({})), Write("plc", 1, "a", _any([None]))],
+    Call: [Call("plc", _any(None), "start")],
+    Nodes: [Nodes(1, (Node("x", "", "x"),) * 101), Nodes(1, (Node(_any(1), "", "x"),)), Nodes(1, _any(None))],
+    Outcomes: [Outcomes(1, (Outcome(Status.GOOD, _any({})),)), Outcomes(_any(True), ()), Outcomes(1, _any(("x",)))],
     ModbusRequest: [
         ModbusRequest(256, b"\x03"), ModbusRequest(-1, b"\x03"), ModbusRequest(1, b""), ModbusRequest(1, bytes(254)),
         ModbusRequest(1, b"\x03", -1), ModbusRequest(1, b"\x03", 1 << 32), ModbusRequest(_any("1"), b"\x03"),

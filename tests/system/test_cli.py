@@ -117,6 +117,10 @@ def test_traces_are_recorded_shown_and_converted(rig: RunningRig) -> None:
     assert "lamp.on = " in lines[0]
     assert rig.tool("trace", "convert", "some.jsonl", "same.jsonl").returncode == 0
     assert (rig.folder / "same.jsonl").read_bytes() == (rig.folder / "some.jsonl").read_bytes()
+    waves = rig.tool("trace", "record", "some.vcd", "wires", "-n", "5")
+    assert waves.stderr.endswith("some.vcd: 5 messages\n"), waves.stderr
+    assert "$scope module lamp $end\n$var wire 1 ! on $end" in (rig.folder / "some.vcd").read_text()
+    assert rig.tool("draw", "some.jsonl", "some.svg", "lamp.*").returncode == 0
     unknown = rig.tool("trace", "show", "some.doc")
     assert (unknown.returncode, ".jsonl" in unknown.stderr) == (2, True)
 

@@ -50,6 +50,15 @@ def decode(data: bytes) -> OpcUaMessage:
             raise MalformedError(f"not a message of OPC UA: {shown(found)}")
 
 
+def check_sent(message: Any) -> None:
+    """Raise TypeError or ValueError for a message that can't be on an OPC UA bus: one that would not arrive as it is."""
+    if type(message) not in _KINDS.values():
+        raise TypeError(f"expected a message of OPC UA, found {type(message).__name__}")
+    data = encode(message)
+    if encode(decode(data)) != data:
+        raise ValueError(f"{shown(message)} would not arrive as it is")
+
+
 def show(message: OpcUaMessage) -> str:
     """Return a message as one line."""
     match message:

@@ -7,7 +7,7 @@ NodeIds.  Messages are never changed.
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Final
+from typing import Final
 
 from fieldrig.device import Value
 
@@ -142,13 +142,3 @@ Answer = Nodes | Outcomes
 OpcUaMessage = Offer | Request | Answer
 REQUESTS: Final = (Browse, Find, Read, Write, Call)
 ANSWERS: Final = (Nodes, Outcomes)
-
-
-def check_sent(message: Any) -> None:
-    """Raise TypeError or ValueError for a message that can't be on an OPC UA bus."""
-    if not isinstance(message, (Offer, *REQUESTS, *ANSWERS)):
-        raise TypeError(f"expected a message of OPC UA, found {type(message).__name__}")
-    if isinstance(message, Nodes) and len(message.nodes) > MOST_NODES:
-        raise ValueError(f"{len(message.nodes)} nodes, expected at most {MOST_NODES}")
-    if isinstance(message, Read) and len(message.paths) > MOST_PATHS:
-        raise ValueError(f"{len(message.paths)} paths, expected at most {MOST_PATHS}")

@@ -17,7 +17,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal
 from asyncua import Server, ua
 from pydantic import Field
 
-from fieldrig.bus import Hub, ModelBus, Port, Time
+from fieldrig.bus import Hub, ModelBus, Port, Time, words_of
 from fieldrig.device import Tool, python_line
 from fieldrig.errors import BusError
 from fieldrig.net import bind_remedy, is_loopback, split_address
@@ -25,7 +25,7 @@ from fieldrig.settings import WrongKey
 from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_token, token
 from fieldrig.wording import closest
 from fieldrig_bus.net import Address, HubSettings
-from fieldrig_bus.opcua import codec, message
+from fieldrig_bus.opcua import codec
 from fieldrig_bus.opcua.address_space import AddressSpace
 from fieldrig_bus.opcua.certificate import make_certificate
 from fieldrig_bus.opcua.devices import Devices
@@ -80,10 +80,15 @@ class OpcUaServer(ModelBus[OpcUaMessage]):
     encode = staticmethod(codec.encode)
     decode = staticmethod(codec.decode)
     show = staticmethod(codec.show)
-    check = staticmethod(message.check_sent)
+    check = staticmethod(codec.check_sent)
 
     def __init__(self, name: str, settings: OpcUaSettings) -> None:
         super().__init__(name, settings)
+
+    def check_interest(self, interest: Any) -> None:
+        """Raise ValueError or TypeError for any interest, because each end receives what is meant for it."""
+        if any(True for _ in words_of(interest)):
+            raise ValueError("expected no interest, because each end receives what is meant for it")
 
     def model(self) -> OpcUaModel:
         return OpcUaModel()

@@ -1,5 +1,6 @@
 """Trace formats of other programs, which the entry points `fieldrig.trace_formats` name.
 
-A format is a module with `write(entries, file, start_unix_ns) -> int`, which returns the number of entries written
-(entries of families that the format can't represent are skipped), and `read(file) -> Iterator[TraceEntry]`.
+A format is a module with `SUFFIX`, with `FAMILIES`, which names the families of buses that it can hold or is empty if
+it can hold all, with `write(entries, file, start_unix_ns) -> int`, which returns the number of entries written (entries
+that the format can't represent are skipped), and with `read(file) -> Iterator[TraceEntry]`.
 """

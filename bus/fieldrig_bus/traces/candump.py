@@ -20,6 +20,7 @@ from fieldrig_bus.can.notices import BusState, CanError, Notice
 from fieldrig_bus.can.socketcan_errors import error_frame
 
 SUFFIX = ".log"
+FAMILIES = frozenset({"can"})
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:

@@ -30,6 +30,7 @@ from fieldrig_bus.modbus import codec as modbus_codec
 from fieldrig_bus.traces.modbus_packet import PacketMaker, messages_in
 
 SUFFIX = ".pcapng"
+FAMILIES: frozenset[str] = frozenset()  # all
 
 # tcpdump.org/linktypes.html
 ETHERNET, RAW_IP, USER0, CAN_SOCKETCAN, IPV4 = 1, 101, 147, 227, 228

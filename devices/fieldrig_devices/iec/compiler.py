@@ -113,7 +113,7 @@ def _compiled(
 ) -> Compiled:
     units, mistakes = [], list[Mistake]()
     libraries = [_library(text, name, dialect) for name, text in sources(dialect.name)]
-    libraries += [_library(one.text, one.name, dialect) for one in host.libraries]
+    libraries += [_library(library.text, library.name, dialect) for library in host.libraries]
     for number, file in enumerate(files):
         unit, found = read_source(file.name, file.text, dialect)
         units.append(unit)

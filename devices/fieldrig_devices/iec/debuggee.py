@@ -8,7 +8,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 
 from fieldrig.device import Value
-from fieldrig_devices.iec import tree
+from fieldrig_devices.iec import debugged_objects, tree
 from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.loaded import LoadedProgram
 from fieldrig_devices.iec.program import Space
@@ -117,7 +117,7 @@ class IecDebuggee:
         self._loaded().scheduler.stop()
 
     def go_on(self) -> None:
-        """Continue all tasks that stand at a breakpoint, and all tasks after a pause."""
+        """Continue all tasks that are halted by a breakpoint, and all tasks after a pause."""
         scheduler = self._loaded().scheduler
         for task in scheduler.tasks:
             if task.phase is Phase.HALTED:
@@ -143,29 +143,61 @@ class IecDebuggee:
     def variables(self, path: str) -> Sequence[Variable]:
         program = self._loaded()
         if path and program.runtime.symbols.find(path) is None:
+            parameters = debugged_objects.inside(program.host, path)
+            if parameters is not None:
+                return parameters
             raise ValueError(f"{path} is not a variable of the program")
         return [self._shown(program.runtime, symbol) for symbol in program.runtime.symbols.children(path)]
 
     def evaluate(self, text: str, thread: int | None = None) -> Variable:
-        runtime = self._loaded().runtime
+        program = self._loaded()
         expression = expression_of(text)
 
         def read(path: str) -> Value:
-            return runtime.read(self._symbol(path, thread))
+            found = self._named(program, path, thread)
+            if found.value is None:
+                raise ValueError(f"{path}: {found.about or 'a group of values'}: expected a single value")
+            return found.value
 
         path = path_of(expression, read)
         if path is not None:
-            return self._shown(runtime, self._symbol(path, thread))
+            return self._named(program, path, thread)
         value = evaluate(expression, read)
         return Variable(text, text, _TYPES[type(value)], value)
 
+    def _named(self, program: LoadedProgram, path: str, thread: int | None) -> Variable:
+        """Return a variable, an object, or a parameter of one; variables hide objects of the same name."""
+        try:
+            return self._shown(program.runtime, self._symbol(path, thread))
+        except ValueError:
+            found = debugged_objects.find(program.host, path)
+            other = debugged_objects.shown(program.host, found) if found else debugged_objects.group(program.host, path)
+            if other is None:
+                raise
+            return other
+
     def write(self, path: str, value: Value) -> None:
+        program = self._loaded()
+        found = debugged_objects.find(program.host, path)
+        if found is not None and program.runtime.symbols.find(path) is None:
+            debugged_objects.write(program.host, found, self._typed(found.symbol, value))
+            return
         symbol = self._symbol(path, None)
         self._loaded().runtime.write(symbol, self._typed(symbol, value))
 
     def force(self, path: str, value: Value | None) -> None:
+        program = self._loaded()
+        if program.runtime.symbols.find(path) is None and debugged_objects.find(program.host, path) is not None:
+            raise ValueError(f"{path} cannot be forced: it is a parameter of the controller\nexpected a variable")
         symbol = self._symbol(path, None)
         self._loaded().runtime.force(symbol, None if value is None else self._typed(symbol, value))
+
+    def forced(self) -> Sequence[Variable]:
+        program = self.program
+        if program is None:
+            return []
+        runtime = program.runtime
+        return [self._shown(runtime, self._symbol(path, None)) for path in runtime.forced]
 
     @staticmethod
     def _shown(runtime: Runtime, symbol: Symbol) -> Variable:

@@ -42,6 +42,8 @@ class Dialect:
     mixes_integers: bool = True
     """Integers and bit strings of the same size go into one another, and AND, OR, XOR, NOT and arithmetic take both, as
     in CoDeSys V2.3.  Otherwise each value of the one type must be one of the other, and bit strings are no numbers."""
+    allows_trailing_commas: bool = False
+    """`Lamp(IN := a, PT := t,);`: a comma behind the last argument, which today's tools accept."""
     allows_calls_without_brackets: bool = True
     """`Reset;` calls the action or program Reset, as in CoDeSys V2.3."""
     significant_characters: int = 32
@@ -72,6 +74,7 @@ EDITION_3: Final = Dialect(
     allows_negative_times=True,
     allows_time_overflow=True,
     mixes_integers=False,
+    allows_trailing_commas=True,
     allows_calls_without_brackets=False,
     significant_characters=0,
     bit_address_bytes=0,

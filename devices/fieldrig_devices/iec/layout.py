@@ -72,7 +72,7 @@ def variable_size(variable: Variable) -> int:
 def members(kind: BlockType) -> list[Variable]:
     """The variables of an instance that have a cell."""
     found = kind.pou.variables.values() if kind.pou is not None else ()
-    return [one for one in found if one.space is Space.INSTANCE and one.location is None]
+    return [variable for variable in found if variable.space is Space.INSTANCE and variable.location is None]
 
 
 @dataclass(slots=True)
@@ -101,7 +101,7 @@ def place(program: Program, previous: Layout | None = None) -> Layout:
     for pou in program.pous.values():
         _place_locals(pou)
     forms = Forms()
-    placed = [one for one in program.globals.items() if one[1].location is None]
+    placed = [item for item in program.globals.items() if item[1].location is None]
     layout = Layout()
     for name, variable in placed:
         form = forms.of(variable.type)
@@ -201,15 +201,17 @@ class Images:
         match kind:
             case ArrayType(element=element, count=count):
                 given = initial if isinstance(initial, list) else []
-                cells = [cell for one in given for cell in self.cells(element, one)]
+                cells = [cell for value in given for cell in self.cells(element, value)]
                 return cells + self.cells(element) * (count - len(given))
             case StructType():
                 own = initial if isinstance(initial, dict) else {}
-                parts = [(one.type, own.get(name, one.initial)) for name, one in kind.fields.items()]
+                parts = [(field.type, own.get(name, field.initial)) for name, field in kind.fields.items()]
                 return [cell for part, start in parts for cell in self.cells(part, start)]
             case BlockType():
                 own = initial if isinstance(initial, dict) else {}
-                return [cell for one in members(kind) for cell in self.variable(one, own.get(one.name.lower()))]
+                return [
+                    cell for member in members(kind) for cell in self.variable(member, own.get(member.name.lower()))
+                ]
         padding: list[Value] = [0] * (kind.size - 1)
         return [start_value(kind, initial), *padding]
 
@@ -229,9 +231,11 @@ class Images:
             case ArrayType(element=element, count=count):
                 return self.kinds(element) * count
             case StructType():
-                return b"".join(self.kinds(one.type) for one in kind.fields.values())
+                return b"".join(self.kinds(field.type) for field in kind.fields.values())
             case BlockType():
-                return b"".join(_REFERENCE if one.is_reference else self.kinds(one.type) for one in members(kind))
+                return b"".join(
+                    _REFERENCE if member.is_reference else self.kinds(member.type) for member in members(kind)
+                )
         stored = storage(kind)
         assert stored is not None, kind
         return bytes([kind_number(stored)]).ljust(kind.size, b"\0")
@@ -267,4 +271,4 @@ def stack_of(task_number: int) -> int:
 
 
 def globals_of(program: Program) -> Mapping[str, Variable]:
-    return {name: one for name, one in program.globals.items() if one.location is None}
+    return {name: variable for name, variable in program.globals.items() if variable.location is None}

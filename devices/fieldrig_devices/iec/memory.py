@@ -80,11 +80,13 @@ def limiter(kind: Type) -> Callable[[Value], Value]:
 
 
 class Memory:
-    def __init__(self, host: Host, areas: Mapping[str, bytearray], images: Images, forms: Sequence[Type]) -> None:
-        """`areas` are the contents of %I, %Q and %M; `forms` are the types that generated code names by number."""
-        self._host, self._areas, self._images, self._forms = host, areas, images, forms
-        self.cells: list[Value] = [0] * DATA
-        self.kinds = bytearray(DATA)
+    def __init__(self, host: Host, areas: Mapping[str, bytearray], images: Images, end: int) -> None:
+        """`areas` are the contents of %I, %Q and %M; the cells reach up to `end`, the end of the program's layout."""
+        self._host, self._areas, self._images = host, areas, images
+        self._forms: Sequence[Type] = ()
+        """The types that generated code names by number."""
+        self.cells: list[Value] = [0] * end
+        self.kinds = bytearray(end)
         """The kinds of values that begin at a cell (`layout.KINDS`); 0 where none begins."""
 
     def grow(self, end: int) -> None:
@@ -181,9 +183,9 @@ class Memory:
         self._check(address, size)
         found = bytearray(size)
         for start, data in self._values(address, size):
-            for offset, one in enumerate(data, start - address):
+            for offset, byte in enumerate(data, start - address):
                 if 0 <= offset < size:
-                    found[offset] = one
+                    found[offset] = byte
         return bytes(found)
 
     def _put_bytes(self, address: int, data: bytes) -> None:
@@ -192,8 +194,8 @@ class Memory:
             table, byte, letter = area
             table[byte : byte + len(data)] = data
             if letter == "Q":
-                for one in range(byte, byte + len(data)):
-                    self._host.on_output(one)
+                for number in range(byte, byte + len(data)):
+                    self._host.on_output(number)
             return
         self._check(address, len(data))
         for start, old in self._values(address, len(data)):

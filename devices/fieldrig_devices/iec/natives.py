@@ -39,9 +39,9 @@ class Natives:
 
     def forget(self) -> None:
         """Tell all native blocks that their instances begin again."""
-        for one in self._functions.values():
-            if isinstance(one, NativeBlock):
-                one.forget()
+        for native in self._functions.values():
+            if isinstance(native, NativeBlock):
+                native.forget()
 
     def names(self) -> dict[str, Any]:
         names: dict[str, Any] = {
@@ -64,12 +64,14 @@ class Natives:
         known = self._functions.get(pou.name.lower())
         if known is None:
             return lambda base: _missing(pou.name)
-        inputs = [one for one in pou.variables.values() if one.section in (Section.INPUT, Section.IN_OUT)]
-        outputs = [one for one in pou.variables.values() if one.section is Section.OUTPUT]
+        inputs = [
+            variable for variable in pou.variables.values() if variable.section in (Section.INPUT, Section.IN_OUT)
+        ]
+        outputs = [variable for variable in pou.variables.values() if variable.section is Section.OUTPUT]
         if pou.result is not None:
-            outputs = [pou.result, *(one for one in outputs if one is not pou.result)]
-        places = [(one.offset, _cells_of(one)) for one in inputs]
-        stores = [(one.offset, limiter(one.type)) for one in outputs]
+            outputs = [pou.result, *(variable for variable in outputs if variable is not pou.result)]
+        places = [(variable.offset, _cells_of(variable)) for variable in inputs]
+        stores = [(variable.offset, limiter(variable.type)) for variable in outputs]
         is_block, cells = isinstance(known, NativeBlock), self._memory.cells
 
         def store(base: int, results: Results) -> None:

@@ -37,7 +37,7 @@ class Runtime:
         self.markers = bytearray(AREA_SIZE)
         """The area %M."""
         self._areas = {"I": host.inputs, "Q": host.outputs, "M": self.markers}
-        self._memory = Memory(host, self._areas, self._images, ())
+        self._memory = Memory(host, self._areas, self._images, compiled.layout.end)
         self.memory = self._memory.cells
         self._forced: dict[str, tuple[Symbol, Value]] = {}
         self._stops: dict[str, set[int]] = {}

@@ -78,7 +78,7 @@ def parts(symbol: Symbol) -> list[Symbol]:
     kind = symbol.type
     if isinstance(kind, ArrayType):
         found = (_element(symbol, index) for index in range(kind.low, kind.high + 1))
-        return [one for one in found if one is not None]
+        return [symbol for symbol in found if symbol is not None]
     if isinstance(kind, StructType):
         return [_part(symbol, name) or symbol for name in kind.fields]
     if isinstance(kind, BlockType) and kind.pou is not None:

@@ -175,7 +175,7 @@ class Thread:
         task = self._task
         if task.state in (TaskState.IDLE, TaskState.ENDED):
             return []
-        here = [(task.routine, task.pc), *((one.routine, one.pc - 1) for one in reversed(task.stack))]
+        here = [(task.routine, task.pc), *((caller.routine, caller.pc - 1) for caller in reversed(task.stack))]
         return [self._place(routine, pc) for routine, pc in here]
 
     def _place(self, routine: int, pc: int) -> Place:

@@ -63,6 +63,7 @@ _MISSPELLED_SIGNS: Final[Mapping[str, tuple[str, str]]] = {
     ": =": (":=", "There is no blank in the sign of the assignment."),
 }
 
+_BLANKS: Final = " \t\r\f\v"
 _PATTERN: Final = re.compile(
     r"""[ \t\r\f\v]*+(?:
       ([^\W\d]\w*+)(?!\#)
@@ -79,9 +80,9 @@ _PATTERN: Final = re.compile(
     | ([0-9](?:_?[0-9])*+(?:\.[0-9](?:_?[0-9])*+(?:E[-+]?[0-9]++)?|E[-+]?[0-9]++)(?!\w))
     | ([0-9]+\#\w*)
     | (%[IQM](?:[XBWDL](?:\*|[0-9]+(?:\.[0-9]+)*)|\*|[0-9]+(?:\.[0-9]+)*)(?!\w))
-    | (\{[^}\n]*+\})
+    | (\{[^{}]*+\})
     | (\(\*.*+)
-    | (['"‘’“”´`][^\n]*?(?=[ \t]*\)*[ \t]*;?[ \t\r]*(?:\n|\Z|\(\*|//)))
+    | (['"‘’“”´`](?:[ \t\r]*+(?:\)++|[^ \t\r\n]))*?(?=[ \t\r]*+\)*+[ \t\r]*+;?+[ \t\r]*+(?:\n|\Z|\(\*|//)))
     | ([0-9]\w*+(?:\.[0-9]\w*+)?|%\w*(?:\.[0-9]+)*|.)
     )""",
     re.VERBOSE | re.DOTALL | re.IGNORECASE,
@@ -143,7 +144,11 @@ def keywords(dialect: Dialect) -> frozenset[str]:
 class _Scanner:
     def __init__(self, text: str, file: str, dialect: Dialect, first_line: int) -> None:
         self._text, self._file, self._dialect = text, file, dialect
+        self._end = len(text.rstrip(_BLANKS))
+        """Blanks at the end are left out: the pattern would look through them again from each of them."""
         self._line, self._line_start = first_line, 0
+        self._is_unbalanced = False
+        """True once a comment had more beginnings than ends up to the end of the text; no other is searched then."""
         self._keywords = keywords(dialect)
         self._words: dict[str, str] = {}
         """The kind of each word that has occurred; words with a mistake are not in it."""
@@ -168,7 +173,7 @@ class _Scanner:
         add_kind, add_text, add_place = found.kinds.append, found.texts.append, found.places.append
         words, new = self._words, tuple.__new__
         line, line_start = self._line, self._line_start
-        for match in _PATTERN.finditer(self._text, position):
+        for match in _PATTERN.finditer(self._text, position, self._end):
             group = match.lastindex
             if group == _NEWLINE:
                 line += 1
@@ -225,6 +230,7 @@ class _Scanner:
                 self._add(NATIVE, text, position)
             else:
                 self._keep(text)
+                return self._after(text, position) if "\n" in text else None
         elif group == _OPEN_COMMENT:
             self._say(position, "the comment is not closed", "*) at its end")
             self._found.is_cut = True
@@ -288,6 +294,8 @@ class _Scanner:
     def _nested(self, text: str, position: int) -> int:
         """Return the end of a comment that contains the beginning of another, or -1 if it has none."""
         depth, at = 0, position
+        if self._is_unbalanced:
+            return position + len(text)
         for match in re.compile(r"\(\*|\*\)").finditer(self._text, position):
             if match.start() < at:  # the bracket of "(*)"
                 continue
@@ -300,6 +308,7 @@ class _Scanner:
                     self._say(inner, "a comment begins inside a comment", "*) first", hint)
                 return at
         if not self._dialect.nests_comments:
+            self._is_unbalanced = True
             return position + len(text)
         self._say(position, "the comment is not closed", "a *) for each (* in it")
         self._found.is_cut = True
@@ -320,7 +329,7 @@ class _Scanner:
     def _junk(self, text: str, position: int) -> None:
         if _TIME_WITHOUT_PREFIX.fullmatch(text):
             self._say(position, f"{text} has no T# in front of it", f"T#{text}", f"A time is written T#{text}.")
-            self._add(INTEGER, "0", position)
+            self._add(TYPED, "T#0ms", position)
         elif text[0].isascii() and text[0].isdigit():
             expected = "a name that begins with a letter or an underscore"
             self._say(position, f"{text} is neither a number nor a name", expected)

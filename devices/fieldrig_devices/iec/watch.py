@@ -77,8 +77,19 @@ def evaluate(expression: tree.Expression, read: Read) -> Value:
             return bool(_whole(evaluate(of, read)) >> number & 1)
         case tree.Unary(operator=operator, operand=operand):
             return _unary(operator, evaluate(operand, read))
-        case tree.Binary(operator=operator, left=left, right=right):
-            return _binary(operator, evaluate(left, read), evaluate(right, read))
+        case tree.Binary():
+            chain = []
+            first: tree.Expression = expression
+            while isinstance(first, tree.Binary):
+                chain.append(first)
+                first = first.left
+            value = evaluate(first, read)
+            try:
+                for term in reversed(chain):
+                    value = _binary(term.operator, value, evaluate(term.right, read))
+            except OverflowError as cause:  # an integer beyond the range of LREAL
+                raise ValueError("the result is too large") from cause
+            return value
     raise ValueError("expected an expression of variables, constants and operators")
 
 

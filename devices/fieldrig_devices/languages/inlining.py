@@ -51,7 +51,7 @@ class Inlining:
         routine = self._routines[number]
         if len(routine.lines) > MOST or not all(map(_is_plain, routine.instructions[:-1])):
             return None
-        calls = sum(isinstance(one, Call) for one in routine.instructions)
+        calls = sum(isinstance(instruction, Call) for instruction in routine.instructions)
         if not isinstance(routine.instructions[-1], End) or len(self.calls(number)) != calls:
             return None
         if self._length(number) > MOST:

@@ -122,7 +122,9 @@ class Routine:
         self.fast_leaders: frozenset[int] = frozenset()
         self.for_debugging = b""
         """A pickled `ForDebugging`, if it has been made in advance."""
-        self.targets = {pc: one.targets for pc, one in enumerate(instructions) if isinstance(one, Switch)}
+        self.targets = {
+            pc: instruction.targets for pc, instruction in enumerate(instructions) if isinstance(instruction, Switch)
+        }
         """The table of each Switch."""
         self._content: tuple[tuple[Instruction, ...], frozenset[str]] | None = tuple(instructions), registers
         self._packed = b""

@@ -54,7 +54,7 @@ def _checked_once(texts: list[str]) -> list[str | None]:
             else:
                 checked[text.strip()] = check[1], depth
         elif (write := _SET.search(text)) is not None:
-            checked = {line: one for line, one in checked.items() if one[0] != write[1]}
+            checked = {line: operand for line, operand in checked.items() if operand[0] != write[1]}
     return found
 
 

@@ -147,7 +147,7 @@ class Code:
         rules: sandbox.Rules | None = None,
     ) -> None:
         """`stack_size` is the size of a task's stack: the number of active routines where all frames have size 1."""
-        self.routines = [one if isinstance(one, Routine) else Routine(one) for one in routines.values()]
+        self.routines = [routine if isinstance(routine, Routine) else Routine(routine) for routine in routines.values()]
         self.numbers = {name: number for number, name in enumerate(routines)}
         self.names_of_routines = list(routines)
         self.stack_size = stack_size
@@ -168,7 +168,9 @@ class Code:
         if build not in self._functions:
             functions = [self._later(number, build) for number in range(len(self.routines))]
             self._functions[build] = functions
-            self._scopes[build] = self._scope() | {f"routine_{number}": one for number, one in enumerate(functions)}
+            self._scopes[build] = self._scope() | {
+                f"routine_{number}": function for number, function in enumerate(functions)
+            }
         return self._functions[build]
 
     def compile(self, build: Build = Build.FAST) -> None:

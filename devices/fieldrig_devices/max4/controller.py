@@ -4,7 +4,7 @@ Source: PacDrive system manual 17130061, edition 2003-10; digest sections 1.1 to
 run in its PLC (`plc/`).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from ipaddress import IPv6Address, ip_address
 from typing import Any, ClassVar
 
@@ -22,6 +22,7 @@ from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_bus.opcua.message import OpcUaMessage
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.iec.compiler import Compiled, SourceFile
 from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.max4.acknowledgement import Acknowledgement
 from fieldrig_devices.max4.axes.axis import Axis
@@ -383,7 +384,16 @@ class Max4(Device):
         return self._points
 
     def answer(self, question: str, message: Any) -> Any:
-        return self._debugging.answer(message) if question == "debug" else super().answer(question, message)
+        match question:
+            case "debug":
+                return self._debugging.answer(message)
+            case "symbols":
+                return {"xml": self.plc.symbol_list().decode()}
+        return super().answer(question, message)
+
+    def compile_sources(self, files: Sequence[SourceFile]) -> Compiled:
+        """See `iec.holder.ProgramHolder`."""
+        return self.plc.compile_sources(files)
 
     def renew_points(self) -> None:
         """Make the points again, because another program has been loaded, and offer the new nodes."""

@@ -102,7 +102,7 @@ class _Elements(Sequence[Node]):
 
     def __getitem__(self, place: int | slice) -> Node | Sequence[Node]:
         indices = range(self._kind.low, self._kind.high + 1)[place]
-        return [self._node(one) for one in indices] if isinstance(indices, range) else self._node(indices)
+        return [self._node(index) for index in indices] if isinstance(indices, range) else self._node(indices)
 
 
 def _parent(path: str) -> str:

@@ -3,8 +3,9 @@
 import time
 from collections.abc import Callable, Iterable, Iterator
 from fnmatch import fnmatchcase
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -23,9 +24,8 @@ from fieldrig.clock import S
 from fieldrig.net import DEFAULT_ENDPOINT
 
 if TYPE_CHECKING:
+    from fieldrig.bus import Bus
     from fieldrig.trace import TraceEntry
-
-DAY_NS = 24 * 3600 * S
 
 app = command_group()
 
@@ -34,7 +34,8 @@ app = command_group()
 def trace() -> None:
     """Record, show or convert traces.
 
-    The ending of its name selects the format: .jsonl (every message), .log (candump), .pcapng (Wireshark).
+    The ending of its name selects the format: .jsonl (every message), .log (candump), .pcapng (Wireshark),
+    .vcd (waveforms of wires).
 
     \b
         fieldrig trace record lab.pcapng can0 --for 10s
@@ -120,30 +121,48 @@ def convert(
     file: TraceFile,
     target: Annotated[Path, argument("TARGET", "The file to write.")],
     buses: Buses = None,
+    wires: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--wire",
+            metavar="NAME",
+            help="Only wires of this name; a * matches any characters. May be given several times.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Convert a trace to another format.
 
     \b
         fieldrig trace convert lab.jsonl lab.pcapng
         fieldrig trace convert lab.jsonl can0.log can0
+        fieldrig trace convert lab.jsonl wires.vcd wires
+        fieldrig trace convert lab.jsonl level.vcd --wire "tank.*"
     """
-    from fieldrig.trace_files import read, write
+    from fieldrig.trace_files import format_of, read, write
 
-    counted = _Counted(_chosen(read(file), buses))
+    chosen = _chosen(read(file), buses)
+    counted = _Counted(chosen if not wires else _on_wires(chosen, wires))
     written = write(counted, target)
-    left_out = (
-        f"; {counted.count - written} are of kinds that this format can't hold" if written < counted.count else ""
-    )
+    left_out = ""
+    if written < counted.count:
+        left_out = f"; {counted.count - written} are of kinds that this format can't hold"
+        families = format_of(target).FAMILIES
+        strange = sorted(bus for bus, family in counted.buses.items() if families and family not in families)
+        left_out += f"; it has no messages of {', '.join(strange)}" if strange else ""
     typer.echo(f"{target}: {written} messages{left_out}", err=True)
 
 
 class _Counted:
     def __init__(self, entries: Iterable["TraceEntry"]) -> None:
         self._entries, self.count = entries, 0
+        self.buses: dict[str, str] = {}
+        """The family of each bus."""
 
     def __iter__(self) -> Iterator["TraceEntry"]:
         for entry in self._entries:
             self.count += 1
+            self.buses[entry.bus] = entry.family
             yield entry
 
 
@@ -164,16 +183,38 @@ class _Shower:
 
 
 def _showing(family: str) -> Callable[[bytes], str]:
+    bus = _bus_of(family)
+    return (lambda data: data.hex(" ")) if bus is None else lambda data: bus.show(bus.decode(data))
+
+
+@cache
+def _bus_of(family: str) -> "Bus[Any] | None":
+    """Return a bus of a family, for what it knows of its messages."""
     from fieldrig import kinds
 
     for kind in kinds.bus_kinds_for("virtual", family):
         cls = kinds.find_bus(kind)
         try:
-            bus = cls(family, kinds.settings_model(cls)())
+            return cls(family, kinds.settings_model(cls)())
         except ValueError:  # it has keys that must be given
             continue
-        return lambda data: bus.show(bus.decode(data))
-    return lambda data: data.hex(" ")
+    return None
+
+
+def _on_wires(entries: Iterable["TraceEntry"], names: list[str]) -> Iterator["TraceEntry"]:
+    """Yield the messages that are values of wires of these names."""
+    from fieldrig.bus import ModelBus
+
+    for entry in entries:
+        bus = _bus_of(entry.family)
+        if not isinstance(bus, ModelBus) or bus.standing_of is None:
+            continue
+        try:
+            wire = bus.standing_of(bus.decode(entry.data))
+        except ValueError:
+            continue
+        if isinstance(wire, str) and any(fnmatchcase(wire, name) for name in names):
+            yield entry
 
 
 def _chosen(entries: Iterable["TraceEntry"], buses: list[str] | None) -> Iterator["TraceEntry"]:
@@ -184,7 +225,9 @@ def _chosen(entries: Iterable["TraceEntry"], buses: list[str] | None) -> Iterato
 
 def _instant(time_ns: int) -> str:
     """Return the time of day, or seconds for virtual time, which starts at 0."""
+    from fieldrig.trace import is_time_of_day
+
     seconds, fraction_ns = divmod(time_ns, S)
-    if time_ns < 365 * DAY_NS:
+    if not is_time_of_day(time_ns):
         return f"{seconds:8}.{fraction_ns // 1000:06}"
     return f"{time.strftime('%H:%M:%S', time.localtime(seconds))}.{fraction_ns // 1000:06}"

@@ -232,6 +232,7 @@ def given_to(what: str) -> st.SearchStrategy[dict[str, Any]]:
     return st.fixed_dictionaries({"what": st.just(what), **needed}, optional=others)
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=300)
 @given(st.sampled_from(sorted(MODELS)).flatmap(given_to))
 def test_any_fault_is_accepted_or_refused(fault: dict[str, Any]) -> None:

@@ -467,6 +467,7 @@ EVENTS: dict[str, Callable[[ChainBench], object]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-150", "PD-156", "PD-161")
 @settings(max_examples=150, deadline=None)
 @given(

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from tests.pictures.svg import Drawing
+from fieldrig.svg import Drawing
 
 TEXT: Final = ("name", "tiny")
 

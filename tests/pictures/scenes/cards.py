@@ -4,11 +4,11 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from tests.pictures.recording import frame_bar, recorded
-from tests.pictures.svg import Drawing
 from tests.pictures.timing import Lane, spans, timing
 
 from fieldrig.clock import MS, S
 from fieldrig.rig import Rig
+from fieldrig.svg import Drawing
 
 WIDTH: Final = 16
 HEIGHT: Final = 22

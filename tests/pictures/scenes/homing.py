@@ -4,12 +4,12 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final, NamedTuple
 
 from tests.pictures.recording import recorded
-from tests.pictures.svg import Drawing
 from tests.pictures.timing import LEFT, Lane, draw_timing, spans
 
 from fieldrig.clock import MS
 from fieldrig.link import Link
 from fieldrig.rig import Rig
+from fieldrig.svg import Drawing
 from fieldrig_bus.can.frame import CanFrame
 
 NODE: Final = 10

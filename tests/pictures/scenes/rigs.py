@@ -8,13 +8,13 @@ from typing import Final
 
 from tests.pictures.chart import chart
 from tests.pictures.recording import ROOT, Sent, block_named, frame_bar, recorded
-from tests.pictures.svg import Drawing
 from tests.pictures.timing import Bar, Lane, draw_timing
 from tests.pictures.wiring import draw_wiring, width_of, wiring
 
 from fieldrig.clock import MS, S
 from fieldrig.config import load
 from fieldrig.rig import Rig
+from fieldrig.svg import Drawing
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest
 from fieldrig_bus.wires import Signal

@@ -31,12 +31,15 @@ from fieldrig_devices.arp.card.points import points
 from fieldrig_devices.arp.card.settings import ArpSettings
 from fieldrig_devices.arp.card_access import CardState
 from fieldrig_devices.arp.card_errors import CardErrors
+from fieldrig_devices.arp.debug_sources import of_file
+from fieldrig_devices.arp.debuggee import ArpDebuggee
 from fieldrig_devices.arp.fixed import SCALE
 from fieldrig_devices.arp.language.program_file import read_program
 from fieldrig_devices.arp.parameters import GENERAL, Par
 from fieldrig_devices.arp.runtime.program import ProgramState
 from fieldrig_devices.arp.runtime.slices import Slices
 from fieldrig_devices.arp.user_port.server import UserPort
+from fieldrig_devices.languages.debugging.service import DebugService
 
 
 class ArpCard(Device):
@@ -79,6 +82,10 @@ class ArpCard(Device):
             section = self.parts.memory.section("can", self.operation.on_memory_fault)
             self._face = CanFace(clock, name, shared.share(), self.access, section, settings.exchange)
         self._user_port = UserPort(clock, user, self.access, settings.user_port) if user is not None else None
+        self._background = background
+        source = of_file(settings.program)
+        self._first = (program, source) if program is not None and source is not None else None
+        self._debuggee: ArpDebuggee | None = None
         self._due_ns = 0
         self._period_ns = self._scheduler_period_ns = MS
         self._slices = Slices(settings.costs, MS, MS)
@@ -118,6 +125,15 @@ class ArpCard(Device):
             ),
         }
 
+    def answer(self, question: str, message: Any) -> Any:
+        return self._debugging.answer(message) if question == "debug" else super().answer(question, message)
+
+    @cached_property
+    def _debugging(self) -> DebugService:
+        """The debugging service, which takes part in the control loop from its first question on."""
+        self._debuggee = ArpDebuggee(self.access, self._background, self._first)
+        return DebugService(self._clock, self._debuggee)
+
     @classmethod
     def tools(cls, name: str, settings: ArpSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:
         return tools.lines(name, settings, links)
@@ -142,9 +158,11 @@ class ArpCard(Device):
     def _on_control(self) -> None:
         now_ns = self._clock.now_ns()
         self._plan_next(now_ns)
-        parts, operation = self.parts, self.operation
+        parts, operation, debuggee = self.parts, self.operation, self._debuggee
         io, state = parts.io, operation.state
         io.sample(now_ns)
+        if debuggee is not None:
+            debuggee.force_inputs()
         parts.analog_inputs.control(now_ns)
         parts.axes.control(now_ns, io.counts, io.latches)
         if state is CardState.RUN or state is CardState.STOPPED:
@@ -154,6 +172,9 @@ class ArpCard(Device):
             if state is CardState.RUN:
                 self._run_program()
         parts.permanent.keep()
+        if debuggee is not None:
+            debuggee.force_outputs()
+            debuggee.tick()
         io.send_changes()
         if self._user_port is not None:
             self._user_port.tick()

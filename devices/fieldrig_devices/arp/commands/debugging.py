@@ -1,24 +1,17 @@
 """The command `fieldrig arp debug`, on a terminal and in scripts."""
 
-import sys
-from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from fieldrig.exits import Exit
 from fieldrig_devices.arp.commands.card import Baud, Card, Port, Rig, file_to_read, opened
 
 if TYPE_CHECKING:
     from fieldrig_devices.arp.user_port.client import ArpPort
-    from fieldrig_devices.arp.user_port.debugger import Debugger
     from fieldrig_devices.arp.user_port.listing import Listing
 
 PROMPT: Final = "(arp) "
-SCRIPT_LIMIT_S: Final = 30.0
-"""Time that a script waits for a program to stop, in seconds."""
 
 
 def debug(
@@ -39,20 +32,16 @@ def debug(
     `help` at the prompt explains the commands. Commands from a file or a pipe are echoed. The first one that fails ends
     the session, with exit code 6 if the card refused it or the program did not stop within 30 s, else 2.
     """
+    from fieldrig_devices.arp.user_port.client import RefusedByCardError
     from fieldrig_devices.arp.user_port.debugger import Debugger
+    from fieldrig_devices.languages.debugging.prompt import SCRIPT_LIMIT_S, converse, is_script
 
-    is_script = not sys.stdin.isatty()
     with opened(port, rig, card, baud) as found:
         listing = _listing(found, source)
-        debugger = Debugger(found, listing, typer.echo, SCRIPT_LIMIT_S if is_script else None)
+        debugger = Debugger(found, listing, typer.echo, SCRIPT_LIMIT_S if is_script() else None)
         typer.echo(f"{listing.title} in card {found.number:02}; `help` explains the commands")
         debugger.show_place()
-        for line in _lines(is_script):
-            if line:
-                _do(debugger, line, is_script)
-            if debugger.is_over:
-                return
-        debugger.do("quit")
+        converse(debugger, PROMPT, (RefusedByCardError,))
 
 
 def _listing(card: "ArpPort", source: Path | None) -> "Listing":
@@ -72,46 +61,3 @@ def _listing(card: "ArpPort", source: Path | None) -> "Listing":
             f"note: the program in the card is not {source}; `fieldrig arp download {source}` downloads it", err=True
         )
     return found
-
-
-def _do(debugger: "Debugger", line: str, is_script: bool) -> None:
-    """Execute a command.  An error is printed; in a script, it ends the session."""
-    from fieldrig_devices.arp.user_port.client import RefusedByCardError
-    from fieldrig_devices.arp.user_port.debugger import NotStoppedError
-
-    try:
-        debugger.do(line)
-    except KeyboardInterrupt:
-        if is_script:
-            raise
-        typer.echo()
-    except (ValueError, NotStoppedError, RefusedByCardError) as cause:
-        what, _, remedy = str(cause).partition("\n")
-        typer.echo(f"error: {what}", err=is_script)
-        if remedy:
-            typer.echo(f"  {remedy.strip()}", err=is_script)
-        if is_script:
-            raise typer.Exit(Exit.WRONG if isinstance(cause, ValueError) else Exit.REFUSED) from cause
-
-
-def _lines(is_script: bool) -> Iterator[str]:
-    if is_script:
-        for line in sys.stdin:
-            typer.echo(f"{PROMPT}{line.strip()}")
-            yield line.strip()
-        return
-    with suppress(ImportError):
-        import readline  # noqa: F401  adds a history to input()
-    last = ""
-    while True:
-        try:
-            line = input(PROMPT).strip()
-        except EOFError:
-            typer.echo()
-            return
-        except KeyboardInterrupt:
-            typer.echo()
-            continue
-        # like other debuggers, an empty line repeats a step
-        yield line or (last if last.split(" ")[0] in ("s", "step", "n", "next") else "")
-        last = line or last

@@ -10,9 +10,11 @@ from typing import Final
 from fieldrig_devices.arp.card_access import CardState
 from fieldrig_devices.arp.user_port import quantities, wording
 from fieldrig_devices.arp.user_port.client import ArpPort
-from fieldrig_devices.arp.user_port.debugger_words import COMMANDS, HINT, command, count, none
+from fieldrig_devices.arp.user_port.debugger_words import WORDS
 from fieldrig_devices.arp.user_port.listing import Listing
 from fieldrig_devices.arp.user_port.messages import Condition, ProgramCode
+from fieldrig_devices.languages.debugging.prompt import NotStoppedError
+from fieldrig_devices.languages.debugging.words import count, limit, none
 
 EVENT_S: Final = 0.5
 """Time to wait for an event before the state is requested, in case the event was lost, in seconds."""
@@ -20,10 +22,6 @@ MOST_STEPS: Final = 25
 """Number of instructions after which a step gives up: one source line, or a WAIT that is not over."""
 REACH: Final = 5
 """Number of lines shown above and below."""
-
-
-class NotStoppedError(Exception):
-    """The program did not stop in the given time."""
 
 
 class Debugger:
@@ -58,7 +56,7 @@ class Debugger:
         Raises ValueError, which says what was expected, NotStoppedError, or an error of the client.
         """
         word, *arguments = line.split()
-        self._acts[command(word)](arguments)
+        self._acts[WORDS.find(word)](arguments)
 
     def show_place(self) -> None:
         condition = self._card.condition()
@@ -73,13 +71,13 @@ class Debugger:
     # ---- going on
 
     def _run(self, arguments: list[str]) -> None:
-        limit_s = self._limit(arguments)
+        limit_s = limit(arguments, self._limit_s)
         self._card.ensure_stopped()
         self._card.run()
         self._wait(limit_s)
 
     def _continue(self, arguments: list[str]) -> None:
-        limit_s = self._limit(arguments)
+        limit_s = limit(arguments, self._limit_s)
         if self._card.condition().program != ProgramCode.PAUSED:
             raise ValueError("the program is not paused\n`run` starts it, `pause` pauses it")
         self._card.run()
@@ -162,15 +160,6 @@ class Debugger:
         self._card.reset()
         self._state([])
 
-    def _limit(self, arguments: list[str]) -> float | None:
-        if not arguments:
-            return self._limit_s
-        try:
-            [text] = arguments
-            return float(text)
-        except ValueError as cause:
-            raise ValueError(f"{' '.join(arguments)!r} is not a time\nexpected a number of seconds") from cause
-
     # ---- looking
 
     def _list(self, arguments: list[str]) -> None:
@@ -245,9 +234,8 @@ class Debugger:
 
     def _help(self, arguments: list[str]) -> None:
         none(arguments)
-        for entry in COMMANDS:
-            self._say(f"  {', '.join(entry.words):12} {entry.arguments:20} {entry.about}")
-        self._say(HINT)
+        for line in WORDS.lines():
+            self._say(line)
 
     def _quit(self, arguments: list[str]) -> None:
         none(arguments)

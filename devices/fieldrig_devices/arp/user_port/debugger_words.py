@@ -1,16 +1,8 @@
-"""The commands of the debugger and their arguments."""
+"""The commands of the debugger at the USER port."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
-
-@dataclass(frozen=True, slots=True)
-class Help:
-    words: tuple[str, ...]
-    arguments: str
-    about: str
-
+from fieldrig_devices.languages.debugging.words import Help, Words
 
 COMMANDS: Final = (
     Help(("run", "r"), "[SECONDS]", "run from the first instruction, and wait until it stops"),
@@ -34,30 +26,4 @@ COMMANDS: Final = (
 HINT: Final = """\
 To begin, enter `break 12` or `break ROUTINE`, then `run`. After a stop: `step`, `next`, `print V1`, `continue`.
 A breakpoint stops before its line. It is no emergency stop: axes and outputs stay active while a program is paused."""
-
-
-def command(word: str) -> str:
-    """Find a command by its full name, its short name or its beginning.  Raises ValueError for an unknown command."""
-    word = word.lower()
-    for entry in COMMANDS:
-        if word in entry.words:
-            return entry.words[0]
-    found = [entry.words[0] for entry in COMMANDS if entry.words[0].startswith(word)]
-    if len(found) != 1:
-        close = f"{word!r} is ambiguous: {' or '.join(found)}" if found else f"{word!r} is not a command"
-        raise ValueError(f"{close}\n`help` lists the commands")
-    return found[0]
-
-
-def count(arguments: Sequence[str]) -> int:
-    """The count in the arguments, or 1 if there are none.  Raises ValueError for an invalid count."""
-    if not arguments:
-        return 1
-    if len(arguments) == 1 and arguments[0].isdecimal() and 1 <= int(arguments[0]) <= 1_000:
-        return int(arguments[0])
-    raise ValueError(f"{' '.join(arguments)!r} is not a count\nexpected 1 to 1000")
-
-
-def none(arguments: Sequence[str]) -> None:
-    if arguments:
-        raise ValueError(f"unexpected {' '.join(arguments)!r} after this command\n`help` lists the commands")
+WORDS: Final = Words(COMMANDS, HINT)

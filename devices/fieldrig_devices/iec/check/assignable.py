@@ -4,7 +4,7 @@ This is the rule for assignments, arguments, start values and everything else th
 """
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import constants, implicit
+from fieldrig_devices.iec.check import check_functions, constants, implicit
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
@@ -89,7 +89,7 @@ def _subrange(context: Context, value: Expression, kind: SubrangeType, at: tree.
             context.say(at, f"{base.value} is outside the subrange", f"{kind.low} to {kind.high}")
             return None
         return Constant(base.value, kind)
-    return Convert(base, kind) if base is not None else None
+    return Convert(check_functions.in_subrange(context, base, kind, at), kind) if base is not None else None
 
 
 def _enumeration(context: Context, value: Expression, kind: EnumType, at: tree.Node) -> Expression | None:

@@ -188,11 +188,21 @@ _OPERATORS: Final = {operator.value: operator for operator in Operator}
 
 
 def _binary(of: Expressions, node: tree.Binary, wanted: Type | None) -> Expression | None:
-    left_node = node.left
-    if isinstance(left_node, tree.Binary):
-        left = _binary(of, left_node, wanted)
-    else:
-        left = _EXPRESSIONS[type(left_node)](of, left_node, wanted)
+    """Check the operators of a chain from left to right."""
+    chain = [node]
+    first = node.left
+    while isinstance(first, tree.Binary):
+        chain.append(first)
+        first = first.left
+    found = _EXPRESSIONS[type(first)](of, first, wanted)
+    while chain:
+        found = _with_right_side(of, found, chain.pop(), wanted)
+    return found
+
+
+def _with_right_side(
+    of: Expressions, left: Expression | None, node: tree.Binary, wanted: Type | None
+) -> Expression | None:
     right = _EXPRESSIONS[type(node.right)](of, node.right, wanted)
     if left is None or right is None:
         return None

@@ -13,7 +13,7 @@ Decided here, because the manual is silent or contradicts itself:
 from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import constants, implicit, times
+from fieldrig_devices.iec.check import check_functions, constants, implicit, times
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, bit_string, integer, real
@@ -57,6 +57,16 @@ def _is_real(value: Expression) -> bool:
 
 
 def binary(
+    context: Context, operator: Operator, left: Expression, right: Expression, at: tree.Node
+) -> Expression | None:
+    """Return the operation on both operands; the divisor goes through the functions of Check.lib, if there are any."""
+    made = _operation(context, operator, left, right, at)
+    if operator in (Operator.DIV, Operator.MOD) and isinstance(made, Binary):
+        made.right = check_functions.divisor(context, made.right, at)
+    return made
+
+
+def _operation(
     context: Context, operator: Operator, left: Expression, right: Expression, at: tree.Node
 ) -> Expression | None:
     if type(left) is Untyped and type(right) is Untyped:

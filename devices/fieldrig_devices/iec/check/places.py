@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import check_functions
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
 from fieldrig_devices.iec.check.operators import integer_of, plain
@@ -252,6 +253,7 @@ def _index(of: "Expressions", node: tree.Index) -> Place | None:
         made = _subscript(of.context, value, kind, index) if value is not None else None
         if made is None:
             return None
+        made = check_functions.index(of.context, made, kind.low, kind.high, index)
         found = Element(found, made, kind.low, kind.high, kind.element.size, kind.element)
         if not isinstance(kind.element, SCALAR):
             of.context.project.elements.append(found)
@@ -277,7 +279,7 @@ def _dereference(of: "Expressions", node: tree.Dereference) -> Place | None:
     if not isinstance(pointer.type, PointerType):
         of.context.say(node, f"{text(node.of)} is {a(pointer.type)}", "a pointer in front of ^")
         return None
-    return Target(Load(pointer), pointer.type.to)
+    return Target(check_functions.address(of.context, Load(pointer), node), pointer.type.to)
 
 
 def _direct(of: "Expressions", node: tree.Direct) -> Place | None:
@@ -300,6 +302,7 @@ _MEANINGS: Final[dict[type, "Callable[[Expressions, Any], Meaning | None]"]] = {
 def is_writable(context: Context, place: Place, node: tree.Node) -> bool:
     """True if the place may be written here; a message otherwise."""
     what, hint = _obstacle(context, place, node)
+    check_functions.writes(place)
     if what:
         context.say(node, what, "a variable that may be written here", hint)
     return not what

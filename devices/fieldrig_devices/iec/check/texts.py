@@ -8,8 +8,18 @@ SPOKEN_WITH_A_VOWEL = ("A", "E", "I", "O", "a", "e", "i", "o", "LREAL", "LWORD",
 
 def text(node: tree.Node) -> str:
     """Return the expression as it could be written; "..." where it would be long."""
+    if isinstance(node, tree.Binary) and _is_chain(node):
+        return "..."
     shown = _text(node)
     return shown if len(shown) <= LONGEST else "..."
+
+
+def _is_chain(node: tree.Expression) -> bool:
+    """True if an expression has more operators in a row than a short text can show."""
+    operators = 0
+    while isinstance(node, tree.Binary) and operators <= LONGEST:
+        operators, node = operators + 1, node.left
+    return operators > LONGEST
 
 
 def _text(node: tree.Node) -> str:
@@ -33,7 +43,7 @@ def _text(node: tree.Node) -> str:
         case tree.Unary():
             return f"{node.operator}{' ' if node.operator == 'NOT' else ''}{_text(node.operand)}"
         case tree.Binary():
-            return f"{_text(node.left)} {node.operator} {_text(node.right)}"
+            return "..." if _is_chain(node) else f"{_text(node.left)} {node.operator} {_text(node.right)}"
         case _:
             return "..."
 

@@ -7,7 +7,8 @@ import typer
 
 from fieldrig.cli.common import AsJson, echo_json
 from fieldrig.exits import Exit
-from fieldrig_devices.iec.commands.sources import DialectOption, Files, dialect_named, read_sources
+from fieldrig_devices.iec.commands.compiling import DeviceOption, RigOption, compiled
+from fieldrig_devices.iec.commands.sources import DialectOption, Files, read_sources
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,30 +16,33 @@ if TYPE_CHECKING:
     from fieldrig_devices.languages.mistakes import Mistake
 
 
-def check(files: Files, dialect: DialectOption = "epas-4", as_json: AsJson = False) -> None:
+def check(
+    files: Files,
+    dialect: DialectOption = "epas-4",
+    rig: RigOption = None,
+    device: DeviceOption = None,
+    as_json: AsJson = False,
+) -> None:
     """Compile a program, and list all its mistakes at once.
 
     \b
         fieldrig iec check conveyor.st
         fieldrig iec check project/ --dialect edition-3
+        fieldrig iec check conveyor.st --rig line.yaml --device controller
 
-    All files together are one program. The exit code is 0 if it compiles, and 2 if it has mistakes.
+    All files together are one program. A program that names objects of a controller needs --rig. The exit code is 0
+    if it compiles, and 2 if it has mistakes.
     """
-    from fieldrig.clock import VirtualClock
-    from fieldrig_devices.iec.compiler import compile_project
-    from fieldrig_devices.iec.standalone import StandaloneHost
     from fieldrig_devices.languages.mistakes import CompileError
 
-    rules = dialect_named(dialect)
-    sources = read_sources(files)
     try:
-        compiled = compile_project(sources, StandaloneHost(VirtualClock()), rules)
+        found = compiled(read_sources(files), dialect, rig, device)
     except CompileError as wrong:
         _show(wrong.mistakes, as_json)
         raise typer.Exit(Exit.WRONG) from wrong
-    _show(compiled.notes, as_json)
+    _show(found.notes, as_json)
     if not as_json:
-        typer.echo(f"Code Size: {compiled.code_size} bytes\nData Size: {compiled.data_size} bytes")
+        typer.echo(f"Code Size: {found.code_size} bytes\nData Size: {found.data_size} bytes")
 
 
 def _show(mistakes: "Sequence[Mistake]", as_json: bool) -> None:

@@ -113,7 +113,7 @@ class Expressions:
     def _bits(self, operator: Operator, left: Value, right: Value, kind: Stored) -> Value:
         found = of_type(f"({left.text} {BITS[operator]} {right.text})", kind)
         if operator is Operator.AND and (left.low >= 0 or right.low >= 0):
-            highs = [one.high for one in (left, right) if one.low >= 0]
+            highs = [side.high for side in (left, right) if side.low >= 0]
             found.low, found.high = 0, min(highs)
         return found
 
@@ -163,9 +163,9 @@ class Expressions:
     def _time_by_real(self, expression: Binary, emitter: Emitter) -> Value | None:
         """TIME * REAL is truncated; None for other products."""
         sides = (expression.left, expression.right)
-        if not any(isinstance(one.type, Elementary) and one.type.is_real for one in sides):
+        if not any(isinstance(side.type, Elementary) and side.type.is_real for side in sides):
             return None
-        left, right = (self.value(one, emitter) for one in sides)
+        left, right = (self.value(side, emitter) for side in sides)
         emitter.charge(emitter.costs.real)
         return of_type(f"(TRUNCATE({left.text} * {right.text}) & {2**32 - 1})", Elementary.TIME)
 
@@ -246,13 +246,13 @@ class Expressions:
 
     def _intrinsic(self, expression: Intrinsic, emitter: Emitter) -> Value:
         found = intrinsics.implementation(expression.name)
-        arguments = [emitter.short(self.value(one, emitter)) for one in expression.arguments]
+        arguments = [emitter.short(self.value(argument, emitter)) for argument in expression.arguments]
         emitter.charge(found.cost_ns)
         own = texts.OWN.get(expression.name)
         if own is not None and (value := own(arguments, emitter)) is not None:
             return value
         kind = self._stored(expression)
-        text = found.expand([one.text for one in arguments])
+        text = found.expand([argument.text for argument in arguments])
         if kind is Elementary.REAL and text.startswith("SINGLE(") and text.endswith(")"):
             return emitter.single(text[len("SINGLE") :], kind)
         return emitter.short(of_type(text, kind))

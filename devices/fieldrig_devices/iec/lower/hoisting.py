@@ -6,7 +6,7 @@ where the callee left it, or from an intermediate cell of the frame if another c
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Protocol, TypeVar
+from typing import Final, Protocol, TypeVar
 
 from fieldrig_devices.iec.program import (
     AddressOf,
@@ -32,13 +32,21 @@ SHORT_CIRCUIT = frozenset({Operator.AND_THEN, Operator.OR_ELSE})
 Part = TypeVar("Part")
 
 
+LONGEST_CHAIN: Final = 64
+"""Operators in a row, such as a OR b OR c, that are one instruction."""
+
+
 def has_call(node: Expression | Place) -> bool:
-    """True if a call, or a parameter that is read slowly, is in an expression or a place."""
+    """True if a call, a parameter that is read slowly or a long row of operators is in an expression or a place."""
+    operators = 0
+    while isinstance(node, Binary):
+        operators += 1
+        if operators > LONGEST_CHAIN or has_call(node.right):
+            return True
+        node = node.left
     match node:
         case CallFunction():
             return True
-        case Binary(_, left, right):
-            return has_call(left) or has_call(right)
         case Load(place) | AddressOf(place):
             return (isinstance(place, Parameter) and place.is_slow) or has_call(place)
         case Unary(operand=operand) | Convert(operand=operand):
@@ -81,13 +89,8 @@ class Hoisting:
         match expression:
             case CallFunction():
                 return Load(self._caller.call(expression))
-            case Binary(operator, left, right) if operator in SHORT_CIRCUIT:
-                first = self._caller.keep(self.out_of(left))
-                self._caller.choose(first, operator is Operator.AND_THEN, lambda: self.out_of(right))
-                return first
             case Binary():
-                left, right = self.all_out_of((expression.left, expression.right))
-                return replace(expression, left=left, right=right)
+                return self._out_of_chain(expression)
             case Intrinsic():
                 return replace(expression, arguments=tuple(self.all_out_of(expression.arguments)))
             case Unary() | Convert():
@@ -97,6 +100,32 @@ class Hoisting:
             case Load() | AddressOf():
                 return replace(expression, place=self.out_of_place(expression.place))
         raise AssertionError(f"{expression} has no parts")
+
+    def _out_of_chain(self, last: Binary) -> Expression:
+        """Hoist from operators in a row, from left to right; a long row is computed in parts."""
+        chain, node = [], last.left
+        chain.append(last)
+        while isinstance(node, Binary):
+            chain.append(node)
+            node = node.left
+        value = self.out_of(node)
+        length = 0
+        for one in reversed(chain):
+            is_calling = has_call(one.right)
+            if length >= LONGEST_CHAIN or (is_calling and not isinstance(value, Constant | AddressOf)):
+                value, length = self._caller.keep(value), 0
+            if is_calling and one.operator in SHORT_CIRCUIT:
+                value = self._chosen(value, one)
+            else:
+                right = self.out_of(one.right) if is_calling else one.right
+                value, length = replace(one, left=value, right=right), length + 1
+        return value
+
+    def _chosen(self, left: Expression, of: Binary) -> Load:
+        """Call what is on the right of AND_THEN or OR_ELSE only if the left side does not decide."""
+        first = left if isinstance(left, Load) else self._caller.keep(left)
+        self._caller.choose(first, of.operator is Operator.AND_THEN, lambda: self.out_of(of.right))
+        return first
 
     def all_out_of(self, expressions: Sequence[Expression]) -> list[Expression]:
         """Hoist from several expressions; each that precedes a call is evaluated before it."""

@@ -26,7 +26,7 @@ WAITING: Final = frozenset({"is_waiting", "taken", "finish"})
 NATIVE: Final = "native_{}"
 BEGIN: Final = "begin_{}"
 
-_VALUES: Final = frozenset(name for name, one in IMPLEMENTATIONS.items() if not callable(one))
+_VALUES: Final = frozenset(name for name, function in IMPLEMENTATIONS.items() if not callable(function))
 FIXED: Final = (
     TABLES
     | CHECKS

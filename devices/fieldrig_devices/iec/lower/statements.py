@@ -51,8 +51,10 @@ LARGEST_TABLE: Final = 1_000  # numbers in the labels of a CASE
 def frame_variables(pou: Pou) -> list[Variable]:
     """The variables on the stack that the caller does not set, with the result."""
     set_by_caller = (Section.INPUT, Section.IN_OUT)
-    found = [one for one in pou.variables.values() if one.space is Space.FRAME and one.location is None]
-    own = [one for one in found if one.section not in set_by_caller and one is not pou.result]
+    found = [
+        variable for variable in pou.variables.values() if variable.space is Space.FRAME and variable.location is None
+    ]
+    own = [variable for variable in found if variable.section not in set_by_caller and variable is not pou.result]
     return own if pou.result is None else [pou.result, *own]
 
 

@@ -14,6 +14,9 @@ from fieldrig_devices.iec.types import Elementary, StringType
 FASTER: Final = {"LENGTH": len, "FIND_IN": str.find}
 """Functions of Python that stand for the library's."""
 
+MOST_JOINED: Final = 32
+"""Strings that one Python expression joins; Python's compiler cannot nest any number of operators."""
+
 
 def longest(value: Value) -> int:
     assert isinstance(value.type, StringType)
@@ -36,7 +39,11 @@ def _length(arguments: Sequence[Value], emitter: Emitter) -> Value | None:
 
 
 def _joined(arguments: Sequence[Value], emitter: Emitter) -> Value | None:
-    text = " + ".join(one.text for one in arguments)
+    while len(arguments) > MOST_JOINED:
+        head = _joined(arguments[:MOST_JOINED], emitter)
+        assert head is not None
+        arguments = (Value(emitter.new(head.text), head.type), *arguments[MOST_JOINED:])
+    text = " + ".join(argument.text for argument in arguments)
     return shortened(Value(f"({text})", StringType(sum(map(longest, arguments)))), LONGEST, emitter)
 
 

@@ -86,7 +86,7 @@ class Blocks(Expressions):
             if comments or front or self._pending:
                 self._decorate(statement, front, at)
             found.append(statement)
-        if self._pending and found:
+        if self._pending and found and self.kinds[self.i] != "ACTION":  # which has the comments in front of it itself
             found[-1].after += self.taken()
         return tuple(found)
 

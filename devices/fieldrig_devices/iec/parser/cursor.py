@@ -9,6 +9,8 @@ from fieldrig_devices.languages.mistakes import Mistake
 
 DEEPEST_EXPRESSION: Final = 100
 """Levels of the tree of an expression, so that nothing that follows it meets the limit of recursion of Python."""
+LONGEST_CHAIN: Final = 20_000
+"""Operators in a row, such as a OR b OR c."""
 MOST_ALTERNATIVES: Final = 150
 """ELSIF of one IF, and of those that it is in."""
 DEEPEST_BLOCK: Final = 40
@@ -136,8 +138,14 @@ class Cursor:
             raise self.too_deep("the program is nested too deeply here", DEEPEST_BLOCK)
 
     def too_deep(self, what: str, deepest: int) -> UnexpectedError:
+        return self._given_up(what, f"at most {deepest} levels")
+
+    def too_long(self, longest: int) -> UnexpectedError:
+        return self._given_up("the expression is too long", f"at most {longest} operators in a row")
+
+    def _given_up(self, what: str, expected: str) -> UnexpectedError:
         """Give up the rest of the text, so that one message is enough."""
-        self.say(self.i, what, f"at most {deepest} levels")
+        self.say(self.i, what, expected)
         self.i = self._reported = len(self.kinds) - 1
         return UnexpectedError()
 

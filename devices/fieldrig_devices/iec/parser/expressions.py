@@ -10,7 +10,7 @@ from typing import Final
 
 from fieldrig_devices.iec import literals, tree
 from fieldrig_devices.iec import tokens as token
-from fieldrig_devices.iec.parser.cursor import DEEPEST_EXPRESSION, Cursor
+from fieldrig_devices.iec.parser.cursor import DEEPEST_EXPRESSION, LONGEST_CHAIN, Cursor
 from fieldrig_devices.iec.tree import LiteralKind
 
 RANKS: Final[Mapping[str, int]] = {
@@ -42,6 +42,8 @@ _OTHER_SYSTEMS: Final[Mapping[str, str]] = {
 _INTEGER_TYPES: Final = frozenset(
     {"SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "BYTE", "WORD", "DWORD", "LWORD"}
 )
+_INSTEAD: Final[Mapping[LiteralKind, int | float | str]] = {LiteralKind.STRING: "", LiteralKind.REAL: 0.0}
+"""The value of a literal that can't be read; 0 for the other kinds."""
 _TIMES: Final[Mapping[str, tuple[LiteralKind, Callable[[str], int]]]] = {
     "D": (LiteralKind.DATE, literals.day),
     "DATE": (LiteralKind.DATE, literals.day),
@@ -65,15 +67,22 @@ class Expressions(Cursor):
         return self._unknown_operator(left) if kind == token.NAME else left
 
     def _climb(self, left: tree.Expression, weakest: int) -> tree.Expression:
-        """Read operators of at least a rank with their right operands."""
+        """Read operators of at least a rank with their right operands.
+
+        A chain such as a OR b OR c is one level: its tree grows to the left, and is never walked by recursion there.
+        """
         kinds = self.kinds
         height = self.height
         rank = RANKS.get(kinds[self.i], 0)
+        length = 0
+        self._rise()
         while rank >= weakest:
             at = self.i
             operator = kinds[at]
             self.i = at + 1
-            self._rise()
+            length += 1
+            if length > LONGEST_CHAIN:
+                raise self.too_long(LONGEST_CHAIN)
             if operator == "**" and not self.dialect.has_power:
                 self.say(at, "the operator ** is not supported", "EXPT(base, exponent)", "Write EXPT(2, 3) for 2**3.")
             right = self._unary()
@@ -182,7 +191,7 @@ class Expressions(Cursor):
             value = read(text)
         except literals.LiteralError as bad:
             self.say(at, bad.what, bad.expected, bad.hint)
-            value = "" if kind is LiteralKind.STRING else 0
+            value = _INSTEAD.get(kind, 0)
         return tree.Literal(kind, value, self.texts[at], type_name, place=self.places[at])
 
     def _typed(self, text: str, at: int) -> tree.Expression:
@@ -292,6 +301,10 @@ class Expressions(Cursor):
             return ()
         found = [self._argument()]
         while self.accept(","):
+            if self.kinds[self.i] == ")":
+                if not self.dialect.allows_trailing_commas:
+                    self.say(self.i - 1, "got , behind the last argument", ")", "Remove this comma.")
+                break
             found.append(self._argument())
         if self.kinds[self.i] == "=" or (self.kinds[self.i] == token.NAME and not self.is_next_line()):
             raise self.unexpected(", or ) in the arguments", "Arguments are separated by commas, and assigned with :=.")

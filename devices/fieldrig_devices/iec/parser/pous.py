@@ -16,6 +16,8 @@ POUS: Final = {kind.value: kind for kind in tree.PouKind}
 _TOP: Final = frozenset(POUS) | {"TYPE", "VAR_GLOBAL", "VAR_CONFIG", "CONFIGURATION", "RESOURCE", "ACTION", token.END}
 _OOP: Final = frozenset({"METHOD", "PROPERTY", "INTERFACE", "NAMESPACE", "CLASS"})
 
+_MODIFIERS: Final = frozenset({"PUBLIC", "INTERNAL", "ABSTRACT", "FINAL"})
+
 
 class Units(Configurations):
     """Reads source files."""
@@ -117,7 +119,7 @@ class Units(Configurations):
         body = self.body()
         actions = self.actions
         self.gather()
-        rest = self.taken()
+        rest = () if self.kinds[self.i] == "ACTION" else self.taken()
         while self.kinds[self.i] == "ACTION":
             actions.append(self.action())
         word = f"END_{kind.value}"
@@ -147,10 +149,21 @@ class Units(Configurations):
         line = self.places[opening].line
         self.say(self.i, f"got {self.shown(self.i)}", f"{word} for {kind.value} {name} in line {line}")
 
+    def _begins_line(self, at: int) -> bool:
+        return self.places[at].line != self.places[at - 1].line
+
     def _pou_header(self, kind: tree.PouKind) -> tuple[str, tree.TypeSpec | None]:
         """Read the name, and the type of a function's result."""
         at = self.i
         try:
+            if (
+                self.texts[at].upper() in _MODIFIERS
+                and self.kinds[at + 1] == token.NAME
+                and not self._begins_line(at + 1)
+            ):
+                self.say(at, f"got {self.texts[at]}", f"the name of the {kind.value}", f"Remove {self.texts[at]}.")
+                self.i += 1
+            at = self.i
             name = self.name(f"the name of the {kind.value}")
             if self.is_word("EXTENDS") or self.is_word("IMPLEMENTS"):
                 hint = "Blocks cannot be derived. Declare an instance of the other block in it."

@@ -13,6 +13,7 @@ from fieldrig_devices.iec.parser.cursor import MOST_ALTERNATIVES, UnexpectedErro
 from fieldrig_devices.iec.parser.expressions import RANKS
 
 _NO_OPERATOR: Final = max(RANKS.values()) + 1
+_OBJECT_ORIENTED: Final = frozenset({"METHOD", "PROPERTY"})
 
 
 class Statements(Blocks):
@@ -133,6 +134,9 @@ class Statements(Blocks):
         """Read `JMP label;` and `x S= y;`, or report two names in a row."""
         word = self.texts[self.i].upper()
         place = self.places[at]
+        if isinstance(target, tree.Name) and target.text.upper() in _OBJECT_ORIENTED:
+            self._skip_object_oriented(at)
+            return None
         if isinstance(target, tree.Name) and target.text.upper() == "JMP":
             if not self.dialect.has_jumps_in_st:
                 hint = "Use IF or a loop instead of a jump."
@@ -154,6 +158,18 @@ class Statements(Blocks):
         if isinstance(target, tree.Name):
             hint = f"A name has no blank in it: {target.text}_{self.texts[self.i]}."
         raise self.unexpected(":= or a call", hint)
+
+    def _skip_object_oriented(self, at: int) -> None:
+        """Report a method or property, and read on behind it."""
+        word = self.texts[at].upper()
+        hint = "Turn it into an ACTION or into a FUNCTION_BLOCK of its own."
+        self.say(at, f"a {word} is not supported", "a statement", hint)
+        while self.kinds[self.i] not in (token.END, "END_FUNCTION_BLOCK", "END_PROGRAM"):
+            self.i += 1
+            previous = self.texts[self.i - 1].upper()
+            if previous == f"END_{word}" or self.texts[self.i].upper() in _OBJECT_ORIENTED:
+                break
+        self.accept(";")
 
     def _if(self) -> tree.If:
         opening = self.i

@@ -68,6 +68,8 @@ class Types(Initials):
             return tree.NamedType(name, place=place)
         opening = self.i
         self.i += 1
+        if self.kinds[self.i + 1 : self.i + 2] == [":="]:
+            raise self.unexpected("; or :=", f"Start values are written : {name} := (...);", opening)
         low = self.expression()
         self.expect("..", "A part of an integer type is written INT(0..100).")
         high = self.expression()
@@ -109,6 +111,10 @@ class Types(Initials):
         while self.accept(","):
             values.append(self._enum_value())
         self.close(")", at)
+        if self.kinds[self.i] == token.NAME and not self.is_next_line():
+            base = self.texts[self.i]
+            self.say(self.i, f"got {base} behind an enumeration", ";", f"Its values are INT. Remove {base}.")
+            self.i += 1
         return tree.EnumSpec(tuple(values), place=self.places[at])
 
     def _enum_value(self) -> tree.EnumValue:

@@ -15,10 +15,8 @@ def expression_text(of: tree.Expression, weakest: int = 0) -> str:
             return text
         case tree.Literal():
             return _literal(of)
-        case tree.Binary(operator, left, right):
-            rank = RANKS[operator]
-            text = f"{expression_text(left, rank)} {operator} {expression_text(right, rank + 1)}"
-            return f"({text})" if rank < weakest else text
+        case tree.Binary():
+            return _chain(of, weakest)
         case tree.Unary(operator, operand):
             inner = expression_text(operand, _SIGN)
             if operator == "NOT":
@@ -36,6 +34,21 @@ def expression_text(of: tree.Expression, weakest: int = 0) -> str:
             return f"{_place(called)}({', '.join(map(argument_text, arguments))})"
         case tree.Direct():
             return direct_text(of)
+
+
+def _chain(last: tree.Binary, weakest: int) -> str:
+    """Return operators in a row; brackets are open in front of all those that are weaker than what follows them."""
+    parts: list[str] = []
+    opened = 0
+    node: tree.Expression = last
+    while isinstance(node, tree.Binary):
+        rank = RANKS[node.operator]
+        if rank < weakest:
+            opened += 1
+            parts.append(")")
+        parts.append(f" {node.operator} {expression_text(node.right, rank + 1)}")
+        node, weakest = node.left, rank
+    return "(" * opened + expression_text(node, weakest) + "".join(reversed(parts))
 
 
 def _place(of: tree.Expression) -> str:

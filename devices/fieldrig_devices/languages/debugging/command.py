@@ -1,8 +1,7 @@
 """The command `fieldrig debug-adapter`: a debug adapter for editors on standard input and output."""
 
 import sys
-from collections.abc import Mapping
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 from fieldrig.cli import completion
 from fieldrig.cli.common import Endpoint, argument
@@ -26,14 +25,10 @@ def debug_adapter(
     from fieldrig.control import Client
     from fieldrig.stdio_stream import chunks
     from fieldrig_devices.languages.debugging.adapter import Adapter
+    from fieldrig_devices.languages.debugging.questions import asker
 
     with Client(endpoint) as client:
-
-        def ask(message: Mapping[str, Any]) -> dict[str, Any]:
-            answer: dict[str, Any] = client.ask(f"device/{device}/debug", message)
-            return answer
-
-        adapter = Adapter(ask)
+        adapter = Adapter(asker(client, device))
         for data in chunks(MOMENT_S):
             sys.stdout.buffer.write(adapter.feed(data) + adapter.poll())
             sys.stdout.buffer.flush()

@@ -132,6 +132,9 @@ class Debuggee(Protocol):
     def force(self, path: str, value: Value | None) -> None:
         """Hold a variable at a value, as in `write`, until it is released with None."""
 
+    def forced(self) -> Sequence[Variable]:
+        """Return the variables that are forced."""
+
     def download(self, files: Mapping[str, str], *, is_online: bool) -> None:
         """Load a program, as an online change if `is_online`.
 

@@ -53,6 +53,7 @@ class DebugService:
             "write": self._write,
             "force": self._force,
             "release": self._release,
+            "forced": self._forced,
             "part": self._part,
             "download": self._download,
             "record": self._record,
@@ -193,6 +194,9 @@ class DebugService:
         for name in names:
             self._debuggee.force(name, None)
         return {"variables": [self._value_of(name, None) for name in names]}
+
+    def _forced(self, _: Mapping[str, Any]) -> Answer:
+        return {"variables": [_shown(variable) for variable in self._debuggee.forced()]}
 
     def _each_value(self, message: Mapping[str, Any], action: Callable[[str, Value], None]) -> Answer:
         values = field(message, "values", dict)

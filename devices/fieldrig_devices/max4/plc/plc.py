@@ -9,7 +9,7 @@ What an online change cannot do is what CoDeSys V2.3 refuses: a changed task con
 """
 
 import logging
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -18,12 +18,13 @@ from fieldrig.clock import US, Clock
 from fieldrig.device import Point, Value
 from fieldrig.errors import ConfigError
 from fieldrig.errors import Mistake as Wrong
-from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.compiler import Compiled, SourceFile
+from fieldrig_devices.iec.symbol_list import symbol_list
 from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, TCP_PRIORITY, SystemWork
 from fieldrig_devices.iec.tasks.task import Task, TaskState
 from fieldrig_devices.iec.thread import Fault
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
-from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container, container_of
+from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container, Source, container_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
 from fieldrig_devices.max4.plc.compiling import (
@@ -231,6 +232,21 @@ class Plc:
             self.program.warm()
         self.problem, self.last_fault = "", None
         controller.system.process.take = self.program.scheduler.take
+
+    # ---- for tools
+
+    def compile_sources(self, files: Sequence[SourceFile]) -> Compiled:
+        """Compile a program for this controller without loading it.  CompileError with every mistake."""
+        settings = self._controller.settings
+        container = Container(tuple(Source(file.name, file.text) for file in files), settings.dialect)
+        return compile_container(container, self._host(), settings.retain)
+
+    def symbol_list(self) -> bytes:
+        """The symbols of the loaded program in XML.  ValueError if there is none."""
+        if self.program is None:
+            raise ValueError("there is no program: expected a download first")
+        name = self._controller.name
+        return symbol_list(self.program.runtime.symbols, name, name)
 
     # ---- commands
 

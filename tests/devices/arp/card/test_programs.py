@@ -95,6 +95,7 @@ def test_a15_the_slave_follows_its_simulated_master() -> None:
     assert trajectory[nearest] == pytest.approx(nearest, abs=0.001)
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-004", "ARP-105")
 def test_a15_it_runs_on_and_on() -> None:
     bench = CardBench(EXAMPLE2, PST_AXES)

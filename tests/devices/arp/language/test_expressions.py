@@ -3,6 +3,7 @@
 import math
 from fractions import Fraction
 
+import pytest
 from arp_card import ArpBench
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -120,6 +121,7 @@ class Model:
         return shifted - 2**32 if shifted >= 2**31 else shifted
 
 
+@pytest.mark.long
 @MANY
 @given(expression=NUMBERS, variables=VARIABLES)
 def test_a_compiled_expression_is_what_the_model_computes(expression: Expression, variables: list[int]) -> None:
@@ -151,6 +153,7 @@ def bit(expression: Expression, bits: list[int]) -> int:
     raise AssertionError(expression)
 
 
+@pytest.mark.long
 @MANY
 @given(expression=SINGLE_BITS, bits=BITS)
 def test_a_compiled_bit_expression_is_what_the_model_computes(expression: Expression, bits: list[int]) -> None:

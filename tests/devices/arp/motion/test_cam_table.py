@@ -178,6 +178,7 @@ def test_join_may_be_as_wide_as_there_is_room() -> None:
 TABLES = st.lists(st.tuples(st.floats(10, 1000), st.floats(-1000, 1000)), min_size=2, max_size=22)
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(TABLES, st.floats(10, 1000), st.booleans(), st.sampled_from(["round", "through"]))
 def test_curve_has_no_steps_in_position_or_slope(

@@ -75,6 +75,7 @@ def test_example_of_the_manual_runs_for_many_cycles() -> None:
     assert bench.errors.error == 0
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-101")
 def test_synchronism_outlasts_a_thousand_parkings_at_the_ends() -> None:
     bench = locked((2, 7, 900_000.0), (2, 8, 900_000_000 / 1000), (1, 7, 999_999.0), (1, 8, 999_999.0))

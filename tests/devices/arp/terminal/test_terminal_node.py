@@ -251,6 +251,7 @@ def test_the_eds_is_faultless() -> None:
     assert [finding for finding in check_eds(EDS) if "no clear mapping direction" not in finding.what] == []
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-119")
 def test_it_conforms_to_cia_301() -> None:
     devices = {"tr": {"kind": "terminal.tr", "links": {"can": "can0"}}}

@@ -3,6 +3,7 @@
 import struct
 import zlib
 
+import pytest
 from arp_user_port import PortBench, an_object, fcs, frame
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -60,6 +61,7 @@ def test_any_valid_frames_are_answered_once_each(requests: list[tuple[int, bytes
 READING = {0x01, 0x02, 0x10, 0x11, 0x20, 0x34, 0x35, 0x41, 0x44, 0x50, 0x51, 0x52, 0x33}
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(sorted(READING)), st.binary(max_size=60)), max_size=10))
 def test_requests_that_read_change_nothing(requests: list[tuple[int, bytes]]) -> None:
@@ -71,6 +73,7 @@ def test_requests_that_read_change_nothing(requests: list[tuple[int, bytes]]) ->
     assert everything(bench) == before
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_a_download_with_any_frame_lost_doubled_or_damaged_is_all_or_nothing(data: st.DataObject) -> None:

@@ -23,7 +23,10 @@ from fieldrig_devices.languages import resumable
 OK, REFUSED, ORDER = 0, 5, 6
 STOP, RUN, BEGIN, BLOCK, COMMIT, ABORT = 0x04, 0x03, 0x30, 0x31, 0x32, 0x33
 COUNT = "L:\nV1 += 1\nWAIT 0.01\nGOTO L"
-LONG = an_object("\n".join(f"V{number % 900 + 1} += {number}" for number in range(2_000)), name="LONG")
+LONG, LONGER = (
+    an_object("\n".join(f"V{number % 900 + 1} += {number}" for number in range(lines)), name="LONG")
+    for lines in (400, 2_000)
+)
 FAST_LINE = {"baud": 1_000_000}
 LONG_MS = len(LONG) * 5_000 / MS
 """The virtual time of its compilation, 5 us for each octet."""
@@ -172,7 +175,7 @@ class RealCard:
         return pid
 
     def _load(self) -> None:
-        self.card.access.load(LONG, self.outcome.set_result)
+        self.card.access.load(LONGER, self.outcome.set_result)
 
     def close(self) -> None:
         self.processes.close()

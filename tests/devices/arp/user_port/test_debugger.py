@@ -8,8 +8,9 @@ from arp_user_port import PortBench, client
 
 from fieldrig_devices.arp.user_port import listing
 from fieldrig_devices.arp.user_port.client import RefusedByCardError
-from fieldrig_devices.arp.user_port.debugger import Debugger, NotStoppedError
+from fieldrig_devices.arp.user_port.debugger import Debugger
 from fieldrig_devices.arp.user_port.listing import Listing
+from fieldrig_devices.languages.debugging.prompt import NotStoppedError
 
 SOURCE = """\
 COUNT EQU V1

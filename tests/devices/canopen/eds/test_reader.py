@@ -379,6 +379,7 @@ def refusal(path: Path) -> str:
     return ""
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(SECTIONS)
 def test_any_file_becomes_a_node_or_is_refused_in_words(

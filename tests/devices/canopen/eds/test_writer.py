@@ -138,6 +138,7 @@ texts = st.text(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(st.dictionaries(texts.map(str.strip).filter(bool), st.dictionaries(texts.map(str.strip).filter(bool), texts)))
 def test_whatever_was_read_is_written_alike(tmp_path_factory: pytest.TempPathFactory, content: Any) -> None:

@@ -204,6 +204,7 @@ def test_server_that_sends_more_than_it_said_is_stopped(bench: Bench) -> None:
     assert bench.take() == ["601#80 08 10 00 12 00 07 06"]
 
 
+@pytest.mark.long
 def test_server_that_never_ends_is_stopped(bench: Bench) -> None:
     bench.upload(0x1008, 0)
     bench.answer("40 08 10 00 00 00 00 00")

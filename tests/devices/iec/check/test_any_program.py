@@ -9,6 +9,7 @@ from iec_check import ConfiguredHost, messages
 
 from fieldrig_devices.iec.check import check
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4, Dialect
+from fieldrig_devices.iec.library.selection import needed
 from fieldrig_devices.iec.library.sources import sources
 from fieldrig_devices.iec.parser import parse
 
@@ -74,7 +75,18 @@ def spoiled(draw: st.DrawFn) -> str:
     return "".join(words)
 
 
-@pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3], ids=["epas-4", "edition-3"])
+BOTH = pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3], ids=["epas-4", "edition-3"])
+
+
+@BOTH
+def test_the_whole_library_has_no_mistake(dialect: Dialect) -> None:
+    library = [parse(text, name, dialect)[0] for name, text in sources(dialect.name)]
+    _, mistakes = check(library, ConfiguredHost(), dialect)
+    assert mistakes == []
+
+
+@pytest.mark.long
+@BOTH
 def test_no_program_makes_the_checker_raise(dialect: Dialect) -> None:
     library = [parse(text, name, dialect)[0] for name, text in sources(dialect.name)]
 
@@ -82,7 +94,8 @@ def test_no_program_makes_the_checker_raise(dialect: Dialect) -> None:
     @given(spoiled())
     def survive(text: str) -> None:
         unit, _ = parse(text, "spoiled.st", dialect)
-        _, mistakes = check([*library, unit], ConfiguredHost(), dialect)
+        used = needed(library, [unit], [text])
+        _, mistakes = check([*used, unit], ConfiguredHost(), dialect)
         lines = text.count("\n") + 1
         assert [found for found in mistakes if not 1 <= found.line <= lines or found.column < 1] == []
         assert {found.file for found in mistakes} <= {"spoiled.st"}

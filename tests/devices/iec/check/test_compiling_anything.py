@@ -1,5 +1,8 @@
 """Whatever a program contains, checking and compiling it ends in a program or in messages."""
 
+import contextlib
+
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from iec_check import ConfiguredHost
@@ -59,6 +62,16 @@ def compiled(text: str) -> None:
     compile_project([SourceFile("any.st", text)], StandaloneHost(VirtualClock()))
 
 
+@pytest.mark.parametrize(
+    "statement",
+    ["r := 1e5000;", "r := REAL#1e5000;", f"s := CONCAT({', '.join(['s'] * 3_000)});"],
+    ids=["a number that is too large", "a typed number that is too large", "a function with 3,000 arguments"],
+)
+def test_an_odd_statement_compiles_or_has_messages(statement: str) -> None:
+    with contextlib.suppress(CompileError):
+        compiled(f"PROGRAM PLC_PRG VAR r : REAL; s : STRING; END_VAR {statement} END_PROGRAM")
+
+
 def mistakes_of(text: str) -> list[Mistake]:
     try:
         compiled(text)
@@ -78,6 +91,7 @@ def test_a_damaged_program_compiles_or_has_messages(start: int, length: int, ins
     assert all(mistake.line for mistake in mistakes_of(text) if not mistake.is_note)
 
 
+@pytest.mark.long
 @settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(UNITS, st.sampled_from([EPAS_4, EDITION_3]))
 def test_any_tree_can_be_checked(unit: tree.Unit, dialect: Dialect) -> None:

@@ -501,6 +501,7 @@ EVERY_NAME = sorted(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=1_000)
 @given(
     st.sampled_from(EVERY_NAME),

@@ -218,3 +218,44 @@ def test_other_names_are_refused(name: str) -> None:
 def test_first_lines_of_bodies_alone_are_counted_from_where_they_stand() -> None:
     _, mistakes = parse_body("x := 1;\ny = 2;", "a.TcPOU", "ST", first_line=40)
     assert [(mistake.line, mistake.column) for mistake in mistakes] == [(41, 3)]
+
+
+HEAD = "PROGRAM p\nVAR\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        HEAD + "{attribute 'link' := '\n pv: A:B\n io: i\n'}\n x : BOOL;\nEND_VAR\nx := TRUE;\nEND_PROGRAM",
+        HEAD + "t : TON;\nEND_VAR\nt(IN := TRUE, PT := T#1s,\n);\nEND_PROGRAM",
+    ],
+)
+def test_what_todays_tools_write_is_read(text: str) -> None:
+    assert messages(text, EDITION_3) == []
+
+
+def test_a_line_number_counts_the_lines_of_a_pragma() -> None:
+    assert messages(HEAD + "{a\n\n}\nx : BOOL;\nEND_VAR\nx = 1;\nEND_PROGRAM") == ["8:3 got =; :="]
+
+
+def test_a_comma_behind_the_last_argument_is_refused_by_epas() -> None:
+    assert messages("a(b := 1,);", language="ST") == ["1:9 got , behind the last argument; )"]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("TYPE e : (a, b) UINT; END_TYPE", ["1:17 got UINT behind an enumeration; ;"]),
+        (
+            (
+                "FUNCTION_BLOCK f\nx := 1;\nMETHOD PUBLIC m : BOOL\nVAR a : INT; END_VAR\na := 1;\nEND_METHOD\ny = 2;\n"
+                "END_FUNCTION_BLOCK"
+            ),
+            ["3:1 a METHOD is not supported; a statement", "7:3 got =; :="],
+        ),
+        ("FUNCTION_BLOCK PUBLIC f\nEND_FUNCTION_BLOCK", ["1:16 got PUBLIC; the name of the FUNCTION_BLOCK"]),
+        (HEAD + "b : Block(n := 1);\nEND_VAR\nEND_PROGRAM", ["3:10 got (; ; or :="]),
+    ],
+)
+def test_what_only_todays_tools_have_is_refused_once(text: str, expected: list[str]) -> None:
+    assert messages(text, EDITION_3) == expected

@@ -64,3 +64,14 @@ def comments_of(node: object) -> list[str]:
         if name not in ("comments", "after", "remark"):
             found += comments_of(getattr(node, name))
     return found
+
+
+def test_a_comment_in_front_of_an_action_stays_there() -> None:
+    declared = "PROGRAM a\nVAR\n    x : INT;\nEND_VAR\n\n    LD x\n\n"
+    text = f"{declared}(* what Reset does *)\nACTION Reset:\nEND_ACTION\nEND_PROGRAM\n"
+    unit, mistakes = parse(text, "a.st")
+    assert mistakes == []
+    (program,) = unit.declarations
+    assert isinstance(program, tree.Pou)
+    assert program.actions[0].comments == ("(* what Reset does *)",)
+    assert_survives(unit)

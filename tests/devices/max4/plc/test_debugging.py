@@ -141,6 +141,31 @@ def test_values_are_written_as_constants_of_the_language(bench: PlcBench) -> Non
             ask(bench, "write", values={"Main.a": wrong})
 
 
+@pytest.mark.manual("PD-223", "PD-224")
+def test_parameters_are_observed_like_variables(bench: PlcBench) -> None:
+    timer = int(bench.get("Timer1"))
+    read = ask(bench, "read", names=["PacDriveM.Timer1", "pacdrivem.timer1 - 5", "PacDriveM", "PacDriveM.Speed"])
+    own, less, group, unknown = read["variables"]
+    assert (own["path"], own["type"], own["value"], less["value"]) == ("PacDriveM.Timer1", "UDINT", timer, timer - 5)
+    assert (group["value"], "not a variable" in unknown["error"]) == (None, True)
+    inside = {variable["path"]: variable for variable in ask(bench, "variables", path="PacDriveM")["variables"]}
+    assert inside["PacDriveM.Timer1"]["is_writable"] is False
+    ask(bench, "record", names=["PacDriveM.Timer1"], depth=5)
+    bench.run(100)
+    times = [sample[1] for sample in ask(bench, "samples")["samples"]]
+    assert [after - before for before, after in pairwise(times)] == [4, 4, 4, 4]
+
+
+def test_parameters_are_written_by_the_rules_of_the_controller(bench: PlcBench) -> None:
+    written = ask(bench, "write", values={"PacDriveM.MsgFilter": "16#F"})["variables"][0]
+    assert (written["value"], int(bench.get("MsgFilter"))) == (15, 15)
+    for values in ({"PacDriveM.Timer1": 1}, {"PacDriveM.MsgFilter": "1.5"}):
+        with pytest.raises(ValueError, match="expected"):
+            ask(bench, "write", values=values)
+    with pytest.raises(ValueError, match="it is a parameter of the controller"):
+        ask(bench, "force", values={"PacDriveM.MsgFilter": 1})
+
+
 def test_a_forced_variable_keeps_its_value(bench: PlcBench) -> None:
     assert ask(bench, "force", values={"Main.a": 7})["variables"][0]["is_forced"] is True
     assert bench.run(50).value("Main.a") == 7

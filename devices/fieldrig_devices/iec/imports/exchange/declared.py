@@ -4,7 +4,7 @@ The formats differ in the case of their names, in how a type is written, and in 
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from lxml import etree
@@ -141,3 +141,14 @@ def plain_text(of: Element | None, fragments: Fragments) -> tuple[tree.Variables
     if start is None:
         return ()
     return fragments.variables(text[start.start() :], line + text.count("\n", 0, start.start()))
+
+
+def enumeration(of: Element, values: Sequence[Element], fragments: Fragments) -> tree.EnumSpec:
+    found: list[tree.EnumValue] = []
+    for value in values:
+        line, name = line_of(value), attribute(value, "name").strip()
+        if fragments.is_name(name, line, "a value of an enumeration"):
+            number = attribute(value, "value").strip()
+            given = fragments.expression(number, line) if number else None
+            found.append(tree.EnumValue(name, given, place=tree.Place(line, 1)))
+    return tree.EnumSpec(tuple(found), place=tree.Place(line_of(of), 1))

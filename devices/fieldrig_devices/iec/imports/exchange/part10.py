@@ -8,7 +8,7 @@ from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.assembly import Part, Raw, assemble
-from fieldrig_devices.iec.imports.exchange.declared import DEPTH, initial, plain_text, section, variable
+from fieldrig_devices.iec.imports.exchange.declared import DEPTH, enumeration, initial, plain_text, section, variable
 from fieldrig_devices.iec.imports.exchange.part10_bodies import read_bodies, type_of
 from fieldrig_devices.iec.imports.exchange.tasks import duration, program_without_task, resource_of
 from fieldrig_devices.iec.imports.fragments import Fragments
@@ -105,7 +105,7 @@ def _specified(of: Element, fragments: Fragments, depth: int = 0) -> tree.TypeSp
             fields = (variable(member, read_type, fragments) for member in elements(of, "Member"))
             return tree.StructSpec(tuple(found for found in fields if found is not None), place=place)
         case "enumtypespec" | "enumtypewithnamedvaluespec":
-            return _enumeration(of, fragments)
+            return enumeration(of, elements(of, "Enumerator"), fragments)
         case "subrangetypespec":
             return _subrange(of, fragments, depth)
         case "directlyderivedtypespec" | "derivedtypespec":
@@ -132,16 +132,6 @@ def _subrange(of: Element, fragments: Fragments, depth: int) -> tree.TypeSpec:
         fragments.report.mistake(line_of(of), "The subrange is incomplete", "a range and an integer type")
         return base
     return tree.SubrangeSpec(base, limits.low, limits.high, place=tree.Place(line_of(of), 1))
-
-
-def _enumeration(of: Element, fragments: Fragments) -> tree.TypeSpec:
-    values: list[tree.EnumValue] = []
-    for found in elements(of, "Enumerator"):
-        name, line, number = attribute(found, "name").strip(), line_of(found), attribute(found, "value").strip()
-        if fragments.is_name(name, line, "a value of an enumeration"):
-            given = fragments.expression(number, line) if number else None
-            values.append(tree.EnumValue(name, given, place=tree.Place(line, 1)))
-    return tree.EnumSpec(tuple(values), place=tree.Place(line_of(of), 1))
 
 
 def _type_declaration(of: Element, fragments: Fragments) -> tree.TypeDeclaration | None:

@@ -5,7 +5,7 @@ from typing import Final
 from lxml import etree
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.imports.exchange.declared import DEPTH, TypeReader, initial, variable
+from fieldrig_devices.iec.imports.exchange.declared import DEPTH, TypeReader, enumeration, initial, variable
 from fieldrig_devices.iec.imports.fragments import Fragments
 from fieldrig_devices.iec.imports.xml import attribute, comment_of, element, elements, line_of, name_of
 
@@ -46,7 +46,7 @@ def read_type(of: Element | None, fragments: Fragments, depth: int = 0) -> tree.
             fields = (variable(field, _nested(depth), fragments) for field in elements(inner, "variable"))
             return tree.StructSpec(tuple(field for field in fields if field is not None), place=place)
         case "enum":
-            return _enumeration(inner, fragments)
+            return enumeration(inner, elements(element(inner, "values"), "value"), fragments)
         case "subrangesigned" | "subrangeunsigned":
             return _subrange(inner, fragments, depth)
         case "pointer":
@@ -87,18 +87,6 @@ def _subrange(of: Element, fragments: Fragments, depth: int) -> tree.TypeSpec:
         fragments.report.mistake(line_of(of), "The subrange is incomplete", "a range and an integer type")
         return base
     return tree.SubrangeSpec(base, limits.low, limits.high, place=tree.Place(line_of(of), 1))
-
-
-def _enumeration(of: Element, fragments: Fragments) -> tree.TypeSpec:
-    values: list[tree.EnumValue] = []
-    for value in elements(element(of, "values"), "value"):
-        line, name = line_of(value), attribute(value, "name").strip()
-        if not fragments.is_name(name, line, "a value of an enumeration"):
-            continue
-        number = attribute(value, "value").strip()
-        given = fragments.expression(number, line) if number else None
-        values.append(tree.EnumValue(name, given, place=tree.Place(line, 1)))
-    return tree.EnumSpec(tuple(values), place=tree.Place(line_of(of), 1))
 
 
 def read_declaration(of: Element, fragments: Fragments) -> tree.TypeDeclaration | None:

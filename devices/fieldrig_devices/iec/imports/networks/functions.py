@@ -103,11 +103,21 @@ def balanced(operator: str, values: list[tree.Expression], place: tree.Place) ->
     return tree.Binary(operator, left, right, place=place)
 
 
+def _height_of_chain(of: tree.Binary) -> int:
+    highest, level = 0, 0
+    node: tree.Expression = of
+    while isinstance(node, tree.Binary):
+        level += 1
+        highest = max(highest, level + height(node.right))
+        node = node.left
+    return max(highest, level + height(node))
+
+
 def height(of: tree.Expression | None) -> int:
     """The levels of a tree of operations and calls; what else is in an expression is small."""
     match of:
-        case tree.Binary(_, left, right):
-            return 1 + max(height(left), height(right))
+        case tree.Binary():
+            return _height_of_chain(of)
         case tree.Unary(_, operand):
             return 1 + height(operand)
         case tree.Call(_, arguments):

@@ -1,4 +1,8 @@
-"""The listings of the manual in Structured Text, with the results that the digest states (section 2.1)."""
+"""The listings of the manual with the results that the digest states (section 2.1), and the refused ones.
+
+What needs a controller is elsewhere: PD-L26, L50, L52 and L53 in max4/plc/test_programs_of_the_manual.py, L54 to L56
+in max4/libraries.  PD-L58 is for a PC.
+"""
 
 from dataclasses import replace
 
@@ -8,6 +12,7 @@ from iec_program import IecBench, program
 from fieldrig_devices.iec.dialect import EPAS_4
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.types import Value
+from fieldrig_devices.languages.mistakes import CompileError
 
 Results = dict[str, Value]
 
@@ -267,3 +272,173 @@ END_PROGRAM
     assert (fault.code, fault.pou, fault.file) == ("division", "Flash", "main.st")
     assert fault.line in (7, 8)
     assert [(one.pou, one.line) for one in fault.calls] == [("PLC_PRG", 3)]
+
+
+# ---- Instruction List
+
+# Listing, declarations, lines, results after one cycle; with the missing blanks and the mark put right.
+IL_LISTINGS: list[tuple[str, str, str, Results]] = [
+    ("PD-L13", "lint, idword : INT; sdword : INT := 1; test : BOOL := TRUE;",
+     "LD 17\nST lint\nGE 5\nJMPC next\nLD idword\nEQ sdword\nSTN test\nnext:", {"lint": 17, "test": True}),
+    ("PD-L14", "BOOL1 : BOOL := TRUE; BOOL2 : BOOL := TRUE; ERG : BOOL;",
+     "LD TRUE\nANDN BOOL1\nJMPC marke\nLDN BOOL2\nST ERG\nmarke: LD BOOL2\nST ERG", {"ERG": True}),
+    ("PD-L14", "BOOL1 : BOOL; BOOL2 : BOOL := TRUE; ERG : BOOL;",
+     "LD TRUE\nANDN BOOL1\nJMPC marke\nLDN BOOL2\nST ERG\nmarke: LD BOOL2\nST ERG", {"ERG": True}),
+    ("PD-L15", "Erg : INT;", "LD 2\nMUL 2\nADD 3\nST Erg", {"Erg": 7}),
+    ("PD-L16", "Erg : INT;", "LD 2\nMUL ( 2\nADD 3\n) ST Erg", {"Erg": 10}),
+    ("PD-L19", "Counter : INT := 5; Var1 : INT := 3; Erg : INT;",
+     ("Loop:\nLD Counter\nEQ 0\nJMPC end\nLD Var1\nMUL 2\nST Var1\nLD Counter\nSUB 1\nST Counter\nJMP Loop\n"
+      "end:\nLD Var1\nST Erg"), {"Erg": 96, "Counter": 0}),
+    ("PD-L27", "var1, var2, var3, var4, var5 : INT;",
+     ("LD 7\nADD 2,4,7\nST var1\nLD 7\nMUL 2,4,7\nST var2\nLD 7\nSUB 8\nST var3\nLD 8\nDIV 2\nST var4\n"
+      "LD 9\nMOD 2\nST var5"), {"var1": 20, "var2": 392, "var3": -1, "var4": 4, "var5": 1}),
+    ("PD-L28", "arr1 : ARRAY[0..4] OF INT; var1 : INT;", "LD arr1\nSIZEOF\nST var1", {"var1": 10}),
+    ("PD-L29", "a, o, x, n : BYTE;",
+     ("LD 2#1001_0011\nAND 2#1000_1010\nST a\nLD 2#1001_0011\nOR 2#1000_1010\nST o\n"
+      "LD 2#1001_0011\nXOR 2#1000_1010\nST x\nLD 2#1001_0011\nNOT\nST n"),
+     {"a": 0b1000_0010, "o": 0b1001_1011, "x": 0b0001_1001, "n": 0b0110_1100}),
+    ("PD-L30", "Var1 : BYTE;", "LD 1\nSHL 1\nST Var1", {"Var1": 2}),
+    ("PD-L31", "Var1 : BYTE;", "LD 32\nSHR 2\nST Var1", {"Var1": 8}),
+    ("PD-L32", "Var1, Var2 : BYTE;", "LD 2#1001_0011\nROL 3\nST Var1\nLD 2#1001_0011\nROR 3\nST Var2",
+     {"Var1": 0b1001_1100, "Var2": 0b0111_0010}),
+    ("PD-L33", "s, t, a, i, l, m : INT;",
+     ("LD TRUE\nSEL 3,4\nST s\nLD FALSE\nSEL 3,4\nST t\nLD 90\nMAX 30\nMAX 40\nMAX 77\nST a\n"
+      "LD 90\nMIN 30\nMIN 40\nMIN 77\nST i\nLD 90\nLIMIT 30,80\nST l\nLD 0\nMUX 30,40,50,60,70,80\nST m"),
+     {"s": 4, "t": 3, "a": 90, "i": 30, "l": 80, "m": 30}),
+    ("PD-L34", "a, b, c, d, e, f : BOOL;",
+     ("LD 20\nGT 30\nST a\nLD 20\nLT 30\nST b\nLD 20\nLE 30\nST c\nLD 60\nGE 40\nST d\nLD 40\nEQ 40\nST e\n"
+      "LD 40\nNE 40\nST f"), {"a": False, "b": True, "c": True, "d": True, "e": True, "f": False}),
+    ("PD-L40", "r : REAL;", "LD 2\nINT_TO_REAL\nMUL 3.5\nST r", {"r": 7.0}),
+    ("PD-L40", "b : BOOL; w AT %MW8 : INT := 3;", "LD 2.7\nREAL_TO_INT\nGE %MW8\nST b", {"b": True}),
+    ("PD-L44", "b : BOOL; w AT %MW8 : INT := 3;", "LD 2.7\nTRUNC\nGE %MW8\nST b", {"b": False}),
+    ("PD-L45", "var1 : INT;", "LD 7\nEXPT 2\nST var1", {"var1": 49}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("declarations", "body", "expected"), [row[1:] for row in IL_LISTINGS],
+                         ids=[f"{row[0]}-{number}" for number, row in enumerate(IL_LISTINGS)])  # fmt: skip
+def test_listing_in_il(declarations: str, body: str, expected: Results) -> None:
+    bench = IecBench(program(declarations, body))
+    bench.cycle()
+    assert bench.thread.state is WorkState.ENDED, bench.thread.fault
+    assert {path: bench[path] for path in expected} == expected
+
+
+def test_l35_an_address_goes_to_a_function() -> None:
+    text = "FUNCTION man_fun1 : DWORD VAR_INPUT address : DWORD; END_VAR man_fun1 := address; END_FUNCTION\n"
+    bench = IecBench(
+        text
+        + program("var1 : INT := 7; var2, var3 : DWORD; pt : POINTER TO INT; var4 : INT;",
+                  "LD var1\nADR\nST var2\nman_fun1\nST var3\nLD var3\nST pt\nLD pt^\nST var4")
+    )  # fmt: skip
+    bench.cycle()
+    assert (bench["var3"], bench["var4"]) == (bench["var2"], 7)
+
+
+def test_l36_il_calls_an_instance() -> None:
+    text = """FUNCTION_BLOCK Block VAR_INPUT PAR1 : INT := 5; PAR2 : BOOL; END_VAR VAR_OUTPUT n : INT; END_VAR
+    IF PAR2 THEN n := PAR1 + 100; END_IF;
+    END_FUNCTION_BLOCK
+    """
+    bench = IecBench(text + program("INST : Block; r : INT;", "CAL INST(PAR1 := 0, PAR2 := TRUE)\nLD INST.n\nST r"))
+    bench.cycle()
+    assert bench["r"] == 100
+
+
+# ---- listings that are refused, and others
+
+# Listing, source text, places of the mistakes and what was wrong.
+REFUSED: list[tuple[str, str, list[str]]] = [
+    ("PD-L06",
+     ("TYPE TrafficLights: (red, yellow, green); END_TYPE\nTYPE Color: (blue, white, red); END_TYPE\n"
+      "PROGRAM PLC_PRG END_PROGRAM"),
+     [("2: the name red is used already, in main.st, line 1; "
+       "names of enumeration values occur once in the project (PD-359)")]),
+    ("PD-L10",
+     ("FUNCTION TEST: REAL\nVAR_INPUT Switch1, Switch2: BOOL; END_VAR\nVAR Intermediate result: BOOL; END_VAR\n"
+      "TEST:= Switch1 AND Switch2;\nEND_FUNCTION\nPROGRAM PLC_PRG END_PROGRAM"),
+     ["3: the name Intermediate result has a blank in it; one word", "4: Switch1 AND Switch2 is a BOOL; REAL"]),
+    ("PD-L34", program("VAR1 : BOOL;", "VAR1 := 20 > 30 > 40 > 50 > 60 > 70;"),
+     ["5: > between BOOL and the number 40; two values of the same type"]),
+    ("PD-L47", program("TIME1 : TIME;", "TIME1 := t#5m68s;"),
+     ["5: 68s overflows; less than 60s; only the highest unit may overflow"]),
+    ("PD-L47", program("TIME1 : TIME;", "TIME1 := 15ms;"), ["5: 15ms has no T# in front of it; T#15ms"]),
+    ("PD-L47", program("TIME1 : TIME;", "TIME1 := t#4ms13d;"),
+     ["5: d follows ms; the units in the order d, h, m, s, ms, each once"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "expected"), [row[1:] for row in REFUSED],
+                         ids=[f"{row[0]}-{number}" for number, row in enumerate(REFUSED)])  # fmt: skip
+def test_listing_is_refused(text: str, expected: list[str]) -> None:
+    with pytest.raises(CompileError) as refused:
+        IecBench(text)
+    shown = [f"{one.line}: {one.what}; {one.expected}" for one in refused.value.mistakes if not one.is_note]
+    assert shown == expected
+
+
+def test_l08_a_name_for_a_string_of_50_characters() -> None:
+    text = "TYPE message:STRING[50];\nEND_TYPE;\n" + program("m : message; n : INT;", "n := SIZEOF(m);")
+    bench = IecBench(text)
+    bench.cycle()
+    assert bench["n"] == 51
+
+
+def test_l10_put_right_is_the_connection_of_two_switches() -> None:
+    text = """FUNCTION TEST : BOOL
+    VAR_INPUT Switch1 : BOOL; Switch2 : BOOL; END_VAR
+    VAR Intermediate_result : BOOL; END_VAR
+    TEST := Switch1 AND Switch2;
+    END_FUNCTION
+    """
+    bench = IecBench(text + program("a, b : BOOL;", "a := TEST(TRUE, TRUE); b := TEST(TRUE, FALSE);"))
+    bench.cycle()
+    assert (bench["a"], bench["b"]) == (True, False)
+
+
+def test_l51_a_state_machine_takes_a_step_in_each_cycle() -> None:
+    body = "CASE IState OF 1: IState := IState + 1; 2: IState := IState + 1; 3: IState := 2; END_CASE;"
+    bench = IecBench(program("IState : INT := 1;", body))
+    seen = []
+    for _ in range(5):
+        bench.cycle()
+        seen.append(bench["IState"])
+    assert seen == [2, 3, 2, 3, 2]
+
+
+ENI = r"""<?xml version="1.0" encoding="ISO-8859-1"?>
+<pou>
+  <accesslevels> rw,rw,r,rw,r,rw,rw,rw </accesslevels>
+  <path> \/languages </path>
+  <name> ST_EXAMPLE </name>
+  <flags> 4 </flags>
+  <interface>
+    <![CDATA[PROGRAM ST_EXAMPLE
+VAR
+  YVAL: INT := -250;
+  BOTTOM: INT := -250;
+  RUN_STRING: STRING(20) := 'Start';
+        OFFSET: INT := 2;
+    END_VAR
+]]>
+  </interface>
+  <st>
+  <body>
+    <![CDATA[RUN_STRING:='Start';
+    IF (YVAL < 0) THEN
+      YVAL := YVAL + OFFSET;
+    BOTTOM := YVAL + OFFSET;
+    END_IF;
+    ]]>
+  </body>
+  </st>
+</pou>
+"""
+
+
+def test_l57_a_component_in_xml_counts_to_zero_in_125_cycles() -> None:
+    bench = IecBench(ENI, main="ST_EXAMPLE", name="example.xml")
+    bench.cycle(124)
+    assert (bench["YVAL"], bench["BOTTOM"]) == (-2, 0)
+    bench.cycle(3)
+    assert (bench["YVAL"], bench["BOTTOM"]) == (0, 2)

@@ -1,0 +1,109 @@
+"""Waveforms of wires as a value change dump (IEEE 1364-2005, clause 18), by pyvcd, for GTKWave and PulseView.
+
+A wire is a variable by its values: digital a wire of one bit, whole numbers an integer, others a real.  Times are in
+nanoseconds from the start of a rig in virtual time, else from the first message; a comment has that instant, and the
+names and units of the wires.  Before its first value a wire is x, or NaN if it is a real.
+
+The file begins with the list of its variables, so it is written after the last message.  It has no senders and no other
+buses, so it can't be read back as a trace.
+"""
+
+import json
+from collections.abc import Iterable, Iterator
+from math import nan
+from typing import IO, BinaryIO, cast
+
+from vcd.common import VarType
+from vcd.writer import Variable, VCDWriter
+
+from fieldrig.errors import UsageError
+from fieldrig.trace import TraceEntry
+from fieldrig_bus.traces.vcd_names import Path, legal_paths
+from fieldrig_bus.traces.waves import FAMILIES as FAMILIES
+from fieldrig_bus.traces.waves import Value, Wave, Waves, waves_of
+
+SUFFIX = ".vcd"
+_SIZES = (32, 64)
+"""Usual sizes of an integer in bits, which simulators have as well; an unsigned one of 64 bits needs one bit more."""
+
+
+def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
+    """Write the waveforms; `start_unix_ns` is the time of day at instant 0.  Returns the number of messages in them."""
+    found = waves_of(entries)
+    paths = legal_paths((wave.bus, wave.name) for wave in found.waves)
+    output = cast(IO[str], _Ascii(file))
+    comment = _comment(found, paths, start_unix_ns)
+    with VCDWriter(output, "1 ns", date="", comment=comment, version="fieldrig") as writer:
+        variables = [_declare(writer, wave, path) for wave, path in zip(found.waves, paths, strict=True)]
+        writer.flush()  # ends the list, so that changes at instant 0 are written one by one
+        for time_ns, number, value in _in_order(found.waves):
+            writer.change(variables[number], time_ns - found.origin_ns, value)
+        writer.close(found.end_ns - found.origin_ns)
+    return found.count
+
+
+def read(file: BinaryIO) -> Iterator[TraceEntry]:
+    """Raise UsageError: there are no messages in such a file."""
+    raise UsageError(
+        "a .vcd file has values of wires, and no messages",
+        "open it in GTKWave or PulseView; keep the .jsonl file for `fieldrig trace`",
+    )
+
+
+def _declare(writer: VCDWriter, wave: Wave, path: Path) -> Variable[object]:
+    scope, name = path[:-1], path[-1]
+    if wave.is_digital:
+        return writer.register_var(scope, name, VarType.wire, size=1)
+    if wave.is_whole:
+        return writer.register_var(scope, name, VarType.integer, size=_size(value for _, value in wave.changes))
+    return writer.register_var(scope, name, VarType.real, init=nan)
+
+
+def _size(values: Iterable[Value]) -> int:
+    """The size of a two's complement that holds all of these whole numbers."""
+    needed = max((int(value) if value >= 0 else ~int(value)).bit_length() + 1 for value in values)
+    return next((size for size in _SIZES if size >= needed), needed)
+
+
+def _in_order(waves: Iterable[Wave]) -> list[tuple[int, int, Value]]:
+    """The changes of all wires: instant, number of the wire, value as its variable takes it."""
+    found = [
+        (time_ns, number, _Exact(value) if not is_whole else int(value))
+        for number, wave in enumerate(waves)
+        for is_whole in (wave.is_whole,)
+        for time_ns, value in wave.changes
+    ]
+    return sorted(found, key=lambda change: change[0])
+
+
+class _Exact(float):
+    """A number that pyvcd writes with all its digits; its own format, "%.16g", is one too short for some."""
+
+    def __format__(self, spec: str) -> str:
+        return repr(float(self))
+
+
+def _comment(found: Waves, paths: Iterable[Path], start_unix_ns: int) -> str:
+    """The lines of the comment.  Names are in JSON without a dollar sign, so that none can end the comment."""
+    lines = [f"fieldrig: instant 0 is {start_unix_ns + found.origin_ns} ns"]
+    for wave, path in zip(found.waves, paths, strict=True):
+        unit = f" in {_quoted(wave.unit)}" if wave.unit else ""
+        lines.append(f"{'.'.join(path)} is {_quoted(wave.name)} of {_quoted(wave.bus)}{unit}")
+    return "\n".join(lines)
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text).replace("$", "\\u0024")
+
+
+class _Ascii:
+    """Text for a file of bytes that need not be able to do more than write."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+
+    def write(self, text: str) -> int:
+        return self._file.write(text.encode("ascii"))
+
+    def flush(self) -> None:
+        """Bytes wait in the file."""

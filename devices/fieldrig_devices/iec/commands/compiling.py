@@ -1,0 +1,67 @@
+"""Compiling for a command: alone, or for a controller of a rig file."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fieldrig_devices.iec.commands.sources import dialect_named
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.compiler import Compiled, SourceFile
+    from fieldrig_devices.iec.holder import ProgramHolder
+
+RigOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--rig",
+        metavar="FILE",
+        help="Compile for a controller of this rig file, with its objects, libraries and dialect.",
+        exists=True,
+        dir_okay=False,
+        show_default=False,
+    ),
+]
+DeviceOption = Annotated[
+    str | None,
+    typer.Option("--device", metavar="NAME", help="The controller, if the rig has several.", show_default=False),
+]
+
+
+def compiled(sources: "Sequence[SourceFile]", dialect: str, rig: Path | None, device: str | None) -> "Compiled":
+    """Compile a program.  CompileError with every mistake; ConfigError for a wrong rig file."""
+    from fieldrig.clock import VirtualClock
+    from fieldrig_devices.iec.compiler import compile_project
+    from fieldrig_devices.iec.standalone import StandaloneHost
+
+    rules = dialect_named(dialect)
+    if rig is not None:
+        return _holder(rig, device).compile_sources(sources)
+    if device is not None:
+        raise typer.BadParameter("--device needs --rig FILE")
+    return compile_project(sources, StandaloneHost(VirtualClock()), rules)
+
+
+def _holder(rig: Path, device: str | None) -> "ProgramHolder":
+    """Build the controller by itself.  The program that the rig file names may be wrong, and is left out."""
+    from fieldrig.build import build_alone
+    from fieldrig.config import look_through
+    from fieldrig.errors import ConfigError, UsageError
+    from fieldrig_devices.iec.holder import ProgramHolder
+
+    _, right, mistakes = look_through(rig)
+    chosen = [entry for entry in right if issubclass(entry.cls, ProgramHolder) and device in (None, entry.name)]
+    if len(chosen) != 1:
+        if mistakes:
+            raise ConfigError(mistakes)
+        known = ", ".join(entry.name for entry in right if issubclass(entry.cls, ProgramHolder))
+        what = f"{rig} has no controller {device!r}" if device else f"{rig} has not exactly one controller"
+        raise UsageError(what, f"expected --device with one of: {known or 'none of its devices runs IEC programs'}")
+    _, right, mistakes = look_through(rig, [f"devices.{chosen[0].name}.program=[]"])
+    for entry in right:
+        if entry.name == chosen[0].name:
+            found = build_alone(entry)
+            assert isinstance(found, ProgramHolder)
+            return found
+    raise ConfigError(mistakes)

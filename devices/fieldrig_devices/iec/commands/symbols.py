@@ -1,0 +1,69 @@
+"""The command `fieldrig iec symbols`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fieldrig.cli.common import Endpoint, argument, writing
+from fieldrig.errors import UsageError
+from fieldrig.exits import Exit
+from fieldrig.net import DEFAULT_ENDPOINT
+from fieldrig_devices.iec.commands.compiling import RigOption, compiled
+from fieldrig_devices.iec.commands.sources import DialectOption, read_sources
+
+
+def symbols(
+    output: Annotated[Path, argument("OUTPUT", "The file that is written.")],
+    files: Annotated[
+        list[Path] | None,
+        argument("[FILE]...", "The source files; without them, --device of the running rig is asked."),
+    ] = None,
+    device: Annotated[
+        str | None,
+        typer.Option("--device", metavar="NAME", help="The controller, in --rig or in the running rig."),
+    ] = None,
+    rig: RigOption = None,
+    dialect: DialectOption = "epas-4",
+    endpoint: Endpoint = DEFAULT_ENDPOINT,
+) -> None:
+    """Write the list of a program's variables and types in XML, as CODESYS does for HMIs and gateways.
+
+    \b
+        fieldrig iec symbols conveyor.xml conveyor.st
+        fieldrig iec symbols conveyor.xml --device controller
+
+    The exit code is 2 if the sources have mistakes.
+    """
+    from fieldrig.store import replace_file
+
+    if files:
+        data = _of_sources(files, dialect, rig, device)
+    elif device is not None:
+        data = _of_device(device, endpoint)
+    else:
+        raise UsageError("there is no program", "expected source files, or --device NAME")
+    with writing(output):
+        replace_file(output, data)
+    typer.echo(f"{output}: {len(data)} bytes")
+
+
+def _of_sources(files: list[Path], dialect: str, rig: Path | None, device: str | None) -> bytes:
+    from fieldrig_devices.iec.symbol_list import symbol_list
+    from fieldrig_devices.languages.mistakes import CompileError
+
+    try:
+        found = compiled(read_sources(files), dialect, rig, device)
+    except CompileError as wrong:
+        for mistake in wrong.mistakes:
+            typer.echo(str(mistake), err=True)
+        raise typer.Exit(Exit.WRONG) from wrong
+    return symbol_list(found.symbols, files[0].stem, device or "Device")
+
+
+def _of_device(device: str, endpoint: str) -> bytes:
+    from fieldrig.control import Client
+
+    with Client(endpoint) as client:
+        text: str = client.ask(f"device/{device}/symbols")["xml"]
+    return text.encode()

@@ -1,0 +1,54 @@
+"""The command `fieldrig debug`: a debugger for the program of a device in a running rig, also in scripts."""
+
+from collections.abc import Iterator
+from typing import Annotated, Final
+
+import typer
+
+from fieldrig.cli import completion
+from fieldrig.cli.common import Endpoint, argument
+from fieldrig.net import DEFAULT_ENDPOINT
+
+PROMPT: Final = "(debug) "
+NS_PER_S: Final = 1_000_000_000
+
+DeviceName = Annotated[
+    str, argument("DEVICE", "A device of the running rig whose program is debugged.", completion.ready_part)
+]
+
+
+def debug(device: DeviceName, endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
+    """Debug the program of a device in a running rig: breakpoints, steps, values, forcing, and traces.
+
+    \b
+        fieldrig debug controller
+        printf 'break 12\\nrun\\nwhere\\nprint Main.count\\n' | fieldrig debug controller
+
+    It is the same for all languages; `help` at the prompt explains the commands. Commands from a file or a pipe are
+    echoed. The first one that fails ends the session, with exit code 6 if the device refused it or the program did not
+    stop within 30 s, else 2.
+    """
+    from fieldrig.control import Client
+    from fieldrig.errors import ControlError
+    from fieldrig_devices.languages.debugging.debugger import Debugger
+    from fieldrig_devices.languages.debugging.prompt import SCRIPT_LIMIT_S, converse, is_script
+    from fieldrig_devices.languages.debugging.questions import asker, settled
+
+    with Client(endpoint) as client:
+        ask = asker(client, device)
+        state = settled(ask, moments(None), _quietly)
+        debugger = Debugger(ask, typer.echo, moments, SCRIPT_LIMIT_S if is_script() else None)
+        typer.echo(f"{device}, {state['language']}; `help` explains the commands")
+        debugger.show_place()
+        converse(debugger, PROMPT, (ControlError,))
+
+
+def _quietly(_progress: str) -> None:
+    """The work before a session needs no words."""
+
+
+def moments(limit_s: float | None) -> Iterator[object]:
+    """Yield about 50 times a second, until the limit."""
+    from fieldrig.pacing import elapsed_ns
+
+    return elapsed_ns(1.0, None if limit_s is None else round(limit_s * NS_PER_S))

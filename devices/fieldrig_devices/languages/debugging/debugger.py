@@ -1,0 +1,274 @@
+"""A debugger for the program of any device with a debugging service, with one command per line.
+
+It does not depend on a terminal: `do` executes a line and calls `say` with the output.  A KeyboardInterrupt during a
+wait for the program pauses the program.  `ask` raises the errors of the connection.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Final
+
+from fieldrig_devices.languages.debugging import values
+from fieldrig_devices.languages.debugging.adapter import Ask
+from fieldrig_devices.languages.debugging.debugger_words import WORDS
+from fieldrig_devices.languages.debugging.prompt import NotStoppedError
+from fieldrig_devices.languages.debugging.sources import Place, Sources
+from fieldrig_devices.languages.debugging.tracing import trace
+from fieldrig_devices.languages.debugging.words import count, limit, none
+
+REACH: Final = 5
+"""Number of lines shown above and below."""
+FARTHEST: Final = 50
+"""Lines after a breakpoint in which an instruction is looked for."""
+
+Moments = Callable[[float | None], Iterator[object]]
+"""Yields about 50 times a second, for a number of seconds; None means without end."""
+
+
+class Debugger:
+    """One session."""
+
+    def __init__(self, ask: Ask, say: Callable[[str], None], moments: Moments, limit_s: float | None) -> None:
+        """`limit_s` is the time to wait for a program that runs, in seconds; None means without limit."""
+        self._ask, self._say, self._moments, self._limit_s = ask, say, moments, limit_s
+        self._sources = Sources(ask)
+        self._stops: dict[Place, str] = {}
+        """The conditions of the breakpoints by place."""
+        self._chosen: int | None = None
+        self.is_over = False
+        self._acts: dict[str, Callable[[list[str]], None]] = {
+            "run": lambda arguments: self._go("start", arguments),
+            "continue": self._continue,
+            "step": lambda arguments: self._step("into", arguments),
+            "next": lambda arguments: self._step("over", arguments),
+            "out": self._out,
+            "pause": lambda arguments: self._plain("pause", arguments),
+            "stop": lambda arguments: self._plain("stop", arguments),
+            "reset": self._reset,
+            "break": self._break,
+            "delete": self._delete,
+            "list": self._list,
+            "where": self._where,
+            "threads": self._threads,
+            "print": self._print,
+            "set": lambda arguments: self._say_all(values.assign(ask, "write", arguments)),
+            "force": lambda arguments: self._say_all(values.assign(ask, "force", arguments)),
+            "release": lambda arguments: self._say_all(values.release(ask, arguments)),
+            "forced": self._forced,
+            "trace": self._trace,
+            "state": self._state,
+            "help": self._help,
+            "quit": self._quit,
+            "leave": self._leave,
+        }
+
+    def do(self, line: str) -> None:
+        """Execute one command.
+
+        Raises ValueError, which says what was expected, NotStoppedError, or an error of the connection.
+        """
+        word, _, rest = line.strip().partition(" ")
+        self._acts[WORDS.find(word)](values.words_of(rest))
+
+    def show_place(self) -> None:
+        """Say where the program is: one line for each task that stands, or the state of the program."""
+        state = self._ask({"command": "state"})
+        standing = [thread for thread in state["threads"] if thread["state"] in ("paused", "failed")]
+        if not standing:
+            self._say(f"the program is {state['state']}" if state["threads"] else "there is no program")
+        for thread in standing:
+            frames = self._stack(thread["number"])
+            where = self._shown(Place(frames[0]["file"], frames[0]["line"]), frames[0]["routine"]) if frames else ""
+            self._say(f"{thread['name']} {thread['state']}{' at ' if where else ''}{where}")
+            if thread["about"]:
+                self._say(f"  {thread['about']}")
+        if standing and self._chosen not in [thread["number"] for thread in standing]:
+            self._chosen = standing[0]["number"]
+
+    # ---- going on
+
+    def _continue(self, arguments: list[str]) -> None:
+        if self._ask({"command": "state"})["state"] not in ("paused", "failed"):
+            raise ValueError("the program is not paused\n`run` starts it, `pause` pauses it")
+        self._go("continue", arguments)
+
+    def _go(self, command: str, arguments: list[str]) -> None:
+        limit_s = limit(arguments, self._limit_s)
+        before = self._ask({"command": "state"})["stops"]
+        self._ask({"command": command})
+        if self._stops or arguments:
+            self._wait(before, limit_s)
+        else:
+            self.show_place()
+
+    def _step(self, kind: str, arguments: list[str]) -> None:
+        for _ in range(count(arguments)):
+            before = self._ask({"command": "state"})["stops"]
+            chosen = {} if self._chosen is None else {"thread": self._chosen}
+            self._ask({"command": "step", "kind": kind, **chosen})
+            self._until_it_stops(before, self._limit_s)
+        self.show_place()
+
+    def _out(self, arguments: list[str]) -> None:
+        none(arguments)
+        self._step("out", [])
+
+    def _wait(self, before: int, limit_s: float | None) -> None:
+        if limit_s is None:
+            self._say("the program runs; Ctrl-C pauses it")
+        self._until_it_stops(before, limit_s)
+        self.show_place()
+
+    def _until_it_stops(self, before: int, limit_s: float | None) -> None:
+        """Wait for another stop than those before; Ctrl-C pauses the program."""
+        try:
+            for _ in self._moments(limit_s):
+                state = self._ask({"command": "state"})
+                if state["stops"] > before or state["state"] != "running":
+                    return
+        except KeyboardInterrupt:
+            self._ask({"command": "pause"})
+            return
+        raise NotStoppedError(f"the program still runs after {limit_s:g} s\n`pause` pauses it")
+
+    def _plain(self, command: str, arguments: list[str]) -> None:
+        none(arguments)
+        self._ask({"command": command})
+        self.show_place()
+
+    def _reset(self, arguments: list[str]) -> None:
+        if len(arguments) > 1:
+            raise ValueError(f"unexpected {' '.join(arguments[1:])!r}\nexpected warm, cold or origin")
+        self._ask({"command": "reset", "kind": arguments[0] if arguments else "warm"})
+        self.show_place()
+
+    # ---- looking
+
+    def _here(self) -> Place | None:
+        """The place of the task that is looked at; None without a program."""
+        frames = self._stack(self._chosen)
+        return Place(frames[0]["file"], frames[0]["line"]) if frames else None
+
+    def _stack(self, thread: int | None) -> list[dict[str, Any]]:
+        question = {"command": "stack"} if thread is None else {"command": "stack", "thread": thread}
+        frames: list[dict[str, Any]] = self._ask(question)["frames"]
+        return frames
+
+    def _list(self, arguments: list[str]) -> None:
+        here = self._here()
+        if len(arguments) > 1:
+            raise ValueError("expected one line to show")
+        place = self._sources.place_of(arguments[0], here) if arguments else here
+        if place is None:
+            raise ValueError("there is no program")
+        text = self._sources.lines(place.file)
+        for number in range(max(place.line - REACH, 1), min(place.line + REACH, len(text)) + 1):
+            at = Place(place.file, number)
+            mark = "*" if at in self._stops else " "
+            self._say(f"{'>' if at == here else ' '}{mark}{number:5}  {text[number - 1]}")
+
+    def _where(self, arguments: list[str]) -> None:
+        none(arguments)
+        frames = self._stack(self._chosen)
+        for number, frame in enumerate(frames):
+            text = self._shown(Place(frame["file"], frame["line"]), frame["routine"])
+            self._say(f"called at {text}" if number else text)
+
+    def _shown(self, place: Place, routine: str = "") -> str:
+        text = self._sources.line(place).strip()
+        return f"{routine + ', ' if routine else ''}{place}{': ' if text else ''}{text}"
+
+    def _threads(self, arguments: list[str]) -> None:
+        threads = self._ask({"command": "state"})["threads"]
+        if arguments:
+            numbers = [str(thread["number"]) for thread in threads]
+            if len(arguments) > 1 or arguments[0] not in numbers:
+                raise ValueError(f"{' '.join(arguments)!r} is not a task\nexpected {', '.join(numbers) or 'a program'}")
+            self._chosen = int(arguments[0])
+        for thread in threads:
+            mark = ">" if thread["number"] == self._chosen else " "
+            about = f"  {thread['about']}" if thread["about"] else ""
+            self._say(f"{mark}{thread['number']:3}  {thread['name']}  {thread['state']}{about}")
+
+    def _print(self, arguments: list[str]) -> None:
+        self._say_all(values.printed(self._ask, arguments, self._chosen))
+
+    def _forced(self, arguments: list[str]) -> None:
+        none(arguments)
+        self._say_all(values.forced(self._ask) or ["no value is forced"])
+
+    def _trace(self, arguments: list[str]) -> None:
+        self._say_all(trace(self._ask, arguments, lambda: self._moments(self._limit_s)))
+
+    def _state(self, arguments: list[str]) -> None:
+        none(arguments)
+        state = self._ask({"command": "state"})
+        self._say(f"{state['language']}: {state['state']} at {state['now_ns'] / 1e9:.3f} s")
+        for about in (state["progress"], state["problem"]):
+            if about:
+                self._say(about)
+        self._threads([])
+
+    def _say_all(self, lines: Sequence[str]) -> None:
+        for line in lines:
+            self._say(line)
+
+    # ---- where it stops
+
+    def _break(self, arguments: list[str]) -> None:
+        if arguments:
+            first, *rest = arguments
+            if rest and (rest[0] != "if" or len(rest) == 1):
+                raise ValueError(f"unexpected {' '.join(rest)!r}\nexpected `break LINE if CONDITION`")
+            self._stop_at(self._sources.place_of(first, self._here()), " ".join(rest[1:]))
+        if not self._stops:
+            self._say("no breakpoints")
+        for place, condition in sorted(self._stops.items()):
+            self._say(f"breakpoint at {self._shown(place)}{' if ' + condition if condition else ''}")
+
+    def _stop_at(self, wanted: Place, condition: str) -> None:
+        """Set a breakpoint at the first line from `wanted` on that has an instruction."""
+        last = min(wanted.line + FARTHEST, len(self._sources.lines(wanted.file)))
+        for line in range(wanted.line, last + 1):
+            place = Place(wanted.file, line)
+            if line in self._set_breakpoints(place.file, {**self._stops, place: condition}):
+                self._stops[place] = condition
+                return
+        self._set_breakpoints(wanted.file, self._stops)
+        raise ValueError(f"there is no instruction at or after {wanted}")
+
+    def _set_breakpoints(self, file: str, stops: dict[Place, str]) -> list[int]:
+        """Set the breakpoints of one file; return the lines that have an instruction."""
+        wanted = [
+            {"line": place.line, "condition": condition} for place, condition in stops.items() if place.file == file
+        ]
+        lines: list[int] = self._ask({"command": "breakpoints", "file": file, "breakpoints": wanted})["lines"]
+        return lines
+
+    def _delete(self, arguments: list[str]) -> None:
+        here = self._here()
+        gone = {self._sources.place_of(argument, here) for argument in arguments} if arguments else set(self._stops)
+        if not gone <= set(self._stops):
+            raise ValueError("there is no such breakpoint\n`break` lists them")
+        self._stops = {place: condition for place, condition in self._stops.items() if place not in gone}
+        for file in {place.file for place in gone}:
+            self._set_breakpoints(file, self._stops)
+        self._say(f"{len(self._stops)} breakpoints left")
+
+    # ---- leaving
+
+    def _help(self, arguments: list[str]) -> None:
+        none(arguments)
+        self._say_all(list(WORDS.lines()))
+
+    def _quit(self, arguments: list[str]) -> None:
+        none(arguments)
+        self.is_over = True
+        if self._stops:
+            self._delete([])
+        if self._ask({"command": "state"})["state"] == "paused":
+            self._ask({"command": "continue"})
+            self._say("the program continues")
+
+    def _leave(self, arguments: list[str]) -> None:
+        none(arguments)
+        self.is_over = True

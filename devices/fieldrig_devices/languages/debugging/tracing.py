@@ -1,0 +1,146 @@
+"""The trace of the debugger: its words, the wait for its samples, and the table or CSV that it becomes."""
+
+import csv
+import io
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from fieldrig_devices.languages.debugging.adapter import Ask, text_of
+from fieldrig_devices.languages.debugging.prompt import NotStoppedError
+from fieldrig_devices.languages.debugging.service import MOST_SAMPLES_IN_ANSWER
+
+DEPTH: Final = 20
+_NUMBERS: Final = ("every", "depth", "before")
+
+
+@dataclass(slots=True)
+class Wanted:
+    """A recording as the words of `trace` describe it."""
+
+    names: list[str] = field(default_factory=list)
+    numbers: dict[str, int] = field(default_factory=dict)
+    trigger: dict[str, Any] | None = None
+    file: str | None = None
+    """The file for CSV; an empty text for CSV on the screen, None for a table."""
+
+    def question(self) -> dict[str, Any]:
+        trigger = None if self.trigger is None else {**self.trigger, "before": self.numbers.get("before", 0)}
+        return {
+            "command": "record",
+            "names": self.names,
+            "every": self.numbers.get("every", 1),
+            "depth": self.depth,
+            "trigger": trigger,
+        }
+
+    @property
+    def depth(self) -> int:
+        return self.numbers.get("depth", DEPTH)
+
+
+def wanted_of(words: Sequence[str]) -> Wanted:
+    """Read `NAME... [every N] [depth N] [trigger NAME [rising|falling|any] [LEVEL]] [before N] [csv [FILE]]`."""
+    found, rest = Wanted(), list(words)
+    while rest:
+        word = rest.pop(0)
+        if word in _NUMBERS:
+            found.numbers[word] = _number(word, rest)
+        elif word == "trigger":
+            found.trigger = _trigger(rest)
+        elif word == "csv":
+            found.file = rest.pop(0) if rest and rest[0] not in (*_NUMBERS, "trigger") else ""
+        else:
+            found.names.append(word)
+    if not found.names:
+        raise ValueError("nothing to record\nexpected names, such as `trace Main.count depth 20`")
+    if "before" in found.numbers and found.trigger is None:
+        raise ValueError("`before` needs a trigger\nexpected `trigger NAME rising LEVEL before N`")
+    return found
+
+
+def _number(word: str, rest: list[str]) -> int:
+    if not rest or not rest[0].isdecimal() or len(rest[0]) > 9:
+        raise ValueError(f"expected a number after {word}, got {rest[0] if rest else 'nothing'!r}")
+    return int(rest.pop(0))
+
+
+def _trigger(rest: list[str]) -> dict[str, Any]:
+    if not rest:
+        raise ValueError("expected a name after trigger, such as `trigger Main.speed rising 2.5`")
+    trigger: dict[str, Any] = {"name": rest.pop(0)}
+    if rest and rest[0] in ("rising", "falling", "any"):
+        trigger["edge"] = rest.pop(0)
+    if rest and (level := _level(rest[0])) is not None:
+        rest.pop(0)
+        trigger["level"] = level
+    return trigger
+
+
+def _level(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def trace(ask: Ask, words: Sequence[str], moments: Callable[[], Iterator[object]]) -> list[str]:
+    """Record values, and return them as lines; Ctrl-C ends a trace with the samples that are there.
+
+    NotStoppedError if the samples do not come in the time of `moments`.
+    """
+    wanted = wanted_of(words)
+    ask(wanted.question())
+    try:
+        answer = _recorded(ask, wanted, moments)
+    finally:
+        ask({"command": "record", "names": []})
+    rows = _rows(answer)
+    if wanted.file is None:
+        return _table(("time/s", *wanted.names), rows)
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([("time/s", *wanted.names), *rows])
+    if not wanted.file:
+        return text.getvalue().splitlines()
+    try:
+        Path(wanted.file).write_text(text.getvalue(), encoding="utf-8")
+    except OSError as cause:
+        raise ValueError(f"{wanted.file} can't be written: {cause.strerror or cause}") from cause
+    return [f"{wanted.file}: {len(rows)} samples"]
+
+
+def _recorded(ask: Ask, wanted: Wanted, moments: Callable[[], Iterator[object]]) -> dict[str, Any]:
+    answer: dict[str, Any] = {"samples": []}
+    try:
+        for _ in moments():
+            answer = ask({"command": "samples", "after": 1 << 62})
+            if answer["is_full"] or (wanted.trigger is None and answer["taken"] >= wanted.depth):
+                return _samples(ask, wanted.depth)
+    except KeyboardInterrupt:
+        return _samples(ask, wanted.depth)
+    why = "the trigger has not come" if answer.get("state") == "waiting" else "the samples have not come"
+    raise NotStoppedError(f"{why}, {answer.get('taken', 0)} samples were taken\nthe program may be standing")
+
+
+def _samples(ask: Ask, depth: int) -> dict[str, Any]:
+    """Read all samples of a recording; one answer has a limited number of them."""
+    answer = ask({"command": "samples", "after": 0})
+    samples, last = answer["samples"], answer["samples"]
+    first = answer["taken"] - min(answer["taken"], depth)
+    while len(last) == MOST_SAMPLES_IN_ANSWER:
+        last = ask({"command": "samples", "after": first + len(samples)})["samples"]
+        samples += last
+    return {**answer, "samples": samples}
+
+
+def _rows(answer: dict[str, Any]) -> list[list[str]]:
+    """The samples, with the time in seconds since the trigger or the first one."""
+    samples = answer["samples"]
+    zero_ns = answer.get("triggered_ns") or (samples[0][0] if samples else 0)
+    return [[f"{(time_ns - zero_ns) / 1e9:.6f}", *map(text_of, found)] for time_ns, *found in samples]
+
+
+def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(headings, *rows, strict=True)]
+    return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (headings, *rows)]

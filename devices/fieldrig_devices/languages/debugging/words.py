@@ -1,0 +1,65 @@
+"""The words of a debugger with one command per line: names, short names, arguments, and the list of `help`."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+MOST_REPEATS: Final = 1_000
+
+
+@dataclass(frozen=True, slots=True)
+class Help:
+    words: tuple[str, ...]
+    arguments: str
+    about: str
+
+
+class Words:
+    """The commands of one debugger."""
+
+    def __init__(self, entries: Sequence[Help], hint: str) -> None:
+        self._entries, self._hint = tuple(entries), hint
+        self._width = max(len(entry.arguments) for entry in entries)
+
+    def find(self, word: str) -> str:
+        """Find a command by its full name, its short name or its beginning.  ValueError for an unknown command."""
+        word = word.lower()
+        for entry in self._entries:
+            if word in entry.words:
+                return entry.words[0]
+        found = [entry.words[0] for entry in self._entries if entry.words[0].startswith(word)]
+        if len(found) != 1:
+            close = f"{word!r} is ambiguous: {' or '.join(found)}" if found else f"{word!r} is not a command"
+            raise ValueError(f"{close}\n`help` lists the commands")
+        return found[0]
+
+    def lines(self) -> Iterator[str]:
+        """Yield the text of `help`."""
+        for entry in self._entries:
+            yield f"  {', '.join(entry.words):12} {entry.arguments:{self._width}} {entry.about}"
+        yield self._hint
+
+
+def count(arguments: Sequence[str]) -> int:
+    """The count in the arguments, or 1 if there are none.  ValueError for an invalid count."""
+    if not arguments:
+        return 1
+    if len(arguments) == 1 and arguments[0].isdecimal() and 1 <= int(arguments[0]) <= MOST_REPEATS:
+        return int(arguments[0])
+    raise ValueError(f"{' '.join(arguments)!r} is not a count\nexpected 1 to {MOST_REPEATS}")
+
+
+def none(arguments: Sequence[str]) -> None:
+    if arguments:
+        raise ValueError(f"unexpected {' '.join(arguments)!r} after this command\n`help` lists the commands")
+
+
+def limit(arguments: Sequence[str], usual_s: float | None) -> float | None:
+    """The time to wait in the arguments, in seconds, or `usual_s` if there are none.  ValueError for anything else."""
+    if not arguments:
+        return usual_s
+    try:
+        [text] = arguments
+        return float(text)
+    except ValueError as cause:
+        raise ValueError(f"{' '.join(arguments)!r} is not a time\nexpected a number of seconds") from cause

@@ -1,0 +1,186 @@
+"""`fieldrig iec check`, `fmt`, `run` and `symbols`, without a running rig."""
+
+import json
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import pytest
+from typer.testing import CliRunner
+
+from fieldrig_devices.iec.commands import app
+
+ROOT = Path(__file__).parents[3]
+TANK = """\
+PROGRAM PLC_PRG
+VAR level : INT := 50; valve : BOOL; END_VAR
+valve := level > 40;
+IF valve THEN level := level - 1; END_IF
+END_PROGRAM
+"""
+WRONG = """\
+PROGRAM PLC_PRG
+VAR a : INT; END_VAR
+a := b;
+a := TRUE;
+END_PROGRAM
+"""
+NS = {"s": "http://www.3s-software.com/schemas/Symbolconfiguration.xsd"}
+
+
+def iec(*arguments: object) -> Any:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def tank(tmp_path: Path) -> Path:
+    return saved(tmp_path / "tank.st", TANK)
+
+
+def saved(file: Path, text: str) -> Path:
+    file.write_text(text)
+    return file
+
+
+# ---- check
+
+
+def test_check_tells_the_sizes_of_a_right_program(tank: Path) -> None:
+    done = iec("check", tank)
+    assert done.exit_code == 0, done.output
+    assert "Code Size: " in done.stdout
+    assert "Data Size: 3 bytes" in done.stdout
+
+
+def test_check_lists_all_mistakes_with_their_places(tmp_path: Path) -> None:
+    file = saved(tmp_path / "wrong.st", WRONG)
+    done = iec("check", file)
+    assert done.exit_code == 2
+    assert [line.split(" ")[0] for line in done.stderr.splitlines() if line.startswith(str(file))] == [
+        f"{file}:3:6:",
+        f"{file}:4:6:",
+    ]
+    mistakes = json.loads(iec("check", file, "--json").stdout)
+    assert [(mistake["line"], mistake["column"]) for mistake in mistakes if not mistake["is_note"]] == [(3, 6), (4, 6)]
+
+
+def test_all_files_of_a_folder_are_one_program(tmp_path: Path) -> None:
+    saved(tmp_path / "main.st", "PROGRAM PLC_PRG VAR a : INT; END_VAR a := Twice(a); END_PROGRAM")
+    saved(tmp_path / "sub.st", "FUNCTION Twice : INT VAR_INPUT x : INT; END_VAR Twice := 2 * x; END_FUNCTION")
+    saved(tmp_path / "readme.txt", "not a source")
+    assert iec("check", tmp_path).exit_code == 0
+    assert iec("check", tmp_path / "main.st").exit_code == 2
+
+
+def test_the_dialect_decides(tmp_path: Path) -> None:
+    file = saved(tmp_path / "a.st", "PROGRAM PLC_PRG VAR a : LINT; END_VAR a := a + 1; END_PROGRAM")
+    assert iec("check", file).exit_code == 2
+    assert iec("check", file, "--dialect", "edition-3").exit_code == 0
+    assert "expected epas-4 or edition-3, got 'edition-4'" in iec("check", file, "--dialect", "edition-4").output
+
+
+def test_a_program_is_checked_for_the_objects_of_a_controller() -> None:
+    conveyor, rig = ROOT / "configs/programs/conveyor.st", ROOT / "configs/conveyor.yaml"
+    alone = iec("check", conveyor)
+    assert (alone.exit_code, "is not declared" in alone.stderr) == (2, True)
+    for more in ((), ("--device", "max4")):
+        done = iec("check", conveyor, "--rig", rig, *more)
+        assert done.exit_code == 0, done.output
+
+
+def test_the_program_of_the_rig_file_itself_may_be_wrong(tmp_path: Path) -> None:
+    saved(tmp_path / "own.st", WRONG)
+    good = saved(tmp_path / "good.st", "PROGRAM PLC_PRG VAR t : UDINT; END_VAR t := PacDriveM.Timer1; END_PROGRAM")
+    rig = saved(tmp_path / "rig.yaml", "time: virtual\nbuses: {}\ndevices: {plc: {kind: max4, program: own.st}}\n")
+    assert iec("check", good, "--rig", rig).exit_code == 0
+    assert iec("check", tmp_path / "own.st", "--rig", rig).exit_code == 2
+
+
+def test_the_controller_has_to_be_in_the_rig(tank: Path) -> None:
+    rig = ROOT / "configs/conveyor.yaml"
+    assert "has no controller 'belt'" in str(iec("check", tank, "--rig", rig, "--device", "belt").exception)
+    assert "--device needs --rig" in iec("check", tank, "--device", "max4").output
+
+
+# ---- fmt
+
+
+def test_fmt_writes_one_layout_and_keeps_comments(tmp_path: Path) -> None:
+    file = saved(tmp_path / "a.st", "program PLC_PRG var a:INT; (* items *) end_var a:=a+1; end_program")
+    assert (iec("fmt", file, "--check").exit_code, file.read_text()[:7]) == (2, "program")
+    assert iec("fmt", file).stdout == f"{file}: formatted\n"
+    text = file.read_text()
+    assert "PROGRAM PLC_PRG\n" in text
+    assert "a : INT;" in text
+    assert "(* items *)" in text
+    assert "a := a + 1;" in text
+    again = iec("fmt", file)
+    assert (again.exit_code, again.stdout, file.read_text()) == (0, "", text)
+    assert iec("fmt", file, "--check").exit_code == 0
+
+
+def test_fmt_leaves_a_file_with_mistakes_and_xml(tmp_path: Path) -> None:
+    broken = saved(tmp_path / "a.st", "PROGRAM PLC_PRG a := ; END_PROGRAM")
+    xml = saved(tmp_path / "b.xml", "<project/>")
+    done = iec("fmt", broken, xml)
+    assert (done.exit_code, f"{broken}:1:" in done.stderr) == (2, True)
+    assert (broken.read_text(), xml.read_text()) == ("PROGRAM PLC_PRG a := ; END_PROGRAM", "<project/>")
+
+
+# ---- run
+
+
+def test_run_shows_the_variables_at_the_end(tank: Path) -> None:
+    """A task of 10 ms has six cycles from 0 to 50 ms."""
+    done = iec("run", tank, "--for", "1s", "--json")
+    assert (done.exit_code, json.loads(done.stdout)) == (0, {"PLC_PRG.level": 40, "PLC_PRG.valve": False})
+    table = iec("run", tank, "--for", "50ms", "--watch", "PLC_PRG.level").stdout.splitlines()
+    assert [line.split() for line in table] == [["variable", "type", "value"], ["PLC_PRG.level", "INT", "44"]]
+
+
+def test_run_starts_with_values_from_outside(tank: Path) -> None:
+    done = iec("run", tank, "--for", "20ms", "--set", "PLC_PRG.level=16#20", "--json")
+    assert json.loads(done.stdout) == {"PLC_PRG.level": 32, "PLC_PRG.valve": False}
+
+
+def test_run_ends_with_a_fault_of_the_program(tmp_path: Path) -> None:
+    file = saved(tmp_path / "a.st", "PROGRAM PLC_PRG VAR a : INT := 3; END_VAR\na := a - 1;\na := 6 / a;\nEND_PROGRAM")
+    done = iec("run", file, "--for", "1s", "--set", "PLC_PRG.a=1")
+    assert (done.exit_code, f"{file}:3" in done.stderr) == (6, True)
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (("--for", "soon"), "is not a duration"),
+        (("--for", "1s", "--set", "PLC_PRG.level"), "expected NAME=VALUE"),
+        (("--for", "1s", "--set", "PLC_PRG.level=x"), "expected a constant"),
+        (("--for", "1s", "--watch", "PLC_PRG.tap"), "is not a variable"),
+        ((), "expected a time, because there is no terminal"),
+    ],
+)
+def test_run_says_what_it_expects(tank: Path, more: tuple[str, ...], message: str) -> None:
+    done = iec("run", tank, *more)
+    assert (done.exit_code, message in " ".join(done.output.replace("│", "").split())) == (2, True), done.output
+
+
+def test_run_lists_the_mistakes_of_a_program(tmp_path: Path) -> None:
+    done = iec("run", saved(tmp_path / "wrong.st", WRONG), "--for", "1s")
+    assert (done.exit_code, "wrong.st:3:6: " in done.stderr, "wrong.st:4:6: " in done.stderr) == (2, True, True)
+
+
+# ---- symbols
+
+
+def test_symbols_of_sources(tank: Path, tmp_path: Path) -> None:
+    output = tmp_path / "tank.xml"
+    done = iec("symbols", output, tank)
+    assert (done.exit_code, done.stdout.startswith(f"{output}: ")) == (0, True)
+    nodes = ET.parse(output).findall(".//s:Node[@name='PLC_PRG']/s:Node", NS)
+    assert {node.get("name") for node in nodes} == {"level", "valve"}
+
+
+def test_symbols_of_a_wrong_program_write_nothing(tmp_path: Path) -> None:
+    done = iec("symbols", tmp_path / "a.xml", saved(tmp_path / "wrong.st", WRONG))
+    assert (done.exit_code, (tmp_path / "a.xml").exists()) == (2, False)
+    assert "expected source files" in str(iec("symbols", tmp_path / "a.xml").exception)

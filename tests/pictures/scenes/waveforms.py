@@ -1,0 +1,37 @@
+"""Wires of the lab while its pump fills the tank."""
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from tests.pictures.recording import recorded
+
+from fieldrig.clock import S
+from fieldrig.rig import Rig
+from fieldrig.trace import TraceEntry
+from fieldrig_bus.traces.timing_diagram import Window, timing_diagram
+from fieldrig_bus.traces.waves import waves_of
+from fieldrig_bus.wires import encode
+
+SHOWN: Final = ("pump.run", "pump.speed", "tank.inflow", "tank.level")
+END_NS: Final = 60 * S
+
+
+def tank() -> str:
+    """The wires as `fieldrig draw` draws them."""
+
+    def play(rig: Rig) -> None:
+        rig.run_until(2 * S)
+        rig.set("drive", "speed_set", 100)
+        rig.set("drive", "run", True)
+        rig.run_until(40 * S)
+        rig.set("drive", "run", False)
+        rig.run_until(END_NS)
+
+    sent = [message for message in recorded("lab-virtual.yaml", play) if message.bus == "wires"]
+    found = waves_of(TraceEntry(one.time_ns, one.bus, "wires", one.sender, encode(one.message)) for one in sent)
+    waves = {wave.name: wave for wave in found.waves}
+    about = "The pump runs from 2 s to 40 s; water flows into the tank, and its level rises."
+    return timing_diagram([waves[name] for name in SHOWN], Window(0, END_NS), "Wires of the lab", about)
+
+
+PICTURES: Final[Mapping[str, Callable[[], str]]] = {"wires-tank": tank}
