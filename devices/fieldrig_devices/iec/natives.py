@@ -23,7 +23,7 @@ def ignore(results: Results) -> None:
 
 NOTHING: Waiting = (None, ignore)
 _LIMITS: Final = {number: limiter(kind) for number, kind in BY_NUMBER.items()} | {STRING_KIND: limiter(StringType(255))}
-"""What a parameter of the type with this number can be in the program."""
+"""The limiter of a parameter by the number of its type."""
 
 
 class Natives:

@@ -107,6 +107,21 @@ def test_without_reset_a_job_is_not_begun_twice(bench: CamBench) -> None:
     assert bench.part(profile, 100.0, 100.0, instance=200)[0] == 0  # so nothing waits yet
 
 
+def test_a_job_that_waits_is_judged_by_its_pins_once_the_axis_has_room(bench: CamBench) -> None:
+    """While the axis has no room, a call without reset answers 1 whatever its other pins are; then they count."""
+    straight = bench.call("ProfilLoad", "straight")
+    bench.master.velocity = 100.0
+    for instance in (1, 2):
+        assert bench.part(straight, 10.0, 10.0, instance=instance)[0] == 0
+    assert bench.part(straight, 10.0, 10.0, instance=3)[0] == 1
+    assert bench.part(straight, 0.0, 10.0, instance=3, bReset=False)[0] == 1
+    assert bench.part(straight, 0.0, 10.0, instance=3)[0] == -4  # a new job is judged at once
+    assert bench.part(straight, 10.0, 10.0, instance=3)[0] == 1
+    bench.run(30)  # the first cam is over, so the second one moves the axis
+    assert bench.part(straight, 0.0, 10.0, instance=3, bReset=False)[0] == -4
+    assert bench.part(straight, 10.0, 10.0, instance=3, bReset=False)[0] == 0
+
+
 def test_wrong_pins_give_results_below_zero(bench: CamBench) -> None:
     profile = bench.call("ProfilLoad", "straight")
     wrong: list[tuple[int, dict[str, Any]]] = [

@@ -90,6 +90,11 @@ def test_multicam_begins_on_all_axes_or_on_none(bench: CamBench) -> None:
     assert bench.block("MultiCam3", 1, bench.master.object.log_adr, 100.0, *nobody, True)[0] == -1
     twice = (one, straight, 10.0, one, straight, 10.0, 0, 0, 0.0)
     assert bench.block("MultiCam3", 1, bench.master.object.log_adr, 100.0, *twice, True)[0] == -1
+    assert bench.block("MultiCam3", 1, bench.master.object.log_adr, 100.0, *pins, True)[0] == 1
+    assert bench.block("MultiCam3", 1, bench.master.object.log_adr, 100.0, *pins, False)[0] == 1
+    bench.master.position = 120.0  # the first cam of `two` is over, so it has room
+    bench.run(1)
+    assert bench.block("MultiCam3", 1, bench.master.object.log_adr, 100.0, *pins, False)[0] == 0
 
 
 @pytest.mark.manual("PD-196")
