@@ -409,7 +409,7 @@ def test_a_pointer_to_a_variable_of_a_function_works_while_it_runs() -> None:
     assert bench["n"] == 42
 
 
-@pytest.mark.manual("PD-070", "PD-364")
+@pytest.mark.manual("PD-070", "PD-364", "PD-384")
 def test_located_variables_are_read_and_written_at_once() -> None:
     bench = IecBench(
         program(
