@@ -65,6 +65,8 @@ class Desk:
         match block.info:
             case (_, "elsewhere") | ("text" | "mermaid",):
                 return
+            case ("iecst", "becomes") | ("text", "messages"):
+                return  # tests/devices/iec/imports/test_page.py compares them
             case (_, "file", name):
                 self._save(name, block)
             case ("python", "test", *names):

@@ -6,7 +6,7 @@ from typing import Any, Final
 from fieldrig.bus import BusModel, Delivery
 from fieldrig_bus.opcua.message import ANSWERS, Offer, OpcUaMessage
 
-SERVER: Final = "opcua"
+SERVER: Final = "opcua:server"
 """The member that is the server of the bus."""
 
 
