@@ -34,6 +34,7 @@ PROSELINT: Config = {
         "misc.phrasal_adjectives": False,
         "misc.scare_quotes": False,
         "misc.capitalization": False,
+        "misc.preferred_forms": False,  # it takes the operator NE of Instruction List for a French word
         "industrial_language.jargon": False,
         "spelling.consistency": False,
         "cliches": False,

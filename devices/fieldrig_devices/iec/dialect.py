@@ -40,8 +40,8 @@ class Dialect:
     allows_numbers_as_times: bool = False
     """A bare number as milliseconds, `PT := 300` (X29)."""
     mixes_integers: bool = True
-    """Integers and bit strings of the same size go into one another, and AND, OR, XOR, NOT and arithmetic take both, as
-    in CoDeSys V2.3.  Otherwise each value of the one type must be one of the other, and bit strings are no numbers."""
+    """Integers and bit strings of the same size go into one another, and logic and arithmetic take both, as in CoDeSys
+    V2.3.  Otherwise each value of the one type must be one of the other, and bit strings are no numbers."""
     allows_trailing_commas: bool = False
     """`Lamp(IN := a, PT := t,);`: a comma behind the last argument, which today's tools accept."""
     allows_changed_inputs: bool = False

@@ -1,6 +1,6 @@
 """A program in the memory of a controller: its run time, and its tasks on the processor.
 
-The controller that it runs on is told what happens; one with retained variables derives a class of its own.
+The controller that it runs on is its watcher; one with retained variables derives a class of its own.
 """
 
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from fieldrig_devices.iec.thread import Fault, Thread
 
 
 class Watcher(Protocol):
-    """The controller, which is told what happens to its program."""
+    """The controller, which hears of faults and of the ends of cycles."""
 
     def on_transgression(self, task: Task, elapsed_ns: int, *, is_serious: bool) -> None:
         """Called when a cycle has taken too long; after a serious one the task is suspended."""

@@ -20,7 +20,7 @@ class Solo(IecDebuggee):
         self._clock = clock
         self._program = LoadedProgram(clock, compiled, host, self)
         self.events: list[str] = []
-        """What went wrong, in whole sentences."""
+        """Faults and cycles that took too long, in whole sentences."""
 
     @property
     def program(self) -> LoadedProgram:

@@ -15,7 +15,7 @@ class Mistake:
     file: str = ""
     """The source file, for languages whose programs have several."""
     hint: str = ""
-    """What to do about it, in the words of the engineer."""
+    """The way to put it right, in the words of the engineer."""
 
     def __str__(self) -> str:
         place = f"{self.file}:{self.line}:{self.column}" if self.file else f"{self.line}:{self.column}"

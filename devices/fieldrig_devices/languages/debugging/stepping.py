@@ -1,4 +1,4 @@
-"""The end of a single step: where a program that was told to step stops again."""
+"""The end of a single step: the place at which a program that steps stops again."""
 
 from fieldrig_devices.languages.debugging.debuggee import Step
 
@@ -10,7 +10,7 @@ class Goal:
         self._kind, self._line, self._depth = kind, line, depth
 
     def is_reached(self, line: int, depth: int) -> bool:
-        """Return whether a program that stands in front of this line, inside `depth` calls, has made the step.
+        """Return whether a program in front of this line, inside `depth` calls, has made the step.
 
         A step over a call ends at the next line of the same routine, or in its caller; a step out ends in the caller.
         """
