@@ -2,6 +2,7 @@
 
 import io
 import re
+import signal
 from itertools import groupby
 from math import isnan
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from vcdvcd import VCDVCD
+from vcd_reader import VCDVCD
 
 from fieldrig.errors import RigError
 from fieldrig.trace import TraceEntry
@@ -180,3 +181,7 @@ def test_no_name_or_unit_breaks_the_file(name: str, unit: str) -> None:
     except ValueError:  # half of a surrogate pair
         return
     assert [variable.tv[-1] for variable in read_back(written(signal)).values()] == [(0, "1")]
+
+
+def test_the_foreign_reader_leaves_broken_pipes_to_python() -> None:
+    assert signal.getsignal(signal.SIGPIPE) is signal.SIG_IGN
