@@ -102,7 +102,8 @@ def checked() -> Iterator[Path]:
     table: Mapping[str, list[str]] = project["tool"]["fieldrig"]["prose"]
     excepted = {ROOT / name for name in table["except"]}
     for pattern in table["files"]:
-        found = sorted(path for path in ROOT.glob(pattern) if path.is_file() and path not in excepted)
+        files = (path for path in ROOT.glob(pattern) if path.is_file() and "node_modules" not in path.parts)
+        found = sorted(path for path in files if path not in excepted)
         if not found:
             raise SystemExit(f"pyproject.toml: tool.fieldrig.prose.files: no file matches {pattern!r}")
         yield from found
