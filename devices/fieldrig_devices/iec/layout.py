@@ -7,7 +7,7 @@ the tasks; and the data area with the global variables, among them all instances
 In an online change a variable of the same name and type keeps its address.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -268,7 +268,3 @@ def start_value(kind: Type, initial: InitialValue | None) -> Value:
 def stack_of(task_number: int) -> int:
     """Return where the stack of a task begins."""
     return STACKS + task_number * STACK_SIZE
-
-
-def globals_of(program: Program) -> Mapping[str, Variable]:
-    return {name: variable for name, variable in program.globals.items() if variable.location is None}

@@ -4,15 +4,12 @@ It has no configuration objects and no native functions of a controller; %I and 
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Final
 
 from fieldrig.clock import MS, Clock
 from fieldrig_devices.iec.host import Library, Pending
+from fieldrig_devices.iec.layout import AREA_SIZE
 from fieldrig_devices.iec.program import ConfiguredObject
 from fieldrig_devices.iec.types import ObjectType, Value
-
-AREA_BYTES: Final = 65_536
-"""Size of %I and %Q (PD-314)."""
 
 
 class StandaloneHost:
@@ -23,7 +20,7 @@ class StandaloneHost:
         self.libraries: Sequence[Library] = ()
         self.object_types: Mapping[str, ObjectType] = {}
         self.objects: Mapping[str, ConfiguredObject] = {}
-        self.inputs, self.outputs = bytearray(AREA_BYTES), bytearray(AREA_BYTES)
+        self.inputs, self.outputs = bytearray(AREA_SIZE), bytearray(AREA_SIZE)
 
     def read(self, address: int) -> Value:
         raise KeyError(address)

@@ -5,6 +5,7 @@ do not overflow, and there are no calls.  Names are looked up by the caller.
 """
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from operator import add, eq, ge, gt, le, lt, mul, ne, sub, xor
 from typing import Any, Final
 
@@ -37,8 +38,12 @@ _LOGIC: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
 }
 
 
+@lru_cache(maxsize=1_000)
 def expression_of(text: str, dialect: Dialect = EDITION_3) -> tree.Expression:
-    """Return the tree of an expression.  ValueError, saying what was expected, if it is none."""
+    """Return the tree of an expression.  ValueError, saying what was expected, if it is none.
+
+    Trees are kept, because a trace and a condition compute the same expression in every cycle; no caller changes them.
+    """
     if len(text) > LONGEST:
         raise ValueError(f"expected an expression of at most {LONGEST} characters, got {len(text)}")
     body, mistakes = parse_body(f"watch := {text};", "", "ST", dialect)

@@ -15,7 +15,6 @@ from fieldrig_devices.iec.types import (
     Elementary,
     EnumType,
     Field,
-    ObjectType,
     PointerType,
     StringType,
     StructType,
@@ -243,11 +242,6 @@ class TypeSpecs:
         """Work out all numbers, so that mistakes in unused enumerations are found too."""
         for name in [name for name, entity in self._project.names.items() if type(entity) is Pending]:
             self._project.find(name)
-
-
-def is_reference_type(kind: Type) -> bool:
-    """True for configuration objects, which are always passed by reference (PD-023)."""
-    return isinstance(kind, ObjectType)
 
 
 def block_of(kind: Type) -> Pou | None:

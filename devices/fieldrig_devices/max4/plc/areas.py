@@ -7,12 +7,9 @@ number n (from 0) is bit n of the area, so that the first sixteen are %IX0.0 to 
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Final
 
-from fieldrig_devices.max4.configuration.limits import KB
+from fieldrig_devices.iec.layout import AREA_SIZE
 from fieldrig_devices.max4.terminals import DigitalInput, DigitalOutput, Terminals
-
-AREA_BYTES: Final = 64 * KB
 
 
 class Areas:
@@ -20,7 +17,7 @@ class Areas:
 
     def __init__(self, terminals: Terminals, on_input: Callable[[], None]) -> None:
         """`on_input` is called after each change of an input."""
-        self.inputs, self.outputs = bytearray(AREA_BYTES), bytearray(AREA_BYTES)
+        self.inputs, self.outputs = bytearray(AREA_SIZE), bytearray(AREA_SIZE)
         self._outputs: Sequence[DigitalOutput] = tuple(terminals.outputs.values())
         self._on_input = on_input
         for number, terminal in enumerate(terminals.inputs.values()):
