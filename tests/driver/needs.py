@@ -49,7 +49,7 @@ NPM = Need(
     ("npm", "g++", "make"),
     lambda: all(shutil.which(name) for name in ("npm", "node", "g++", "make")),
 )
-UML = Need("user-mode Linux", ("user-mode-linux", "kmod", "iproute2"), uml.is_there)
+UML = Need("user-mode Linux", ("user-mode-linux", "kmod", "iproute2", "gcc", "libc6-dev"), uml.is_there)
 VCAN = Need("a kernel with vcan", UML.packages, lambda: vcan.is_there() or uml.is_there())
 DOCKER = Need("Docker with Compose", ("docker.io", "docker-compose", "debootstrap"), docker_daemon.can_be_reached)
 

@@ -17,7 +17,9 @@ from tests.driver.needs import Need
 
 REPORTS = Path("build") / "tests"
 NODE = Path("tests") / "real" / "node"
-VCAN_LIMIT_S = 600
+VCAN_LIMIT_S = 900
+# A test that starts a whole rig can wait long for a busy host; its own limits say earlier what hangs.
+PATIENT = ("--timeout=600",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +33,8 @@ class Stage:
     """The context that must be there while the stage runs; it gives variables for its environment."""
     report: Path | None = None
     """JUnit file that its pytest writes."""
+    again: Callable[[], list[str]] | None = None
+    """The command that repeats only the tests that failed, for a stage whose tests share the host with real time."""
 
 
 def module(*arguments: str) -> Callable[[], list[str]]:
@@ -39,6 +43,11 @@ def module(*arguments: str) -> Callable[[], list[str]]:
 
 def pytest_command(name: str, marks: str, *more: str) -> list[str]:
     return [sys.executable, "-m", "pytest", "-m", marks, f"--junitxml={report_of(name)}", *more]
+
+
+def only_failed(name: str, marks: str) -> list[str]:
+    """The tests of the stage that failed in its last run, one after the other."""
+    return pytest_command(f"{name}-again", marks, "--last-failed", "--last-failed-no-failures=none", *PATIENT)
 
 
 def report_of(name: str) -> Path:
@@ -53,9 +62,11 @@ def pytest_stage(
     needs: tuple[Need, ...] = (),
     wants: tuple[Need, ...] = (),
     around: Callable[[], AbstractContextManager[Mapping[str, str]]] = lambda: nullcontext({}),
+    in_real_time: bool = False,
 ) -> Stage:
     command = pytest_command(name, marks, *more)
-    return Stage(name, about, lambda: command, needs, wants, around, report_of(name))
+    again = (lambda: only_failed(name, marks)) if in_real_time else None
+    return Stage(name, about, lambda: command, needs, wants, around, report_of(name), again)
 
 
 @contextmanager
@@ -89,7 +100,15 @@ UNIT = pytest_stage("unit", "in memory and in virtual time", IN_MEMORY, *ON_ALL_
 QUICK = pytest_stage("quick", "in memory, but what takes long", f"{IN_MEMORY} and not long", *ON_ALL_CORES)
 
 WHOLE = (
-    pytest_stage("docker", "the containers", "docker", needs=(needs.DOCKER,), around=docker_daemon.reachable),
+    pytest_stage(
+        "docker",
+        "the containers",
+        "docker",
+        *PATIENT,
+        needs=(needs.DOCKER,),
+        around=docker_daemon.reachable,
+        in_real_time=True,
+    ),
     Stage(
         "vcan",
         "foreign peers on the kernel's CAN",
@@ -103,9 +122,21 @@ WHOLE = (
         "real",
         "foreign peers on sockets and ptys",
         "real and not vcan",
+        *PATIENT,
         wants=(needs.CAN_UTILS, needs.MBPOLL, needs.SOCAT, needs.TSHARK, needs.GTKWAVE, needs.SIGROK, needs.LIBMODBUS),
+        in_real_time=True,
     ),
-    pytest_stage("system", "processes, sockets, ptys", "system and not real and not docker", wants=(needs.UML,)),
+    pytest_stage(
+        "system",
+        "processes, sockets, ptys",
+        "system and not real and not docker",
+        "-n",
+        "auto",
+        "--dist=worksteal",
+        *PATIENT,
+        wants=(needs.UML,),
+        in_real_time=True,
+    ),
 )
 
 BENCH = Stage(
