@@ -97,7 +97,10 @@ IN_MEMORY = "not system and not real and not docker"
 # By default a signal ends a test that hangs, once: hypothesis then tries the same again, and hangs.
 ON_ALL_CORES = ("-n", "auto", "--dist=worksteal", "--timeout-method=thread")
 UNIT = pytest_stage("unit", "in memory and in virtual time", IN_MEMORY, *ON_ALL_CORES)
-QUICK = pytest_stage("quick", "in memory, but what takes long", f"{IN_MEMORY} and not long", *ON_ALL_CORES)
+FEW_EXAMPLES = "--hypothesis-profile=quick"
+QUICK = pytest_stage(
+    "quick", "in memory, but what takes long", f"{IN_MEMORY} and not long", *ON_ALL_CORES, FEW_EXAMPLES
+)
 
 WHOLE = (
     pytest_stage(
