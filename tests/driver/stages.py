@@ -137,7 +137,7 @@ WHOLE = (
         "auto",
         "--dist=worksteal",
         *PATIENT,
-        wants=(needs.UML,),
+        wants=(needs.UML, needs.MBPOLL),
         in_real_time=True,
     ),
 )
