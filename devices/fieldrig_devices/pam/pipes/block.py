@@ -80,13 +80,13 @@ class Slewed:
     def set(self, target: float, *, at_once: bool) -> None:
         """Change the parameter; outside an active block it changes at once."""
         self.target = target
-        self._begin, self._moving_s = self.value, 0.0
         if at_once or self.slope is None:
             self.value = target
+        self._begin, self._moving_s = self.value, 0.0
 
     def finish(self) -> None:
         """Apply what is left of a change, as at the end of a pipe (PAML-433, PAML-587)."""
-        self.value = self.target
+        self.value = self._begin = self.target
 
     def step(self, period_s: float) -> float:
         """Go on for a period, and return the instantaneous value."""
