@@ -3,7 +3,8 @@
 from xml.etree import ElementTree as ET
 
 from fieldrig.clock import VirtualClock
-from fieldrig_devices.iec.compiler import SourceFile, compile_project
+from fieldrig_devices.iec.compiler import compile_project
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.symbol_list import symbol_list
 

@@ -4,10 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from fieldrig_devices.iec import program, tree
-from fieldrig_devices.iec.check.limits import Limits
 from fieldrig_devices.iec.check.reports import Keys, Reports
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.host import Host
+from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.program import Component, Constant, Element, Pou, Variable
 from fieldrig_devices.iec.types import (
     Elementary,

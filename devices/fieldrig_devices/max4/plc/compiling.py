@@ -9,9 +9,10 @@ from dataclasses import dataclass, replace
 from typing import Final, NoReturn, Self
 
 from fieldrig.background import Report
-from fieldrig_devices.iec.compiler import Compiled, SourceFile, compile_project
+from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Host, Library, Pending
+from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.program import ConfiguredObject
 from fieldrig_devices.iec.types import ObjectType, Value
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
@@ -80,6 +81,7 @@ class Order:
     container: Container
     facts: HostFacts
     retain: RetainKind
+    limits: Limits
     previous: Compiled | None = None
     """The running program, for an online change."""
 
@@ -102,7 +104,7 @@ class Refused:
 def compile_order(order: Order, report: Report) -> Compiled | Refused:
     """Compile a program in a process beside the controller."""
     try:
-        return compile_container(order.container, order.facts, order.retain, order.previous, report)
+        return compile_container(order.container, order.facts, order.retain, order.limits, order.previous, report)
     except CompileError as wrong:
         return Refused(tuple(wrong.mistakes))
 
@@ -111,16 +113,16 @@ def compile_container(
     container: Container,
     host: Host,
     retain: RetainKind,
+    limits: Limits,
     previous: Compiled | None = None,
     report: Report = lambda what, done, steps: None,
 ) -> Compiled:
     """Compile the sources; CompileError with all mistakes.  `previous` is the running program for an online change."""
-    files = [SourceFile(source.name, source.text) for source in container.files]
     dialect = DIALECTS.get(container.dialect)
     if dialect is None:
         known = ", ".join(DIALECTS)
         raise CompileError([Mistake(1, 1, f"the dialect {container.dialect!r} is not known", known)])
-    compiled = compile_project(files, host, dialect, previous=previous, on_progress=report)
+    compiled = compile_project(container.files, host, dialect, limits=limits, previous=previous, on_progress=report)
     _check_retain(compiled, SIZES[retain])
     return compiled
 

@@ -8,8 +8,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec.debuggee import IecDebuggee
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.debugging.debuggee import Reset
-from fieldrig_devices.max4.configuration.program_file import Container, Source
+from fieldrig_devices.max4.configuration.program_file import Container
 from fieldrig_devices.max4.plc.loaded import RetainingProgram
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ class PlcDebuggee(IecDebuggee):
 
     def download(self, files: Mapping[str, str], *, is_online: bool) -> None:
         controller = self._powered()
-        sources = tuple(Source(name, text) for name, text in files.items())
+        sources = tuple(SourceFile(name, text) for name, text in files.items())
         container = Container(sources, controller.settings.dialect)
 
         def on_done(problem: str) -> None:

@@ -18,13 +18,16 @@ from fieldrig.clock import US, Clock
 from fieldrig.device import Point, Value
 from fieldrig.errors import ConfigError
 from fieldrig.errors import Mistake as Wrong
-from fieldrig_devices.iec.compiler import Compiled, SourceFile
+from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.limits import Limits
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.symbol_list import symbol_list
 from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, TCP_PRIORITY, SystemWork
 from fieldrig_devices.iec.tasks.task import Task, TaskState
 from fieldrig_devices.iec.thread import Fault
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
-from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container, Source, container_of
+from fieldrig_devices.max4.configuration.limits import limits_of
+from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container, container_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
 from fieldrig_devices.max4.plc.compiling import (
@@ -139,7 +142,7 @@ class Plc:
         called with an empty text when the program has been loaded, and has to store it.
         """
         host = self._host()
-        order = Order(container, HostFacts.of(host), self._controller.settings.retain)
+        order = self._order(container, host)
 
         def load(compiled: Compiled) -> None:
             self._compiled = container, (host.objects, host.object_types), compiled
@@ -158,7 +161,7 @@ class Plc:
         if program is None:
             raise ValueError("an online change needs a program in the controller: expected a download first")
         host = program.host
-        order = Order(container, HostFacts.of(host), self._controller.settings.retain, program.compiled)
+        order = self._order(container, host, program.compiled)
 
         def load(compiled: Compiled) -> None:
             if self.program is not program:
@@ -204,6 +207,13 @@ class Plc:
         self._controller.report(Code.PROGRAM_REFUSED, LZS, problem.partition(": ")[0][:_EXT])
         on_done(problem)
 
+    def _order(self, container: Container, host: PlcHost, previous: Compiled | None = None) -> Order:
+        return Order(container, HostFacts.of(host), self._controller.settings.retain, self._limits, previous)
+
+    @property
+    def _limits(self) -> Limits:
+        return limits_of(self._controller.version)
+
     def _host(self) -> PlcHost:
         controller = self._controller
         libraries = self._functions.libraries(controller.system)
@@ -214,7 +224,7 @@ class Plc:
         known, objects = self._compiled, (host.objects, host.object_types)
         if known is not None and known[:2] == (container, objects):
             return known[2]
-        compiled = compile_container(container, host, self._controller.settings.retain)
+        compiled = compile_container(container, host, self._controller.settings.retain, self._limits)
         self._compiled = container, objects, compiled
         return compiled
 
@@ -238,8 +248,8 @@ class Plc:
     def compile_sources(self, files: Sequence[SourceFile]) -> Compiled:
         """Compile a program for this controller without loading it.  CompileError with every mistake."""
         settings = self._controller.settings
-        container = Container(tuple(Source(file.name, file.text) for file in files), settings.dialect)
-        return compile_container(container, self._host(), settings.retain)
+        container = Container(tuple(files), settings.dialect)
+        return compile_container(container, self._host(), settings.retain, self._limits)
 
     def symbol_list(self) -> bytes:
         """The symbols of the loaded program in XML.  ValueError if there is none."""

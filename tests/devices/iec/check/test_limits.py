@@ -5,7 +5,9 @@ from dataclasses import replace
 import pytest
 from iec_check import messages, program
 
-from fieldrig_devices.iec.check.limits import BELOW_V00_12, MAX_4
+from fieldrig_devices.iec.limits import MAX_4
+from fieldrig_devices.max4.configuration.limits import limits_of
+from fieldrig_devices.max4.configuration.version import Version
 
 
 def arrays(count: int, size: int) -> str:
@@ -24,7 +26,7 @@ def test_an_array_has_at_most_128_kbyte(size: int) -> None:
 def test_an_array_has_at_most_32_kbyte_in_older_firmware() -> None:
     text = program("a : ARRAY[1..32769] OF BYTE;")
     assert messages(text) == []
-    assert messages(text, limits=BELOW_V00_12) == ["1:22 a has 32769 bytes; at most 32768 bytes (PD-316)"]
+    assert messages(text, limits=limits_of(Version(0, 11))) == ["1:22 a has 32769 bytes; at most 32768 bytes (PD-316)"]
 
 
 @pytest.mark.manual("PD-316")

@@ -274,6 +274,30 @@ def test_a_program_that_does_not_compile_is_refused_at_the_start_with_file_line_
     assert "program" in first.key
 
 
+@pytest.mark.manual("PD-312", "PD-316")
+@pytest.mark.parametrize(
+    ("version", "kilobytes", "arrays", "refusal"),
+    [
+        ("V00.12.00", 33, 1, ""),
+        ("V00.11.99", 33, 1, "at most 32768 bytes"),
+        ("V00.07.00", 32, 31, ""),
+        ("V00.06.99", 32, 31, "at most 851968 bytes"),  # 1 MByte without the three areas of 64 kByte
+    ],
+)
+def test_the_version_of_the_controller_decides_how_much_a_program_may_need(
+    tmp_path: Path, version: str, kilobytes: int, arrays: int, refusal: str
+) -> None:
+    lists = "".join(
+        f"VAR_GLOBAL a{number} : ARRAY[1..{kilobytes * 1024}] OF BYTE; END_VAR\n" for number in range(arrays)
+    )
+    text = lists + COUNTER + TASK
+    if not refusal:
+        assert PlcBench(tmp_path, text, version=version).run(200).value("lKept") > 5
+        return
+    with pytest.raises(ConfigError, match=refusal):
+        PlcBench(tmp_path, text, version=version)
+
+
 @pytest.mark.manual("PD-033")
 def test_a_task_configuration_without_a_program_is_refused(tmp_path: Path) -> None:
     task = TASK.replace("PROGRAM p WITH T : PLC_PRG;", "")
