@@ -193,6 +193,7 @@ _SMALL_TYPES = st.one_of(
     st.builds(
         tree.EnumSpec,
         many(st.builds(tree.EnumValue, PLAIN_NAMES, st.none() | EXPRESSIONS, comments=_COMMENTS), 1),
+        st.sampled_from(["", "UINT", "LWORD"]),
     ),
 )
 

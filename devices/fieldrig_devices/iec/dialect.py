@@ -52,6 +52,11 @@ class Dialect:
     """Names that agree in this many characters are the same name; 0 for all characters (PD-350)."""
     array_dimensions: int = 3
     """PD-361."""
+    has_typed_enumerations: bool = False
+    """`(red, green) UINT` and `UINT (red, green)`: an enumeration may have another integer type than INT."""
+    repeats_enumeration_values: bool = False
+    """Two enumerations may have a value of the same name, of which the later one is written `Type.value`, and their
+    numbers may have any order (manual 862 to 866, PD-359: they cannot)."""
     bit_address_bytes: int = 4_096
     """Single bits are addressed in the first bytes of an area only; 0 for the whole area."""
 
@@ -79,6 +84,8 @@ EDITION_3: Final = Dialect(
     allows_trailing_commas=True,
     allows_changed_inputs=True,
     allows_calls_without_brackets=False,
+    has_typed_enumerations=True,
+    repeats_enumeration_values=True,
     significant_characters=0,
     bit_address_bytes=0,
 )

@@ -48,9 +48,7 @@ def storage(kind: Type) -> Elementary | StringType | None:
     match kind:
         case Elementary() | StringType():
             return kind
-        case EnumType():
-            return Elementary.INT
-        case SubrangeType(base=base):
+        case EnumType(base=base) | SubrangeType(base=base):
             return base
         case PointerType():
             return Elementary.DWORD
@@ -172,7 +170,7 @@ class Forms:
                     self._known[kind] = f"{kind.name}{{{','.join(self._members(kind))}}}"
                 return self._known[kind]
             case EnumType():
-                return f"{kind.name}({kind.values})"
+                return f"{kind.name}({kind.values}){kind.base}"
             case PointerType(to=to):
                 return f"^{to}"
         return f"{kind}:{kind.size}"

@@ -148,7 +148,7 @@ class _Types:
             ET.SubElement(own, _tag("ArrayDim"), minrange=str(low), maxrange=str(high))
 
     def _enumeration(self, kind: EnumType, name: str, iec: str) -> None:
-        base = self.name(Elementary.INT)
+        base = self.name(kind.base)
         own = self._user_defined(name, kind.size, "Enum", "ENUM", iec, basetype=base)
         for value, number in kind.values.items():
             ET.SubElement(own, _tag("UserDefElement"), iecname=value, type=base, enumvalue=str(number))

@@ -389,6 +389,8 @@ class EnumValue(Node):
 @dataclass(slots=True)
 class EnumSpec(Node):
     values: tuple[EnumValue, ...]
+    base: str = ""
+    """The integer type of the values; empty for INT."""
 
 
 @dataclass(slots=True)

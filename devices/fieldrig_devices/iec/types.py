@@ -170,12 +170,16 @@ class StructType:
 
 @dataclass(slots=True, eq=False)
 class EnumType:
-    """An enumeration, stored as an INT."""
+    """An enumeration, stored as an INT unless edition 3 gives it another integer type."""
 
     name: str
     values: dict[str, int] = field(default_factory=dict)
     """Numbers by the names as they were declared."""
-    size: int = 2
+    base: Elementary = Elementary.INT
+
+    @property
+    def size(self) -> int:
+        return self.base.size
 
     def __str__(self) -> str:
         return self.name or f"({', '.join(self.values)})"

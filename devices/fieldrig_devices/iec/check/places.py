@@ -137,7 +137,7 @@ def _owner(of: "Expressions", node: tree.Member) -> Meaning | None:
 
 
 def _value_of(context: Context, kind: EnumType, node: tree.Member) -> Constant | None:
-    for name, number in kind.values.items():
+    for name, number in context.project.values_of(kind).items():
         if context.key(name) == context.key(node.name):
             return Constant(number, kind)
     context.say(node, f"{kind} has no value {node.name}", ", ".join(list(kind.values)[:8]))

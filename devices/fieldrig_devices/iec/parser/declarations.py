@@ -252,8 +252,6 @@ class Declarations(Types):
             raise self.unexpected(":", UNKNOWN["EXTENDS"])
         self.expect(":")
         spec = self.type_spec()
-        if isinstance(spec, tree.EnumSpec) and self.is_word("INT"):
-            self.i += 1  # today's tools write the base type behind an enumeration, and INT is what it is here
         initial = self._initial(spec)
         self._end_of_declaration(spec)
         return tree.TypeDeclaration(name, spec, initial, place=self.places[at])

@@ -79,8 +79,9 @@ def _spec(lines: Lines, spec: tree.TypeSpec) -> None:
 
 def _enumeration(lines: Lines, spec: tree.EnumSpec) -> None:
     texts = [value.name if value.value is None else f"{value.name} := {text_of(value.value)}" for value in spec.values]
+    base = f" {spec.base}" if spec.base else ""
     if not any(value.comments or value.remark for value in spec.values):
-        lines.append(f"({', '.join(texts)})")
+        lines.append(f"({', '.join(texts)}){base}")
         return
     lines.append("(")
     with lines.indented():
@@ -89,7 +90,7 @@ def _enumeration(lines: Lines, spec: tree.EnumSpec) -> None:
             lines.add(text if value is spec.values[-1] else f"{text},")
             if value.remark:
                 lines.append(f" {value.remark}")
-    lines.add(")")
+    lines.add(f"){base}")
 
 
 def _type(lines: Lines, of: tree.TypeDeclaration) -> None:
