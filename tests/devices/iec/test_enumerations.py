@@ -63,7 +63,7 @@ def test_values_have_the_type_of_their_enumeration(bench: IecBench, name: str, v
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("TYPE e : (a := 1, b := 256) BYTE; END_TYPE", "1:23 256 does not fit BYTE; 0 to 255"),
+        ("TYPE e : (a := 1, b := 256) BYTE; END_TYPE", "1:24 256 does not fit BYTE; 0 to 255"),
         ("TYPE e : (a := 255, b) BYTE; END_TYPE", "1:21 b is 256; at most 255, as for a BYTE"),
     ],
 )
