@@ -31,6 +31,10 @@ class Dialect:
     """`x S= y` and `x R= y` of today's tools."""
     has_pointers: bool = True
     """POINTER TO, ADR and ^.  The standard has REF_TO instead; today's tools keep pointers, so both dialects do."""
+    has_references: bool = False
+    """REFERENCE TO with REF= and __ISVALIDREF of today's tools, and the standard's REF_TO and REF."""
+    has_unions: bool = False
+    """TYPE name : UNION ... END_UNION of today's tools, whose components are at the same address."""
     allows_time_fractions: bool = False
     """T#1.5s."""
     allows_negative_times: bool = False
@@ -77,6 +81,8 @@ EDITION_3: Final = Dialect(
     nests_comments=True,
     has_jumps_in_st=True,
     has_set_assignments=True,
+    has_references=True,
+    has_unions=True,
     allows_time_fractions=True,
     allows_negative_times=True,
     allows_time_overflow=True,

@@ -167,7 +167,7 @@ class Forms:
                 return f"[{low}..{high}]{self.of(element)}"
             case StructType() | BlockType():
                 if kind not in self._known:
-                    self._known[kind] = f"{kind.name}{{{','.join(self._members(kind))}}}"
+                    self._known[kind] = f"{_union(kind)}{kind.name}{{{','.join(self._members(kind))}}}"
                 return self._known[kind]
             case EnumType():
                 return f"{kind.name}({kind.values}){kind.base}"
@@ -179,6 +179,10 @@ class Forms:
         if isinstance(kind, StructType):
             return [f"{name}:{self.of(one.type)}" for name, one in kind.fields.items()]
         return [f"{one.name.lower()}:{'&' * one.is_reference}{self.of(one.type)}" for one in members(kind)]
+
+
+def _union(kind: StructType | BlockType) -> str:
+    return "UNION " if isinstance(kind, StructType) and kind.is_union else ""
 
 
 class Images:
@@ -203,7 +207,7 @@ class Images:
                 return cells + self.cells(element) * (count - len(given))
             case StructType():
                 own = initial if isinstance(initial, dict) else {}
-                parts = [(field.type, own.get(name, field.initial)) for name, field in kind.fields.items()]
+                parts = [(part.type, own.get(part.name.lower(), part.initial)) for part in kind.stored_fields]
                 return [cell for part, start in parts for cell in self.cells(part, start)]
             case BlockType():
                 own = initial if isinstance(initial, dict) else {}
@@ -229,7 +233,7 @@ class Images:
             case ArrayType(element=element, count=count):
                 return self.kinds(element) * count
             case StructType():
-                return b"".join(self.kinds(field.type) for field in kind.fields.values())
+                return b"".join(self.kinds(field.type) for field in kind.stored_fields)
             case BlockType():
                 return b"".join(
                     _REFERENCE if member.is_reference else self.kinds(member.type) for member in members(kind)

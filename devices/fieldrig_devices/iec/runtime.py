@@ -114,6 +114,8 @@ class Runtime:
             raise ValueError(f"{symbol.path} is a {symbol.type}; expected one of its parts")
         if symbol.location is not None:
             return self._read_area(symbol)
+        if symbol.is_in_union:
+            return self._memory.value(self._address(symbol), kind_number(kind))
         return self.memory[self._address(symbol)]
 
     def write(self, symbol: Symbol, value: Value) -> None:
@@ -152,6 +154,8 @@ class Runtime:
     def _write(self, symbol: Symbol, value: Value) -> None:
         if symbol.location is not None:
             self._write_area(symbol, value)
+        elif symbol.is_in_union and (kind := storage(symbol.type)) is not None:
+            self._memory.put_value(self._address(symbol), kind_number(kind), value)
         else:
             self.memory[self._address(symbol)] = value
 

@@ -28,6 +28,8 @@ class Symbol:
     """Its address; with more than one number, each but the last leads to a cell with an address to add the next to."""
     location: Located | None = None
     """The address of a variable with AT; it has no cell."""
+    is_in_union: bool = False
+    """True if its cells may have values of another type."""
 
     @property
     def is_value(self) -> bool:
@@ -107,6 +109,7 @@ def _part(symbol: Symbol, name: str) -> Symbol | None:
             return None
         path = f"{symbol.path}.{field.name}"
         part = replace(symbol, path=path, name=field.name, type=field.type, comment=field.comment)
+        part = replace(part, is_in_union=symbol.is_in_union or kind.is_union)
         return _moved(part, field.offset)
     if not isinstance(kind, BlockType) or kind.pou is None:
         return None

@@ -135,10 +135,13 @@ def tokens(text: str, file: str, dialect: Dialect, first_line: int = 1) -> Token
 
 
 def keywords(dialect: Dialect) -> frozenset[str]:
-    more = (("CONTINUE",) if dialect.has_continue else ()) + (
-        ("AND_THEN", "OR_ELSE") if dialect.has_short_circuit else ()
-    )
-    return KEYWORDS.union(more)
+    allowed = {
+        ("CONTINUE",): dialect.has_continue,
+        ("AND_THEN", "OR_ELSE"): dialect.has_short_circuit,
+        ("REFERENCE", "REF_TO"): dialect.has_references,
+        ("UNION", "END_UNION"): dialect.has_unions,
+    }
+    return KEYWORDS.union(word for words, is_allowed in allowed.items() if is_allowed for word in words)
 
 
 class _Scanner:
@@ -257,7 +260,7 @@ class _Scanner:
         self._add(NAME, text, position)
         if not text.isascii():
             self._say(position, f"the name {text} has letters that are not allowed", "A to Z, digits and underscores")
-        elif "__" in text:
+        elif "__" in text and not (upper == "__ISVALIDREF" and self._dialect.has_references):
             hint = f"Write {re.sub('_+', '_', text)}."
             self._say(position, f"the name {text} has several underscores in a row", "single underscores", hint)
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from fieldrig_devices.iec import program, tree
-from fieldrig_devices.iec.check import blocks
+from fieldrig_devices.iec.check import blocks, references
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.operators import integer_of
@@ -53,6 +53,8 @@ class Statements:
     # ---- assignments and calls
 
     def _assign(self, node: tree.Assign) -> AnyStatement | None:
+        if node.kind is tree.AssignKind.REFER:
+            return references.assignment(self.expressions, node)
         target = self.expressions.target(node.target)
         if target is None:
             self.expressions.expression(node.value)

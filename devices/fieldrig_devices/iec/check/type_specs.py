@@ -90,7 +90,7 @@ class TypeSpecs:
                 return self._array(spec, context)
             case tree.PointerSpec():
                 to = self.resolve(spec.to, context)
-                return UNKNOWN if to is UNKNOWN else PointerType(to)
+                return UNKNOWN if to is UNKNOWN else PointerType(to, spec.is_reference)
             case tree.EnumSpec():
                 name = f"${len(self._project.names)}"
                 return self._enumeration("", spec, context, name)
@@ -183,7 +183,7 @@ class TypeSpecs:
 
     def _structure(self, title: str, spec: tree.StructSpec, context: Context, name: str = "") -> Type:
         """Make the structure first and its fields afterwards, because a field may point to the structure itself."""
-        kind = StructType(title)
+        kind = StructType(title, is_union=spec.is_union)
         if name:
             self._project.types[name] = kind
         self.structures.append((kind, spec, context))
@@ -194,6 +194,10 @@ class TypeSpecs:
                 context.say(part, f"{part.name} is declared twice in {title or 'the structure'}", "another name")
                 continue
             field_type = self.resolve(part.type, context)
+            if spec.is_union and block_of(field_type) is not None:
+                context.say(part, f"the instance {part.name} in a UNION", "data without function blocks")
+            if spec.is_union and part.initial is not None:
+                context.say(part, f"{part.name} in a UNION has a start value", "a value that the program assigns")
             kind.fields[self._key(part.name)] = Field(part.name, field_type, comment=comment_of(part))
         return kind
 

@@ -154,6 +154,11 @@ class Statements(Blocks):
             self.semicolon()
             kind = tree.AssignKind.SET if word == "S" else tree.AssignKind.RESET
             return tree.Assign(target, value_read, kind, place=place)
+        if word == "REF" and self.dialect.has_references and self.kinds[self.i + 1] == "=":
+            self.i += 2
+            referred = self.expression()
+            self.semicolon()
+            return tree.Assign(target, referred, tree.AssignKind.REFER, place=place)
         hint = ""
         if isinstance(target, tree.Name):
             hint = f"A name has no blank in it: {target.text}_{self.texts[self.i]}."

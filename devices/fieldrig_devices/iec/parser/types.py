@@ -43,11 +43,18 @@ class Types(Initials):
                     self.say(at, "pointers are not supported", "another type")
                 self.expect("TO")
                 return tree.PointerSpec(self.type_spec(), place=place)
-            if kind == "STRUCT":
+            if kind == "REFERENCE":
+                self.i += 1
+                self.expect("TO")
+                return tree.PointerSpec(self.type_spec(), True, place=place)
+            if kind == "REF_TO":
+                self.i += 1
+                return tree.PointerSpec(self.type_spec(), place=place)
+            if kind in ("STRUCT", "UNION"):
                 self.i += 1
                 fields = self.variables()
-                self._end("END_STRUCT", at, "STRUCT", has_semicolon=False)
-                return tree.StructSpec(fields, place=place)
+                self._end(f"END_{kind}", at, kind, has_semicolon=False)
+                return tree.StructSpec(fields, kind == "UNION", place=place)
             if kind == "(":
                 return self._enumeration()
         finally:

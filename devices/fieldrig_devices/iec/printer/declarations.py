@@ -62,19 +62,20 @@ def _spec(lines: Lines, spec: tree.TypeSpec) -> None:
         case tree.ArraySpec(dimensions, element):
             lines.append(f"ARRAY[{', '.join(map(statements.label_text, dimensions))}] OF ")
             _spec(lines, element)
-        case tree.PointerSpec(to):
-            lines.append("POINTER TO ")
+        case tree.PointerSpec(to, is_reference):
+            lines.append("REFERENCE TO " if is_reference else "POINTER TO ")
             _spec(lines, to)
         case tree.EnumSpec():
             _enumeration(lines, spec)
-        case tree.StructSpec(fields):
-            lines.append("STRUCT")
+        case tree.StructSpec(fields, is_union):
+            word = "UNION" if is_union else "STRUCT"
+            lines.append(word)
             with lines.indented():
                 for number, field in enumerate(fields):
                     lines.front(field, number == 0)
                     _variable(lines, field)
                     lines.behind(field)
-            lines.add("END_STRUCT")
+            lines.add(f"END_{word}")
 
 
 def _enumeration(lines: Lines, spec: tree.EnumSpec) -> None:
