@@ -11,8 +11,6 @@ DEEPEST_EXPRESSION: Final = 100
 """Levels of the tree of an expression, so that nothing that follows it meets the limit of recursion of Python."""
 LONGEST_CHAIN: Final = 20_000
 """Operators in a row, such as a OR b OR c."""
-MOST_ALTERNATIVES: Final = 150
-"""ELSIF of one IF, and of those that it is in."""
 DEEPEST_BLOCK: Final = 40
 """Levels of statements, types and initial values in each other."""
 
