@@ -120,7 +120,7 @@ def _compiled(
     mistakes += found
     on_progress("check", 1, 1)
     if any(not mistake.is_note for mistake in mistakes):
-        raise CompileError(sorted(mistakes, key=lambda one: (one.file, one.line, one.column)))
+        raise CompileError(sorted(mistakes, key=lambda mistake: (mistake.file, mistake.line, mistake.column)))
     return build(program, host, costs, limits, previous, tuple(files), tuple(mistakes), on_progress)
 
 

@@ -141,7 +141,7 @@ class _Gaps:
     def __init__(self, kept: Iterable[Slot]) -> None:
         self._free: list[tuple[int, int]] = []
         self._end = DATA
-        for slot in sorted(kept, key=lambda one: one.address):
+        for slot in sorted(kept, key=lambda slot: slot.address):
             if slot.address > self._end:
                 self._free.append((self._end, slot.address))
             self._end = max(self._end, slot.address + slot.size)
@@ -178,7 +178,7 @@ class Forms:
     def _members(self, kind: StructType | BlockType) -> list[str]:
         if isinstance(kind, StructType):
             return [f"{name}:{self.of(one.type)}" for name, one in kind.fields.items()]
-        return [f"{one.name.lower()}:{'&' * one.is_reference}{self.of(one.type)}" for one in members(kind)]
+        return [f"{member.name.lower()}:{'&' * member.is_reference}{self.of(member.type)}" for member in members(kind)]
 
 
 def _union(kind: StructType | BlockType) -> str:

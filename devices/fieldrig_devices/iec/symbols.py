@@ -84,7 +84,7 @@ def parts(symbol: Symbol) -> list[Symbol]:
     if isinstance(kind, StructType):
         return [_part(symbol, name) or symbol for name in kind.fields]
     if isinstance(kind, BlockType) and kind.pou is not None:
-        return [one for name in kind.pou.variables if (one := _part(symbol, name)) is not None]
+        return [part for name in kind.pou.variables if (part := _part(symbol, name)) is not None]
     return []
 
 

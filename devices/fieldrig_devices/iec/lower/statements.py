@@ -320,7 +320,9 @@ class Statements:
         emitter = self._emitter()
         for (variable, _), value in zip(statement.inputs, values, strict=True):
             self._pass(_at(base, variable), variable.type, value, emitter)
-        copies = [(_at(base, one), self._refer(place, one, emitter)) for one, place in statement.references]
+        copies = [
+            (_at(base, variable), self._refer(place, variable, emitter)) for variable, place in statement.references
+        ]
         for cell, (text, _, _) in copies:
             emitter.add(f"M[{cell}] = {text}")
         self.assembler.do(emitter)

@@ -129,17 +129,20 @@ def compile_container(
 
 def _check_retain(compiled: Compiled, size: int) -> None:
     program = compiled.program
-    variables = [*program.globals.values(), *(one for pou in program.pous.values() for one in pou.variables.values())]
+    variables = [
+        *program.globals.values(),
+        *(variable for pou in program.pous.values() for variable in pou.variables.values()),
+    ]
     located = [
         Mistake(
-            one.place.line,
-            one.place.column,
-            f"{one.name} is at an address, and the controller keeps no area of inputs, outputs or markers",
+            variable.place.line,
+            variable.place.column,
+            f"{variable.name} is at an address, and the controller keeps no area of inputs, outputs or markers",
             "a RETAIN variable without AT",
-            file=one.file,
+            file=variable.file,
         )
-        for one in variables
-        if one.is_retain and one.location is not None
+        for variable in variables
+        if variable.is_retain and variable.location is not None
     ]
     if located:
         raise CompileError(located)
