@@ -14,7 +14,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from fieldrig.background import Background, Failure, Job
-from fieldrig.clock import US, Clock
+from fieldrig.clock import MS, US, Clock
 from fieldrig.device import Point, Value
 from fieldrig.errors import ConfigError
 from fieldrig.errors import Mistake as Wrong
@@ -50,6 +50,12 @@ log = logging.getLogger(__name__)
 
 OnDone = Callable[[str], None]
 NO_PROGRAM: Final = "there is no program to start: expected a download first"
+LONGEST_WAIT_NS: Final = 10_000 * MS
+"""How long an online change waits for an instant at which no task is within a cycle; the manual gives no limit."""
+NO_GAP: Final = (
+    f"some task was within a cycle at every instant of {LONGEST_WAIT_NS // (1_000 * MS)} s: "
+    "expected less load, no task at a breakpoint, or a download"
+)
 _EXT: Final = 48
 """Longest external diagnosis of an entry in the log."""
 
@@ -155,7 +161,8 @@ class Plc:
     def change(self, container: Container, on_done: OnDone = _nothing) -> None:
         """Change the running program at the end of a cycle; its variables keep their values (PD-225).
 
-        `on_done` is called as for `download`.  ValueError if there is no program.
+        `on_done` is called as for `download`, with the reason too if there is no instant between the cycles of all
+        tasks within LONGEST_WAIT_NS.  ValueError if there is no program.
         """
         program = self.program
         if program is None:
@@ -173,7 +180,14 @@ class Plc:
             else:
                 self._compiled = container, (host.objects, host.object_types), compiled
                 self.progress = "waiting for the end of a cycle"
-                program.change(compiled, changed)
+                withdraw = program.change(compiled, changed)
+                if self.progress:
+                    self._clock.call_at(self._clock.now_ns() + LONGEST_WAIT_NS, partial(give_up, withdraw))
+
+        def give_up(withdraw: Callable[[], bool]) -> None:
+            if withdraw():
+                self.progress = ""
+                self._refuse(NO_GAP, on_done)
 
         def changed() -> None:
             self.progress = ""
