@@ -51,21 +51,9 @@ class Symbols:
         return parts(symbol) if symbol is not None else []
 
     def find(self, path: str) -> Symbol | None:
-        symbol, at = None, 0
-        for match in _PART.finditer(path):
-            if match.start() != at:
-                return None
-            at = match.end()
-            if symbol is None:
-                symbol = self._known.get((match[1] or "").lower())
-            elif match[1]:
-                symbol = _part(symbol, match[1].lower())
-            else:
-                for index in match[2].split(","):
-                    symbol = _element(symbol, int(index)) if symbol is not None else None
-            if symbol is None:
-                return None
-        return symbol if at == len(path) else None
+        first = _PART.match(path)
+        symbol = self._known.get((first[1] or "").lower()) if first is not None and path[:1] != "." else None
+        return below(symbol, path[first.end() :]) if symbol is not None and first is not None else None
 
     def values(self, symbol: Symbol | None = None) -> Iterator[Symbol]:
         """Yield all symbols that have a value of their own, below one symbol or of the whole program."""
@@ -74,6 +62,22 @@ class Symbols:
             return
         for part in parts(symbol) if symbol is not None else self.children():
             yield from self.values(part)
+
+
+def below(symbol: Symbol, path: str) -> Symbol | None:
+    """Return what a path such as `.axis[3].pos` means behind a symbol; the symbol itself for an empty path."""
+    found: Symbol | None = symbol
+    at = 0
+    for match in _PART.finditer(path):
+        if match.start() != at or found is None:
+            return None
+        at = match.end()
+        if match[1]:
+            found = _part(found, match[1].lower())
+        else:
+            for index in match[2].split(","):
+                found = _element(found, int(index)) if found is not None else None
+    return found if at == len(path) else None
 
 
 def parts(symbol: Symbol) -> list[Symbol]:

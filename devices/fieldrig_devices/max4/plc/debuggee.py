@@ -25,6 +25,7 @@ class PlcDebuggee(IecDebuggee):
         self._controller, self._plc = controller, controller.plc
         self._sample: Callable[[], None] | None = None
         self._is_sampled = False
+        self._plc.on_load = lambda: self.on_load()
         self._plc.on_stop = lambda _task: self.on_stop()
 
     @property

@@ -78,6 +78,8 @@ class Plc:
         self.last_fault: Fault | None = None
         self.on_cycle_end: Callable[[Task], None] | None = None
         """Called at the end of each cycle of a task, for a recorder."""
+        self.on_load: Callable[[], None] = lambda: None
+        """Called when another program has been loaded, or the present one has been changed."""
         self.on_stop: Callable[[Task], None] | None = None
         """Called when a task has reached a breakpoint or has been stopped by a fault."""
         self._compiled: tuple[Container, object, Compiled] | None = None
@@ -191,6 +193,7 @@ class Plc:
 
         def changed() -> None:
             self.progress = ""
+            self.on_load()
             self._controller.renew_points()
             on_done("")
 
@@ -256,6 +259,7 @@ class Plc:
             self.program.warm()
         self.problem, self.last_fault = "", None
         controller.system.process.take = self.program.scheduler.take
+        self.on_load()
 
     # ---- for tools
 
