@@ -19,7 +19,7 @@ from fieldrig_devices.iec.imports import read_source
 from fieldrig_devices.iec.layout import Layout
 from fieldrig_devices.iec.library.selection import needed
 from fieldrig_devices.iec.library.sources import sources
-from fieldrig_devices.iec.limits import MAX_4, Limits
+from fieldrig_devices.iec.limits import MAX_4, MOST_CHARACTERS, MOST_STATEMENTS, Limits
 from fieldrig_devices.iec.lower.names import names_of, rules_of
 from fieldrig_devices.iec.lower.routines import Lowered, lower
 from fieldrig_devices.iec.parser import parse
@@ -105,6 +105,7 @@ def _compiled(
     costs: Costs,
     on_progress: Progress,
 ) -> Compiled:
+    _check_sources(files)
     units, mistakes = [], list[Mistake]()
     libraries = [_library(text, name, dialect) for name, text in sources(dialect.name)]
     libraries += [_library(library.text, library.name, dialect) for library in host.libraries]
@@ -158,6 +159,22 @@ def _library(text: str, name: str, dialect: Dialect) -> Unit:
     if mistakes:  # a library is ours
         raise CompileError(mistakes)
     return unit
+
+
+def _check_sources(files: Sequence[SourceFile]) -> None:
+    """Refuse sources that are far too large before they take time and memory."""
+    hint = "Divide the project between several controllers, or leave out what the program does not use."
+    characters = statements = 0
+    for file in files:
+        characters += len(file.text)
+        statements += file.text.count(";")
+        if characters > MOST_CHARACTERS:
+            what, expected = "the sources are too long up to here", f"at most {MOST_CHARACTERS} characters together"
+        elif statements > MOST_STATEMENTS:
+            what, expected = "there are too many statements up to here", f"at most {MOST_STATEMENTS} together"
+        else:
+            continue
+        raise CompileError([Mistake(1, 1, what, expected, file=file.name, hint=hint)])
 
 
 def _check_limits(compiled: Compiled, limits: Limits) -> None:

@@ -40,3 +40,11 @@ class Limits:
 
 
 MAX_4: Final = Limits()
+
+# Our own limits of a compilation, so that no text takes the memory of the host.
+MOST_CHARACTERS: Final = 8 << 20
+"""Characters of all sources of a project together."""
+MOST_STATEMENTS: Final = 500_000
+"""Semicolons in all sources together."""
+MOST_MESSAGES: Final = 1_000
+"""Messages about one file, and about the declarations and bodies of all files."""

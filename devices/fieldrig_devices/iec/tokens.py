@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.limits import MOST_MESSAGES
 from fieldrig_devices.iec.tree import Place
 from fieldrig_devices.languages.mistakes import Mistake
 
@@ -216,7 +217,8 @@ class _Scanner:
 
     def _say(self, position: int, what: str, expected: str = "", hint: str = "") -> None:
         line, column = self._place(position)
-        self._found.mistakes.append(Mistake(line, column, what, expected, file=self._file, hint=hint))
+        if len(self._found.mistakes) < MOST_MESSAGES:
+            self._found.mistakes.append(Mistake(line, column, what, expected, file=self._file, hint=hint))
 
     def _other(self, group: int, text: str, position: int) -> int | None:
         """Read what is rare: words for the first time, comments, pragmas, and what is wrong."""

@@ -4,6 +4,7 @@ from typing import Final
 
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.limits import MOST_MESSAGES
 from fieldrig_devices.iec.tree import Place
 from fieldrig_devices.languages.mistakes import Mistake
 
@@ -46,7 +47,8 @@ class Cursor:
             self.say_at(self.places[at], what, expected, hint)
 
     def say_at(self, place: Place, what: str, expected: str = "", hint: str = "") -> None:
-        self.mistakes.append(Mistake(*place, what, expected, file=self.file, hint=hint))
+        if len(self.mistakes) < MOST_MESSAGES:
+            self.mistakes.append(Mistake(*place, what, expected, file=self.file, hint=hint))
 
     def unexpected(self, expected: str, hint: str = "", at: int = -1) -> UnexpectedError:
         """Report that the present token is not what was expected.  The caller raises what this returns."""
