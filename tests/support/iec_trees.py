@@ -193,6 +193,7 @@ _SMALL_TYPES = st.one_of(
     st.builds(
         tree.EnumSpec,
         many(st.builds(tree.EnumValue, PLAIN_NAMES, st.none() | EXPRESSIONS, comments=_COMMENTS), 1),
+        st.sampled_from(["", "UINT", "LWORD"]),
     ),
 )
 
@@ -227,8 +228,8 @@ TYPES: st.SearchStrategy[tree.TypeSpec] = st.recursive(
     _SMALL_TYPES,
     lambda of: st.one_of(
         st.builds(tree.ArraySpec, _DIMENSIONS, of),
-        st.builds(tree.PointerSpec, of),
-        st.builds(tree.StructSpec, many(_variables_of(of))),
+        st.builds(tree.PointerSpec, of, st.booleans()),
+        st.builds(tree.StructSpec, many(_variables_of(of)), st.booleans()),
     ),
     max_leaves=3,
 )

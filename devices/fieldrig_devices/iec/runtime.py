@@ -9,8 +9,7 @@ Memory starts as `layout` says (PD-051 to PD-056): a cold start gives all variab
 but the retained ones.  An online change keeps the values of all variables that have the same name and type as before.
 """
 
-import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 from weakref import WeakSet
 
@@ -114,6 +113,8 @@ class Runtime:
             raise ValueError(f"{symbol.path} is a {symbol.type}; expected one of its parts")
         if symbol.location is not None:
             return self._read_area(symbol)
+        if symbol.is_in_union:
+            return self._memory.value(self._address(symbol), kind_number(kind))
         return self.memory[self._address(symbol)]
 
     def write(self, symbol: Symbol, value: Value) -> None:
@@ -152,6 +153,8 @@ class Runtime:
     def _write(self, symbol: Symbol, value: Value) -> None:
         if symbol.location is not None:
             self._write_area(symbol, value)
+        elif symbol.is_in_union and (kind := storage(symbol.type)) is not None:
+            self._memory.put_value(self._address(symbol), kind_number(kind), value)
         else:
             self.memory[self._address(symbol)] = value
 
@@ -178,30 +181,8 @@ class Runtime:
     def _root(self, variable: Variable) -> Symbol:
         return self.find(variable.name)
 
-    # ---- retained data
-
     def _retained(self) -> list[Symbol]:
         return [symbol for symbol in self.symbols.values() if symbol.is_retain and len(symbol.steps) == 1]
-
-    @property
-    def retain_size(self) -> int:
-        """Bytes of the retained variables (PD-315)."""
-        return sum(symbol.type.size for symbol in self._retained())
-
-    def retained(self) -> bytes:
-        """Return all retained variables with their names and types, as text."""
-        found = [(symbol.path.lower(), str(symbol.type), self.read(symbol)) for symbol in self._retained()]
-        return json.dumps(found, separators=(",", ":")).encode("ascii")
-
-    def restore(self, data: bytes) -> None:
-        """Set the retained variables that still have the same name and type; ValueError for data of another form."""
-        values = {}
-        for row in _rows(data):
-            values[row[0], row[1]] = row[2]
-        for symbol in self._retained():
-            value = values.get((symbol.path.lower(), str(symbol.type)))
-            if value is not None:
-                self._write(symbol, checked(value, symbol))
 
     # ---- online change
 
@@ -292,16 +273,3 @@ def _ends(kind: Type, stored: Elementary) -> tuple[int, int]:
     if isinstance(kind, EnumType) and kind.values:
         return min(kind.values.values()), max(kind.values.values())
     return stored.low, stored.high
-
-
-def _rows(data: bytes) -> Iterator[tuple[str, str, Value]]:
-    try:
-        rows = json.loads(data)
-    except (ValueError, RecursionError) as cause:
-        raise ValueError("expected retained variables as JSON") from cause
-    for row in rows if isinstance(rows, list) else [None]:
-        match row:
-            case [str(path), str(kind), (bool() | int() | float() | str()) as value]:
-                yield path, kind, value
-            case _:
-                raise ValueError(f"expected [path, type, value], got {row!r:.80}")

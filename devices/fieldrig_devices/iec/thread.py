@@ -160,16 +160,6 @@ class Thread:
         return self._task.state is TaskState.READY
 
     @property
-    def base(self) -> int:
-        """The address of the instance whose code runs next."""
-        return self._task.base
-
-    @property
-    def frame(self) -> int:
-        """The address of the stack frame of the routine that runs next."""
-        return self._task.frame
-
-    @property
     def stack(self) -> list[Place]:
         """The place of the thread, then those where its callers go on, innermost first."""
         task = self._task
@@ -177,6 +167,17 @@ class Thread:
             return []
         here = [(task.routine, task.pc), *((caller.routine, caller.pc - 1) for caller in reversed(task.stack))]
         return [self._place(routine, pc) for routine, pc in here]
+
+    @property
+    def frames(self) -> list[tuple[str, int, int]]:
+        """The routines of `stack`, each with the addresses of its stack frame and of its instance."""
+        task = self._task
+        if task.state in (TaskState.IDLE, TaskState.ENDED):
+            return []
+        lowered, names = self._runtime.compiled.code, self._runtime.code.names_of_routines
+        found = [(task.routine, task.frame, task.base)]
+        found += [(caller.routine, caller.frame, caller.base) for caller in reversed(task.stack)]
+        return [(lowered.titles[names[routine]], frame, base) for routine, frame, base in found]
 
     def _place(self, routine: int, pc: int) -> Place:
         lowered, code = self._runtime.compiled.code, self._runtime.code

@@ -152,6 +152,7 @@ class AssignKind(Enum):
     PLAIN = ":="
     SET = "S="
     RESET = "R="
+    REFER = "REF="
 
 
 @dataclass(slots=True)
@@ -376,6 +377,8 @@ class ArraySpec(Node):
 @dataclass(slots=True)
 class PointerSpec(Node):
     to: "TypeSpec"
+    is_reference: bool = False
+    """True for REFERENCE TO."""
 
 
 @dataclass(slots=True)
@@ -389,11 +392,14 @@ class EnumValue(Node):
 @dataclass(slots=True)
 class EnumSpec(Node):
     values: tuple[EnumValue, ...]
+    base: str = ""
+    """The integer type of the values; empty for INT."""
 
 
 @dataclass(slots=True)
 class StructSpec(Node):
     fields: "tuple[Variable, ...]"
+    is_union: bool = False
 
 
 TypeSpec = NamedType | StringSpec | SubrangeSpec | ArraySpec | PointerSpec | EnumSpec | StructSpec

@@ -22,7 +22,8 @@ from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_bus.opcua.message import OpcUaMessage
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.iec.compiler import Compiled, SourceFile
+from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.max4.acknowledgement import Acknowledgement
 from fieldrig_devices.max4.axes.axis import Axis

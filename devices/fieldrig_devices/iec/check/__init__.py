@@ -18,12 +18,12 @@ from collections.abc import Collection, Sequence
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import bodies, configured, whole
 from fieldrig_devices.iec.check.declarations import Declarations
-from fieldrig_devices.iec.check.limits import MAX_4, Limits
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.check.tasks import Tasks
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.library.sources import sources
+from fieldrig_devices.iec.limits import MAX_4, Limits
 from fieldrig_devices.iec.program import Program
 from fieldrig_devices.languages.mistakes import Mistake
 

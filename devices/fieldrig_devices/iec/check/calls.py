@@ -5,7 +5,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import constants
+from fieldrig_devices.iec.check import constants, places, references
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.context import Context, place_of
 from fieldrig_devices.iec.check.sizes import Sizes
@@ -15,14 +15,11 @@ from fieldrig_devices.iec.library import intrinsics
 from fieldrig_devices.iec.program import (
     COMPARISONS,
     AddressOf,
-    Bit,
     CallFunction,
     Cell,
     Constant,
     Expression,
-    Located,
     Operator,
-    Parameter,
     Place,
     Pou,
     Variable,
@@ -53,7 +50,7 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
         context.say(node, f"{name} is not a function", "a function", hint)
         return None
     special = SPECIAL.get(name.upper())
-    if special is not None:
+    if special is not None and (context.project.dialect.has_references or name.upper() not in references.FUNCTIONS):
         return special(of, node)
     if intrinsics.is_standard(name):
         return _standard_call(of, name.upper(), node, wanted)
@@ -220,7 +217,7 @@ def _one_argument(of: "Expressions", node: tree.Call) -> tree.Expression | None:
 
 def address_of(of: "Expressions", place: Place, at: tree.Node) -> Expression | None:
     """Return the address of a checked place, as a DWORD (PD-358)."""
-    if not has_cell(place):
+    if not places.has_cell(place):
         of.context.say(
             at,
             f"{text(at)} has no address of its own",
@@ -229,11 +226,6 @@ def address_of(of: "Expressions", place: Place, at: tree.Node) -> Expression | N
         )
         return None
     return AddressOf(place, Elementary.DWORD)
-
-
-def has_cell(place: Place) -> bool:
-    """False for bits, also those of %I, %Q and %M, and for parameters of objects: no reference can point to them."""
-    return not isinstance(place, Bit | Parameter) and not (isinstance(place, Located) and place.bit >= 0)
 
 
 def _adr(of: "Expressions", node: tree.Call) -> Expression | None:
@@ -277,4 +269,5 @@ SPECIAL: Final[dict[str, "Callable[[Expressions, tree.Call], Expression | None]"
     "ADR": _adr,
     "SIZEOF": _sizeof,
     "INDEXOF": _indexof,
+    **references.FUNCTIONS,
 }

@@ -37,6 +37,7 @@ class Declarations:
         self._part([unit for unit in units if unit.file in self._library_files])
         self._project.library_names = {*self._project.names, *self.specs.names} - objects
         self._part([unit for unit in units if unit.file not in self._library_files])
+        self.specs.finish_enumerations()
         self._sizes()
         self._starts()
 
@@ -47,7 +48,6 @@ class Declarations:
                 self._declare(node, unit.file)
         self.specs.resolve_all()
         self._type_defaults(structures)
-        self.specs.finish_enumerations()
         for source in list(self._project.sources.values())[sources:]:
             self.variables.add_to_pou(source)
 

@@ -12,6 +12,7 @@ from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.program import (
+    AddressOf,
     Bit,
     Cell,
     Component,
@@ -53,6 +54,15 @@ SCALAR: Final = (Elementary, StringType, EnumType, SubrangeType)
 
 def meaning(of: "Expressions", node: tree.Expression) -> Meaning | None:
     """Return what the name or path means; None after a message."""
+    found = itself(of, node)
+    kind = found.type if isinstance(found, Place) else None
+    if isinstance(found, Place) and isinstance(kind, PointerType) and kind.is_reference:
+        return Target(check_functions.address(of.context, Load(found), node), kind.to)
+    return found
+
+
+def itself(of: "Expressions", node: tree.Expression) -> Meaning | None:
+    """Return the same, but a REFERENCE TO itself instead of what it refers to."""
     find = _MEANINGS.get(type(node))
     if find is not None:
         return find(of, node)
@@ -137,7 +147,7 @@ def _owner(of: "Expressions", node: tree.Member) -> Meaning | None:
 
 
 def _value_of(context: Context, kind: EnumType, node: tree.Member) -> Constant | None:
-    for name, number in kind.values.items():
+    for name, number in context.project.values_of(kind).items():
         if context.key(name) == context.key(node.name):
             return Constant(number, kind)
     context.say(node, f"{kind} has no value {node.name}", ", ".join(list(kind.values)[:8]))
@@ -151,6 +161,8 @@ def _field(context: Context, owner: Place, kind: StructType, node: tree.Member) 
         hint = context.project.reports.closest(node.name, known) or f"it has {', '.join(list(known)[:8])}"
         context.say(node, f"{kind} has no component {node.name}", "a component of the structure", hint)
         return None
+    if kind.is_union:
+        return Target(AddressOf(owner, Elementary.DWORD), field.type)
     place = Component(owner, field.offset, field.type)
     context.project.components.append((place, field))
     return place
@@ -296,7 +308,12 @@ _MEANINGS: Final[dict[type, "Callable[[Expressions, Any], Meaning | None]"]] = {
 }
 
 
-# ---- writing
+# ---- references and writing
+
+
+def has_cell(place: Place) -> bool:
+    """False for bits, also those of %I, %Q and %M, and for parameters of objects: no reference can point to them."""
+    return not isinstance(place, Bit | Parameter) and not (isinstance(place, Located) and place.bit >= 0)
 
 
 def is_writable(context: Context, place: Place, node: tree.Node) -> bool:
@@ -323,6 +340,8 @@ def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str
                 place = of
             case Located():
                 return (f"{text(node)} is an input", "inputs are only read") if place.area == "I" else ("", "")
+            case Target(AddressOf(place=of)):  # a component of a union
+                place = of
             case Parameter():
                 return ("", "") if place.is_writable else (f"the parameter {text(node)} can only be read", "")
             case _:

@@ -4,10 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from fieldrig_devices.iec import program, tree
-from fieldrig_devices.iec.check.limits import Limits
 from fieldrig_devices.iec.check.reports import Keys, Reports
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.host import Host
+from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.program import Component, Constant, Element, Pou, Variable
 from fieldrig_devices.iec.types import (
     Elementary,
@@ -98,6 +98,8 @@ class Project:
         self.starts: dict[Variable, Start] = {}
         self.compute: Callable[[Start], None] = lambda start: None
         """Works out a start value; set by the checker."""
+        self.enumerations: dict[EnumType, Callable[[], None]] = {}
+        """Enumerations whose numbers have not been worked out yet."""
         self.depth = 0
         """Start values that wait for the one that is being worked out."""
         self.tasks: list[program.Task] = []
@@ -141,6 +143,13 @@ class Project:
         """Return where a name was declared, for a message."""
         file, place = self.declared_at.get(name, ("", tree.NOWHERE))
         return f"in {file}, line {place.line}" if place.line else "in the control configuration"
+
+    def values_of(self, kind: EnumType) -> dict[str, int]:
+        """Return the numbers of an enumeration by their names."""
+        work_out = self.enumerations.pop(kind, None)
+        if work_out is not None:
+            work_out()
+        return kind.values
 
     def constant_of(self, variable: Variable) -> Value | None:
         """Return the value of a constant; None if it is not known because of a mistake."""

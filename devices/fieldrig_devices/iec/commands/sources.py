@@ -1,6 +1,5 @@
 """The source files that a command is given, and the dialect that they are written in."""
 
-import codecs
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -12,12 +11,9 @@ from fieldrig.errors import UsageError
 from fieldrig_devices.iec.dialect import DIALECTS
 
 if TYPE_CHECKING:
-    from fieldrig_devices.iec.compiler import SourceFile
     from fieldrig_devices.iec.dialect import Dialect
+    from fieldrig_devices.iec.source_file import SourceFile
 
-LONGEST: Final = 16 << 20
-"""Longest source file in bytes."""
-_MARKS: Final = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
 
 Files = Annotated[list[Path], argument("FILE...", "The source files of the program; a folder means all files in it.")]
 DialectOption = Annotated[
@@ -36,7 +32,7 @@ def dialect_named(name: str) -> "Dialect":
 
 def read_sources(paths: Sequence[Path]) -> "list[SourceFile]":
     """Return the texts of files, and of all source files in folders.  UsageError if there are none."""
-    from fieldrig_devices.iec.compiler import SourceFile
+    from fieldrig_devices.iec.source_file import SourceFile
 
     found: list[SourceFile] = []
     for path in paths:
@@ -49,15 +45,12 @@ def read_sources(paths: Sequence[Path]) -> "list[SourceFile]":
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a file in UTF-8, UTF-16 with its mark, or else Latin-1, as older tools write it."""
+    """Return the text of a file.  UsageError if it cannot be read."""
+    from fieldrig_devices.iec.source_file import decoded
+
     with reading(path):
         data = path.read_bytes()
-    if len(data) > LONGEST:
-        raise UsageError(f"{path} is too long: {len(data)} bytes", f"expected at most {LONGEST}")
-    for mark, encoding in _MARKS:
-        if data.startswith(mark):
-            return data.decode(encoding, errors="replace")
     try:
-        return data.decode()
-    except UnicodeDecodeError:
-        return data.decode("cp1252", errors="replace")
+        return decoded(data)
+    except ValueError as cause:
+        raise UsageError(f"{path} cannot be read", str(cause)) from cause

@@ -171,13 +171,19 @@ class Statements:
     # ---- selection and loops
 
     def _if(self, statement: If) -> None:
-        otherwise, end = self.assembler.label(), self.assembler.label()
-        self._branch_unless(statement.condition, otherwise)
-        self.body(statement.then)
-        if statement.otherwise:
-            self.assembler.jump(end)
-        self.assembler.place(otherwise)
-        self.body(statement.otherwise)
+        """Add an IF with all its ELSIF, of which each is the only statement behind the ELSE of the one before."""
+        end = self.assembler.label()
+        rest: Sequence[AnyStatement] = [statement]
+        while len(rest) == 1 and isinstance(found := rest[0], If):
+            otherwise = self.assembler.label()
+            self.assembler.line, self._taken = found.line, 0
+            self._branch_unless(found.condition, otherwise)
+            self.body(found.then)
+            if found.otherwise:
+                self.assembler.jump(end)
+            self.assembler.place(otherwise)
+            rest = found.otherwise
+        self.body(rest)
         self.assembler.place(end)
 
     def _case(self, statement: Case) -> None:
@@ -314,7 +320,9 @@ class Statements:
         emitter = self._emitter()
         for (variable, _), value in zip(statement.inputs, values, strict=True):
             self._pass(_at(base, variable), variable.type, value, emitter)
-        copies = [(_at(base, one), self._refer(place, one, emitter)) for one, place in statement.references]
+        copies = [
+            (_at(base, variable), self._refer(place, variable, emitter)) for variable, place in statement.references
+        ]
         for cell, (text, _, _) in copies:
             emitter.add(f"M[{cell}] = {text}")
         self.assembler.do(emitter)

@@ -15,7 +15,10 @@ from fieldrig_devices.iec.parser.types import UNKNOWN, Types
 
 SECTIONS: Final = {section.value: section for section in tree.Section}
 _LONG: Final = frozenset({"LWORD", "LINT", "ULINT"})
-_ENDS: Final = frozenset({"END_VAR", "END_STRUCT", "END_TYPE"})
+_ENDS: Final = frozenset({"END_VAR", "END_STRUCT", "END_UNION", "END_TYPE"})
+
+_TYPES: Final = frozenset({token.NAME, "ARRAY", "POINTER", "REFERENCE", "REF_TO", "STRUCT", "UNION"})
+"""Tokens that a type begins with."""
 
 
 class Declarations(Types):
@@ -151,7 +154,7 @@ class Declarations(Types):
                 raise self.unexpected("an address such as %QX1.0")
             location = self.direct(self.texts[self.i], self.i)
             self.i += 1
-        if self.kinds[self.i] in (token.NAME, "ARRAY", "POINTER", "STRUCT") and not self.is_next_line():
+        if self.kinds[self.i] in _TYPES and not self.is_next_line():
             self.missing(":")
         elif not self.accept(":"):
             raise self.unexpected(": and a type")
@@ -199,7 +202,7 @@ class Declarations(Types):
     def _end_of_declaration(self, spec: tree.TypeSpec) -> None:
         if self.accept(";"):
             return
-        if isinstance(spec, tree.StructSpec) and self.kinds[self.i - 1] == "END_STRUCT":
+        if isinstance(spec, tree.StructSpec) and self.kinds[self.i - 1] in ("END_STRUCT", "END_UNION"):
             return
         if self.is_next_line() or self.kinds[self.i] in _ENDS:
             self.missing(";")
@@ -220,14 +223,14 @@ class Declarations(Types):
         while self.kinds[self.i] != "END_TYPE":
             at = self.i
             self.gather()
-            if self._is_outside(at) and self.kinds[at] not in ("END_STRUCT", "END_VAR"):
+            if self._is_outside(at) and self.kinds[at] not in ("END_STRUCT", "END_UNION", "END_VAR"):
                 break
             front += self.taken()
             try:
                 declared = self._type_declaration()
             except UnexpectedError:
                 self._synchronise_declaration(at)
-                while self.kinds[self.i] in ("END_STRUCT", "END_VAR"):
+                while self.kinds[self.i] in ("END_STRUCT", "END_UNION", "END_VAR"):
                     self.i += 1
                     self.accept(";")
                 continue
@@ -252,8 +255,6 @@ class Declarations(Types):
             raise self.unexpected(":", UNKNOWN["EXTENDS"])
         self.expect(":")
         spec = self.type_spec()
-        if isinstance(spec, tree.EnumSpec) and self.is_word("INT"):
-            self.i += 1  # today's tools write the base type behind an enumeration, and INT is what it is here
         initial = self._initial(spec)
         self._end_of_declaration(spec)
         return tree.TypeDeclaration(name, spec, initial, place=self.places[at])

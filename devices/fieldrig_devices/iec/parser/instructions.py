@@ -36,7 +36,7 @@ class Instructions(Statements):
             return self.kinds[i + 1] not in (":=", "=")
         if self.kinds[i + 1] in _NO_OPERATOR:
             return False
-        return self.kinds[i + 1] == token.END or self.kinds[i + 2] != ";"
+        return self.kinds[i + 1] == token.END or self.kinds[i + 2] not in (";", "=")
 
     def instructions(self, is_deferred: bool = False) -> tuple[tree.IlInstruction, ...]:
         """Read lines up to the end of the body, or to a closing bracket."""

@@ -62,25 +62,27 @@ def _spec(lines: Lines, spec: tree.TypeSpec) -> None:
         case tree.ArraySpec(dimensions, element):
             lines.append(f"ARRAY[{', '.join(map(statements.label_text, dimensions))}] OF ")
             _spec(lines, element)
-        case tree.PointerSpec(to):
-            lines.append("POINTER TO ")
+        case tree.PointerSpec(to, is_reference):
+            lines.append("REFERENCE TO " if is_reference else "POINTER TO ")
             _spec(lines, to)
         case tree.EnumSpec():
             _enumeration(lines, spec)
-        case tree.StructSpec(fields):
-            lines.append("STRUCT")
+        case tree.StructSpec(fields, is_union):
+            word = "UNION" if is_union else "STRUCT"
+            lines.append(word)
             with lines.indented():
                 for number, field in enumerate(fields):
                     lines.front(field, number == 0)
                     _variable(lines, field)
                     lines.behind(field)
-            lines.add("END_STRUCT")
+            lines.add(f"END_{word}")
 
 
 def _enumeration(lines: Lines, spec: tree.EnumSpec) -> None:
     texts = [value.name if value.value is None else f"{value.name} := {text_of(value.value)}" for value in spec.values]
+    base = f" {spec.base}" if spec.base else ""
     if not any(value.comments or value.remark for value in spec.values):
-        lines.append(f"({', '.join(texts)})")
+        lines.append(f"({', '.join(texts)}){base}")
         return
     lines.append("(")
     with lines.indented():
@@ -89,7 +91,7 @@ def _enumeration(lines: Lines, spec: tree.EnumSpec) -> None:
             lines.add(text if value is spec.values[-1] else f"{text},")
             if value.remark:
                 lines.append(f" {value.remark}")
-    lines.add(")")
+    lines.add(f"){base}")
 
 
 def _type(lines: Lines, of: tree.TypeDeclaration) -> None:

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from iec_program import ENOUGH_NS, IecBench, PlainHost, program
 
-from fieldrig_devices.iec.compiler import SourceFile, compile_project
+from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.runtime import Runtime, Start
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.mistakes import CompileError
 
 BOOLS = dict.fromkeys(("start", "stop", "motor", "lamp", "done"), "BOOL")

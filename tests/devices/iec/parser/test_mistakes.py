@@ -245,7 +245,7 @@ def test_a_comma_behind_the_last_argument_is_refused_by_epas() -> None:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("TYPE e : (a, b) UINT; END_TYPE", ["1:17 got UINT behind an enumeration; ;"]),
+        ("TYPE e : (a, b) REAL; END_TYPE", ["1:17 got REAL behind an enumeration; ;"]),
         (
             (
                 "FUNCTION_BLOCK f\nx := 1;\nMETHOD PUBLIC m : BOOL\nVAR a : INT; END_VAR\na := 1;\nEND_METHOD\ny = 2;\n"
