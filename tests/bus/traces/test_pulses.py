@@ -78,9 +78,9 @@ def test_a_very_long_train_is_refused_at_once() -> None:
 
 def test_a_picture_shows_the_pulses_of_its_window() -> None:
     (wave,) = waves_of([entry(0, PulseTrain("p", 0, frequency=1_000, count=None))]).waves
-    assert steps_in(wave, Window(1_250_000, 2_250_000)) == pytest.approx(
-        [(0.0, True), (RIGHT / 4, False), (RIGHT * 3 / 4, True)]
-    )
+    assert steps_in(wave, Window(1_250_000, 2_250_000)) == [
+        (0.0, True), (RIGHT / 4, False), (RIGHT * 3 / 4, True),
+    ]  # fmt: skip
 
 
 @given(st.lists(st.tuples(st.integers(1, 10**6), st.integers(0, 50), st.integers(0, 10**7)), min_size=1, max_size=5))
