@@ -59,7 +59,7 @@ class PulseTrain(Signal):
 
     @property
     def end_ns(self) -> int | None:
-        """The instant at which the last period is complete, or the train has stopped; None if it goes on without end."""
+        """The instant at which the last period is complete or the train has stopped, or None if it has no end."""
         if self.count is None:
             return None
         if not self.count and not self.frequency:
