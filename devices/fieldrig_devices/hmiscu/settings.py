@@ -8,7 +8,10 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.hmiscu.channels import Channels
+from fieldrig_devices.hmiscu.faces.can import CanFaceSettings
+from fieldrig_devices.hmiscu.faces.modbus import ModbusFaceSettings
 from fieldrig_devices.hmiscu.models import FAST_OUTPUTS, MODELS, Kind, Model, ModelName
+from fieldrig_devices.pulses.output import Mode
 
 ANALOG: Final[frozenset[Kind]] = frozenset({"analog input", "temperature input", "analog output"})
 INPUTS: Final[frozenset[Kind]] = frozenset({"digital input", "analog input", "temperature input"})
@@ -63,6 +66,9 @@ class HmiscuSettings(Channels):
         default_factory=dict,
         description="terminals of the PWM inputs; default: DI0 and DI1 for channel 0, DI3 and DI4 for channel 1",
     )
+    fast_signals: Mode = Field(
+        default="segments", description="pulses and PWM on the wires: segments, or each edge, which costs much more"
+    )
     terminals: dict[Terminal, str | AnalogWire] = Field(
         default_factory=dict,
         description="wires by terminal: DI0, DQ3, FQ0; analog terminals AI0, TI0 and AQ0 with unit and range",
@@ -75,6 +81,10 @@ class HmiscuSettings(Channels):
     dialect: Literal["epas-4", "edition-3"] = Field(
         default="edition-3", description="rules of the language: IEC 61131-3 edition 3, or those of CoDeSys V2.3"
     )
+    modbus: ModbusFaceSettings = Field(
+        default_factory=ModbusFaceSettings, description="Modbus server on the buses under links.modbus"
+    )
+    can_slave: CanFaceSettings | None = Field(default=None, description="CiA 401 slave on links.can")
     autostart: bool = Field(default=True, description="whether the program runs from power-on")
 
     @property
@@ -127,6 +137,9 @@ class HmiscuSettings(Channels):
         return found if isinstance(found, str) else found.wire
 
     def claims(self, device: str) -> Iterator[Claim]:
+        yield Claim("modbus", "unit", self.modbus.unit_id, ("modbus", "unit_id"))
+        if self.can_slave is not None:
+            yield Claim("can", "node-ID", self.can_slave.node_id, ("can_slave", "node_id"))
         kinds = self.kinds
         for terminal in self.terminals:
             if kinds[terminal] not in INPUTS:

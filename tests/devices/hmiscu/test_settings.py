@@ -71,14 +71,18 @@ def test_inputs_of_pwm_channels_are_normal_inputs() -> None:
     assert wrong({"pwm_inputs": {"sync_1": "FI0"}}) == ["pwm_inputs.sync_1: FI0 is not a normal input of HMISCU6A5"]
 
 
-def test_outputs_claim_their_wires_and_inputs_do_not() -> None:
+def test_the_unit_the_node_and_outputs_are_claimed_and_inputs_are_not() -> None:
     settings = HmiscuSettings.model_validate(
         {
             "model": "HMISCU6B5",
+            "modbus": {"unit_id": 4},
+            "can_slave": {"node_id": 9},
             "terminals": {"DI0": "start", "DQ1": "lamp", "AQ0": {"wire": "valve", "unit": "%", "high": 100.0}},
         }
     )
     assert list(settings.claims("scu")) == [
+        Claim("modbus", "unit", 4, ("modbus", "unit_id")),
+        Claim("can", "node-ID", 9, ("can_slave", "node_id")),
         Claim("wires", "wire", "lamp", ("terminals", "DQ1")),
         Claim("wires", "wire", "valve", ("terminals", "AQ0")),
     ]
