@@ -62,12 +62,12 @@ class Counter:
         return self._inputs["a"].speed_at(now_ns) - self._inputs["b"].speed_at(now_ns)
 
     def reaches_ns(self, value: int, now_ns: int) -> int | None:
-        """Return when the present train at `a` takes the value to this one; None if it does not get there."""
-        train = self._inputs["a"].present
-        if not isinstance(train, PulseTrain):
+        """Return when the pulses that come at `a` take the value to this one; None if they do not get there."""
+        present = self._inputs["a"].present
+        if present is None:
             return None
-        ahead = (value - self.value_at(now_ns)) * train.direction
-        return train.rise_ns(train.pulses_at(now_ns) + ahead) if ahead > 0 else now_ns if ahead == 0 else None
+        ahead = (value - self.value_at(now_ns)) * (present.direction if isinstance(present, PulseTrain) else 1)
+        return present.rise_ns(present.pulses_at(now_ns) + ahead) if ahead > 0 else now_ns if ahead == 0 else None
 
     @property
     def missed(self) -> int:
