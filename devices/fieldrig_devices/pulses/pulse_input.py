@@ -112,16 +112,6 @@ class PulseInput:
         present = self.present
         return bool(self._level) if present is None else present.level_at(now_ns)
 
-    def reaches_ns(self, pulses: int) -> int | None:
-        """Return when this many pulses more than those of the segments before the present one have been counted.
-
-        None if the present segment does not get that far.
-        """
-        present = self.present
-        if not isinstance(present, PulseTrain):
-            return None
-        return present.rise_ns(pulses + present.pulses_at(self._segments[-1].after_ns))
-
     def _begin(self, waveform: PulseTrain | Pwm, now_ns: int) -> None:
         before = self.present
         is_first = not self._segments and self._level is None
