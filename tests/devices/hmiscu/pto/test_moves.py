@@ -283,3 +283,14 @@ def test_the_longest_move_takes_a_handful_of_segments() -> None:
     assert bench.rest_ns() == 85_900_345_900_000
     assert bench.sent == 2**32 - 1
     assert len(bench.segments) <= 6
+
+
+@pytest.mark.parametrize("ramps", ["smooth", "periods"])
+def test_a_stop_within_the_last_period_of_a_move_adds_no_pulse(ramps: str) -> None:
+    bench = PtoBench(ramps=ramps, ramp_unit="Hz/ms")
+    bench.relative(Velocity=20_000, Distance=1, Acceleration=2_000, Deceleration=2_000)
+    bench.halt(Deceleration=1)
+    assert bench.rest_ns() == 1_000_000
+    bench.cycle()
+    assert bench.sent == 1
+    assert (shown(bench.move), shown(bench.stop)) == ({"Done"}, {"Done"})
