@@ -12,6 +12,7 @@ from fieldrig_devices.hmiscu.blocks.motion import PTOMoveRelative, PTOMoveVeloci
 from fieldrig_devices.hmiscu.blocks.pins import Block
 from fieldrig_devices.hmiscu.pto.channel import PtoChannel
 from fieldrig_devices.hmiscu.pto.settings import PtoSettings
+from fieldrig_devices.hmiscu.pto.states import State
 
 FINAL = ("Done", "InVelocity", "CommandAborted", "Error")
 
@@ -97,8 +98,9 @@ class PtoBench:
         self.execute(self.diag)
         return self.diag.outputs["PTODiag"]
 
-    def seconds(self) -> float:
-        return self.now_ns / 1e9
+    @property
+    def state(self) -> State:
+        return self.channel.state
 
     @property
     def frequency(self) -> int:

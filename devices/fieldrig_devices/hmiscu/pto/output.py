@@ -11,7 +11,7 @@ from fractions import Fraction
 from fieldrig.clock import NEVER_NS
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_devices.hmiscu.pto.exact import root
-from fieldrig_devices.hmiscu.pto.piece import Plan
+from fieldrig_devices.hmiscu.pto.piece import Piece, Plan
 
 _AS_PER_NS = 10**9
 
@@ -25,7 +25,7 @@ class Junction:
 
     instant_ns: int
     square: Fraction
-    """Square of the frequency in Hz at that instant."""
+    """Square of the frequency in Hz at that instant; 0 if the train ends there."""
 
 
 class PulseOutput:
@@ -36,6 +36,7 @@ class PulseOutput:
         self.train = PulseTrain(name, 0, start_ns=start_ns, epoch_ns=start_ns)
         """The segment at the last instant of `advance`."""
         self._plan: Plan = iter(())
+        self._following: Piece | None = None
         self._end_as: int | None = None
         """The end of the present piece; None at rest, and while it goes on."""
 
@@ -56,7 +57,7 @@ class PulseOutput:
     def begin(self, now_ns: int, plan: Plan, direction: int) -> None:
         """Begin a plan at once.  The output is at rest."""
         self.train = self.train.then(now_ns, direction=direction)
-        self._plan, self._end_as = plan, now_ns * _AS_PER_NS
+        self._take(plan, now_ns)
         self.advance(now_ns)
 
     def junction(self, now_ns: int) -> Junction:
@@ -64,24 +65,29 @@ class PulseOutput:
         train = self.train
         begun = train.pulses_at(now_ns)
         after_ns = train.rise_ns(begun + 1)
-        if after_ns is None:  # this period is the last one of the piece
-            after_ns = self.next_ns
-        return Junction(after_ns, self._square(begun))
+        if after_ns is not None:
+            return Junction(after_ns, self._square(begun))
+        is_last = self._following is None  # and otherwise the last period of the piece
+        return Junction(self.next_ns, Fraction(0) if is_last else self._square(begun))
 
     def replace(self, at: Junction, plan: Plan) -> None:
         """Let a plan take over at a junction."""
-        self._plan, self._end_as = plan, at.instant_ns * _AS_PER_NS
+        self._take(plan, at.instant_ns)
+
+    def _take(self, plan: Plan, at_ns: int) -> None:
+        self._plan, self._following, self._end_as = plan, next(plan, None), at_ns * _AS_PER_NS
 
     def advance(self, now_ns: int) -> None:
         """Begin every piece that is due, and report the segments."""
         begun: list[PulseTrain] = []
         while self._end_as is not None and self._end_as <= now_ns * _AS_PER_NS:
-            start_ns, piece = self.next_ns, next(self._plan, None)
+            start_ns, piece = self.next_ns, self._following
             if piece is None:
                 self.train, self._end_as = self.train.then(start_ns), None
             else:
                 self.train = self.train.then(start_ns, piece.frequency, piece.rate, piece.count)
                 self._end_as = None if piece.count is None else self._end_as + piece.duration_as
+                self._following = next(self._plan, None)
             begun.append(self.train)
         if begun:
             self._on_segments(begun)

@@ -126,10 +126,10 @@ def test_a_move_of_rounded_periods_takes_the_time_of_the_table(
     profile: tuple[int, ...], distance: int, _smooth_s: float, rounded_s: float
 ) -> None:
     start, stop, top, up, down = profile
-    stairs = Staircase(start, Fraction(up), start > 4000), Staircase(stop, Fraction(down), stop > 4000)
+    stairs = Staircase(start, Fraction(up), is_end=False), Staircase(stop, Fraction(down), is_end=False)
     pieces = list(move(*stairs, top, distance))
     assert pulses(pieces) == distance
-    assert taken_s(pieces) == pytest.approx(rounded_s, abs=1e-4)
+    assert taken_s(pieces) == pytest.approx(rounded_s, abs=1e-6)
 
 
 @pytest.mark.manual("SCU-042", "SCU-043", "SCU-044")
