@@ -2,163 +2,47 @@
 
 A wire has one driver and any number of listeners.  It keeps its value, so a device that listens later gets the present
 one.  A signal arrives at the instant at which it was driven.  A device's interest is the names that it listens to.
-What moves steadily, such as an encoder or a pulse train, is published as a `Motion` whenever its speed or acceleration
-changes, and not edge by edge.
+What moves steadily is published when its speed changes, and not step by step: an encoder as a `Motion`, a pulse output
+as a `PulseTrain` or a `Pwm` (`fieldrig_bus.signals`).
 """
 
-import json
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import isfinite
 from typing import Any, ClassVar, Final
 
 from fieldrig.bus import Bus, BusModel, Delivery, ModelBus, Time, words_of
-from fieldrig.clock import S
 from fieldrig.settings import Settings
-from fieldrig.untrusted import WIDEST, read_json
-from fieldrig.values import show_number
 from fieldrig_bus.net import HubSettings
+from fieldrig_bus.signals.codec import LONGEST_NAME, check_sent, check_text, decode, encode, show
+from fieldrig_bus.signals.signal import Motion, Signal
+
+__all__ = [
+    "LONGEST_NAME",
+    "MOST_OF_A_MEMBER",
+    "MOST_WIRES",
+    "Motion",
+    "Signal",
+    "WiresFamily",
+    "WiresHub",
+    "WiresHubSettings",
+    "WiresModel",
+    "WiresSettings",
+    "WiresVirtual",
+    "decode",
+    "encode",
+    "show",
+]
 
 log = logging.getLogger(__name__)
 
-LONGEST_NAME: Final = 256
-"""Longest name or unit, in characters."""
-LONGEST_UNIT: Final = 32
-LONGEST_SIGNAL: Final = 4096
-"""Largest encoded signal, in bytes."""
-_LATEST_NS = (1 << 63) - 1
 MOST_OF_A_MEMBER: Final = 4_096
 MOST_WIRES: Final = 65_536
-
-
-@dataclass(frozen=True, slots=True)
-class Signal:
-    """The present value of one wire: digital as bool, analog as a number in `unit` (SI or %, "" for a digital one)."""
-
-    name: str
-    value: bool | int | float
-    unit: str = ""
-
-    @property
-    def is_moving(self) -> bool:
-        """True if `at` returns different values at different instants."""
-        return False
-
-    def at(self, now_ns: int) -> bool | int | float:
-        """The value of the wire at `now_ns`, which is the same for every device that has received this signal."""
-        return self.value
-
-    def speed_at(self, now_ns: int) -> float:
-        """The speed in units per second at `now_ns`."""
-        return 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Motion(Signal):
-    """A signal that moves by itself until the next one is published: `value` is its position at `time_ns`.
-
-    A receiver that does not handle motions treats it as a signal with that value.
-    """
-
-    time_ns: int = 0
-    speed: float = 0.0
-    """Speed in units per second at `time_ns`."""
-    acceleration: float = 0.0
-    """Acceleration in units per second squared."""
-
-    @property
-    def is_moving(self) -> bool:
-        return bool(self.speed or self.acceleration)
-
-    def at(self, now_ns: int) -> float:
-        seconds = (now_ns - self.time_ns) / S
-        return self.value + (self.speed + self.acceleration / 2 * seconds) * seconds
-
-    def speed_at(self, now_ns: int) -> float:
-        return self.speed + self.acceleration * (now_ns - self.time_ns) / S
-
-
-def encode(message: Signal) -> bytes:
-    """A signal as JSON."""
-    fields = [message.name, message.value, message.unit]
-    if isinstance(message, Motion):
-        fields += [message.time_ns, message.speed, message.acceleration]
-    return json.dumps(fields, separators=(",", ":"), allow_nan=False).encode()
-
-
-def decode(data: bytes) -> Signal:
-    """The inverse of `encode`.  ValueError for anything else."""
-    signal = _read(read_json(data, LONGEST_SIGNAL, deepest=1))
-    if signal is None:
-        raise ValueError(f"not a signal: {data[:80]!r}")
-    check_sent(signal)
-    return signal
-
-
-def check_sent(message: Any) -> None:
-    """Raise TypeError or ValueError for a message that can't be on a wire."""
-    if not isinstance(message, Signal):
-        raise TypeError(f"expected a Signal, found {type(message).__name__}")
-    _check_text("name", message.name, LONGEST_NAME)
-    _check_text("unit", message.unit, LONGEST_UNIT)
-    value = message.value
-    if type(value) is float:
-        if not isfinite(value):
-            raise ValueError(f"value {value}: expected a finite number")
-    else:
-        _check_number("value", value)
-    if isinstance(message, Motion):
-        if isinstance(value, bool):
-            raise TypeError("value: expected a number, found bool: a digital signal does not move")
-        _check_number("speed", message.speed)
-        _check_number("acceleration", message.acceleration)
-        if type(message.time_ns) is not int:
-            raise TypeError(f"time_ns: expected int, found {type(message.time_ns).__name__}")
-        if abs(message.time_ns) > _LATEST_NS:
-            raise ValueError(f"time_ns {message.time_ns}: expected an instant of 64 bits")
 
 
 def check_interest(interest: Any) -> None:
     """Raise TypeError or ValueError for an interest that is not a list of names of wires."""
     for name in words_of(interest):
-        _check_text("name", name, LONGEST_NAME)
-
-
-def _check_text(what: str, text: Any, longest: int) -> None:
-    if type(text) is not str:
-        raise TypeError(f"{what}: expected str, found {type(text).__name__}")
-    if len(text) > longest:
-        raise ValueError(f"{what} of {len(text)} characters: expected at most {longest}")
-    if not text.isascii():
-        text.encode()  # ValueError for half of a surrogate pair, which is not text
-
-
-def _check_number(what: str, value: Any) -> None:
-    if not isinstance(value, bool | int | float):
-        raise TypeError(f"{what}: expected bool, int or float, found {type(value).__name__}")
-    if isinstance(value, float):
-        if not isfinite(value):
-            raise ValueError(f"{what} {value}: expected a finite number")
-    elif not WIDEST[0] <= value <= WIDEST[1]:
-        raise ValueError(f"{what}: expected an integer of 64 bits")
-
-
-def _read(fields: Any) -> Signal | None:
-    match fields:
-        case [str(name), bool() | int() | float() as value, str(unit)]:
-            return Signal(name, value, unit)
-        case [str(name), int() | float() as value, str(unit), int(time_ns), int() | float() as speed, acceleration] if (
-            isinstance(acceleration, int | float)
-        ):
-            return Motion(name, value, unit, time_ns, speed, acceleration)
-    return None
-
-
-def show(message: Signal) -> str:
-    """A signal as one line, with all digits of its value."""
-    speed = f", {show_number(message.speed)} {message.unit}/s" if isinstance(message, Motion) else ""
-    return f"{message.name} = {show_number(message.value)} {message.unit}".rstrip() + speed
+        check_text("name", name, LONGEST_NAME)
 
 
 class WiresModel(BusModel[Signal]):

@@ -27,6 +27,8 @@ from fieldrig_bus.opcua.message import (
 )  # fmt: skip
 from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst
 from fieldrig_bus.serial.message import Break, ControlLines, Format
+from fieldrig_bus.signals.pulse_train import PulseTrain
+from fieldrig_bus.signals.pwm import Pwm
 from fieldrig_bus.wires import Motion, Signal
 
 _any: Any = lambda value: value  # noqa: E731  what mypy would find at once is what is sent here
@@ -58,7 +60,8 @@ GOOD: dict[type, list[Any]] = {
             Nodes(1, (Node("b", "", "b", low=0, high=10),))],
     Outcomes: [Outcomes(1, (Outcome(Status.GOOD, 1.5), Outcome(Status.REFUSED, None, "why")))],
     Signal: [Signal("pump.run", True), Signal("tank.level", 1.5, "m"), Signal("", -(1 << 63)),
-             Motion("encoder", 7, "count", -5, 1.5, 0.0)],
+             Motion("encoder", 7, "count", -5, 1.5, 0.0), PulseTrain("p", 0, frequency=50_000, count=7),
+             Pwm("p", 12.5, frequency=65_000)],
 }  # fmt: skip
 
 BAD: dict[type, list[Any]] = {
@@ -112,6 +115,8 @@ BAD: dict[type, list[Any]] = {
         Signal("level", 1, _any(None)), Signal("x" * 1000, 1), Signal("\ud800", 1), Signal("level", 1, "m" * 100),
         Motion("m", nan), Motion("m", True), Motion("m", 1, "", 0, nan), Motion("m", 1, "", 0, 0.0, inf),
         Motion("m", 1, "", 1 << 70), Motion("m", 1, "", _any(0.5)), Motion("m", 1, "", 0, _any("fast")),
+        PulseTrain("p", 0, count=None), PulseTrain("p", 1, frequency=5), PulseTrain("p", 0, frequency=_any(0.5)),
+        Pwm("p", 101), Pwm("p", 50, frequency=0), Pwm("p", _any(True)),
     ],
 }  # fmt: skip
 
