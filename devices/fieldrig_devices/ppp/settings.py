@@ -54,8 +54,8 @@ class PppSettings:
     """Time until a request is repeated (RFC 1661 4.6)."""
     most_requests: int = 10
     """Requests without an answer before the link ends (RFC 1661 4.6, Max-Configure)."""
-    login_limit_ns: int = 60 * S
-    """Time from the start until the logins must be accepted."""
+    setup_limit_ns: int = 60 * S
+    """Time from the start until IP packets must pass, with all logins."""
     echo_period_ns: int = 0
     """Period of echo requests; 0 sends none."""
     most_echoes: int = 4
