@@ -75,6 +75,9 @@ class PppBench:
         self.link.up(self.now_ns)
         return self
 
+    def phase(self) -> Phase:
+        return self.link.phase
+
     def take(self) -> list[str]:
         """Return what was sent since the last call, as protocol and payload in hex."""
         sent = [content_of(frame).hex() for frame in self.line]
