@@ -67,6 +67,11 @@ def test_address_of_the_controller_cannot_be_changed() -> None:
     assert bench.link.ended_by is End.NO_ADDRESSES
 
 
+def test_refusal_of_an_option_that_was_not_asked_for_changes_nothing() -> None:
+    bench = PppBench().log_in()
+    assert bench.hear("8021 03 01 000e 0206002d0f01 0304 0a00") == [spaced("8021 01 02 000a 0306 bec86464")]
+
+
 def test_peer_that_does_not_want_to_know_our_address_is_served() -> None:
     bench = PppBench().log_in()
     assert bench.hear("8021 04 01 000a 0306 bec86464") == [spaced("8021 01 02 0004")]

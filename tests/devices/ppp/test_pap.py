@@ -69,6 +69,7 @@ def test_answers_are_slow_after_three_failed_logins() -> None:
     for number in (1, 2, 3):
         fail(bench)
         assert bench.attempts[-1] == LoginAttempt(b"lab", is_accepted=False, failures=number)
+        assert bench.attempts[-1].is_alarm == (number == 3)
     bench.link.down(bench.now_ns)
     bench.take()
     bench.establish()
