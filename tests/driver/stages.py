@@ -12,12 +12,12 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.driver import docker_daemon, needs, vcan
+from tests.driver import docker_daemon, needs, ppp, vcan
 from tests.driver.needs import Need
 
 REPORTS = Path("build") / "tests"
 NODE = Path("tests") / "real" / "node"
-VCAN_LIMIT_S = 900
+VCAN_LIMIT_S = PPP_LIMIT_S = 1200
 # A test that starts a whole rig can wait long for a busy host; its own limits say earlier what hangs.
 PATIENT = ("--timeout=600",)
 
@@ -121,10 +121,17 @@ WHOLE = (
         around=node_packages,
         report=report_of("vcan"),
     ),
+    Stage(
+        "ppp",
+        "pppd at the other end of our links",
+        lambda: ppp.command(pytest_command("ppp", "ppp", "tests/real"), REPORTS, PPP_LIMIT_S),
+        needs=(needs.UML, needs.PPPD),
+        report=report_of("ppp"),
+    ),
     pytest_stage(
         "real",
         "foreign peers on sockets and ptys",
-        "real and not vcan",
+        "real and not vcan and not ppp",
         *PATIENT,
         wants=(needs.CAN_UTILS, needs.MBPOLL, needs.SOCAT, needs.TSHARK, needs.GTKWAVE, needs.SIGROK, needs.LIBMODBUS),
         in_real_time=True,
