@@ -1,14 +1,18 @@
 """How two modems at a line agree on a carrier: each says what it can do, trains, and sends its carrier.
 
-The answering modem speaks first.  Source: the order of ITU-T V.25 and V.8, without their signals.
+The answering modem speaks first, and again until it is heard.  Source: the order of ITU-T V.25 and V.8, without their signals.
 """
 
 from collections.abc import Callable
+from typing import Final
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Clock, S, Timer
 from fieldrig.link import Link
 from fieldrig_bus.telephone.message import Carrier, Offer, TelephoneMessage, agreed
 from fieldrig_bus.telephone.modulation import Agreed
+
+
+REPEAT_NS: Final = 1 * S
 
 
 class Handshake:
@@ -33,8 +37,8 @@ class Handshake:
 
     def answer(self) -> None:
         """Speak first, as the modem that answers."""
-        self._has_offered = True
-        self._link.send(self._offer)
+        self._offer_again()
+        self._timer = self._clock.call_at(self._clock.now_ns() + REPEAT_NS, self.answer)
 
     def stop(self) -> None:
         if self._timer is not None:
@@ -47,9 +51,14 @@ class Handshake:
         elif self._agreed is None:
             self._on_offer(message)
 
+    def _offer_again(self) -> None:
+        self._has_offered = True
+        self._link.send(self._offer)
+
     def _on_offer(self, theirs: Offer) -> None:
+        self.stop()
         if not self._has_offered:
-            self.answer()
+            self._offer_again()
         self._agreed = agreed(self._offer, theirs)
         if self._agreed is None:
             self._on_failed()
