@@ -41,7 +41,7 @@ class ModemBench:
         return self
 
     def heard(self) -> str:
-        """What the terminal has got since the last call."""
+        """Return what the terminal has got since the last call."""
         self.wait(0.5)  # a long text takes its time on the serial line
         sent = self.line.take()
         for message in sent:
@@ -53,7 +53,7 @@ class ModemBench:
         return self.type(command + "\r").heard()
 
     def lines_of(self, command: str) -> list[str]:
-        """The lines that a command gives, without its echo."""
+        """Return the lines that a command gives, without its echo."""
         return [line for line in self.ask(command).replace("\r", "\n").split("\n") if line][1:]
 
     def result(self, command: str) -> str:
@@ -74,7 +74,7 @@ class ModemBench:
         return self.modem.points()[key].read()
 
     def said(self) -> list[TelephoneMessage]:
-        """What the modem has told the exchange since the last call."""
+        """Return what the modem has sent to the exchange since the last call."""
         return self.telephone.take()
 
     def hear(self, *messages: TelephoneMessage) -> "ModemBench":
@@ -203,7 +203,7 @@ class Pair:
             desk.type(init + "\r")
         self.run(1)
         self.a.type("ATDT200\r")
-        self.until(lambda: "CONNECT" in self.a.text and "CONNECT" in self.b.text).run(0.1)
+        self.until(lambda: "CONNECT" in self.a.text and "CONNECT" in self.b.text).run(1)
         self.a.take()
         self.b.take()
         return self

@@ -1,6 +1,7 @@
 """How two modems at a line agree on a carrier: each says what it can do, trains, and sends its carrier.
 
-The answering modem speaks first, and again until it is heard.  Source: the order of ITU-T V.25 and V.8, without their signals.
+The answering modem speaks first, and again until it is heard.
+Source: the order of ITU-T V.25 and V.8, without their signals.
 """
 
 from collections.abc import Callable
@@ -10,7 +11,6 @@ from fieldrig.clock import Clock, S, Timer
 from fieldrig.link import Link
 from fieldrig_bus.telephone.message import Carrier, Offer, TelephoneMessage, agreed
 from fieldrig_bus.telephone.modulation import Agreed
-
 
 REPEAT_NS: Final = 1 * S
 

@@ -68,7 +68,6 @@ class Call:
         self._rules: Rules | None = None
         self._steps: list[Step] = []
         self._stays = False
-        self._is_for_quiet = False
         self._tone = Tone.SILENCE
         self._handshake: Handshake | None = None
         self._limit: Timer | None = None
@@ -82,7 +81,6 @@ class Call:
 
     def dial(self, rules: Rules, steps: list[Step], stays: bool) -> None:
         self._rules, self._steps, self._stays = rules, list(steps), stays
-        self._is_for_quiet = Wait.QUIET in steps
         was_off, self.state = self.state is State.SEIZED, State.DIALLING
         if was_off:
             self._step()
@@ -95,7 +93,7 @@ class Call:
             self._await_dial_tone(NO_DIAL_TONE_NS)
 
     def answer(self, rules: Rules) -> None:
-        self._rules, self._is_for_quiet = rules, False
+        self._rules = rules
         if self.state is State.IDLE:
             self._link.send(Hook(True))
         self._wait_for_carrier()
@@ -141,13 +139,16 @@ class Call:
         before, self._tone = self._tone, tone
         rules = self._rules
         if self.state is State.CONNECTED:
-            self.fail(results.NO_CARRIER)
+            if tone is Tone.BUSY:
+                self.fail(results.NO_CARRIER)
         elif not self.is_establishing or rules is None:
             return
         elif tone is Tone.BUSY and rules.detects_busy:
             self._then(BUSY_TONE_NS, lambda: self.fail(results.BUSY))
-        elif self._awaits(Wait.TONE) and tone is Tone.DIAL:
-            self._then(DIAL_TONE_NS, self._step_past_wait)
+        elif self._awaits(Wait.TONE):
+            self._stop(self._next)
+            if tone is Tone.DIAL:
+                self._then(DIAL_TONE_NS, self._step_past_wait)
         elif self._awaits(Wait.QUIET) and before is Tone.RINGING and tone is Tone.SILENCE:
             self._then(QUIET_NS, self._step_past_wait)
 
@@ -194,6 +195,7 @@ class Call:
     def _send_digits(self) -> None:
         step = self._steps[0]
         assert isinstance(step, Digits)
+        self._tone = Tone.SILENCE  # the digits end the dial tone
         self._link.send(Dial(step.digits))
         self._step_past()
 

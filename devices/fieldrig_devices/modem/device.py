@@ -6,7 +6,7 @@ Left out: fax, voice, V.90, compression and retrains.
 """
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Final, Literal
 
 from pydantic import Field
@@ -16,7 +16,7 @@ from fieldrig.device import Device, Point
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
 from fieldrig.link import Link
-from fieldrig.settings import Settings
+from fieldrig.settings import Claim, Settings
 from fieldrig.store import Store, StoreError, restore
 from fieldrig_bus.serial.message import ModemInputs, SerialMessage, inputs_from
 from fieldrig_bus.telephone.message import TelephoneMessage
@@ -47,6 +47,9 @@ class ModemSettings(Settings):
     paced: bool = Field(
         default=True, description="true: data to the terminal take the time of the serial line; false: no time"
     )
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        yield Claim("line", "end with", "a modem", ("kind",))
 
 
 class Modem(Device):

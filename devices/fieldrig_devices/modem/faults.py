@@ -9,7 +9,7 @@ from fieldrig.faults import Timed, models_of
 
 
 class PowerOff(Timed):
-    """The modem has no power: it ends a call, its control lines are off, and afterwards it starts anew."""
+    """The modem has no power: it ends a call, its control lines are off, and afterwards it starts again."""
 
     what: Literal["power_off"]
 
