@@ -21,12 +21,14 @@ from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_bus.opcua.message import OpcUaMessage
 from fieldrig_bus.ring.sercos.message import RingMessage
+from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.iec.compiler import Compiled, SourceFile
 from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.max4.acknowledgement import Acknowledgement
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.boot import Boot
+from fieldrig_devices.max4.com1.port import Com1
 from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE
 from fieldrig_devices.max4.configuration.tree import ObjectTree
 from fieldrig_devices.max4.configuration.version import TIME_STAMPS, version_of
@@ -67,6 +69,7 @@ class Max4(Device):
         modbus: list[Link[ModbusEvent]] | None = None,
         can: Link[CanFrame] | None = None,
         opcua: Link[OpcUaMessage] | None = None,
+        com1: Link[SerialMessage] | None = None,
     ) -> None:
         """ValueError for settings that do not fit each other, such as start values that no parameter can have."""
         self._clock, self.name, self.settings = clock, name, settings
@@ -96,6 +99,7 @@ class Max4(Device):
         self._was_lost = False
         self._off_days = 0.0
         self._err_shown = False
+        self.com1 = Com1(clock, com1, baud=settings.com1.baud)
         self.system = System(clock, settings, settings.configuration, settings.parameters, wires, self)
         if self.system.unknown:
             raise ValueError("parameters: " + "; ".join(self.system.unknown))
@@ -160,6 +164,7 @@ class Max4(Device):
             self._boot.when_heard(lambda: self.report(Code.CONFIGURATION, MAX4, self.project.configuration_file))
         for action in self._boot_actions:
             action()
+        self.com1.boot(self.system.com1)
         self.plc.boot()
         if self.plc.problem:
             self._boot.when_heard(lambda: self.report(Code.PROGRAM, LZS, PROGRAM_FILE))
@@ -191,6 +196,7 @@ class Max4(Device):
     def _end(self) -> None:
         for action in self._end_actions:
             action()
+        self.com1.end()
         self.operations.cancel()
         self.plc.end()
         if self.bus is not None:
