@@ -27,6 +27,7 @@ from fieldrig_bus.opcua.message import (
 )  # fmt: skip
 from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst
 from fieldrig_bus.serial.message import Break, ControlLines, Format
+from fieldrig_bus.tcp.message import Close, Connected, Data, Ended, Listen, Listening, Taken, Unlisten
 from fieldrig_bus.wires import Motion, Signal
 
 _any: Any = lambda value: value  # noqa: E731  what mypy would find at once is what is sent here
@@ -57,6 +58,14 @@ GOOD: dict[type, list[Any]] = {
     Nodes: [Nodes(1, (Node("a", "", "a", Kind.VARIABLE, "INT", 3, True, choices=(("red", 0),)),), False),
             Nodes(1, (Node("b", "", "b", low=0, high=10),))],
     Outcomes: [Outcomes(1, (Outcome(Status.GOOD, 1.5), Outcome(Status.REFUSED, None, "why")))],
+    Connected: [Connected(1, "http", "127.0.0.1", "127.0.0.1"), Connected(2, "", "::1", "::1", 1)],
+    Data: [Data(1, b"GET"), Data(0xFFFF_FFFF, bytes(16_384))],
+    Taken: [Taken(1, 1)],
+    Ended: [Ended(1)],
+    Close: [Close(1)],
+    Listen: [Listen(1)],
+    Listening: [Listening(1, 0), Listening(1, 65_535)],
+    Unlisten: [Unlisten(1)],
     Signal: [Signal("pump.run", True), Signal("tank.level", 1.5, "m"), Signal("", -(1 << 63)),
              Motion("encoder", 7, "count", -5, 1.5, 0.0)],
 }  # fmt: skip
@@ -77,6 +86,16 @@ BAD: dict[type, list[Any]] = {
     CanError: [CanError(ErrorKind.BIT, next(iter(Place)), 1, 1, True, False, 8, 0)],
     BusState: [BusState(CanState.ACTIVE, 0, 0)],
     FaultNote: [FaultNote(1, "dropped")],
+    Connected: [Connected(0, "http", "127.0.0.1", "127.0.0.1"), Connected(1, "http", "localhost", "127.0.0.1"),
+                Connected(1, "h" * 33, "127.0.0.1", "127.0.0.1"), Connected(1, "h\n", "127.0.0.1", "127.0.0.1"),
+                Connected(1, _any(b"http"), "127.0.0.1", "127.0.0.1"), Connected(1, "", "::1", "::1", -1)],
+    Data: [Data(1, b""), Data(1, bytes(16_385)), Data(_any("1"), b"x"), Data(1, _any("x")), Data(1 << 32, b"x")],
+    Taken: [Taken(1, 0), Taken(1, _any(1.0))],
+    Ended: [Ended(0)],
+    Close: [Close(_any(None))],
+    Listen: [Listen(-1)],
+    Listening: [Listening(1, 65_536), Listening(1, -1)],
+    Unlisten: [Unlisten(_any(True))],
     Offer: [Offer(_any(1), "", 0), Offer("plc", _any(None), 0), Offer("plc", "", _any("0")), Offer("p" * 2_000, "", 0)],
     Browse: [Browse("plc", _any("1"), ""), Browse("plc", 1, _any(None)), Browse("plc", 1, "", _any(1.5))],
     Find: [Find("plc", 1, _any(b"a")), Find("plc", 1, "a" * 2_000)],

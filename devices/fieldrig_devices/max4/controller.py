@@ -22,7 +22,9 @@ from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_bus.opcua.message import OpcUaMessage
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.serial.message import SerialMessage
+from fieldrig_bus.tcp.message import TcpMessage
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.connections.face import TcpFace
 from fieldrig_devices.iec.compiler import Compiled, SourceFile
 from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.max4.acknowledgement import Acknowledgement
@@ -39,12 +41,14 @@ from fieldrig_devices.max4.messages.diagnosis import LZS, MAX4, Diagnosis, Sende
 from fieldrig_devices.max4.messages.logger import Logger
 from fieldrig_devices.max4.opcua import OpcUaNodes
 from fieldrig_devices.max4.operations import Operations
+from fieldrig_devices.max4.pages.site import default_pages
 from fieldrig_devices.max4.plc.debuggee import PlcDebuggee
 from fieldrig_devices.max4.plc.plc import Plc
 from fieldrig_devices.max4.points import points
 from fieldrig_devices.max4.project import Project
 from fieldrig_devices.max4.reports import Reports
 from fieldrig_devices.max4.ring.real_time_bus import RealTimeBus, State
+from fieldrig_devices.max4.services import services_of
 from fieldrig_devices.max4.settings import Max4Settings
 from fieldrig_devices.max4.storage.disk import FlashDisk
 from fieldrig_devices.max4.storage.memory import Memory
@@ -70,6 +74,7 @@ class Max4(Device):
         can: Link[CanFrame] | None = None,
         opcua: Link[OpcUaMessage] | None = None,
         com1: Link[SerialMessage] | None = None,
+        tcp: Link[TcpMessage] | None = None,
     ) -> None:
         """ValueError for settings that do not fit each other, such as start values that no parameter can have."""
         self._clock, self.name, self.settings = clock, name, settings
@@ -106,7 +111,11 @@ class Max4(Device):
         self.bus: RealTimeBus | None = None
         """The ring, or None if the controller has no ring or no drives."""
         self._acknowledgement = Acknowledgement(self.reports, lambda: self.bus)
-        self.project = Project(settings, self.disk)
+        services = services_of(clock, self, self.disk, settings.load.tcp_us)
+        self._tcp = None if tcp is None else TcpFace(tcp, services, self.tcp_connected)
+        self.project = Project(
+            settings, self.disk, default_pages() if tcp is not None or settings.com1.modem is not None else None
+        )
         if self.project.install(self.system.stored_values()):
             self.ram.retained.clear()
         self.disk.on_write = self._on_file
@@ -165,6 +174,8 @@ class Max4(Device):
         for action in self._boot_actions:
             action()
         self.com1.boot(self.system.com1)
+        if self._tcp is not None:
+            self._tcp.open()
         self.plc.boot()
         if self.plc.problem:
             self._boot.when_heard(lambda: self.report(Code.PROGRAM, LZS, PROGRAM_FILE))
@@ -197,6 +208,8 @@ class Max4(Device):
         for action in self._end_actions:
             action()
         self.com1.end()
+        if self._tcp is not None:
+            self._tcp.close()
         self.operations.cancel()
         self.plc.end()
         if self.bus is not None:
