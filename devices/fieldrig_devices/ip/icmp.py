@@ -4,6 +4,7 @@ Left out: every message about a packet of ours, such as a redirect or a source q
 """
 
 import struct
+from ipaddress import IPv4Address
 from typing import Final
 
 from fieldrig_devices.ip.checksum import checksum
@@ -34,12 +35,14 @@ def unreachable(code: int, refused: Packet) -> bytes:
     return _message(UNREACHABLE, code, bytes(4) + refused.encode()[: 20 + _QUOTED_BYTES])
 
 
+def is_unicast(source: IPv4Address) -> bool:
+    """True for an address that a host on a link may have, and to which an answer may go."""
+    return not (source.is_multicast or source.is_unspecified or source.is_loopback or source.is_reserved)
+
+
 def is_refusable(packet: Packet) -> bool:
     """True if a refusal of the packet may be sent: never about ICMP, nor to many (RFC 1122, 3.2.2)."""
-    source = packet.source
-    return packet.protocol != Protocol.ICMP and not (
-        source.is_multicast or source.is_unspecified or source.is_loopback or source.is_reserved
-    )
+    return packet.protocol != Protocol.ICMP and is_unicast(packet.source)
 
 
 def _message(kind: int, code: int, rest: bytes) -> bytes:
