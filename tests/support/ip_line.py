@@ -7,8 +7,10 @@ from ipaddress import IPv4Address
 from random import Random
 
 from fieldrig.clock import MS, S
+from fieldrig_devices.ip.ipv4 import Packet, Protocol
 from fieldrig_devices.ip.stack import Stack
 from fieldrig_devices.ip.tcp.connection import Connection, Ending
+from fieldrig_devices.ip.tcp.segment import ACK, SYN, Flags, Segment
 
 CALLER = IPv4Address("190.200.100.101")
 CONTROLLER = IPv4Address("190.200.100.100")
@@ -103,3 +105,61 @@ class User:
 
     def _on_end(self) -> None:
         self.has_end = True
+
+
+class Peer:
+    """A peer by hand: it sends segments to a stack and sees those that the stack sends."""
+
+    def __init__(self, mtu: int = 1500, window: int = 8192) -> None:
+        self.now_ns = 0
+        self.sent: list[Segment] = []
+        self.others: list[Packet] = []
+        """The packets of the stack that are no segments."""
+        self.stack = Stack(CONTROLLER, mtu, self._on_packet, window=window)
+        self.users: list[User] = []
+        self.stack.listen(PORT, lambda connection: self.users.append(User(connection)))
+        self.theirs = 0
+        """The stack's initial sequence number."""
+
+    def _on_packet(self, data: bytes) -> None:
+        packet = Packet.decode(data)
+        if packet.protocol == Protocol.TCP:
+            self.sent.append(Segment.decode(packet.payload, packet.source, packet.destination))
+        else:
+            self.others.append(packet)
+
+    def send(self, flags: Flags, sequence: int, acknowledgment: int = 0, data: bytes = b"", window: int = 8192) -> None:
+        """Send a segment from port 1000 to port 80."""
+        self.give(Segment(1000, PORT, sequence % 2**32, acknowledgment % 2**32, flags, window, data))
+
+    def give(self, segment: Segment) -> None:
+        self.packet(Protocol.TCP, segment.encode(CALLER, CONTROLLER))
+
+    def packet(self, protocol: int, payload: bytes) -> None:
+        self.stack.receive(self.now_ns, Packet(CALLER, CONTROLLER, protocol, payload).encode())
+
+    def take(self) -> list[Segment]:
+        """Return the segments since the last call."""
+        sent, self.sent = self.sent, []
+        return sent
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass, with everything that is due within it."""
+        until_ns = self.now_ns + round(seconds * S)
+        while (due_ns := self.stack.next_ns()) is not None and due_ns <= until_ns:
+            self.now_ns = max(due_ns, self.now_ns)
+            self.stack.advance(self.now_ns)
+        self.now_ns = until_ns
+
+    def act(self) -> list[Segment]:
+        """Let the stack send what follows from the calls of its user, and return it."""
+        self.wait(0)
+        return self.take()
+
+    def connect(self, sequence: int = 100, mss: int | None = 1000, window: int = 8192) -> User:
+        """Establish a connection; the stack's first byte is number `theirs` + 1."""
+        self.give(Segment(1000, PORT, sequence, 0, SYN, window, b"", mss))
+        (answer,) = self.take()
+        self.theirs = answer.sequence
+        self.send(ACK, sequence + 1, answer.sequence + 1, window=window)
+        return self.users[-1]
