@@ -30,6 +30,7 @@ from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.max4.acknowledgement import Acknowledgement
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.boot import Boot
+from fieldrig_devices.max4.com1.dial_in import DialIn
 from fieldrig_devices.max4.com1.port import Com1
 from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE
 from fieldrig_devices.max4.configuration.tree import ObjectTree
@@ -48,7 +49,7 @@ from fieldrig_devices.max4.points import points
 from fieldrig_devices.max4.project import Project
 from fieldrig_devices.max4.reports import Reports
 from fieldrig_devices.max4.ring.real_time_bus import RealTimeBus, State
-from fieldrig_devices.max4.services import services_of
+from fieldrig_devices.max4.services import at_own_ports, services_of
 from fieldrig_devices.max4.settings import Max4Settings
 from fieldrig_devices.max4.storage.disk import FlashDisk
 from fieldrig_devices.max4.storage.memory import Memory
@@ -68,6 +69,7 @@ class Max4(Device):
         settings: Max4Settings,
         store: Store,
         background: Background,
+        random: Any,
         ring: Link[RingMessage] | None = None,
         wires: Link[Signal] | None = None,
         modbus: list[Link[ModbusEvent]] | None = None,
@@ -76,7 +78,9 @@ class Max4(Device):
         com1: Link[SerialMessage] | None = None,
         tcp: Link[TcpMessage] | None = None,
     ) -> None:
-        """ValueError for settings that do not fit each other, such as start values that no parameter can have."""
+        """Build it off; `random` is the `random.Random` of this device.
+
+        ValueError for settings that do not fit each other, such as start values that no parameter can have."""
         self._clock, self.name, self.settings = clock, name, settings
         self._ring, self._wires = ring, wires
         self.version = version_of(settings.version)
@@ -104,14 +108,15 @@ class Max4(Device):
         self._was_lost = False
         self._off_days = 0.0
         self._err_shown = False
-        self.com1 = Com1(clock, com1, baud=settings.com1.baud)
+        services = services_of(clock, self, self.disk, settings.load.tcp_us)
+        self.dial_in = DialIn(clock, random, self, at_own_ports(services), lambda: self.system.com1)
+        self.com1 = Com1(clock, com1, self.dial_in.answer, settings.com1.baud)
         self.system = System(clock, settings, settings.configuration, settings.parameters, wires, self)
         if self.system.unknown:
             raise ValueError("parameters: " + "; ".join(self.system.unknown))
         self.bus: RealTimeBus | None = None
         """The ring, or None if the controller has no ring or no drives."""
         self._acknowledgement = Acknowledgement(self.reports, lambda: self.bus)
-        services = services_of(clock, self, self.disk, settings.load.tcp_us)
         self._tcp = None if tcp is None else TcpFace(tcp, services, self.tcp_connected)
         self.project = Project(
             settings, self.disk, default_pages() if tcp is not None or settings.com1.modem is not None else None
@@ -286,6 +291,10 @@ class Max4(Device):
         if isinstance(address, IPv6Address) and address.ipv4_mapped is not None:
             address = address.ipv4_mapped
         self.report(Code.TCP_CONNECTED, LZS, address.packed.hex())
+
+    def login_refused(self, name: str) -> None:
+        """Report that logins with this user name have failed several times."""
+        self.report(Code.LOGIN_REFUSED, LZS, name)
 
     def quit_all(self) -> None:
         self._acknowledgement.of_all(self.axes.values())

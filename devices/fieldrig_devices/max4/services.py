@@ -27,6 +27,11 @@ def services_of(clock: Clock, controller: Controller, disk: FlashDisk, tcp_us: i
     return {"http": partial(_Prioritised, serving(clock, site.answer), at_priority)}
 
 
+def at_own_ports(services: Mapping[str, Serve]) -> dict[int, Serve]:
+    """Return the services by their TCP ports at the controller's own address."""
+    return {PORTS[name]: serve for name, serve in services.items()}
+
+
 class _Prioritised:
     """A session that handles what arrives when it is the turn of TCP/IP."""
 
