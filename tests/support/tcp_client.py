@@ -68,4 +68,9 @@ class ServedConnection:
         """The client has sent everything."""
         if not self.is_closed:
             self.session.ended()
+
+    def lose(self) -> None:
+        """The connection breaks."""
+        if not self.is_closed:
+            self.session.lost()
             self.is_closed = True

@@ -6,7 +6,7 @@ The first byte is the place of the message in `KINDS`, and the connection follow
 import struct
 from typing import Final
 
-from fieldrig_bus.tcp.message import KINDS, Connected, Data, Listening, Taken, TcpMessage, check_sent
+from fieldrig_bus.tcp.message import KINDS, Connected, Data, Ended, Listening, Taken, TcpMessage, check_sent
 
 _HEAD: Final = struct.Struct("<BI")
 _NUMBER: Final = struct.Struct("<I")
@@ -23,6 +23,8 @@ def encode(message: TcpMessage) -> bytes:
             return head + data
         case Taken(count=number) | Listening(port=number):
             return head + _NUMBER.pack(number)
+        case Ended(is_lost=is_lost):
+            return head + bytes((is_lost,))
     return head
 
 
@@ -31,7 +33,7 @@ def decode(data: bytes) -> TcpMessage:
     try:
         message = _decoded(data)
         check_sent(message)
-    except (struct.error, IndexError, TypeError, UnicodeDecodeError) as cause:
+    except (struct.error, LookupError, TypeError, UnicodeDecodeError) as cause:
         raise ValueError(f"not a message of TCP: {data[:_LONGEST_SHOWN].hex(' ')}") from cause
     return message
 
@@ -48,6 +50,8 @@ def _decoded(data: bytes) -> TcpMessage:
     if kind in (Taken, Listening):
         message: TcpMessage = kind(connection, *_NUMBER.unpack(body))
         return message
+    if kind is Ended:
+        return Ended(connection, {b"\0": False, b"\1": True}[body])
     if body:
         raise IndexError(len(body))
     plain: TcpMessage = kind(connection)

@@ -147,6 +147,7 @@ class _Client(Connection):
         self.number = 0
         self.peer = self.local = "0.0.0.0"
         self._untold = 0  # bytes written whose `Taken` waits until the client reads
+        self._has_ended = False
         self._linger: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -164,6 +165,7 @@ class _Client(Connection):
 
     def eof_received(self) -> bool:
         """The client has finished sending, as `nc -N` does; the device may still answer."""
+        self._has_ended = True
         self._port.send(Ended(self.number))
         return True
 
@@ -171,7 +173,8 @@ class _Client(Connection):
         if self._linger is not None:
             self._linger.cancel()
         if self.number:
-            self._port.send(Ended(self.number))
+            if not self._has_ended:
+                self._port.send(Ended(self.number, is_lost=True))
             self._port.left(self.number)
         super().connection_lost(exc)
 

@@ -52,6 +52,8 @@ class Ended:
     """The client has sent everything, or is gone."""
 
     connection: int
+    is_lost: bool = False
+    """True if the connection was lost before the client had said that this is all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +111,9 @@ def check_sent(message: Any) -> None:
                 raise ValueError(f"{len(data)} bytes, expected 1 to {MOST_DATA}")
         case Taken(count=count):
             _check_number("count", count, 1)
+        case Ended(is_lost=is_lost):
+            if type(is_lost) is not bool:
+                raise TypeError(f"is_lost: expected bool, found {type(is_lost).__name__}")
         case Listening(port=port):
             _check_number("port", port, 0, 0xFFFF)
 

@@ -48,7 +48,10 @@ class Session(Protocol):
         """Everything written has been taken by the network."""
 
     def ended(self) -> None:
-        """The client has sent everything, or is gone.  What is written now may still reach it."""
+        """The client has sent everything.  What is written still reaches it; the session closes the connection."""
+
+    def lost(self) -> None:
+        """The connection was lost, perhaps in the middle of what the client sends.  It is closed already."""
 
 
 Serve = Callable[[Connection], Session]

@@ -48,7 +48,7 @@ class TcpFace:
         """End all connections, and accept no more, at power-off."""
         self._is_open = False
         for connection in list(self._connections.values()):
-            connection.end()
+            connection.lose()
             connection.close_at_once()
 
     def forget(self, number: int) -> None:
@@ -66,6 +66,8 @@ class TcpFace:
                 connection.hear(data)
             case Taken(count=count):
                 connection.taken(count)
+            case Ended(is_lost=True):
+                connection.lose()
             case Ended():
                 connection.end()
             case Listening(port=port):
@@ -74,7 +76,7 @@ class TcpFace:
     def _on_connection(self, message: Connected) -> None:
         stale = self._connections.get(message.connection)
         if stale is not None:  # the hub has been restarted, and counts from 1 again
-            stale.end()
+            stale.lose()
         serve = self._services.get(message.service)
         if message.origin:
             origin = self._connections.get(message.origin)
@@ -143,10 +145,14 @@ class _LinkConnection:
         self._on_port(port)
 
     def end(self) -> None:
+        if self.session is not None:
+            self.session.ended()
+
+    def lose(self) -> None:
         session, self.session = self.session, None
         if session is not None:
-            session.ended()
-            self.close()
+            session.lost()
+        self.close_at_once()
 
     def close_at_once(self) -> None:
         self._waiting.clear()

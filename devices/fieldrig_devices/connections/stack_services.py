@@ -6,7 +6,7 @@ from typing import Final
 
 from fieldrig_devices.connections.connection import Serve, Session
 from fieldrig_devices.ip.stack import Stack
-from fieldrig_devices.ip.tcp.connection import Connection
+from fieldrig_devices.ip.tcp.connection import Connection, Ending
 
 EXTRA_PORTS: Final = range(50_000, 50_032)
 """Ports for the data of passive FTP; as many connections can have one at a time."""
@@ -75,7 +75,7 @@ class _StackConnection:
         connection = self._connection
         connection.on_data = self._on_data
         connection.on_end = self._on_end
-        connection.on_close = lambda _: self._on_end()
+        connection.on_close = self._on_close
         connection.on_room = self._on_room
         self._session = serve(self)
 
@@ -109,9 +109,13 @@ class _StackConnection:
             self._session.received(data)
 
     def _on_end(self) -> None:
-        session = self._session
+        if self._session is not None:
+            self._session.ended()
+
+    def _on_close(self, _ending: Ending) -> None:
+        session, self._session = self._session, None
         if session is not None:
-            session.ended()
+            session.lost()
             self.close()
 
     def _on_room(self) -> None:

@@ -47,7 +47,7 @@ class HttpSession:
         self._held = bytearray()
         self._content = 0
         self._request: h11.Request | None = None
-        self._is_closed = False
+        self._is_closed = self._has_ended = False
         self._unsent = 0
         self._timer: Timer | None = None
         self._wait()
@@ -68,6 +68,10 @@ class HttpSession:
         self._read()
 
     def ended(self) -> None:
+        self._has_ended = True
+        self._read()
+
+    def lost(self) -> None:
         self._is_closed = True
         self._stop_waiting()
 
@@ -80,6 +84,7 @@ class HttpSession:
                 event = self._http.next_event()
                 if event is h11.NEED_DATA:
                     if not self._held:
+                        self._close_if_ended()
                         return
                     data, self._held = bytes(self._held), bytearray()
                     self._http.receive_data(data)
@@ -113,6 +118,10 @@ class HttpSession:
         except ValueError:
             return refusal(HTTPStatus.BAD_REQUEST)
         return self._answer(request)
+
+    def _close_if_ended(self) -> None:
+        if self._has_ended:
+            self._close()
 
     # ---- responses
 

@@ -47,3 +47,6 @@ class _Prioritised:
 
     def ended(self) -> None:
         self._at_priority(self._session.ended)
+
+    def lost(self) -> None:
+        self._at_priority(self._session.lost)

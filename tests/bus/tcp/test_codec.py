@@ -29,7 +29,8 @@ messages: st.SearchStrategy[TcpMessage] = st.one_of(
     st.builds(Data, numbers, st.binary(min_size=1, max_size=200)),
     st.builds(Taken, numbers, numbers),
     st.builds(Listening, numbers, st.integers(0, 65_535)),
-    *(st.builds(kind, numbers) for kind in (Ended, Close, Listen, Unlisten)),
+    st.builds(Ended, numbers, st.booleans()),
+    *(st.builds(kind, numbers) for kind in (Close, Listen, Unlisten)),
 )
 
 

@@ -1,6 +1,8 @@
 """`tcp.server` with real sockets, and a device that returns what it gets in capitals."""
 
 import asyncio
+import socket
+import struct
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 
@@ -25,7 +27,7 @@ class Capitals:
 
     def __init__(self, connection: Connection) -> None:
         self.connection = connection
-        self.has_ended = False
+        self.has_ended = self.was_lost = False
         SESSIONS.append(self)
 
     def received(self, data: bytes) -> None:
@@ -41,6 +43,10 @@ class Capitals:
 
     def ended(self) -> None:
         self.has_ended = True
+        self.connection.close()
+
+    def lost(self) -> None:
+        self.was_lost = True
 
 
 SESSIONS: list[Capitals] = []
@@ -73,6 +79,20 @@ def run(scene: Callable[[Bench], Awaitable[None]], folder: Path, **settings: obj
             clock.close()
 
     asyncio.run(running())
+
+
+def test_a_connection_that_breaks_is_lost_and_not_ended(tmp_path: Path) -> None:
+    async def scene(bench: Bench) -> None:
+        reader, writer = await bench.connect()
+        writer.write(b"a")
+        await reader.readexactly(1)
+        writer.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        writer.close()
+        while not SESSIONS[0].was_lost:
+            await asyncio.sleep(0.001)
+        assert not SESSIONS[0].has_ended
+
+    run(scene, tmp_path)
 
 
 def test_several_clients_have_their_own_sessions(tmp_path: Path) -> None:

@@ -154,11 +154,22 @@ def test_a_response_that_is_taken_slowly_is_not_closed() -> None:
     assert client.connection.is_closed
 
 
-def test_nothing_is_left_to_do_after_the_end() -> None:
+@pytest.mark.parametrize("is_lost", [True, False])
+def test_nothing_is_left_to_do_after_the_end(is_lost: bool) -> None:
     client = Client()
     client.send(GET)
-    client.connection.end()
+    (client.connection.lose if is_lost else client.connection.end)()
     assert client.clock.next_ns() is None
+    assert client.connection.is_closed
+
+
+def test_requests_before_the_end_are_all_answered() -> None:
+    client = Client(is_taking=False)
+    client.send(GET * 3)
+    client.connection.end()
+    for _ in range(3):
+        assert client.connection.accept().count(b"page") == 1
+    assert client.connection.is_closed
 
 
 PIECES = st.one_of(
