@@ -25,6 +25,7 @@ from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.tcp.message import TcpMessage
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.connections.face import TcpFace
+from fieldrig_devices.ftp.login import LoginGuard
 from fieldrig_devices.iec.compiler import Compiled, SourceFile
 from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.max4.acknowledgement import Acknowledgement
@@ -108,7 +109,9 @@ class Max4(Device):
         self._was_lost = False
         self._off_days = 0.0
         self._err_shown = False
-        services = services_of(clock, self, self.disk, settings.load.tcp_us)
+        ftp = settings.ftp
+        login = None if ftp is None else LoginGuard(ftp.user_name, ftp.password, self.login_refused)
+        services = services_of(clock, self, self.disk, settings.load.tcp_us, login)
         self.dial_in = DialIn(clock, random, self, at_own_ports(services), lambda: self.system.com1)
         self.com1 = Com1(clock, com1, self.dial_in.answer, settings.com1.baud)
         self.system = System(clock, settings, settings.configuration, settings.parameters, wires, self)

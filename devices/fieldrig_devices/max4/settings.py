@@ -71,6 +71,13 @@ class Com1Settings(Settings):
     )
 
 
+class FtpSettings(Settings):
+    """The login of FTP."""
+
+    user_name: str = Field(min_length=1, max_length=64, description="user name")
+    password: str = Field(min_length=1, max_length=64, description="password")
+
+
 def _known_version(text: str) -> str:
     version_of(text)
     return text
@@ -144,6 +151,7 @@ class Max4Settings(Settings):
         default=None, description="CANopen slave on links.can, with the axes as CiA 402 axes"
     )
     com1: Com1Settings = Field(default_factory=Com1Settings, description="serial port links.com1, for a modem")
+    ftp: FtpSettings | None = Field(default=None, description="login of FTP to the flash disk; null: no FTP")
     io_map_ms: int = Field(
         default=10, ge=1, le=1000, description="period of the IO map update, which exchanges data of field buses"
     )
