@@ -46,7 +46,7 @@ from fieldrig_devices.max4.modbus.client_settings import (
     WriteSettings,
 )
 from fieldrig_devices.max4.modbus.settings import AxisLimits, ModbusFaceSettings
-from fieldrig_devices.max4.settings import BootTimes, ProcessTimes
+from fieldrig_devices.max4.settings import BootTimes, Com1Settings, FtpSettings, ProcessTimes
 from fieldrig_devices.mc4.faults import DriveFault
 from fieldrig_devices.mc4.settings import (
     AmplifierSettings,
@@ -75,6 +75,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a name plate": {"plate": NamePlate},
     "Keys of a controller fault": faults.models_of(Max4Fault),
     "Keys of drives, boot and load": {"drives": DriveSettings, "boot": BootTimes, "load": ProcessTimes},
+    "Keys of COM1 and of FTP": {"com1": Com1Settings, "ftp": FtpSettings},
     "Keys of the Modbus server": {"modbus": ModbusFaceSettings, "limits": AxisLimits},
     "Keys of a value": {"value": Element},
     "Keys of the Modbus client": {

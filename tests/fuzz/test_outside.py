@@ -18,6 +18,7 @@ from typing import Any
 
 import pytest
 from arp_user_port import PortBench, frame
+from ip_line import CALLER, CONTROLLER, Peer
 from sendable import GOOD
 from spoiling import spoilt
 from strangers import Stranger, bus_of, hello, hub_kinds, hub_of, kind_names
@@ -43,6 +44,10 @@ from fieldrig_bus.ring.transport.shm import _are
 from fieldrig_bus.ring.transport.wire import decode_back, encode_back
 from fieldrig_bus.ring.transport.zenoh import _stations_of
 from fieldrig_bus.traces import candump, pcapng
+from fieldrig_devices.ip import icmp
+from fieldrig_devices.ip.checksum import checksum
+from fieldrig_devices.ip.ipv4 import pseudo_header
+from fieldrig_devices.ip.tcp.segment import Segment
 
 pytestmark = pytest.mark.system
 
@@ -69,6 +74,30 @@ REQUEST = bytes.fromhex("0300010002")
 CANDUMP = b"(1700000000.000000) can0 123#0102\n(1700000000.000001) can0 12345678##1AABB\n(1.0) can0 123#R4\n"
 
 
+# An echo, a SYN and a datagram of Linux 6.1.
+IP = [bytes.fromhex("450000241beb40004001d893bec86465bec864640800b64435aa00010001020304050607"),
+      bytes.fromhex("4500003c306740004006c3fabec86465bec86464c9f60050182fce6900000000a002faf08e070000020405b40402080a276ea05c000000000103030a"),
+      bytes.fromhex("450000219a794000401159f8bec86465bec8646481ca0035000df3a768656c6c6f")]  # fmt: skip
+
+
+def _given(data: bytes) -> None:
+    """Give a stack the packet, and once more with right checksums, so that all fields are looked at."""
+    peer = Peer()
+    peer.stack.receive(0, data)
+    if len(data) >= 20:
+        peer.packet(data[9], data[20:])
+        with suppress(ValueError):
+            peer.give(Segment.decode(_with_checksum(data[20:]), CALLER, CONTROLLER))
+    peer.wait(1000)
+
+
+def _with_checksum(segment: bytes) -> bytes:
+    """Return the bytes as a segment with the right checksum."""
+    segment = segment[:16] + bytes(2) + segment[18:]
+    covered = pseudo_header(CALLER, CONTROLLER, 6, len(segment)) + segment
+    return segment[:16] + checksum(covered).to_bytes(2, "big") + segment[18:]
+
+
 def decoders() -> dict[str, tuple[Callable[[bytes], Any], list[bytes]]]:
     found: dict[str, tuple[Callable[[bytes], Any], list[bytes]]] = {
         "read_json": (read_json, JSON),
@@ -87,6 +116,9 @@ def decoders() -> dict[str, tuple[Callable[[bytes], Any], list[bytes]]]:
         ),
         "jsonl": (lambda data: list(read_jsonl(io.BytesIO(data))), [LINE, LINE * 2]),
         "candump": (lambda data: list(candump.read(io.BytesIO(data))), [CANDUMP]),
+        "ip": (_given, IP),
+        "tcp": (lambda data: Segment.decode(data, CALLER, CONTROLLER), [IP[1][20:], IP[2][20:]]),
+        "icmp": (icmp.answer, [IP[0][20:]]),
         "batch": (lambda data: is_batch(read_json(data)), [b'{"family":"can","process":"a","first":0,"epoch_ns":1,"entries":[[1,"a","00"]]}']),
     }  # fmt: skip
     for kind in kind_names():

@@ -31,6 +31,7 @@ from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm
 from fieldrig_bus.telephone.message import Carrier, Dial, Heard, Hook, Offer, Ready, Ring, Tone
 from fieldrig_bus.telephone.modulation import Modulation, everything
+from fieldrig_bus.tcp.message import Close, Connected, Data, Ended, Listen, Listening, Taken, Unlisten
 from fieldrig_bus.wires import Motion, Signal
 
 _any: Any = lambda value: value  # noqa: E731  what mypy would find at once is what is sent here
@@ -66,6 +67,14 @@ GOOD: dict[type, list[Any]] = {
     Offer: [Offer(()), Offer(everything(), 2, 9600), Offer((Modulation("V21", 300, 300),), 1)],
     Carrier: [Carrier(0), Carrier(33_600, True, False)],
     Ready: [Ready(True), Ready(False)],
+    Connected: [Connected(1, "http", "127.0.0.1", "127.0.0.1"), Connected(2, "", "::1", "::1", 1)],
+    Data: [Data(1, b"GET"), Data(0xFFFF_FFFF, bytes(16_384))],
+    Taken: [Taken(1, 1)],
+    Ended: [Ended(1), Ended(1, True)],
+    Close: [Close(1)],
+    Listen: [Listen(1)],
+    Listening: [Listening(1, 0), Listening(1, 65_535)],
+    Unlisten: [Unlisten(1)],
     Signal: [Signal("pump.run", True), Signal("tank.level", 1.5, "m"), Signal("", -(1 << 63)),
              Motion("encoder", 7, "count", -5, 1.5, 0.0), PulseTrain("p", 0, frequency=50_000, count=7),
              Pwm("p", 12.5, frequency=65_000)],
@@ -89,6 +98,17 @@ BAD: dict[type, list[Any]] = {
     FaultNote: [FaultNote(1, "dropped")],
     OpcOffer: [OpcOffer(_any(1), "", 0), OpcOffer("plc", _any(None), 0), OpcOffer("plc", "", _any("0")),
                OpcOffer("p" * 2_000, "", 0)],
+    Connected: [Connected(0, "http", "127.0.0.1", "127.0.0.1"), Connected(1, "http", "localhost", "127.0.0.1"),
+                Connected(1, "h" * 33, "127.0.0.1", "127.0.0.1"), Connected(1, "h\n", "127.0.0.1", "127.0.0.1"),
+                Connected(1, _any(b"http"), "127.0.0.1", "127.0.0.1"), Connected(1, "", "::1", "::1", -1)],
+    Data: [Data(1, b""), Data(1, bytes(16_385)), Data(_any("1"), b"x"), Data(1, _any("x")), Data(1 << 32, b"x")],
+    Taken: [Taken(1, 0), Taken(1, _any(1.0))],
+    Ended: [Ended(0), Ended(1, _any(1))],
+    Close: [Close(_any(None))],
+    Listen: [Listen(-1)],
+    Listening: [Listening(1, 65_536), Listening(1, -1)],
+    Unlisten: [Unlisten(_any(True))],
+    Offer: [Offer(_any(1), "", 0), Offer("plc", _any(None), 0), Offer("plc", "", _any("0")), Offer("p" * 2_000, "", 0)],
     Browse: [Browse("plc", _any("1"), ""), Browse("plc", 1, _any(None)), Browse("plc", 1, "", _any(1.5))],
     Find: [Find("plc", 1, _any(b"a")), Find("plc", 1, "a" * 2_000)],
     Read: [Read("plc", 1, _any((1,))), Read("plc", 1, ("x",) * 201), Read("plc", 1, _any("ab"))],

@@ -52,7 +52,7 @@ class ObjectNodes:
         return None if found is None else _parameter(*found)
 
     def read(self, path: str) -> AnyValue:
-        return self._known(path).value
+        return self._known(path).shown
 
     def write(self, path: str, value: AnyValue) -> None:
         if isinstance(value, list):
