@@ -84,6 +84,7 @@ DEVICES: dict[str, dict[str, Any]] = {
         "kind": "plant.stepper", "links": WIRES, "pulse_wire": "pulses.pulse", "start_hz": 2_000.0,
         "pull_out": [(0.0, 2.0), (100.0, 1.0)], "motor_inertia_kg_m2": 0.0001,
     },
+    "follower": {"kind": "plant.pulse-servo", "links": WIRES, "pulse_wire": "pulses.pulse"},
     "oven": {
         "kind": "plant.heater", "links": WIRES, "power_wire": "pwm.pwm", "power_w": 200.0,
         "heat_capacity_j_per_k": 10.0, "resistance_k_per_w": 1.0, "limit_degc": 30.0,
