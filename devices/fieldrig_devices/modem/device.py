@@ -22,11 +22,12 @@ from fieldrig_bus.serial.message import ModemInputs, SerialMessage, inputs_from
 from fieldrig_bus.telephone.message import TelephoneMessage
 from fieldrig_bus.telephone.modulation import FASTEST_BPS, SLOWEST_BPS
 from fieldrig_devices.modem import results
-from fieldrig_devices.modem.engine import Build, Engine, Mode
+from fieldrig_devices.modem.engine import Engine, Mode
 from fieldrig_devices.modem.faults import MODELS, LineUnplugged, PowerOff, SerialUnplugged
 from fieldrig_devices.modem.plugs import SerialPlug, TelephonePlug
 from fieldrig_devices.modem.profile import Memory
 from fieldrig_devices.modem.results import Result
+from fieldrig_devices.modem.rules import Build
 
 log = logging.getLogger(__name__)
 
