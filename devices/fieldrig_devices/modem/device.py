@@ -50,7 +50,7 @@ class ModemSettings(Settings):
     )
 
     def claims(self, device: str) -> Iterator[Claim]:
-        yield Claim("line", "end with", "a modem", ("kind",))
+        yield Claim("line", "end of", "a modem", ("kind",))
 
 
 class Modem(Device):

@@ -48,7 +48,7 @@ class Engine:
         serial: SerialPlug,
         telephone: Link[TelephoneMessage],
     ) -> None:
-        self._clock, self._build, self._save, self._telephone = clock, build, save, telephone
+        self._clock, self._build, self.save, self._telephone = clock, build, save, telephone
         self.mode = Mode.OFF
         self.side = TerminalSide(clock, serial, Format(build.baud), build.is_paced)
         self.side.end.on_room = self._on_room_at_terminal
@@ -56,6 +56,7 @@ class Engine:
         self.call.pump.on_room = lambda has_room: self.side.stop_terminal(not has_room)
         self._speaker = Speaker(self.side.send, lambda: self.interpreter.profile)
         self.interpreter = Interpreter(self, memory, self._speaker.write_text, build.is_rockwell)
+        self._their_form: Format | None = None
         self._ringing = Ringing(clock, lambda: self.interpreter.profile)
         self._reader = CommandReader(self._speaker.echo, self._register)
         self._escape = Escape()
@@ -72,6 +73,7 @@ class Engine:
     def power_on(self) -> None:
         self.mode = Mode.COMMAND
         self.interpreter.reset(self.interpreter.memory.first)
+        self._follow()
 
     def power_off(self) -> None:
         self.call.hang_up()
@@ -90,10 +92,16 @@ class Engine:
                 self.side.on_lines(message)
                 if had_dtr is not message.dtr:
                     self._on_dtr(message.dtr)
-            case Format() if self.mode is Mode.COMMAND:
-                self.side.follow(message, int(self.interpreter.profile.parameters["+IPR"][0]))
+            case Format():
+                self._their_form = message
+                self._follow()
             case bytes() if self.mode is not Mode.OFF:
                 self._on_bytes(self.side.taken(message))
+
+    def _follow(self) -> None:
+        """Take the format of the terminal in the command state, as a modem does when it reads AT."""
+        if self._their_form is not None and self.mode is Mode.COMMAND:
+            self.side.follow(self._their_form, int(self.interpreter.profile.parameters["+IPR"][0]))
 
     def _on_bytes(self, data: bytes) -> None:
         if self.mode is Mode.ONLINE:
@@ -187,6 +195,8 @@ class Engine:
         self._speaker.tell_connected(agreed, self.side.end.form.baud)
         self._show_lines()
         self._idle.start()
+        if not self.side.end.has_room:
+            self._say_ready(False)
 
     def _on_over(self) -> None:
         self._stop(self._escape_timer)
@@ -195,6 +205,7 @@ class Engine:
         if self.mode is not Mode.OFF:
             self.mode = Mode.COMMAND
             self._reader.reset()
+            self._follow()
             self._show_lines()
 
     # ---- Actions
@@ -238,16 +249,11 @@ class Engine:
         self._say_ready(self.side.end.has_room)
         return BUSY_WITH_IT
 
-    def save(self, memory: Memory) -> Result:
-        return self._save(memory)
-
     def on_setting(self) -> None:
         profile = self.interpreter.profile
         is_obeyed = profile.settings["&R"] == 0 or profile.settings["&K"] != Flow.HARDWARE
         self.side.set_flow(Flow(profile.settings["&K"]) if is_obeyed else Flow.NONE)
         self._show_lines()
-
-    # ---- parts of the above
 
     def _rules(self) -> Rules:
         return rules_of(self.interpreter.profile, self._build, self._register)
