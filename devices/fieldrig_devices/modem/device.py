@@ -22,11 +22,12 @@ from fieldrig_bus.serial.message import ModemInputs, SerialMessage, inputs_from
 from fieldrig_bus.telephone.message import TelephoneMessage
 from fieldrig_bus.telephone.modulation import FASTEST_BPS, SLOWEST_BPS
 from fieldrig_devices.modem import results
-from fieldrig_devices.modem.engine import Build, Engine, Mode
+from fieldrig_devices.modem.engine import Engine, Mode
 from fieldrig_devices.modem.faults import MODELS, LineUnplugged, PowerOff, SerialUnplugged
 from fieldrig_devices.modem.plugs import SerialPlug, TelephonePlug
 from fieldrig_devices.modem.profile import Memory
 from fieldrig_devices.modem.results import Result
+from fieldrig_devices.modem.rules import Build
 
 log = logging.getLogger(__name__)
 
@@ -49,7 +50,7 @@ class ModemSettings(Settings):
     )
 
     def claims(self, device: str) -> Iterator[Claim]:
-        yield Claim("line", "end with", "a modem", ("kind",))
+        yield Claim("line", "end of", "a modem", ("kind",))
 
 
 class Modem(Device):
@@ -66,8 +67,8 @@ class Modem(Device):
         telephone: Link[TelephoneMessage],
     ) -> None:
         self._store = store
-        self._serial = SerialPlug(line, lambda message: self._engine.on_serial(message))
-        self._telephone = TelephonePlug(telephone, lambda message: self._engine.on_network(message))
+        self._serial = SerialPlug(line)
+        self._telephone = TelephonePlug(telephone)
         build = Build(
             settings.baud,
             settings.highest_bps,
@@ -77,6 +78,8 @@ class Modem(Device):
         )
         memory = restore(store, Memory.decode).content or Memory()
         self._engine = Engine(clock, build, memory, self._save, self._serial, self._telephone)
+        self._serial.on_receive(self._engine.on_serial)
+        self._telephone.on_receive(self._engine.on_network)
         self.injected = InjectedFaults(clock, MODELS, Faults(Fault, random), on_change=self._on_faults)
         self._is_started = False
 
