@@ -1,4 +1,4 @@
-"""The limits of a pulse train and of a PWM signal, which hold for those that a device sends and for bytes from outside."""
+"""The limits of a pulse train and of a PWM signal, for what a device sends and for bytes from outside."""
 
 from fractions import Fraction
 from typing import Any, Final

@@ -21,7 +21,8 @@ from fieldrig.clock import S
 from fieldrig_bus.signals.parabola import Exact, Parabola
 from fieldrig_bus.signals.signal import Signal
 
-UNIT: Final = "pulse"
+UNIT: Final = "count"
+"""The unit of the position, as for encoders, so that an encoder input takes a train too."""
 FASTEST_HZ: Final = 10_000_000
 """Highest frequency of a train; the fast inputs of drives end at 4 MHz."""
 STEEPEST_HZ_PER_S: Final = 10**12
@@ -59,7 +60,7 @@ class PulseTrain(Signal):
 
     @property
     def end_ns(self) -> int | None:
-        """The instant at which the last period is complete, or the train has stopped; None if it goes on without end."""
+        """The instant at which the last period is complete or the train has stopped, or None if it has no end."""
         if self.count is None:
             return None
         if not self.count and not self.frequency:

@@ -48,9 +48,9 @@ class Pwm(Signal):
         """Return how many rising edges there were up to and including `now_ns`."""
         return self.cycles_at(now_ns) if 0 < self._high < 1 else 0
 
-    def cycle_ns(self, number: int) -> int:
-        """Return the instant at which the cycle of this number begins, from 1."""
-        return self._instant_ns(number - 1)
+    def rise_ns(self, number: int) -> int | None:
+        """Return the instant of the rising edge of this number, from 1; None without edges."""
+        return self._instant_ns(number - 1) if 0 < self._high < 1 and number > 0 else None
 
     def edges(self, from_ns: int, before_ns: int) -> Iterator[tuple[int, bool]]:
         """Yield the edges from `from_ns` on and before `before_ns`: instant and level."""

@@ -43,13 +43,14 @@ def draw(
     """
     from fieldrig.trace_files import read
     from fieldrig_bus.traces.timing_diagram import timing_diagram
-    from fieldrig_bus.traces.waves import waves_of
+    from fieldrig_bus.traces.waves import check_size, waves_of
 
     if target.suffix.lower() != SUFFIX:
         raise UsageError(f"{target}: expected a name that ends in {SUFFIX}", "the picture is an SVG file")
     found = waves_of(read(file))
     chosen = _chosen(file, found.waves, wires)
     window = _window(found, begin, end)
+    check_size(chosen, window.start_ns, window.end_ns)
     from_s, to_s = (_seconds(instant - found.origin_ns) for instant in (window.start_ns, window.end_ns))
     about = f"The values of {_listed(chosen)} from {from_s} to {to_s}."
     with writing(target):

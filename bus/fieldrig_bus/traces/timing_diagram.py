@@ -4,8 +4,7 @@ A line begins at the first value of its wire.  Changes that are closer together 
 stroke from the lowest to the highest of their values, so a picture does not grow with the number of changes.
 """
 
-from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import Final
@@ -64,11 +63,11 @@ def timing_diagram(waves: Sequence[Wave], window: Window, title: str, about: str
 def steps_in(wave: Wave, window: Window, left: float = 0.0) -> list[Step]:
     """The changes of a wire within a window, after the value that it has at the beginning, if it has one."""
     scale = (RIGHT - left) / (window.end_ns - window.start_ns)
-    begin = bisect_right(wave.changes, window.start_ns, key=lambda change: change[0])
-    end = bisect_right(wave.changes, window.end_ns, key=lambda change: change[0])
-    before = [(left, value) for _, value in wave.changes[max(begin - 1, 0) : begin]]
-    after = [(left + (time_ns - window.start_ns) * scale, value) for time_ns, value in wave.changes[begin:end]]
-    changed = [next(equal) for _, equal in groupby([*before, *after], key=lambda step: step[1])]
+    steps = (
+        (left + (time_ns - window.start_ns) * scale, value)
+        for time_ns, value in wave.values(window.start_ns, window.end_ns)
+    )
+    changed = (next(equal) for _, equal in groupby(steps, key=lambda step: step[1]))
     return _thinned(changed)
 
 
@@ -90,7 +89,7 @@ def _unit(span_ns: int) -> tuple[int, str]:
     return next(row for row in UNITS if row[0] <= span_ns)
 
 
-def _thinned(steps: Sequence[Step]) -> list[Step]:
+def _thinned(steps: Iterable[Step]) -> list[Step]:
     found: list[Step] = []
     for _, column in groupby(steps, key=lambda step: round(2 * step[0])):
         same = list(column)

@@ -1,8 +1,9 @@
 """Waveforms of wires as a value change dump (IEEE 1364-2005, clause 18), by pyvcd, for GTKWave and PulseView.
 
-A wire is a variable by its values: digital a wire of one bit, whole numbers an integer, others a real.  Times are in
-nanoseconds from the start of a rig in virtual time, else from the first message; a comment has that instant, and the
-names and units of the wires.  Before its first value a wire is x, or NaN if it is a real.
+A wire is a variable by its values: digital a wire of one bit, whole numbers an integer, others a real.  Pulse trains
+and PWM are digital, with each of their edges.  Times are in nanoseconds from the start of a rig in virtual time, else
+from the first message; a comment has that instant, and the names and units of the wires.  Before its first value a wire
+is x, or NaN if it is a real.
 
 The file begins with the list of its variables, so it is written after the last message.  It has no senders and no other
 buses, so it can't be read back as a trace.
@@ -10,17 +11,19 @@ buses, so it can't be read back as a trace.
 
 import json
 from collections.abc import Iterable, Iterator
+from heapq import merge
 from math import nan
 from typing import IO, BinaryIO, cast
 
 from vcd.common import VarType
 from vcd.writer import Variable, VCDWriter
 
+from fieldrig.clock import NEVER_NS
 from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry
 from fieldrig_bus.traces.vcd_names import Path, legal_paths
 from fieldrig_bus.traces.waves import FAMILIES as FAMILIES
-from fieldrig_bus.traces.waves import Value, Wave, Waves, waves_of
+from fieldrig_bus.traces.waves import Value, Wave, Waves, check_size, waves_of
 
 SUFFIX = ".vcd"
 _SIZES = (32, 64)
@@ -30,13 +33,14 @@ _SIZES = (32, 64)
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
     """Write the waveforms; `start_unix_ns` is the time of day at instant 0.  Returns the number of messages in them."""
     found = waves_of(entries)
+    check_size(found.waves, found.origin_ns, found.end_ns)
     paths = legal_paths((wave.bus, wave.name) for wave in found.waves)
     output = cast(IO[str], _Ascii(file))
     comment = _comment(found, paths, start_unix_ns)
     with VCDWriter(output, "1 ns", date="", comment=comment, version="fieldrig") as writer:
         variables = [_declare(writer, wave, path) for wave, path in zip(found.waves, paths, strict=True)]
         writer.flush()  # ends the list, so that changes at instant 0 are written one by one
-        for time_ns, number, value in _in_order(found.waves):
+        for time_ns, number, value in _in_order(found):
             writer.change(variables[number], time_ns - found.origin_ns, value)
         writer.close(found.end_ns - found.origin_ns)
     return found.count
@@ -55,7 +59,9 @@ def _declare(writer: VCDWriter, wave: Wave, path: Path) -> Variable[object]:
     if wave.is_digital:
         return writer.register_var(scope, name, VarType.wire, size=1)
     if wave.is_whole:
-        return writer.register_var(scope, name, VarType.integer, size=_size(value for _, value in wave.changes))
+        return writer.register_var(
+            scope, name, VarType.integer, size=_size(value for _, value in wave.values(-NEVER_NS, NEVER_NS))
+        )
     return writer.register_var(scope, name, VarType.real, init=nan)
 
 
@@ -65,15 +71,16 @@ def _size(values: Iterable[Value]) -> int:
     return next((size for size in _SIZES if size >= needed), needed)
 
 
-def _in_order(waves: Iterable[Wave]) -> list[tuple[int, int, Value]]:
-    """The changes of all wires: instant, number of the wire, value as its variable takes it."""
-    found = [
-        (time_ns, number, _Exact(value) if not is_whole else int(value))
-        for number, wave in enumerate(waves)
-        for is_whole in (wave.is_whole,)
-        for time_ns, value in wave.changes
-    ]
-    return sorted(found, key=lambda change: change[0])
+def _in_order(found: Waves) -> Iterator[tuple[int, int, Value]]:
+    """Yield the changes of all wires: instant, number of the wire, value as its variable takes it."""
+    changes = (_numbered(number, wave, found) for number, wave in enumerate(found.waves))
+    return merge(*changes, key=lambda change: change[0])
+
+
+def _numbered(number: int, wave: Wave, found: Waves) -> Iterator[tuple[int, int, Value]]:
+    is_whole = wave.is_digital or wave.is_whole
+    for time_ns, value in wave.values(found.origin_ns - 1, found.end_ns):
+        yield time_ns, number, int(value) if is_whole else _Exact(value)
 
 
 class _Exact(float):

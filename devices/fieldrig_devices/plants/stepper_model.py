@@ -1,0 +1,99 @@
+"""The torque of a stepping motor: what its pulses ask for, what it has, and the instant at which that is too little.
+
+A motor in step turns exactly with its pulses.  It needs the torque of the load, of dry friction and of its inertia, and
+has at most the pull-out torque, which falls with the speed.  So within a segment of a pulse train, which has one rate,
+there is one frequency at which it falls out of step.  Left out: resonances, and the swing of the rotor at each step.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import ceil, inf, tau
+
+from fieldrig.clock import S
+from fieldrig_bus.signals.pulse_train import PulseTrain
+
+
+@dataclass(frozen=True, slots=True)
+class PullOut:
+    """Speeds of the motor in turns/s, rising, each with the largest torque in N m, not rising; 0 above the last."""
+
+    points: Sequence[tuple[float, float]]
+
+    def speed_for(self, torque_nm: float) -> float:
+        """Return the highest speed at which the motor has this torque; -1 if it never does."""
+        if torque_nm > self.points[0][1]:
+            return -1.0
+        for (slow, strong), (fast, weak) in pairwise(self.points):
+            if weak < torque_nm:
+                return slow + (fast - slow) * (strong - torque_nm) / (strong - weak)
+        return self.points[-1][0]
+
+
+@dataclass(frozen=True, slots=True)
+class Motor:
+    """A motor with its load; torques in N m at the motor."""
+
+    curve: PullOut
+    pulses_per_turn: int
+    inertia_kg_m2: float
+    coulomb_nm: float
+    highest_hz: float
+
+    def needed_nm(self, direction: int, rate: float, load_nm: float) -> float:
+        """Return the torque that a motion needs: the direction of turning, Hz/s along it, and the load's torque."""
+        turning = tau / self.pulses_per_turn
+        return abs(direction * load_nm + self.coulomb_nm + self.inertia_kg_m2 * rate * turning)
+
+    def holds(self, load_nm: float, part: float) -> bool:
+        """Return whether the motor holds the load at standstill, with this part of its torque."""
+        return abs(load_nm) <= self.curve.points[0][1] * part + self.coulomb_nm
+
+    def limit_hz(self, direction: int, rate: float, load_nm: float, part: float) -> float:
+        """Return the highest frequency that the motor follows; -1 if it follows none."""
+        needed_nm = self.needed_nm(direction, rate, load_nm)
+        if part <= 0 < needed_nm:
+            return -1.0
+        turns_per_s = self.curve.speed_for(needed_nm / part if part > 0 else 0.0)
+        return min(turns_per_s * self.pulses_per_turn, self.highest_hz)
+
+
+def passes_ns(train: PulseTrain, hz: float, now_ns: int) -> int | None:
+    """Return when the frequency of a train becomes higher than this, from now on; None if it does not."""
+    if _hz(train, now_ns) > hz:
+        return now_ns
+    return _crosses_ns(train, hz, now_ns) if train.rate > 0 else None
+
+
+def falls_to_ns(train: PulseTrain, hz: float, now_ns: int) -> int | None:
+    """Return when the frequency of a train becomes this or lower, from now on; None if it does not."""
+    if _hz(train, now_ns) <= hz:
+        return now_ns
+    return _crosses_ns(train, hz, now_ns) if train.rate < 0 else train.end_ns
+
+
+def jump_hz(before: PulseTrain | None, train: PulseTrain) -> float:
+    """Return how far the frequency goes up at the beginning of a train; a reversal goes up by both frequencies.
+
+    The train before it counts up to one period after its end, because senders round its end.
+    """
+    after_hz = float(train.frequency)
+    if before is None:
+        return after_hz
+    end_ns = before.end_ns
+    last_ns = train.start_ns - 1 if end_ns is None or end_ns > train.start_ns else end_ns - 1
+    before_hz = _hz(before, last_ns)
+    if before_hz and train.start_ns - last_ns > S / before_hz + 1:
+        before_hz = 0.0
+    return after_hz - before_hz if train.direction == before.direction else (after_hz + before_hz if after_hz else 0.0)
+
+
+def _hz(train: PulseTrain, now_ns: int) -> float:
+    return float(train.frequency_at(max(now_ns, train.start_ns)))
+
+
+def _crosses_ns(train: PulseTrain, hz: float, now_ns: int) -> int | None:
+    seconds = (hz - float(train.frequency)) / float(train.rate)
+    end_ns = train.end_ns
+    when_ns = max(train.start_ns + ceil(seconds * S), now_ns) if seconds < inf else None
+    return None if when_ns is None or (end_ns is not None and when_ns >= end_ns) else when_ns

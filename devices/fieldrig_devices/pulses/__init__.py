@@ -1,0 +1,1 @@
+"""Pulse outputs and pulse inputs, for every device that has some."""
