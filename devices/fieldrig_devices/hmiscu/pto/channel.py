@@ -128,11 +128,16 @@ class PtoChannel:
             self._trip(now_ns, ErrorId.PTO_AXIS_ERROR, Diagnosis.NONE, is_shutdown=True)
 
     def restart(self, now_ns: int) -> None:
-        """Begin again as after a cold or warm start, with the configured parameters, once the axis is at rest."""
+        """Begin again as after a cold or warm start, with the configured parameters, once the axis is at rest.
+
+        The blocks begin again as well, so none of them has Execute.
+        """
         self.advance(now_ns)
         if self.output.is_moving and self.state is not State.ERROR_STOP:
             self._trip(now_ns, ErrorId.PTO_AXIS_ERROR, Diagnosis.NONE, is_shutdown=True)
         self._configure()
+        self.executing.clear()
+        self.is_drive_ready_ignored = False
         self._is_restarting = True
         self._settle(now_ns)
 

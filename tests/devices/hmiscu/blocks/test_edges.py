@@ -85,6 +85,17 @@ def test_the_reference_goes_from_block_to_block() -> None:
     assert [block.outputs["PTO_REF_OUT"] for block in bench.blocks[1:]] == [1] * 6
 
 
+@pytest.mark.manual("SCU-076")
+def test_a_reference_that_changes_while_the_block_is_active_changes_nothing() -> None:
+    bench = PtoBench()
+    bench.relative(Distance=100)
+    bench.move.inputs["PTO_REF_IN"] = 9
+    bench.cycle(MS)
+    assert shown(bench.move) == {"Busy", "Active"}
+    bench.cycle(S)
+    assert shown(bench.move) == {"Done"}
+
+
 @pytest.mark.manual("SCU-028", "SCU-031", "SCU-096")
 def test_the_axis_shows_its_state_frequency_and_distance() -> None:
     bench = PtoBench()

@@ -283,3 +283,13 @@ def test_a_restart_brings_back_the_configuration_and_clears_the_error() -> None:
     assert bench.state is State.STANDSTILL
     bench.execute(bench.get, Param=0)
     assert bench.get.outputs["ParamValue"] == 300
+
+
+def test_a_restart_forgets_the_blocks_of_the_program_before() -> None:
+    bench = PtoBench()
+    bench.relative(Distance=0)
+    assert bench.state is State.ERROR_STOP
+    bench.channel.restart(bench.now_ns)
+    bench.channel.fail(bench.now_ns)
+    bench.channel.reset(bench.now_ns)
+    assert bench.channel.diagnosis == 0  # nothing has Execute any more
