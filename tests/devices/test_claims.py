@@ -44,24 +44,6 @@ CONVEYOR = {
 }
 WINDER = {"kind": "plant.winder", "links": {"wires": "wires"}, "role": "unwinder", **FILM}
 
-STEPPER = {
-    "kind": "plant.stepper",
-    "links": {"wires": "wires"},
-    "pulse_wire": "b.pulse",
-    "pull_out": [[0.0, 1.0]],
-    "motor_inertia_kg_m2": 0.001,
-}
-PULSE_SERVO = {"kind": "plant.pulse-servo", "links": {"wires": "wires"}, "pulse_wire": "b.pulse"}
-HEATER = {
-    "kind": "plant.heater",
-    "links": {"wires": "wires"},
-    "power_w": 100.0,
-    "heat_capacity_j_per_k": 100.0,
-    "resistance_k_per_w": 1.0,
-}
-COUNTER = {"kind": "pulse.counter", "links": {"wires": "wires"}, "a_wire": "b.pulse"}
-GENERATOR = {"kind": "pulse.generator", "links": {"wires": "wires"}}
-
 
 def rig(**devices: Any) -> dict[str, Any]:
     buses = {"can0": "can.virtual", "mb": "modbus.virtual", "ring": "ring.virtual", "wires": "wires.virtual"}
@@ -177,21 +159,6 @@ TWICE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
         {"a": CONVEYOR, "b": MAX4},
         {"b": {**MAX4, "outputs": {"O_bLamp": "a.infeed"}}},
         "devices.b.outputs.O_bLamp: wire a.infeed on wires is taken by devices.a.sensors.infeed",
-    ),
-    "a stepper and a pulse generator": (
-        {"a": STEPPER, "b": GENERATOR},
-        {"b": {**GENERATOR, "wire": "a.ready"}},
-        "devices.b.wire: wire a.ready on wires is taken by devices.a.ready_wire",
-    ),
-    "a heater and a servo with a pulse input": (
-        {"a": {**HEATER, "limit_degc": 90.0}, "b": PULSE_SERVO},
-        {"b": {**PULSE_SERVO, "in_position_wire": "a.over"}},
-        "devices.b.in_position_wire: wire a.over on wires is taken by devices.a.over_wire",
-    ),
-    "a counter and the direction of a generator": (
-        {"a": {**COUNTER, "compare": 5}, "b": GENERATOR},
-        {"b": {**GENERATOR, "direction_wire": "a.reached"}},
-        "devices.b.direction_wire: wire a.reached on wires is taken by devices.a.compare_wire",
     ),
     "a winder and a controller": (
         {"a": {**WINDER, "dancer": {"mass_kg": 1.0, "force_n": 1.0, "travel_m": 0.1}}, "b": MAX4},

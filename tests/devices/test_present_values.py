@@ -77,18 +77,6 @@ DEVICES: dict[str, dict[str, Any]] = {
         "kind": "plant.conveyor", "links": WIRES, "length_m": 2.0, "roller_radius_m": 0.05, "product_m": 0.2,
         "pitch_m": 0.3, "drive_wire": "rolling.position", "sensors": {"infeed": {"at_m": 0.5}},
     },
-    "pulses": {"kind": "pulse.generator", "links": WIRES, "frequency": 1_733.0, "run": True},
-    "pwm": {"kind": "pulse.generator", "links": WIRES, "waveform": "pwm", "frequency": 100.0, "run": True},
-    "counter": {"kind": "pulse.counter", "links": WIRES, "a_wire": "pulses.pulse", "compare": 300},
-    "stepper": {
-        "kind": "plant.stepper", "links": WIRES, "pulse_wire": "pulses.pulse", "start_hz": 2_000.0,
-        "pull_out": [(0.0, 2.0), (100.0, 1.0)], "motor_inertia_kg_m2": 0.0001,
-    },
-    "follower": {"kind": "plant.pulse-servo", "links": WIRES, "pulse_wire": "pulses.pulse"},
-    "oven": {
-        "kind": "plant.heater", "links": WIRES, "power_wire": "pwm.pwm", "power_w": 200.0,
-        "heat_capacity_j_per_k": 10.0, "resistance_k_per_w": 1.0, "limit_degc": 30.0,
-    },
     "max4": {
         "kind": "max4", "links": {**WIRES, "ring": "ring"}, "drives": {"belt": {"ring_address": 1}},
         "master_encoders": {"line": "motor.encoder"},
