@@ -42,7 +42,26 @@ CONVEYOR = {
     "drive_wire": "belt.position",
     "sensors": {"infeed": {"at_m": 0.5}},
 }
+SCU = {"kind": "hmiscu", "links": {"can": "can0", "modbus": ["mb"], "wires": "wires"}}
 WINDER = {"kind": "plant.winder", "links": {"wires": "wires"}, "role": "unwinder", **FILM}
+
+STEPPER = {
+    "kind": "plant.stepper",
+    "links": {"wires": "wires"},
+    "pulse_wire": "b.pulse",
+    "pull_out": [[0.0, 1.0]],
+    "motor_inertia_kg_m2": 0.001,
+}
+PULSE_SERVO = {"kind": "plant.pulse-servo", "links": {"wires": "wires"}, "pulse_wire": "b.pulse"}
+HEATER = {
+    "kind": "plant.heater",
+    "links": {"wires": "wires"},
+    "power_w": 100.0,
+    "heat_capacity_j_per_k": 100.0,
+    "resistance_k_per_w": 1.0,
+}
+COUNTER = {"kind": "pulse.counter", "links": {"wires": "wires"}, "a_wire": "b.pulse"}
+GENERATOR = {"kind": "pulse.generator", "links": {"wires": "wires"}}
 
 
 def rig(**devices: Any) -> dict[str, Any]:
@@ -96,6 +115,21 @@ TWICE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
         {"a": CARD, "b": {**IO, "node_id": 5}},
         {"a": {**CARD, "parameters": {"general": {"5": 5}}}},
         "devices.b.node_id: node-ID 5 on can0 is taken by devices.a.parameters.general[5]",
+    ),
+    "a node and an HMISCU": (
+        {"a": {**SCU, "can_slave": {"node_id": 4}}, "b": {**IO, "node_id": 5}},
+        {"b": {**IO, "node_id": 4}},
+        "devices.b.node_id: node-ID 4 on can0 is taken by devices.a.can_slave.node_id",
+    ),
+    "two HMISCU on one line": (
+        {"a": SCU, "b": {**SCU, "modbus": {"unit_id": 2}}},
+        {"b": SCU},
+        "devices.b.modbus.unit_id: unit 1 on mb is taken by devices.a.modbus.unit_id",
+    ),
+    "a tank and an output of an HMISCU": (
+        {"a": TANK, "b": SCU},
+        {"b": {**SCU, "terminals": {"DQ0": "a.high"}}},
+        "devices.b.terminals.DQ0: wire a.high on wires is taken by devices.a.high_wire",
     ),
     "a node and a terminal": (
         {"a": {**TERMINAL, "node_id": 20}, "b": {**IO, "node_id": 5}},
@@ -159,6 +193,21 @@ TWICE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
         {"a": CONVEYOR, "b": MAX4},
         {"b": {**MAX4, "outputs": {"O_bLamp": "a.infeed"}}},
         "devices.b.outputs.O_bLamp: wire a.infeed on wires is taken by devices.a.sensors.infeed",
+    ),
+    "a stepper and a pulse generator": (
+        {"a": STEPPER, "b": GENERATOR},
+        {"b": {**GENERATOR, "wire": "a.ready"}},
+        "devices.b.wire: wire a.ready on wires is taken by devices.a.ready_wire",
+    ),
+    "a heater and a servo with a pulse input": (
+        {"a": {**HEATER, "limit_degc": 90.0}, "b": PULSE_SERVO},
+        {"b": {**PULSE_SERVO, "in_position_wire": "a.over"}},
+        "devices.b.in_position_wire: wire a.over on wires is taken by devices.a.over_wire",
+    ),
+    "a counter and the direction of a generator": (
+        {"a": {**COUNTER, "compare": 5}, "b": GENERATOR},
+        {"b": {**GENERATOR, "direction_wire": "a.reached"}},
+        "devices.b.direction_wire: wire a.reached on wires is taken by devices.a.compare_wire",
     ),
     "a winder and a controller": (
         {"a": {**WINDER, "dancer": {"mass_kg": 1.0, "force_n": 1.0, "travel_m": 0.1}}, "b": MAX4},
