@@ -60,7 +60,9 @@ from fieldrig_devices.mc4.settings import (
     VersionSettings,
 )
 from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
+from fieldrig_devices.plants import heater, pulse_servo
 from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings
+from fieldrig_devices.plants.stepper_settings import StepperFault
 from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
 from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_table
 
@@ -103,6 +105,9 @@ OTHER_SECTIONS: Mapping[str, Models] = {
         "identification": Identification,
         "server_id": ServerId,
     },
+    "Keys of a stepper fault": faults.models_of(StepperFault),
+    "Keys of a pulse servo fault": pulse_servo.MODELS,
+    "Keys of a heater fault": heater.MODELS,
     "Light barriers of a conveyor": {"sensor": SensorSettings},
     "Keys of a conveyor fault": faults.models_of(ConveyorFault),
     "Load cell and dancer": {"load_cell": LoadCell, "dancer": Dancer},

@@ -37,6 +37,15 @@ DEVICES: dict[tuple[str, str], dict[str, Any]] = {
         "load_cell": {"rated_force_n": 1000.0}, "dancer": {"mass_kg": 5.0, "force_n": 100.0, "travel_m": 0.2},
         "links": WIRES,
     },
+    ("pulses.md", "`plant.stepper`"): {
+        "kind": "plant.stepper", "pulse_wire": "p", "pull_out": [[0, 1]], "motor_inertia_kg_m2": 0.001, "links": WIRES,
+    },
+    ("pulses.md", "`plant.pulse-servo`"): {"kind": "plant.pulse-servo", "pulse_wire": "p", "links": WIRES},
+    ("pulses.md", "`plant.heater`"): {
+        "kind": "plant.heater", "power_w": 200, "heat_capacity_j_per_k": 100, "resistance_k_per_w": 1, "links": WIRES,
+    },
+    ("pulses.md", "`pulse.counter`"): {"kind": "pulse.counter", "a_wire": "p", "compare": 5, "links": WIRES},
+    ("pulses.md", "`pulse.generator`"): {"kind": "pulse.generator", "links": WIRES},
     ("plants.md", "`plant.conveyor`"): {
         "kind": "plant.conveyor", "length_m": 2.0, "roller_radius_m": 0.05, "product_m": 0.2,
         "drive_wire": "belt.position", "links": WIRES,
