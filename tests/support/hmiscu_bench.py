@@ -18,7 +18,7 @@ FINAL = ("Done", "InVelocity", "CommandAborted", "Error")
 
 
 class PtoBench:
-    """Without a hand-over, so that instants can be compared with the formulas.  Ramps take what `settings` say."""
+    """An axis without a hand-over, so that instants can be compared with the formulas."""
 
     def __init__(self, **settings: Any) -> None:
         self.now_ns = 0

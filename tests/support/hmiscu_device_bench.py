@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.device import Value
-from fieldrig.store import MemoryStore
+from fieldrig.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusEvent, ModbusRequest, ModbusResponse
@@ -22,7 +22,9 @@ M = TypeVar("M", bound=Signal)
 class DeviceBench:
     """The controller is in RUN.  Without `source` it has no program."""
 
-    def __init__(self, folder: Path | None = None, source: str = "", **settings: Any) -> None:
+    def __init__(
+        self, folder: Path | None = None, source: str = "", store: Store | None = None, **settings: Any
+    ) -> None:
         data: dict[str, Any] = {"terminals": WIRES, "modbus": {"turnaround_ms": 0}} | settings
         if source:
             assert folder is not None
@@ -36,7 +38,13 @@ class DeviceBench:
             RecordedLink[CanFrame](),
         )
         self.device = Hmiscu(
-            self.clock, "scu", HmiscuSettings.model_validate(data), MemoryStore(), self.wires, [self.modbus], self.can
+            self.clock,
+            "scu",
+            HmiscuSettings.model_validate(data),
+            store or MemoryStore(),
+            self.wires,
+            [self.modbus],
+            self.can,
         )
         self._exchanges = count(1)
         self.device.start()

@@ -50,6 +50,10 @@ class Staircase:
         over = reach * reach - (2 * frequency * q * self.low) ** 2
         return over // (8 * frequency * frequency * q * p) + 1 if over >= 0 else 0
 
+    def within(self, top_hz: int) -> int:
+        """Return how many periods are not faster than this, with the first one, which has a frequency of its own."""
+        return max(self.upto(top_hz), int(self.is_end and self.frequency(0) <= top_hz))
+
     def rising(self, count: int) -> Iterator[Run]:
         """Yield the periods 0 to `count` - 1."""
         number = 0
@@ -73,7 +77,7 @@ class Staircase:
 
 def move(up: Staircase, down: Staircase, top_hz: int, distance: int) -> Iterator[Piece]:
     """Yield a move of `distance` pulses, each with the lowest of the frequencies of both ramps and the top."""
-    rise, fall = up.upto(top_hz), down.upto(top_hz)
+    rise, fall = up.within(top_hz), down.within(top_hz)
     if rise + fall > distance:
         rise = _meeting(up, down, distance)
         fall = distance - rise
@@ -99,10 +103,10 @@ def approach(from_hz: int, to_hz: int, rate: Exact, is_from_rest: bool) -> Itera
     """Yield a ramp in either direction, then the new frequency until something else happens."""
     if from_hz < to_hz:
         stairs = Staircase(from_hz, rate, is_from_rest)
-        yield from pieces(stairs.rising(stairs.upto(to_hz)))
+        yield from pieces(stairs.rising(stairs.within(to_hz)))
     elif from_hz > to_hz:
         stairs = Staircase(to_hz, rate, is_end=False)
-        yield from pieces(stairs.falling(stairs.upto(from_hz)))
+        yield from pieces(stairs.falling(stairs.within(from_hz)))
     yield Piece.constant(to_hz, None)
 
 

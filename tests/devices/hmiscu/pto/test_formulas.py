@@ -1,9 +1,12 @@
 """The mathematics of profiles against the worked tables of the digest (sections 9 and 15)."""
 
+from decimal import ROUND_CEILING, ROUND_HALF_UP, Decimal, localcontext
 from fractions import Fraction
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from fieldrig_devices.hmiscu.enumerations import Direction
 from fieldrig_devices.hmiscu.pto.command import Order
@@ -139,9 +142,9 @@ def test_a_smooth_move_takes_exactly_the_time_of_the_formulas(
 ) -> None:
     start, stop, top, up, down = profile
     ms = (top - start) * 1000 // up, (top - stop) * 1000 // down
-    settings = PtoSettings.model_validate({"mode": "pto"})
+    planner = Planner(PtoSettings.model_validate({"mode": "pto"}))
     order = Order(Next.MOVE_RELATIVE, top, distance, *ms, Direction.PTO_POSITIVE)
-    plan = Planner(settings).move_relative(order, Ends(start, stop))
+    plan = planner.move_relative(order, Ends(start, stop))
     assert plan is not None
     pieces = list(plan)
     assert len(pieces) <= 5
@@ -162,3 +165,31 @@ def test_a_profile_needs_a_maximum_above_both_ends() -> None:
     assert float(Ramp(start, peak_square(start, stop, rate_, rate_, 13), rate_).high) == pytest.approx(
         5099.02, abs=5e-3
     )
+
+
+def printed(low: int, hz_per_s: int, number: int) -> int:
+    """Return the frequency of a period by the formula as it is printed, in decimals (manual 1775 to 1809)."""
+    with localcontext(prec=60):
+        if number == 0:
+            return low or int((Decimal(hz_per_s) / 2).sqrt().quantize(Decimal(1), ROUND_HALF_UP))
+        before = Decimal(low * low) / (2 * hz_per_s) + number
+        exact = (Decimal(hz_per_s) / 2).sqrt() / ((before + 1).sqrt() - before.sqrt())
+        return int(exact.quantize(Decimal("1e-30")).to_integral_value(ROUND_CEILING))
+
+
+ENDS = st.one_of(st.just(0), st.integers(0, 3_000))
+STEEPNESS = st.one_of(st.integers(1_000, 50_000_000), st.integers(1, 50).map(lambda root: 2_000 * root * root))
+
+
+@pytest.mark.manual("SCU-084")
+@settings(max_examples=150, deadline=None)
+@given(ENDS, ENDS, STEEPNESS, STEEPNESS, st.integers(0, 47_000), st.integers(4, 80))
+def test_every_period_of_a_move_has_the_lowest_of_the_printed_frequencies(
+    start: int, stop: int, up: int, down: int, above: int, distance: int
+) -> None:
+    top = max(start, stop, end_frequency(0, up), end_frequency(0, down)) + above + 1
+    pieces = move(Staircase(start, Fraction(up)), Staircase(stop, Fraction(down)), top, distance)
+    found = [piece.frequency for piece in pieces for _ in range(piece.count or 0)]
+    assert found == [
+        min(printed(start, up, number), top, printed(stop, down, distance - 1 - number)) for number in range(distance)
+    ]

@@ -10,6 +10,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from fieldrig.clock import MS, S
+from fieldrig_bus.signals.limits import check_pulse_train
+from fieldrig_devices.pulses.pulse_input import PulseInput
 
 RAMPS = ("smooth", "periods")
 
@@ -80,7 +82,7 @@ def done(move: Move, **others: Any) -> PtoBench:
 
 
 @pytest.mark.manual("SCU-041", "SCU-042", "SCU-043", "SCU-044", "SCU-045", "SCU-035")
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(moves())
 def test_every_move_sends_its_pulses_in_the_time_of_the_formulas(move: Move) -> None:
     bench = PtoBench(**move.settings)
@@ -93,6 +95,25 @@ def test_every_move_sends_its_pulses_in_the_time_of_the_formulas(move: Move) -> 
     assert bench.rest_ns() / S == pytest.approx(expected, rel=1e-9, abs=1e-8)
     assert bench.sent == move.distance
     assert len(bench.segments) <= 6  # and the last one is at rest
+
+
+@pytest.mark.parametrize("ramps", RAMPS)
+@settings(max_examples=40, deadline=None)
+@given(moves(most=2_000), st.floats(0, 1))
+def test_a_receiver_of_the_segments_counts_what_was_sent(ramps: str, move: Move, part: float) -> None:
+    seconds = closed_form_s(move)
+    assume(seconds is not None)
+    bench = PtoBench(**move.settings, ramps=ramps)
+    counter = PulseInput(0)
+    bench.relative(**move.inputs)
+    bench.now_ns = int((seconds or 0) * part * S)
+    bench.halt(Deceleration=move.deceleration)
+    bench.rest_ns()
+    for segment in bench.segments:
+        check_pulse_train(segment)
+        counter.receive(segment, segment.start_ns)
+    assert counter.received_at(bench.now_ns) == bench.sent
+    assert counter.missed == counter.surplus == 0
 
 
 @settings(max_examples=60, deadline=None)
@@ -143,7 +164,7 @@ def test_the_count_at_any_instant_is_that_of_the_edges(ramps: str, move: Move, i
 @pytest.mark.parametrize("ramps", RAMPS)
 @pytest.mark.parametrize("how", ["stop", "fast stop"])
 @settings(max_examples=40, deadline=None)
-@given(moves(most=20_000), st.floats(0, 1))
+@given(moves(most=8_000), st.floats(0, 1))
 def test_a_stop_at_any_instant_and_a_second_move_lose_no_pulse(ramps: str, how: str, move: Move, part: float) -> None:
     seconds = closed_form_s(move)
     assume(seconds is not None and seconds < 100)
@@ -192,3 +213,28 @@ def test_velocities_follow_one_another_without_a_gap(ramps: str, changes: list[t
     assert all(earlier < later for (earlier, _), (later, _) in pairwise(found))
     slowest = min(22, *(velocity for velocity, _, _ in changes))
     assert all(later - earlier <= 1.3 * S / slowest for earlier, later in pairwise(rises))
+
+
+@pytest.mark.manual("SCU-046", "SCU-086", "SCU-089")
+@settings(max_examples=100, deadline=None)
+@given(st.integers(1, 50_000), st.integers(1, 50_000), st.integers(20, 49_999), st.floats(0, 1.5))
+def test_a_change_of_the_velocity_follows_its_curve_to_the_pulse(first: int, second: int, ms: int, part: float) -> None:
+    bench = PtoBench()
+    bench.run(Velocity=first)
+    while shown(bench.velocity) == {"Busy"}:
+        bench.now_ns = bench.channel.next_ns
+        bench.cycle()
+    bench.run(Velocity=second, Acceleration=ms, Deceleration=ms)
+    begin_ns = bench.channel.output.next_ns if first != second else bench.now_ns
+    before = bench.channel.output.sent_at(begin_ns - 1)
+    rate = max(abs(second - first) * 1000 / ms, 1000)
+    ramp_s = abs(second - first) / rate
+    bench.now_ns = max(bench.now_ns, begin_ns + int(part * ramp_s * S))
+    bench.cycle()
+    seconds = (bench.now_ns - begin_ns) / S
+    on_ramp_s = min(seconds, ramp_s)
+    signed = rate if second > first else -rate
+    curve = first * on_ramp_s + signed * on_ramp_s**2 / 2 + second * (seconds - on_ramp_s)
+    if first != second:
+        # In the one period in which the ramp ends, pulses are only whole numbers at its two edges.
+        assert abs(bench.sent - before - math.floor(curve + 1e-6) - 1) <= (0 if abs(curve - round(curve)) > 0.01 else 1)

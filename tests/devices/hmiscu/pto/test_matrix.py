@@ -54,7 +54,7 @@ RUNNING: dict[Running, Callable[[PtoBench], MotionBlock]] = {
 
 
 class Expected(NamedTuple):
-    """What both blocks show at once, and the axis."""
+    """The status that both blocks show at once, and the state of the axis."""
 
     first: str
     first_error: ErrorId

@@ -1,6 +1,7 @@
 """Moves and stops of a channel in virtual time, against the manual's examples (acceptance cases of the digest)."""
 
 import itertools
+from fractions import Fraction
 
 import pytest
 from hmiscu_bench import PtoBench, edges, shown
@@ -133,7 +134,7 @@ STOPS = [
 ]
 
 
-@pytest.mark.manual("SCU-051", "SCU-052", "SCU-087", "SCU-089", "SCU-090")
+@pytest.mark.manual("SCU-051", "SCU-087", "SCU-089", "SCU-090")
 @pytest.mark.parametrize(("first", "then", "ms", "stop_hz", "stop_ms", "frequency", "seconds", "pulses"), STOPS)
 def test_a_stop_takes_the_time_of_its_case(
     first: int, then: int | None, ms: int, stop_hz: int, stop_ms: int, frequency: int, seconds: float, pulses: int
@@ -153,6 +154,31 @@ def test_a_stop_takes_the_time_of_its_case(
     assert bench.sent - before == pytest.approx(pulses, abs=3)
     bench.cycle()
     assert shown(bench.stop) == {"Done"}
+
+
+@pytest.mark.manual("SCU-021", "SCU-052")
+@pytest.mark.parametrize(("stop_hz", "last_hz"), [(2, 2), (0, 100)])
+def test_the_last_pulse_of_a_stop_has_the_stop_frequency(stop_hz: int, last_hz: int) -> None:
+    bench = PtoBench(ramp_unit="Hz/ms", ramps="periods", stop_frequency_hz=stop_hz)
+    bench.run(Velocity=5_000)
+    bench.cycle(S)
+    bench.halt(Deceleration=20)
+    rest_ns = bench.rest_ns()
+    *_, (rise_ns, _), (fall_ns, _) = edges(bench.segments)
+    assert rest_ns - rise_ns == pytest.approx(S / last_hz, abs=2)
+    assert fall_ns - rise_ns == pytest.approx(S / last_hz / 2, abs=2)
+
+
+@pytest.mark.manual("SCU-021")
+@pytest.mark.parametrize("stop_hz", [0, 2, 700])
+def test_a_smooth_ramp_ends_at_the_stop_frequency(stop_hz: int) -> None:
+    bench = PtoBench(ramp_unit="Hz/ms", stop_frequency_hz=stop_hz)
+    bench.run(Velocity=5_000)
+    bench.cycle(S)
+    bench.halt(Deceleration=20)
+    rest_ns = bench.rest_ns()
+    ramp = bench.segments[-2]
+    assert float(ramp.frequency + ramp.rate * Fraction(rest_ns - ramp.start_ns, S)) == pytest.approx(stop_hz, abs=1e-3)
 
 
 # Velocity, fe, time of the stop in ms, frequency at its beginning, seconds, pulses (digest 9.6, case 4).
