@@ -112,7 +112,7 @@ class Parameter:
 
     @property
     def shown(self) -> Value:
-        """The value as anybody outside may read it: stars in place of a secret."""
+        """The value as anybody outside may read it: stars instead of a secret."""
         return "*" * 8 if self.is_secret and self.value else self.value
 
     def set(self, value: Value) -> None:
