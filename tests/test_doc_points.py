@@ -17,6 +17,7 @@ DEVICES: dict[tuple[str, str], dict[str, Any]] = {
     ("canopen-node.md", "Points"): {
         "kind": "canopen.node", "node_id": 5, "eds": "eds/io32.eds", "links": {"can": "can"},
     },
+    ("hmiscu.md", "Points"): {"kind": "hmiscu", "channel_0": {"mode": "pto"}, "links": WIRES},
     ("max4.md", "Objects and points"): {"kind": "max4", "links": {"ring": "ring"}},
     ("max4-plc.md", "Points"): {
         "kind": "max4", "program": "programs/lamp.st", "outputs": {"O_bEquipmentOnIndicatorH1": ""}, "links": WIRES,

@@ -42,6 +42,7 @@ CONVEYOR = {
     "drive_wire": "belt.position",
     "sensors": {"infeed": {"at_m": 0.5}},
 }
+SCU = {"kind": "hmiscu", "links": {"can": "can0", "modbus": ["mb"], "wires": "wires"}}
 WINDER = {"kind": "plant.winder", "links": {"wires": "wires"}, "role": "unwinder", **FILM}
 
 STEPPER = {
@@ -114,6 +115,21 @@ TWICE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
         {"a": CARD, "b": {**IO, "node_id": 5}},
         {"a": {**CARD, "parameters": {"general": {"5": 5}}}},
         "devices.b.node_id: node-ID 5 on can0 is taken by devices.a.parameters.general[5]",
+    ),
+    "a node and an HMISCU": (
+        {"a": {**SCU, "can_slave": {"node_id": 4}}, "b": {**IO, "node_id": 5}},
+        {"b": {**IO, "node_id": 4}},
+        "devices.b.node_id: node-ID 4 on can0 is taken by devices.a.can_slave.node_id",
+    ),
+    "two HMISCU on one line": (
+        {"a": SCU, "b": {**SCU, "modbus": {"unit_id": 2}}},
+        {"b": SCU},
+        "devices.b.modbus.unit_id: unit 1 on mb is taken by devices.a.modbus.unit_id",
+    ),
+    "a tank and an output of an HMISCU": (
+        {"a": TANK, "b": SCU},
+        {"b": {**SCU, "terminals": {"DQ0": "a.high"}}},
+        "devices.b.terminals.DQ0: wire a.high on wires is taken by devices.a.high_wire",
     ),
     "a node and a terminal": (
         {"a": {**TERMINAL, "node_id": 20}, "b": {**IO, "node_id": 5}},

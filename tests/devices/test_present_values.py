@@ -89,6 +89,13 @@ DEVICES: dict[str, dict[str, Any]] = {
         "kind": "plant.heater", "links": WIRES, "power_wire": "pwm.pwm", "power_w": 200.0,
         "heat_capacity_j_per_k": 10.0, "resistance_k_per_w": 1.0, "limit_degc": 30.0,
     },
+    "scu": {
+        "kind": "hmiscu", "model": "HMISCU6B5", "links": WIRES, "channel_0": {"mode": "pto"},
+        "terminals": {
+            "AI0": {"wire": "tank.level", "unit": "m", "low": 0.0, "high": 2.0},
+            "TI0": {"wire": "motor.encoder", "unit": "count"}, "FQ0": "scu.pulse",
+        },
+    },
     "max4": {
         "kind": "max4", "links": {**WIRES, "ring": "ring"}, "drives": {"belt": {"ring_address": 1}},
         "master_encoders": {"line": "motor.encoder"},
@@ -126,6 +133,8 @@ def set_going(rig: Rig) -> None:
     """Everything that a person could move by its points."""
     rig.set("motor", "load_torque", PULL_NM)
     rig.set("rolling", "load_torque", -1.5)
+    for pin, value in (("Velocity", 10_000), ("Acceleration", 500), ("Deceleration", 500), ("Execute", True)):
+        rig.set("scu", f"MoveVelocity.{pin}", value)
 
 
 def shipped(name: str) -> Callable[[Path], Rig]:

@@ -15,6 +15,7 @@ from arp_bench import CardBench
 from arp_terminal import TerminalBench
 from canopen_bench import CanopenBench, parse, show
 from hiperface_bench import telegram
+from hmiscu_device_bench import DeviceBench
 from max4_bench import PLATE
 from max4_bench import Bench as Max4Bench
 
@@ -74,6 +75,22 @@ def _node(store: Store) -> Storing:
         return bench.sdo(SAVE)
 
     return Storing(write, lambda: int(bench.point("1017:00")), SAVED, REFUSED_SDO)
+
+
+def _panel_controller(store: Store) -> Storing:
+    bench = DeviceBench(can_slave={"node_id": 5}, store=store)
+
+    def sdo(request: str) -> str:
+        bench.can.take()
+        bench.can.deliver(parse(f"605#{request}"))
+        (answer,) = (show(frame)[4:] for frame in bench.can.take() if show(frame).startswith("585#"))
+        return answer
+
+    def write(value: int) -> str:
+        assert sdo(f"2b 17 10 00 {value:02x} 00 00 00")[:2] == "60"
+        return sdo(SAVE)
+
+    return Storing(write, lambda: int(bench.get("can/1017:00")), SAVED, REFUSED_SDO)
 
 
 def _terminal(store: Store) -> Storing:
@@ -147,6 +164,7 @@ def _encoder(store: Store) -> Storing:
 KINDS: Final[Mapping[str, Callable[[Store], Storing]]] = {
     "arp": _card,
     "canopen.node": _node,
+    "hmiscu": _panel_controller,
     "max4": _controller,
     "modbus.device": _registers,
     "sm.encoder": _encoder,

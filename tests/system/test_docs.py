@@ -28,7 +28,7 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(1800)]
 
 PORTS = (
     *("5020", "5021", "5022", "7447", "7449", "7450", "29536", "29538", "29556"),
-    *("5024", "5025", "7013", "7452", "29560", "29561", "29562"),
+    *("5024", "5025", "5028", "7013", "7452", "7454", "29560", "29561", "29562", "29564"),
 )
 """The ports of the lab, the ring and the machine, and those that pages give to their own rigs."""
 BESIDE = {"eds": "configs/eds", "registers": "configs/registers", ".venv": sys.prefix}

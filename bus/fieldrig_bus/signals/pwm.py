@@ -44,6 +44,10 @@ class Pwm(Signal):
         """Return how many cycles have begun up to and including `now_ns`, whatever the duty."""
         return 0 if now_ns < self.start_ns else self._cycles_at(now_ns) + 1
 
+    def cycle_ns(self, number: int) -> int:
+        """Return the instant at which the cycle of this number begins, from 1, whatever the duty."""
+        return self._instant_ns(number - 1)
+
     def pulses_at(self, now_ns: int) -> int:
         """Return how many rising edges there were up to and including `now_ns`."""
         return self.cycles_at(now_ns) if 0 < self._high < 1 else 0

@@ -3,7 +3,7 @@
 The controller that it runs on is its watcher; one with retained variables derives a class of its own.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Protocol
 
@@ -50,12 +50,19 @@ class LoadedProgram:
         self.threads[task.name] = threads
         return Task(
             task.name,
-            Programs(threads),
+            self._work(threads),
             priority=task.priority,
             kind=task.kind,
-            interval_ns=round(task.interval_ms * MS),
+            interval_ns=self._interval_ns(task),
             event=None if task.event is None else self._level(task.event),
         )
+
+    def _work(self, threads: Sequence[Thread]) -> Programs:
+        """Return the work of a task; a controller may do more at the begin of its cycles."""
+        return Programs(threads)
+
+    def _interval_ns(self, task: ir.Task) -> int:
+        return round(task.interval_ms * MS)
 
     def _level(self, event: ir.Variable) -> Callable[[], bool]:
         location, memory = event.location, self.runtime.memory

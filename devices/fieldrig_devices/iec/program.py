@@ -418,6 +418,8 @@ class Task:
     programs: "list[Pou]"
     file: str = ""
     line: int = 0
+    is_default: bool = False
+    """True for the task that is made because there is no task configuration."""
 
 
 @dataclass(slots=True)

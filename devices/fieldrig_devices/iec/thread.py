@@ -1,5 +1,6 @@
 """One thread of a loaded program: a POU that a task runs from its beginning to its end in each of its cycles."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Final
@@ -46,6 +47,11 @@ class Fault:
 
     def __str__(self) -> str:
         return f"{self.text} in {self.pou} ({self.file}:{self.line})"
+
+
+def call_hierarchy(fault: Fault) -> Sequence[str]:
+    """The components that were running, the one at which the processing stands last (PacDrive manual 4117)."""
+    return [*map(str, reversed(fault.calls)), f"{fault.pou} ({fault.file}:{fault.line})"]
 
 
 _STATES: Final = {

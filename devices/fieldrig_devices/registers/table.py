@@ -12,7 +12,8 @@ clients cannot write and where access is ro, and drives it elsewhere, unless `di
 """
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -165,9 +166,9 @@ def words_of(entry: Bit | Register) -> int:
     return entry.words if isinstance(entry, Register) else 1
 
 
-def load_table(path: Path) -> Table:
-    """Load a register table from a file.  ConfigError with every mistake in the file."""
-    return load_settings(path, Table, _conflicts)
+def load_table(path: Path, check: Callable[["Table"], Iterator[WrongKey]] = lambda table: iter(())) -> Table:
+    """Load a register table from a file.  ConfigError with every mistake, also those that `check` yields."""
+    return load_settings(path, Table, lambda table: chain(_conflicts(table), check(table)))
 
 
 def _check_common(entry: Bit | Register) -> None:

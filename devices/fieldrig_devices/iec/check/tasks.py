@@ -54,7 +54,15 @@ class Tasks:
                 "write CONFIGURATION with TASK and PROGRAM ... WITH ...",
             )
             task = Task(
-                main.name, TaskKind.CYCLIC, DEFAULT_PRIORITY, DEFAULT_INTERVAL_MS, None, [main], main.file, place.line
+                main.name,
+                TaskKind.CYCLIC,
+                DEFAULT_PRIORITY,
+                DEFAULT_INTERVAL_MS,
+                None,
+                [main],
+                main.file,
+                place.line,
+                is_default=True,
             )
             self._tasks[MAIN] = task
         elif programs:

@@ -1,6 +1,5 @@
 """The source files that a command is given, and the dialect that they are written in."""
 
-import codecs
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -10,6 +9,7 @@ import typer
 from fieldrig.cli.common import argument, reading
 from fieldrig.errors import UsageError
 from fieldrig_devices.iec.dialect import DIALECTS
+from fieldrig_devices.iec.source_text import decoded
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.compiler import SourceFile
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 LONGEST: Final = 16 << 20
 """Longest source file in bytes."""
-_MARKS: Final = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
 
 Files = Annotated[list[Path], argument("FILE...", "The source files of the program; a folder means all files in it.")]
 DialectOption = Annotated[
@@ -54,10 +53,4 @@ def read_text(path: Path) -> str:
         data = path.read_bytes()
     if len(data) > LONGEST:
         raise UsageError(f"{path} is too long: {len(data)} bytes", f"expected at most {LONGEST}")
-    for mark, encoding in _MARKS:
-        if data.startswith(mark):
-            return data.decode(encoding, errors="replace")
-    try:
-        return data.decode()
-    except UnicodeDecodeError:
-        return data.decode("cp1252", errors="replace")
+    return decoded(data)

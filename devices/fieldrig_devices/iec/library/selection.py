@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import Final
 
-from fieldrig_devices.iec.tree import Declaration, Pou, TypeDeclaration, Unit, Variables
+from fieldrig_devices.iec.tree import Declaration, EnumSpec, Pou, TypeDeclaration, Unit, Variables
 
 _WORD: Final = re.compile(r"[A-Za-z_]\w*")
 DRAWN: Final = frozenset({"r_trig", "f_trig"})
@@ -23,6 +23,7 @@ def needed(libraries: Sequence[Unit], project: Sequence[Unit], texts: Iterable[s
     """
     own = {name for name, _ in _named(project)}
     known = {name: declared for name, declared in _named(libraries) if name not in own}
+    known |= {value: declared for declared in known.values() for value in _values(declared) if value not in known}
     open_words = set(DRAWN)
     for text in texts:
         open_words.update(map(str.casefold, _WORD.findall(text)))
@@ -34,6 +35,7 @@ def needed(libraries: Sequence[Unit], project: Sequence[Unit], texts: Iterable[s
     while found := open_words & known.keys() - used:
         used |= found
         open_words = {word for name in found for word in _words(known[name])}
+    used |= {known[name].name.casefold() for name in used}
     return [replace(unit, declarations=tuple(_kept(unit.declarations, used))) for unit in libraries]
 
 
@@ -42,6 +44,12 @@ def _named(units: Sequence[Unit]) -> Iterator[tuple[str, Pou | TypeDeclaration]]
         for declared in unit.declarations:
             if isinstance(declared, Pou | TypeDeclaration):
                 yield declared.name.casefold(), declared
+
+
+def _values(declared: Pou | TypeDeclaration) -> Iterator[str]:
+    """Yield the values of an enumeration, by which a program may use it without its name."""
+    if isinstance(declared, TypeDeclaration) and isinstance(declared.type, EnumSpec):
+        yield from (value.name.casefold() for value in declared.type.values)
 
 
 def _kept(declarations: Iterable[Declaration], used: set[str]) -> Iterator[Declaration]:

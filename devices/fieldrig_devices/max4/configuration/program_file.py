@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Final, Self
 
 from fieldrig.untrusted import MalformedError, field, items, read_json
+from fieldrig_devices.iec.source_text import decoded
 
 PROGRAM_FILE: Final = "\\DEFAULT.PRG"
 FORMAT: Final = "IEC sources"
@@ -55,12 +56,5 @@ class Container:
 
 
 def container_of(paths: Sequence[Path], dialect: str) -> Container:
-    """Read the sources of a project.  A text that is not UTF-8 is read as Latin-1, as EPAS-4 exports it."""
-    return Container(tuple(Source(path.name, _text(path.read_bytes())) for path in paths), dialect)
-
-
-def _text(data: bytes) -> str:
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
+    """Read the sources of a project."""
+    return Container(tuple(Source(path.name, decoded(path.read_bytes())) for path in paths), dialect)

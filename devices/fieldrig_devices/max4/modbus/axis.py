@@ -14,9 +14,9 @@ from fieldrig_devices.cia402.objects import NO_POSITION_LIMITS
 from fieldrig_devices.cia402.units import BITS_32
 from fieldrig_devices.max4.axes.axis import Axis, Mode
 from fieldrig_devices.max4.axes.positioning import Positioner
-from fieldrig_devices.max4.modbus.cells import Entry, whole
 from fieldrig_devices.motion.profile import Limits
 from fieldrig_devices.motion.travel import NEGATIVE, POSITIVE, Switches, Travel
+from fieldrig_devices.registers.live import Entry, whole
 
 FIRST: Final = 1000
 SIZE: Final = 100

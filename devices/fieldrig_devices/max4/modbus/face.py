@@ -17,11 +17,11 @@ from fieldrig_devices.max4.axes.positioning import Positioner
 from fieldrig_devices.max4.axis_inputs import AxisInputs, check_terminals, terminals_in
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.modbus.axis import AxisRegisters
-from fieldrig_devices.max4.modbus.cells import Entry, LiveBits, LiveRegisters
 from fieldrig_devices.max4.modbus.map import Window, controller_entries, inputs, outputs, status_of
 from fieldrig_devices.max4.modbus.markers import MarkerBits, MarkerRegisters
 from fieldrig_devices.max4.modbus.settings import AxisLimits, ModbusFaceSettings
 from fieldrig_devices.modbus.port import ModbusPort
+from fieldrig_devices.registers.live import Entry, LiveBits, LiveRegisters
 from fieldrig_devices.registers.value import REFUSALS
 
 

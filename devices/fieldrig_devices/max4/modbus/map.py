@@ -12,7 +12,7 @@ from fieldrig.device import Value
 from fieldrig_devices.max4.configuration.tree import Kind, Object, Parameter
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.modbus.axis import up_to
-from fieldrig_devices.max4.modbus.cells import BitEntry, Entry, whole
+from fieldrig_devices.registers.live import BitEntry, Entry, whole
 
 MAP_NUMBER: Final = 0x4D34
 """The letters M4, which identify this map."""

@@ -10,20 +10,18 @@ What an online change cannot do is what CoDeSys V2.3 refuses: a changed task con
 
 import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from fieldrig.background import Background, Failure, Job
 from fieldrig.clock import US, Clock
 from fieldrig.device import Point, Value
-from fieldrig.errors import ConfigError
-from fieldrig.errors import Mistake as Wrong
 from fieldrig_devices.iec.compiler import Compiled, SourceFile
 from fieldrig_devices.iec.symbol_list import symbol_list
+from fieldrig_devices.iec.task_points import refused, state_of, task_points
 from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, TCP_PRIORITY, SystemWork
-from fieldrig_devices.iec.tasks.task import Task, TaskState
-from fieldrig_devices.iec.thread import Fault
-from fieldrig_devices.languages.mistakes import CompileError, Mistake
+from fieldrig_devices.iec.tasks.task import Task
+from fieldrig_devices.iec.thread import Fault, call_hierarchy
+from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container, Source, container_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
@@ -38,7 +36,7 @@ from fieldrig_devices.max4.plc.compiling import (
 from fieldrig_devices.max4.plc.host import PlcHost
 from fieldrig_devices.max4.plc.library import Functions
 from fieldrig_devices.max4.plc.loaded import RetainingProgram
-from fieldrig_devices.max4.plc.task_reports import TaskReports, call_hierarchy
+from fieldrig_devices.max4.plc.task_reports import TaskReports
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.controller import Max4
@@ -91,7 +89,7 @@ class Plc:
             self._compile(container, self._host())
         except CompileError as cause:
             paths = {path.name: str(path) for path in self._controller.settings.program}
-            raise ConfigError([_wrong(paths, wrong) for wrong in cause.mistakes if not wrong.is_note]) from cause
+            raise refused(cause, paths) from cause
 
     def project(self) -> Container | None:
         """The sources that the rig file names, as they are at present; None if it names none."""
@@ -342,41 +340,19 @@ class Plc:
             if self.problem:
                 yield "plc/problem", Point(lambda: self.problem, about="why the last program was not loaded")
             return
-        yield "plc/state", Point(self._state, about="ready, running, stopped, or error if a task is suspended")
+        yield (
+            "plc/state",
+            Point(lambda: state_of(self.program), about="ready, running, stopped, or error if a task is suspended"),
+        )
         yield "plc/progress", Point(lambda: self.progress, about="progress of a download or an online change")
         yield "plc/problem", Point(lambda: self.problem, about="why the last program was not loaded")
         yield "plc/fault", Point(lambda: self._fault(), about="call hierarchy of the last run-time fault")
         yield "plc/code_size", Point(lambda: self.program.compiled.code_size if self.program else 0, unit="Byte")
         yield "plc/data_size", Point(lambda: self.program.compiled.data_size if self.program else 0, unit="Byte")
-        for task in program.scheduler.tasks:
-            for name, read, unit in _TASK_POINTS:
-                yield f"plc/task/{task.name}/{name}", Point(partial(self._of_task, task.name, read), unit=unit)
-
-    def _state(self) -> str:
-        program = self.program
-        if program is None:
-            return "none"
-        if any(program.state(task) is TaskState.ERROR for task in program.scheduler.tasks):
-            return "error"
-        return "running" if self.is_running else "stopped" if program.scheduler.is_started else "ready"
+        yield from task_points(program, lambda: self.program)
 
     def _fault(self) -> str:
         return "" if self.last_fault is None else "\n".join(call_hierarchy(self.last_fault))
-
-    def _of_task(self, name: str, read: Callable[[RetainingProgram, Task], Value]) -> Value:
-        program = self.program
-        task = None if program is None else program.task(name)
-        return 0 if program is None or task is None else read(program, task)
-
-
-_TASK_POINTS: Final[tuple[tuple[str, Callable[[RetainingProgram, Task], Value], str], ...]] = (
-    ("state", lambda program, task: int(program.state(task)), ""),
-    ("load", lambda _, task: task.load_ns // US, "us"),
-    ("cycle", lambda _, task: task.cycle_ns // US, "us"),
-    ("cycles", lambda _, task: task.cycles, ""),
-    ("cpu", lambda _, task: task.cpu_ns // US, "us"),
-    ("priority", lambda _, task: task.priority, ""),
-)
 
 
 def _task_forms(compiled: Compiled) -> list[Mapping[str, object]]:
@@ -392,10 +368,3 @@ def _task_forms(compiled: Compiled) -> list[Mapping[str, object]]:
         }
         for task in compiled.program.tasks
     ]
-
-
-def _wrong(paths: Mapping[str, str], mistake: Mistake) -> Wrong:
-    place = f"{paths.get(mistake.file, mistake.file)}:{mistake.line}:{mistake.column}"
-    expected = f"expected {mistake.expected}" if mistake.expected else ""
-    remedy = "\n    ".join(part for part in (expected, mistake.hint) if part)
-    return Wrong(place, None, "program", mistake.what, remedy)

@@ -6,7 +6,7 @@ the manual gives no form for either.  A task that goes on transgressing is repor
 been acknowledged.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Final
 
 from fieldrig.clock import MS
@@ -54,8 +54,3 @@ def sender_of(task: Task) -> Sender:
 
 def _ms(time_ns: int) -> str:
     return f"{time_ns / MS:.3f}".rstrip("0").rstrip(".")
-
-
-def call_hierarchy(fault: Fault) -> Sequence[str]:
-    """The components that were running, the one at which the processing stands last (manual 4117)."""
-    return [*map(str, reversed(fault.calls)), f"{fault.pou} ({fault.file}:{fault.line})"]

@@ -13,7 +13,7 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.axes.axis import Mode
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import Sender
-from fieldrig_devices.max4.modbus.cells import RESERVED
+from fieldrig_devices.registers.live import RESERVED
 
 BELT, KNIFE = 1000, 1100
 ENABLE, OPERATION, TARGET, SPEED, ACCELERATION, DECELERATION, VELOCITY, TORQUE, COMMAND = 0, 1, 2, 4, 6, 8, 10, 12, 13

@@ -15,6 +15,7 @@ from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, SERVER_DEVICE_FAILU
 from fieldrig_devices.registers.form import Form, WordOrder, text_in_registers, words_in
 
 RESERVED: Final = "reserved"
+BOOL: Final = "bool"
 
 
 def any_value(_value: Value) -> None:
@@ -23,7 +24,7 @@ def any_value(_value: Value) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One value.  `type` is u16, s16, u32, s32, f64 or string[n].  Without `write` it is read-only for clients."""
+    """One value.  `type` is one of the register table.  Without `write` it is read-only for clients."""
 
     address: int
     name: str
@@ -137,12 +138,16 @@ class LiveRegisters:
     def _encode(self, entry: Entry, value: Value) -> bytes:
         """The bytes of a value, limited to the range of its type."""
         form = self._forms[entry.type]
+        if entry.type == BOOL:
+            return b"\x00\x01" if value else b"\x00\x00"
         if not form.is_number:
             return form.pack_text(str(value).encode("latin-1", "replace"))
         return form.pack(float(value) if form.is_float else min(max(int(value), form.low), form.high))
 
     def _decode(self, entry: Entry, raw: bytes) -> Value:
         form = self._forms[entry.type]
+        if entry.type == BOOL:
+            return any(raw)
         return form.unpack(raw) if form.is_number else text_in_registers(raw)
 
 

@@ -11,7 +11,7 @@ from fieldrig.device import Value
 from fieldrig_bus.modbus.errors import ModbusError
 from fieldrig_bus.modbus.message import ModbusRequest
 from fieldrig_bus.modbus.server import ModbusServer
-from fieldrig_devices.max4.modbus.cells import BitEntry, Entry, LiveBits, LiveRegisters, whole
+from fieldrig_devices.registers.live import BitEntry, Entry, LiveBits, LiveRegisters, whole
 
 Type = ModbusClientMixin.DATATYPE
 NAMES: dict[str, tuple[Type, int | float | str]] = {

@@ -1,0 +1,1 @@
+"""The function blocks of the library HMISCU_PTOPWM (SCU-097)."""

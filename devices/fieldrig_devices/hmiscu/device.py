@@ -1,0 +1,120 @@
+"""The HMISCU, a panel with a controller and fast outputs: its parts, connected.
+
+Source: Schneider, Magelis SCU HMI Controller PTO/PWM Library Guide, 12/2016 (digest SCU-001 to SCU-100).  Faces, image
+and panel are ours, as that guide describes the outputs only.  Left out: the graphical panels of the display.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, ClassVar
+
+from fieldrig.bus import Bus
+from fieldrig.clock import Clock
+from fieldrig.device import Device, Point, Tool
+from fieldrig.link import Link
+from fieldrig.store import Store
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.modbus.message import ModbusEvent
+from fieldrig_bus.wires import Signal
+from fieldrig_devices.hmiscu.direct import DirectBlocks
+from fieldrig_devices.hmiscu.faces.can import CanFace
+from fieldrig_devices.hmiscu.faces.modbus import ModbusFace
+from fieldrig_devices.hmiscu.fast_outputs import FastOutputs
+from fieldrig_devices.hmiscu.io import Terminals
+from fieldrig_devices.hmiscu.panel import Panel
+from fieldrig_devices.hmiscu.plc.plc import Plc, PlcState
+from fieldrig_devices.hmiscu.plc.variables import variable_point, variable_points
+from fieldrig_devices.hmiscu.settings import HmiscuSettings
+from fieldrig_devices.iec.compiler import Compiled, SourceFile
+
+
+class Hmiscu(Device):
+    about: ClassVar[str] = "an HMISCU: panel and controller with pulse and PWM outputs"
+
+    def __init__(
+        self,
+        clock: Clock,
+        name: str,
+        settings: HmiscuSettings,
+        store: Store,
+        wires: Link[Signal] | None = None,
+        modbus: list[Link[ModbusEvent]] | None = None,
+        can: Link[CanFrame] | None = None,
+    ) -> None:
+        """ConfigError for a program or a register table with mistakes, ValueError for a face without its bus."""
+        self._clock, self._settings = clock, settings
+        self._terminals = Terminals(clock, settings, wires)
+        self._fast = FastOutputs(clock, settings, self._terminals, wires)
+        self._terminals.on_input = self._fast.on_input
+        self._panel = Panel(self._terminals.outputs)
+        self._plc = Plc(clock, settings, self._terminals, self, self._fast.make, self._fast.instances, self._panel)
+        self._direct = None if settings.program else DirectBlocks(settings, self._fast.make)
+        self._points: dict[str, Point] = dict(self._own_points())
+        self._modbus = ModbusFace(clock, modbus or [], settings.modbus, self.find)
+        self._can: CanFace | None = None
+        if settings.can_slave is not None:
+            if can is None:
+                raise ValueError("can_slave: expected links.can beside it")
+            self._can = CanFace(clock, name, can, settings.can_slave, store, self.find)
+            self._points |= dict(self._can.points())
+
+    def start(self) -> None:
+        self._terminals.start()
+        self._fast.start()
+        if self._can is not None:
+            self._can.start()
+        if self._settings.autostart:
+            self._plc.run()
+
+    def stop(self) -> None:
+        self._plc.end()
+
+    # ---- points
+
+    def points(self) -> Mapping[str, Point]:
+        return self._points
+
+    def find(self, name: str) -> Point | None:
+        """Return the point that faces call `name`: one of the points, a channel by its usual name, or a variable."""
+        found = self._points.get(self._fast.present_name(name))
+        if found is None and self._plc.program is not None:
+            return variable_point(self._plc.program, name)
+        return found
+
+    def _own_points(self) -> Iterator[tuple[str, Point]]:
+        yield from self._plc.points()
+        yield from self._terminals.points()
+        yield from self._panel.points()
+        yield from self._fast.points()
+        if self._direct is not None:
+            yield from self._direct.points()
+        if self._plc.program is not None:
+            yield from variable_points(self._plc.program, self._fast.instances)
+
+    # ---- for the programs (`plc.Owner`)
+
+    def call_blocks(self) -> None:
+        if self._direct is not None:
+            self._direct.call(self._clock.now_ns())
+
+    def on_cycle(self) -> None:
+        if self._can is not None:
+            self._can.on_cycle()
+
+    def on_state(self, state: PlcState) -> None:
+        if state is not PlcState.RUN:
+            self._fast.shut_down()
+
+    def restart_channels(self) -> None:
+        self._fast.restart()
+        if self._direct is not None:
+            self._direct.renew()
+
+    # ---- tools
+
+    def compile_sources(self, files: Sequence[SourceFile]) -> Compiled:
+        """Compile a program for this controller without loading it.  CompileError with every mistake."""
+        return self._plc.compile(files)
+
+    @classmethod
+    def tools(cls, name: str, settings: Any, links: Mapping[str, Bus[Any]]) -> list[Tool]:
+        return []

@@ -1,0 +1,239 @@
+"""The object dictionary of the controller as a CiA 401 slave: its EDS file, and the point that each object shows.
+
+Source: CiA 301 and CiA 401; objects below 6000h are ours, because the manual has no CANopen slave (digest section 13).
+`python -m fieldrig_devices.hmiscu.faces.objects` writes the file.
+
+    6000h  inputs DI0 to DI7, DI8 to DI13 with FI0 and FI1, keys      2000h to 2008h  pins of the blocks
+    6200h  outputs DQ0 to DQ7, FQ0 and FQ1, lamps                     2010h           counters of the pulse output
+    6401h  AI0, AI1, TI0, TI1      6411h  AQ0, AQ1
+"""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Final
+
+from fieldrig_devices.canopen.datatypes import DATA_TYPES
+from fieldrig_devices.cia402.eds_file import DOMAIN, TEXT, Table, write
+from fieldrig_devices.cia402.objects import U8, U16, U32, Row
+from fieldrig_devices.hmiscu.blocks.pins import BlockType, Side
+from fieldrig_devices.hmiscu.blocks.tables import BLOCK_TYPES
+from fieldrig_devices.hmiscu.names import BLOCK_NAMES
+
+EDS: Final = Path(__file__).with_name("hmiscu.eds")
+I16: Final = 0x03
+I32: Final = 0x04
+FIRST_BLOCK: Final = 0x2000
+COUNTERS: Final = 0x2010
+DEVICE_TYPE: Final = 0x000F_0191
+"""CiA 401 with digital and analog inputs and outputs."""
+PRODUCT: Final = 0x0053_4355
+MAPPED: Final = 8
+
+BITS: Final[Mapping[str, tuple[str, ...]]] = {
+    "6000:01": tuple(f"DI{number}" for number in range(8)),
+    "6000:02": (*(f"DI{number}" for number in range(8, 14)), "FI0", "FI1"),
+    "6000:03": tuple(f"panel.key{number}" for number in range(1, 9)),
+    "6200:01": tuple(f"DQ{number}" for number in range(8)),
+    "6200:02": ("FQ0", "FQ1"),
+    "6200:03": tuple(f"panel.lamp{number}" for number in range(1, 9)),
+}
+"""Points of the bits of an object, the lowest first."""
+WORDS: Final[Mapping[str, str]] = {
+    **{f"6401:{number:02d}": name for number, name in enumerate(("AI0", "AI1", "TI0", "TI1"), 1)},
+    **{f"6411:{number:02d}": name for number, name in enumerate(("AQ0", "AQ1"), 1)},
+    "2010:01": "PTO00.Distance",
+    "2010:02": "PTO00.Position",
+    "2010:03": "PTO00.State",
+}
+
+_HEAD: Final = f"""\
+[FileInfo]
+FileName=hmiscu.eds
+FileVersion=1
+FileRevision=0
+EDSVersion=4.0
+Description=HMISCU as a CiA 401 slave, with its pulse and PWM outputs
+CreationTime=10:00AM
+CreationDate=11-23-2026
+CreatedBy=fieldrig
+ModificationTime=10:00AM
+ModificationDate=11-23-2026
+ModifiedBy=fieldrig
+
+[DeviceInfo]
+VendorName=Schneider Electric
+VendorNumber=0x00000000
+ProductName=HMISCU
+ProductNumber={PRODUCT:#010x}
+RevisionNumber=0x00010000
+OrderCode=HMISCU
+BaudRate_10=0
+BaudRate_20=1
+BaudRate_50=1
+BaudRate_125=1
+BaudRate_250=1
+BaudRate_500=1
+BaudRate_800=1
+BaudRate_1000=1
+SimpleBootUpMaster=0
+SimpleBootUpSlave=1
+Granularity=8
+DynamicChannelsSupported=0
+CompactPDO=0
+GroupMessaging=0
+NrOfRXPDO=4
+NrOfTXPDO=4
+LSS_Supported=0
+
+[DummyUsage]
+Dummy0001=0
+Dummy0002=1
+Dummy0003=1
+Dummy0004=1
+Dummy0005=1
+Dummy0006=1
+Dummy0007=1
+
+[Comments]
+Lines=2
+Line1=The manual describes no objects, so the layout is fieldrig's (docs/hmiscu.md).
+Line2=Objects of channels and terminals that a controller does not have show 0 and ignore writes.
+"""
+
+_COMMUNICATION: Final = Table(
+    [
+        Row(0x1000, None, "Device type", U32, "ro", f"{DEVICE_TYPE:#010x}"),
+        Row(0x1001, None, "Error register", U8, "ro"),
+        Row(0x1003, 0, "Number of errors", U8, "rw"),
+        *(Row(0x1003, number, f"Error {number}", U32, "ro") for number in range(1, 9)),
+        Row(0x1005, None, "COB-ID SYNC message", U32, "rw", "0x80"),
+        Row(0x1008, None, "Manufacturer device name", TEXT, "const", "HMISCU"),
+        Row(0x100A, None, "Manufacturer software version", TEXT, "const", "4.2"),
+        Row(0x1010, 1, "Save all parameters", U32, "rw", 1),
+        Row(0x1011, 1, "Restore all default parameters", U32, "rw", 1),
+        Row(0x100C, None, "Guard time", U16, "rw"),
+        Row(0x100D, None, "Life time factor", U8, "rw"),
+        Row(0x1014, None, "COB-ID EMCY", U32, "rw", "$NODEID+0x80"),
+        Row(0x1015, None, "Inhibit time EMCY", U16, "rw"),
+        Row(0x1016, 1, "Consumer heartbeat time 1", U32, "rw"),
+        Row(0x1016, 2, "Consumer heartbeat time 2", U32, "rw"),
+        Row(0x1017, None, "Producer heartbeat time", U16, "rw"),
+        Row(0x1018, 1, "Vendor-ID", U32, "ro", "0x00000000"),
+        Row(0x1018, 2, "Product code", U32, "ro", f"{PRODUCT:#010x}"),
+        Row(0x1018, 3, "Revision number", U32, "ro", "0x00010000"),
+        Row(0x1018, 4, "Serial number", U32, "ro"),
+        Row(0x1021, None, "Store EDS", DOMAIN, "ro"),
+        Row(0x1022, None, "Store format", U8, "ro"),
+        Row(0x1029, 1, "Communication error", U8, "rw"),
+        Row(0x1200, 1, "COB-ID client to server", U32, "ro", "$NODEID+0x600"),
+        Row(0x1200, 2, "COB-ID server to client", U32, "ro", "$NODEID+0x580"),
+        Row(0x1F80, None, "NMT startup", U32, "rw", 4),
+    ],
+    {
+        0x1003: "Pre-defined error field",
+        0x1010: "Store parameters",
+        0x1011: "Restore default parameters",
+        0x1016: "Consumer heartbeat time",
+        0x1018: "Identity object",
+        0x1029: "Error behaviour",
+        0x1200: "SDO server parameter",
+    },
+    frozenset({0x1003, 0x1010, 0x1011, 0x1016, 0x1029}),
+)
+_PROFILE: Final = Table(
+    [
+        Row(0x6000, 1, "DI0 to DI7", U8, "ro", is_mappable=True),
+        Row(0x6000, 2, "DI8 to DI13, FI0, FI1", U8, "ro", is_mappable=True),
+        Row(0x6000, 3, "Keys 1 to 8", U8, "ro", is_mappable=True),
+        Row(0x6005, None, "Global interrupt enable digital", U8, "rw", 1),
+        Row(0x6200, 1, "DQ0 to DQ7", U8, "rww", is_mappable=True),
+        Row(0x6200, 2, "FQ0, FQ1", U8, "rww", is_mappable=True),
+        Row(0x6200, 3, "Lamps 1 to 8", U8, "rww", is_mappable=True),
+        *(Row(0x6206, number, f"Error mode of output byte {number}", U8, "rw", 255) for number in (1, 2, 3)),
+        *(Row(0x6207, number, f"Error value of output byte {number}", U8, "rw") for number in (1, 2, 3)),
+        *(Row(0x6401, number, f"Analog input {number}", I16, "ro", is_mappable=True) for number in range(1, 5)),
+        *(Row(0x6411, number, f"Analog output {number}", I16, "rww", is_mappable=True) for number in (1, 2)),
+        Row(0x6423, None, "Global interrupt enable analog", 0x01, "rw", 0),
+        Row(COUNTERS, 1, "Pulses of the present move", U32, "ro", is_mappable=True),
+        Row(COUNTERS, 2, "Position in pulses", I32, "ro", is_mappable=True),
+        Row(COUNTERS, 3, "State of the axis", U8, "ro", is_mappable=True),
+    ],
+    {
+        0x6000: "Read inputs 8-bit",
+        0x6200: "Write outputs 8-bit",
+        0x6206: "Error mode output 8-bit",
+        0x6207: "Error value output 8-bit",
+        0x6401: "Read analog input 16-bit",
+        0x6411: "Write analog output 16-bit",
+        COUNTERS: "Pulse output",
+    },
+    frozenset({0x6000, 0x6200, 0x6206, 0x6207, 0x6401, 0x6411}),
+)
+_RECEIVED: Final = (("6200:01", "6200:02", "6200:03"), ("6411:01", "6411:02"), (), ())
+_TRANSMITTED: Final = (("6000:01", "6000:02", "6000:03"), ("6401:01", "6401:02", "6401:03", "6401:04"), (), ())
+"""Mapped objects of the PDOs; a master maps what it needs of the blocks and counters into the others."""
+
+
+def _types() -> Iterator[tuple[int, str, BlockType]]:
+    """Yield the index, the name and the type of each block."""
+    for place, (name, type_name) in enumerate(BLOCK_NAMES.items()):
+        yield FIRST_BLOCK + place, name, BLOCK_TYPES[type_name]
+
+
+def pin_objects() -> dict[str, str]:
+    """Return the points of pins by their objects; a reference from block to block has no object."""
+    return {
+        f"{index:04X}:{number:02X}": f"{name}.{pin.name}"
+        for index, name, block in _types()
+        for number, pin in enumerate(block.pins, 1)
+        if pin.type != "PTO_REF"
+    }
+
+
+def _blocks() -> Table:
+    rows, names = [], {}
+    for index, name, block in _types():
+        names[index] = name
+        for number, pin in enumerate(block.pins, 1):
+            if pin.type == "PTO_REF":
+                continue
+            access = "rww" if pin.side is Side.INPUT else "ro"
+            rows.append(Row(index, number, pin.name, U32 if pin.type == "DWORD" else U8, access, is_mappable=True))
+    return Table(rows, names)
+
+
+def _pdos(blocks: Table) -> Table:
+    sizes = {(row.index, row.subindex): DATA_TYPES[row.type].bits for row in (*_PROFILE.rows, *blocks.rows)}
+    rows: list[Row] = []
+    names: dict[int, str] = {}
+    for first, step, kind, pdos in ((0x1400, 0x200, "RPDO", _RECEIVED), (0x1800, 0x180, "TPDO", _TRANSMITTED)):
+        for place, keys in enumerate(pdos):
+            names |= {
+                first + place: f"{kind} {place + 1} parameter",
+                first + 0x200 + place: f"{kind} {place + 1} mapping",
+            }
+            rows += [
+                Row(first + place, 1, "COB-ID", U32, "rw", f"$NODEID+{step + 0x100 * place:#x}"),
+                Row(first + place, 2, "Transmission type", U8, "rw", 255),
+                Row(first + place, 5, "Event timer", U16, "rw"),
+                Row(first + 0x200 + place, 0, "Number of mapped objects", U8, "rw", len(keys)),
+            ]
+            if kind == "TPDO":
+                rows.append(Row(first + place, 3, "Inhibit time", U16, "rw"))
+            entries = [(int(key[:4], 16), int(key[5:], 16)) for key in keys]
+            for number in range(1, MAPPED + 1):
+                entry = 0
+                if number <= len(entries):
+                    index, subindex = entries[number - 1]
+                    entry = index << 16 | subindex << 8 | (sizes[index, subindex] or 0)
+                rows.append(Row(first + 0x200 + place, number, f"Mapped object {number}", U32, "rw", f"{entry:#010x}"))
+    return Table(rows, names)
+
+
+def eds_text() -> str:
+    blocks = _blocks()
+    return write(_HEAD, [_COMMUNICATION, _pdos(blocks), blocks, _PROFILE])
+
+
+if __name__ == "__main__":
+    EDS.write_text(eds_text())

@@ -1,0 +1,1 @@
+"""The programs of the controller: the task MAST, the library of the blocks, and RUN and STOP."""

@@ -1,0 +1,214 @@
+"""RUN, STOP and HALT of the controller, with a program or without one.
+
+Source: manual 504-505, 553-583, 774 and 1002 (SCU-018, SCU-028, SCU-056, SCU-099): leaving RUN stops all moves.  The
+manual does not describe the states of the controller; ours are those of its family.  A run-time fault and an expired
+watchdog lead to HALT, which only a reset ends.  Outputs are off outside RUN.
+
+Without a program, MAST calls one instance of each block in every cycle, so masters work them by their pins.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from enum import Enum
+from typing import Final, Protocol
+
+from fieldrig.clock import MS, Clock, Timer
+from fieldrig.device import Point, Value
+from fieldrig.point_values import choice_in
+from fieldrig_devices.hmiscu.io import Terminals
+from fieldrig_devices.hmiscu.panel import Panel
+from fieldrig_devices.hmiscu.plc.library import Instances, MakeBlock
+from fieldrig_devices.hmiscu.plc.mast import MastProgram
+from fieldrig_devices.hmiscu.settings import HmiscuSettings
+from fieldrig_devices.iec.compiler import Compiled, SourceFile, compile_project
+from fieldrig_devices.iec.dialect import DIALECTS
+from fieldrig_devices.iec.source_text import decoded
+from fieldrig_devices.iec.standalone import StandaloneHost
+from fieldrig_devices.iec.task_points import refused, task_points
+from fieldrig_devices.iec.tasks.task import Task
+from fieldrig_devices.iec.thread import Fault, call_hierarchy
+from fieldrig_devices.languages.mistakes import CompileError
+
+
+class PlcState(Enum):
+    STOP = "stop"
+    RUN = "run"
+    HALT = "halt"
+
+
+class Owner(Protocol):
+    """The controller, which has the blocks and the faces."""
+
+    def call_blocks(self) -> None:
+        """Call the blocks of a controller without a program, once in each cycle of MAST."""
+
+    def on_cycle(self) -> None:
+        """Called after the outputs have been written."""
+
+    def on_state(self, state: PlcState) -> None:
+        """Called when the state has changed."""
+
+    def restart_channels(self) -> None:
+        """Give the parameters of the channels their configured values, at a cold or warm start."""
+
+
+COMMANDS: Final = ("run", "stop", "reset warm", "reset cold")
+
+
+class Plc:
+    """The programs of one controller."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        settings: HmiscuSettings,
+        terminals: Terminals,
+        owner: Owner,
+        make: MakeBlock,
+        instances: Mapping[str, str],
+        panel: Panel,
+    ) -> None:
+        """`instances` are the types of the global variables of the channels.  ConfigError if a program is wrong."""
+        self._clock, self._settings, self._terminals, self._owner = clock, settings, terminals, owner
+        self._instances, self._names, self._panel = Instances(clock, make), instances, panel
+        self.host = StandaloneHost(clock)
+        self.host.inputs, self.host.outputs = terminals.inputs, terminals.outputs
+        self.host.libraries = (self._instances.library(instances), panel.library())
+        self.state = PlcState.STOP
+        self.problem = ""
+        """Why the controller is in HALT."""
+        self.on_stop: Callable[[Task], None] = lambda task: None
+        """Called when a task has reached a breakpoint or has been stopped by a fault."""
+        self._timer: Timer | None = None
+        self._due_ns = 0
+        self._cycles = 0
+        self.program = self._loaded() if settings.program else None
+
+    def _loaded(self) -> MastProgram:
+        settings = self._settings
+        files = [SourceFile(path.name, decoded(path.read_bytes())) for path in settings.program]
+        try:
+            compiled = self.compile(files)
+        except CompileError as wrong:
+            raise refused(wrong, {path.name: str(path) for path in settings.program}) from wrong
+        program = MastProgram(self._clock, compiled, self.host, self, settings.mast, self._read)
+        self._instances.names = {program.runtime.find(name).steps[0]: name for name in self._names}
+        return program
+
+    def compile(self, files: Sequence[SourceFile]) -> Compiled:
+        """Compile a program for this controller.  CompileError with every mistake."""
+        return compile_project(files, self.host, DIALECTS[self._settings.dialect])
+
+    # ---- commands
+
+    def command(self, value: Value) -> None:
+        """Carry out one of COMMANDS.  ValueError for anything else, and for `run` in HALT."""
+        match choice_in(value, COMMANDS):
+            case "run":
+                self.run()
+            case "stop":
+                self.stop()
+            case word:
+                self.reset(is_cold=word == "reset cold")
+
+    def run(self) -> None:
+        """Go to RUN.  ValueError in HALT."""
+        if self.state is PlcState.HALT:
+            raise ValueError(f"the controller is in HALT: {self.problem}\nexpected a reset first")
+        if self.state is PlcState.RUN:
+            return
+        self._enter(PlcState.RUN)
+        if self.program is not None:
+            self.program.scheduler.start()
+        else:
+            self._due_ns = self._clock.now_ns()
+            self._timer = self._clock.call_at(self._due_ns, self._on_mast)
+
+    def stop(self) -> None:
+        """Go to STOP, which stops all moves and switches the outputs off."""
+        if self.state is PlcState.RUN:
+            self._leave(PlcState.STOP)
+
+    def reset(self, *, is_cold: bool) -> None:
+        """End HALT, and go to STOP with start values; a warm reset keeps RETAIN variables."""
+        if self.state is PlcState.RUN:
+            self._leave(PlcState.STOP)
+        if self.program is not None:
+            self.program.scheduler.reset()
+            if is_cold:
+                self.program.cold()
+            else:
+                self.program.renew()
+        self.problem = ""
+        self._owner.restart_channels()
+        self._enter(PlcState.STOP)
+
+    def end(self) -> None:
+        """End at power-off."""
+        self.stop()
+        if self.program is not None:
+            self.program.scheduler.end()
+
+    def _leave(self, state: PlcState) -> None:
+        if self.program is not None:
+            self.program.scheduler.stop()
+        if self._timer is not None:
+            self._timer.cancel()
+        self._terminals.fall()
+        self._enter(state)
+
+    def _enter(self, state: PlcState) -> None:
+        if state is not self.state:
+            self.state = state
+            self._owner.on_state(state)
+
+    # ---- MAST without a program
+
+    def _on_mast(self) -> None:
+        cycle_ns, now_ns = self._settings.mast.cycle_ms * MS, self._clock.now_ns()
+        self._due_ns += max((now_ns - self._due_ns) // cycle_ns, 1) * cycle_ns
+        self._timer = self._clock.call_at(self._due_ns, self._on_mast)
+        self._read()
+        self._owner.call_blocks()
+        self._cycles += 1
+        self._write()
+
+    def _read(self) -> None:
+        self._terminals.take()
+        self._panel.take(self._terminals.inputs)
+
+    def _write(self) -> None:
+        if self.state is PlcState.RUN:
+            self._terminals.give()
+            self._panel.give()
+            self._owner.on_cycle()
+
+    # ---- for the loaded program (`loaded.Watcher`)
+
+    def on_transgression(self, task: Task, elapsed_ns: int, *, is_serious: bool) -> None:
+        limit = self._settings.mast.watchdog_ms
+        self._halt(task, f"the watchdog of {task.name} has expired: a cycle took {limit} ms of processor time")
+
+    def on_fault(self, task: Task, fault: Fault) -> None:
+        self._halt(task, "\n".join(call_hierarchy(fault)) + f"\n{fault.text}")
+
+    def _halt(self, task: Task, problem: str) -> None:
+        self.problem = problem
+        self._leave(PlcState.HALT)
+        self.on_stop(task)
+
+    def on_halt(self, task: Task) -> None:
+        self.on_stop(task)
+
+    def on_cycle(self, task: Task) -> None:
+        self._write()
+
+    # ---- points
+
+    def points(self) -> Iterator[tuple[str, Point]]:
+        yield "plc/state", Point(lambda: self.state.value, about="run, stop or halt")
+        yield "plc/command", Point(lambda: "", self.command, about=f"write {', '.join(COMMANDS)}")
+        yield "plc/problem", Point(lambda: self.problem, about="why the controller is in HALT")
+        if self.program is None:
+            yield "plc/task/MAST/cycles", Point(lambda: self._cycles)
+        else:
+            yield from task_points(self.program, lambda: self.program)

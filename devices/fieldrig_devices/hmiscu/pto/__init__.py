@@ -1,0 +1,1 @@
+"""PTO: the pulse train of channel 0, its profiles, its states and its errors."""

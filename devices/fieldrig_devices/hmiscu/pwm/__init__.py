@@ -1,0 +1,1 @@
+"""PWM: a square wave with a frequency and a duty cycle."""
