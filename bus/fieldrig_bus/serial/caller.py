@@ -19,8 +19,9 @@ from serial.serialutil import SerialException
 from fieldrig.clock import S
 from fieldrig.errors import BusError
 from fieldrig.this_process import on_signals
+from fieldrig_bus.ip.stream import Stream
+from fieldrig_bus.ip.tunnel import Tunnelled
 from fieldrig_bus.net import TcpServer
-from fieldrig_bus.tunnel import Stream, Tunnelled
 
 READ_S: Final = 0.1
 """Longest wait of a read, in seconds, after which the reading thread looks whether it should end."""

@@ -1,38 +1,16 @@
 """Sockets of this host that lead into a TCP/IP stack which is passive code: data, ends and back-pressure of both ways.
 
-The stack is known here only as `Stream`, one connection of it.  Each client of a local port has a stream of its own.
+Each client of a local port, and each connection to a listener, has a `Stream` of its own.
 """
 
 import asyncio
 import logging
 from collections.abc import Callable
-from typing import Any, Protocol
 
+from fieldrig_bus.ip.stream import Stream
 from fieldrig_bus.net import Connection, TcpServer
 
 log = logging.getLogger(__name__)
-
-
-class Stream(Protocol):
-    """A connection within a passive stack.  The handlers are set by its user."""
-
-    on_data: Callable[[bytes], None]
-    on_end: Callable[[], None]
-    on_close: Callable[[Any], None]
-    """Called once with the reason, when both directions have ended, or the connection was lost."""
-    on_room: Callable[[], None]
-
-    @property
-    def room(self) -> int: ...
-    @property
-    def is_complete(self) -> bool:
-        """True if both directions have ended in order."""
-
-    def send(self, data: bytes) -> None: ...
-    def end(self) -> None: ...
-    def abort(self) -> None: ...
-    def pause(self) -> None: ...
-    def resume(self) -> None: ...
 
 
 class Tunnelled(Connection):
