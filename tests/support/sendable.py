@@ -10,6 +10,7 @@ from typing import Any
 from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import BitRate, BusState, CanControl, CanError, CanState, ErrorKind, FaultNote
+from fieldrig_bus.ip.message import Closed, Consumed, Ended, Offered, Opened, Portion
 from fieldrig_bus.modbus.message import ClientConnected, LineState, ModbusRequest, ModbusResponse
 from fieldrig_bus.opcua.message import (
     Browse,
@@ -66,6 +67,12 @@ GOOD: dict[type, list[Any]] = {
     Listen: [Listen(1)],
     Listening: [Listening(1, 0), Listening(1, 65_535)],
     Unlisten: [Unlisten(1)],
+    Offered: [Offered(()), Offered((1, 65_535))],
+    Opened: [Opened("plc", 0, 80), Opened("\u00e4", 0xFFFF_FFFF, 65_535)],
+    Portion: [Portion("plc", 1, False, b"GET"), Portion("", 1, True, bytes(8192))],
+    Consumed: [Consumed("plc", 1, True, 65_536)],
+    Ended: [Ended("plc", 1, False)],
+    Closed: [Closed("plc", 1, True, "aborted")],
     Signal: [Signal("pump.run", True), Signal("tank.level", 1.5, "m"), Signal("", -(1 << 63)),
              Motion("encoder", 7, "count", -5, 1.5, 0.0)],
 }  # fmt: skip
@@ -114,6 +121,14 @@ BAD: dict[type, list[Any]] = {
         ModbusResponse(256, b"\x03"), ModbusResponse(1, b""), ModbusResponse(1, bytes(254)),
         ModbusResponse(1, _any(None)), ModbusResponse(1, b"\x03", _any("1")),
     ],
+    Offered: [Offered((0,)), Offered((65_536,)), Offered(_any([80])), Offered(_any(("80",))), Offered((80,) * 101)],
+    Opened: [Opened("plc", 1, 0), Opened("plc", -1, 80), Opened("p" * 256, 1, 80), Opened(_any(1), 1, 80),
+             Opened("plc", _any(True), 80), Opened("\ud800", 1, 80)],
+    Portion: [Portion("plc", 1, False, b""), Portion("plc", 1, False, bytes(8193)), Portion("plc", 1, _any(1), b"x"),
+              Portion("plc", 1, False, _any("x")), Portion("plc", 1 << 32, False, b"x")],
+    Consumed: [Consumed("plc", 1, False, 0), Consumed("plc", 1, False, 65_537), Consumed("plc", 1, _any(None), 5)],
+    Ended: [Ended("plc", 1, _any("no")), Ended(_any(None), 1, False)],
+    Closed: [Closed("plc", 1, False, "w" * 256), Closed("plc", 1, False, _any(b"why"))],
     ClientConnected: [ClientConnected("somewhere"), ClientConnected(""), ClientConnected(_any(2130706433))],
     ControlLines: [ControlLines(_any(1)), ControlLines(rts=_any(None)), ControlLines(dcd=_any("on"))],
     Format: [Format(0), Format(-9600), Format(1 << 32), Format(9600, _any(9)), Format(9600, 8, _any("X")),
