@@ -19,16 +19,18 @@ from fieldrig_bus.opcua.message import (
     Kind,
     Node,
     Nodes,
-    Offer,
     Outcome,
     Outcomes,
     Read,
     Status,
     Write,
 )  # fmt: skip
+from fieldrig_bus.opcua.message import Offer as OpcOffer
 from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst
 from fieldrig_bus.serial.message import Break, ControlLines, Format
 from fieldrig_bus.tcp.message import Close, Connected, Data, Ended, Listen, Listening, Taken, Unlisten
+from fieldrig_bus.telephone.message import Carrier, Dial, Heard, Hook, Offer, Ready, Ring, Tone
+from fieldrig_bus.telephone.modulation import Modulation, everything
 from fieldrig_bus.wires import Motion, Signal
 
 _any: Any = lambda value: value  # noqa: E731  what mypy would find at once is what is sent here
@@ -50,7 +52,7 @@ GOOD: dict[type, list[Any]] = {
     Mst: [Mst(0, b"\xff\x04")],
     Mdt: [Mdt(b""), Mdt(b"\xff\x01\x02")],
     bytes: [b"", b"\x05\x00\x00"],
-    Offer: [Offer("plc", "a controller", 0)],
+    OpcOffer: [OpcOffer("plc", "a controller", 0)],
     Browse: [Browse("plc", 1, ""), Browse("plc", 2, "PLC_PRG", 100)],
     Find: [Find("plc", 1, "PLC_PRG.n")],
     Read: [Read("plc", 1, ("a", "b")), Read("plc", 1, ())],
@@ -73,6 +75,11 @@ GOOD: dict[type, list[Any]] = {
     Consumed: [Consumed("plc", 1, True, 65_536)],
     Ended: [Ended("plc", 1, False)],
     Closed: [Closed("plc", 1, True, "aborted")],
+    Hook: [Hook(True), Hook(False)],
+    Dial: [Dial("0"), Dial("0*#ABCD" * 9)],
+    Offer: [Offer(()), Offer(everything(), 2, 9600), Offer((Modulation("V21", 300, 300),), 1)],
+    Carrier: [Carrier(0), Carrier(33_600, True, False)],
+    Ready: [Ready(True), Ready(False)],
     Signal: [Signal("pump.run", True), Signal("tank.level", 1.5, "m"), Signal("", -(1 << 63)),
              Motion("encoder", 7, "count", -5, 1.5, 0.0)],
 }  # fmt: skip
@@ -104,6 +111,8 @@ BAD: dict[type, list[Any]] = {
     Listening: [Listening(1, 65_536), Listening(1, -1)],
     Unlisten: [Unlisten(_any(True))],
     Offer: [Offer(_any(1), "", 0), Offer("plc", _any(None), 0), Offer("plc", "", _any("0")), Offer("p" * 2_000, "", 0)],
+    OpcOffer: [OpcOffer(_any(1), "", 0), OpcOffer("plc", _any(None), 0), OpcOffer("plc", "", _any("0")),
+               OpcOffer("p" * 2_000, "", 0)],
     Browse: [Browse("plc", _any("1"), ""), Browse("plc", 1, _any(None)), Browse("plc", 1, "", _any(1.5))],
     Find: [Find("plc", 1, _any(b"a")), Find("plc", 1, "a" * 2_000)],
     Read: [Read("plc", 1, _any((1,))), Read("plc", 1, ("x",) * 201), Read("plc", 1, _any("ab"))],
@@ -140,6 +149,16 @@ BAD: dict[type, list[Any]] = {
     Cycle: [Cycle(0, b"\xff\x04", b"")],
     Answers: [Answers(0, (), True)],
     bytes: [],
+    # The exchange's own words.
+    Ring: [Ring(True), Ring(False, "100")],
+    Heard: [Heard(Tone.DIAL)],
+    Hook: [Hook(_any(1)), Hook(_any(None))],
+    Dial: [Dial(""), Dial("1" * 65), Dial("0 1"), Dial("W"), Dial(_any(5)), Dial(_any(b"1"))],
+    Offer: [Offer(_any([])), Offer((_any("V34"),)), Offer((Modulation("V99", 0, 0),)), Offer(everything() * 2),
+            Offer((Modulation("V34", -1, 0),)), Offer((Modulation("V34", 0, 99_999),)), Offer((), 3), Offer((), 0, -1),
+            Offer((Modulation(_any(None), 0, 0),))],
+    Carrier: [Carrier(-1), Carrier(33_601), Carrier(_any("300")), Carrier(300, _any(1)), Carrier(300, True, _any(0))],
+    Ready: [Ready(_any(1)), Ready(_any("yes"))],
     Signal: [
         Signal("level", nan), Signal("level", inf), Signal("level", -inf), Signal("level", 1 << 64),
         Signal("level", -(1 << 63) - 1), Signal("level", _any("1")), Signal("level", _any(None)), Signal(_any(5), 1),
