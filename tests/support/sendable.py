@@ -28,7 +28,8 @@ from fieldrig_bus.opcua.message import (
 from fieldrig_bus.opcua.message import Offer as OpcOffer
 from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst
 from fieldrig_bus.serial.message import Break, ControlLines, Format
-from fieldrig_bus.tcp.message import Close, Connected, Data, Ended, Listen, Listening, Taken, Unlisten
+from fieldrig_bus.tcp.message import Close, Connected, Data, Listen, Listening, Taken, Unlisten
+from fieldrig_bus.tcp.message import Ended as TcpEnded
 from fieldrig_bus.telephone.message import Carrier, Dial, Heard, Hook, Offer, Ready, Ring, Tone
 from fieldrig_bus.telephone.modulation import Modulation, everything
 from fieldrig_bus.wires import Motion, Signal
@@ -61,14 +62,6 @@ GOOD: dict[type, list[Any]] = {
     Nodes: [Nodes(1, (Node("a", "", "a", Kind.VARIABLE, "INT", 3, True, choices=(("red", 0),)),), False),
             Nodes(1, (Node("b", "", "b", low=0, high=10),))],
     Outcomes: [Outcomes(1, (Outcome(Status.GOOD, 1.5), Outcome(Status.REFUSED, None, "why")))],
-    Connected: [Connected(1, "http", "127.0.0.1", "127.0.0.1"), Connected(2, "", "::1", "::1", 1)],
-    Data: [Data(1, b"GET"), Data(0xFFFF_FFFF, bytes(16_384))],
-    Taken: [Taken(1, 1)],
-    Ended: [Ended(1), Ended(1, True)],
-    Close: [Close(1)],
-    Listen: [Listen(1)],
-    Listening: [Listening(1, 0), Listening(1, 65_535)],
-    Unlisten: [Unlisten(1)],
     Offered: [Offered(()), Offered((1, 65_535))],
     Opened: [Opened("plc", 0, 80), Opened("\u00e4", 0xFFFF_FFFF, 65_535)],
     Portion: [Portion("plc", 1, False, b"GET"), Portion("", 1, True, bytes(8192))],
@@ -80,6 +73,14 @@ GOOD: dict[type, list[Any]] = {
     Offer: [Offer(()), Offer(everything(), 2, 9600), Offer((Modulation("V21", 300, 300),), 1)],
     Carrier: [Carrier(0), Carrier(33_600, True, False)],
     Ready: [Ready(True), Ready(False)],
+    Connected: [Connected(1, "http", "127.0.0.1", "127.0.0.1"), Connected(2, "", "::1", "::1", 1)],
+    Data: [Data(1, b"GET"), Data(0xFFFF_FFFF, bytes(16_384))],
+    Taken: [Taken(1, 1)],
+    TcpEnded: [TcpEnded(1), TcpEnded(1, True)],
+    Close: [Close(1)],
+    Listen: [Listen(1)],
+    Listening: [Listening(1, 0), Listening(1, 65_535)],
+    Unlisten: [Unlisten(1)],
     Signal: [Signal("pump.run", True), Signal("tank.level", 1.5, "m"), Signal("", -(1 << 63)),
              Motion("encoder", 7, "count", -5, 1.5, 0.0)],
 }  # fmt: skip
@@ -105,12 +106,11 @@ BAD: dict[type, list[Any]] = {
                 Connected(1, _any(b"http"), "127.0.0.1", "127.0.0.1"), Connected(1, "", "::1", "::1", -1)],
     Data: [Data(1, b""), Data(1, bytes(16_385)), Data(_any("1"), b"x"), Data(1, _any("x")), Data(1 << 32, b"x")],
     Taken: [Taken(1, 0), Taken(1, _any(1.0))],
-    Ended: [Ended(0), Ended(1, _any(1))],
+    TcpEnded: [TcpEnded(0), TcpEnded(1, _any(1))],
     Close: [Close(_any(None))],
     Listen: [Listen(-1)],
     Listening: [Listening(1, 65_536), Listening(1, -1)],
     Unlisten: [Unlisten(_any(True))],
-    Offer: [Offer(_any(1), "", 0), Offer("plc", _any(None), 0), Offer("plc", "", _any("0")), Offer("p" * 2_000, "", 0)],
     OpcOffer: [OpcOffer(_any(1), "", 0), OpcOffer("plc", _any(None), 0), OpcOffer("plc", "", _any("0")),
                OpcOffer("p" * 2_000, "", 0)],
     Browse: [Browse("plc", _any("1"), ""), Browse("plc", 1, _any(None)), Browse("plc", 1, "", _any(1.5))],
