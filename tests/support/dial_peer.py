@@ -21,7 +21,7 @@ SERVED = PppSettings(
     local_address=IPv4Address("190.200.100.100"),
     peer_address=IPv4Address("190.200.100.101"),
 )
-PAGE = bytes(place * 3 & 0xFF for place in range(50_000))
+PAGE = b"HTTP/1.0 200 OK\r\nContent-Type: text/plain\r\nContent-Length: 50000\r\n\r\n" + b"0123456789" * 5000
 
 
 class FarEnd:
