@@ -11,7 +11,7 @@ from ctypes.util import find_library
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.driver import docker_daemon, uml, vcan
+from tests.driver import docker_daemon, ppp, uml, vcan
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +51,7 @@ NPM = Need(
 )
 UML = Need("user-mode Linux", ("user-mode-linux", "kmod", "iproute2"), uml.is_there)
 VCAN = Need("a kernel with vcan", UML.packages, lambda: vcan.is_there() or uml.is_there())
+PPPD = Need("pppd", ("ppp",), ppp.pppd_is_there)
 DOCKER = Need("Docker with Compose", ("docker.io", "docker-compose", "debootstrap"), docker_daemon.can_be_reached)
 
 

@@ -12,12 +12,13 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.driver import docker_daemon, needs, vcan
+from tests.driver import docker_daemon, needs, ppp, vcan
 from tests.driver.needs import Need
 
 REPORTS = Path("build") / "tests"
 NODE = Path("tests") / "real" / "node"
 VCAN_LIMIT_S = 600
+PPP_LIMIT_S = 900
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,10 +100,17 @@ WHOLE = (
         around=node_packages,
         report=report_of("vcan"),
     ),
+    Stage(
+        "ppp",
+        "pppd at the other end of our links",
+        lambda: ppp.command(pytest_command("ppp", "ppp", "tests/real"), REPORTS, PPP_LIMIT_S),
+        needs=(needs.UML, needs.PPPD),
+        report=report_of("ppp"),
+    ),
     pytest_stage(
         "real",
         "foreign peers on sockets and ptys",
-        "real and not vcan",
+        "real and not vcan and not ppp",
         wants=(needs.CAN_UTILS, needs.MBPOLL, needs.SOCAT, needs.TSHARK, needs.GTKWAVE, needs.SIGROK, needs.LIBMODBUS),
     ),
     pytest_stage("system", "processes, sockets, ptys", "system and not real and not docker", wants=(needs.UML,)),

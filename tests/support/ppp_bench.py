@@ -48,7 +48,18 @@ def content_of(frame: bytes) -> bytes:
     return b"\x00" + content if content[0] & 1 else content
 
 
+LCP_REQUEST = "0206 00000000 0304 c023 0506 22222222 0702 0802"
+"""The controller's first options: asyncmap 0, PAP, a magic number, both compressions of the header."""
+PAP_LOGIN = "c023 01 01 000f 03 6c6162 06 67656865696d"
+
+
+def asked(options: str, identifier: int = 7) -> str:
+    """Return a Configure-Request of the peer with these options in hex."""
+    return f"c02101{identifier:02x}{4 + len(bytes.fromhex(options)):04x}" + options
+
+
 def spaced(text: str) -> str:
+    """Return hex with spaces as it is without."""
     return bytes.fromhex(text).hex()
 
 
@@ -74,6 +85,9 @@ class PppBench:
     def up(self) -> "PppBench":
         self.link.up(self.now_ns)
         return self
+
+    def phase(self) -> Phase:
+        return self.link.phase
 
     def take(self) -> list[str]:
         """Return what was sent since the last call, as protocol and payload in hex."""
@@ -119,9 +133,6 @@ class PppBench:
         self.hear("8021 02 01 000a 0306 bec86464", "8021 01 01 000a 0306 bec86465")
         assert self.link.phase is Phase.RUNNING
         return self
-
-
-PAP_LOGIN = "c023 01 01 000f 03 6c6162 06 67656865696d"
 
 
 class Line:

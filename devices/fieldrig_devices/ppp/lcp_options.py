@@ -43,7 +43,10 @@ class LcpOptions:
         self._loops = 0
         self.refusal: End | None = None
         """The reason why no agreement is possible."""
-        self.begin()
+        self.magic = 0
+        self._wanted: set[int] = set()
+        self._accm, self._mru = 0, settings.mru
+        self.agree([])
 
     def begin(self) -> None:
         self.magic = self._nonzero_magic()
@@ -52,8 +55,7 @@ class LcpOptions:
             self._wanted.add(Kind.MRU)
         if self._settings.demanded is not None:
             self._wanted.add(Kind.AUTHENTICATION)
-        self._accm = 0  # a line with hardware handshake needs no character for itself
-        self._mru = self._settings.mru
+        self._accm, self._mru = 0, self._settings.mru  # a hardware handshake needs no characters
         self.agree([])
 
     # Of this end.

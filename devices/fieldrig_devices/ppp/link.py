@@ -12,7 +12,7 @@ from ipaddress import IPv4Address
 
 from fieldrig_devices.ppp.call import Call
 from fieldrig_devices.ppp.framing import FrameCounts
-from fieldrig_devices.ppp.pap import LoginGuard
+from fieldrig_devices.ppp.pap import ALARM_AFTER, LoginGuard
 from fieldrig_devices.ppp.phases import End, Phase
 from fieldrig_devices.ppp.settings import Login, PppSettings
 
@@ -27,18 +27,24 @@ class LoginAttempt:
     failures: int
     """Failed attempts in a row, this one included, across all calls; 0 if it was accepted."""
 
+    @property
+    def is_alarm(self) -> bool:
+        """True from the third failure in a row on, from which on answers are delayed by 10 s."""
+        return self.failures >= ALARM_AFTER
+
 
 class PppLink:
     """One end of a link, for one call after another.
 
     `up` begins when the line has a carrier, and `down` when it is lost.  After every call of a method, `next_ns`
     may have changed; `advance` must be called at that instant.  The callbacks are called within these methods, and may
-    call them in their turn:
+    call all of them but `receive`:
 
     - `transmit(data)`: bytes for the line, whole frames; this one must not call the link
     - `on_ip(packet)`: an IPv4 packet from the peer
-    - `on_phase(phase)`: the phase has changed.  With `Phase.DEAD` the line should be hung up; `ended_by` has the reason
-    - `on_login(attempt)`: the peer tried to log in; from the third failure in a row on, answers are delayed by 10 s
+    - `on_phase(phase)`: the phase has changed.  After `Phase.DEAD` the line should be hung up, once the last frame has
+      passed; `ended_by` has the reason
+    - `on_login(attempt)`: the peer tried to log in
 
     `new_magic` returns any 32-bit number, each time another: `lambda: random.getrandbits(32)`.
     """

@@ -133,7 +133,7 @@ class Negotiation:
         self.automaton.handle(event, packet, Packet(code, packet.identifier, encode_options(options)))
 
     def _on_ack(self, packet: Packet) -> None:
-        if self._is_answer(packet) and packet.data == self._asked:
+        if packet.data == self._asked and self._is_answer(packet):
             self.automaton.handle(Event.ACK, packet)
 
     def _on_nak(self, packet: Packet) -> None:
