@@ -21,7 +21,7 @@ SERVED = PppSettings(
     local_address=IPv4Address("190.200.100.100"),
     peer_address=IPv4Address("190.200.100.101"),
 )
-PAGE = bytes(place * 3 & 0xFF for place in range(50_000))
+PAGE = b"HTTP/1.0 200 OK\r\nContent-Type: text/plain\r\nContent-Length: 50000\r\n\r\n" + b"0123456789" * 5000
 
 
 class FarEnd:
@@ -109,7 +109,9 @@ def serve_echo(connection: Connection) -> None:
 class PtyPeer:
     """The far end at a pty, in a thread and in real time."""
 
-    def __init__(self) -> None:
+    def __init__(self, has_modem: bool = True) -> None:
+        """Without a modem, PPP begins at once."""
+        self._has_modem = has_modem
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)
         self.path = os.ttyname(self._slave)
@@ -133,6 +135,9 @@ class PtyPeer:
         self._hangs_up.set()
 
     def _work(self) -> None:
+        if not self._has_modem:
+            self.end.is_online = True
+            self.end.ppp.up(time.monotonic_ns())
         while self._is_wanted:
             due_ns = self.end.next_ns()
             wait_s = 0.02 if due_ns is None else min(max(due_ns - time.monotonic_ns(), 0) / S, 0.02)

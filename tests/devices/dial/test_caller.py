@@ -1,56 +1,16 @@
 """The caller of `fieldrig dial` in virtual time, opposite a modem and a controller by hand."""
 
-from collections import deque
-from collections.abc import Callable
-
 import pytest
-from dial_peer import PAGE, FarEnd
+from dial_bench import LOGIN, Bench
+from dial_peer import PAGE
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fieldrig.clock import S
-from fieldrig_devices.dial.caller import Caller, Plan
+from fieldrig_devices.dial.caller import Plan
 from fieldrig_devices.dial.chat import DEFAULT_INIT, FAILURES, NO_CONNECTION, NO_MODEM
 from fieldrig_devices.ip.tcp.connection import Ending
 from fieldrig_devices.ppp.settings import Login
-
-LOGIN = Login.of("service", "secret")
-PLAN = Plan("4711", login=LOGIN)
-
-
-class Bench:
-    def __init__(self, plan: Plan = PLAN, answers: dict[bytes, bytes] | None = None) -> None:
-        self.now_ns = 0
-        self.said: list[str] = []
-        self._flying: deque[tuple[Callable[[int, bytes], None], bytes]] = deque()
-        self.far = FarEnd(lambda data: self._flying.append((self.caller.receive, data)), answers)
-        magic = iter(range(1, 1000))
-        self.caller = Caller(
-            plan,
-            lambda: next(magic),
-            lambda data: self._flying.append((self.far.receive, data)),
-            self.said.append,
-        )
-        self.caller.start(0)
-
-    def run(self, seconds: float, until: Callable[[], bool] = lambda: False) -> None:
-        """Let time pass, at most until the condition is true."""
-        end_ns = self.now_ns + round(seconds * S)
-        while not until():
-            while self._flying:
-                receive, data = self._flying.popleft()
-                receive(self.now_ns, data)
-            due = [due for part in (self.caller, self.far) if (due := part.next_ns()) is not None]
-            if not due or min(due) > end_ns:
-                self.now_ns = end_ns
-                return
-            self.now_ns = max(min(due), self.now_ns)
-            self.caller.advance(self.now_ns)
-            self.far.advance(self.now_ns)
-
-    def failure(self) -> str:
-        assert self.caller.failure is not None
-        return self.caller.failure.what
 
 
 def test_a_call_from_the_first_command_to_the_last() -> None:
