@@ -27,6 +27,8 @@ from fieldrig_bus.can.faults import CanFault
 from fieldrig_bus.can.member import Controller
 from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.ring.sercos.faults import RingFault
+from fieldrig_bus.telephone.exchange import IncomingSettings, OutgoingSettings
+from fieldrig_bus.telephone.faults import TelephoneFault
 from fieldrig_devices.arp.can.exchange import ExchangeSettings, Received, Sent
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs
@@ -56,6 +58,7 @@ from fieldrig_devices.mc4.settings import (
     VersionSettings,
 )
 from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
+from fieldrig_devices.modem.faults import ModemFault
 from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings
 from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
 from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_table
@@ -71,6 +74,9 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a controller": {"controller": Controller},
     "Keys of a fault": faults.models_of(CanFault),
     "Keys of a ring fault": faults.models_of(RingFault),
+    "Keys of a telephone fault": faults.models_of(TelephoneFault),
+    "Keys of a modem fault": faults.models_of(ModemFault),
+    "Keys of calls over TCP": {"incoming": IncomingSettings, "outgoing": OutgoingSettings},
     "Keys of an encoder fault": faults.models_of(EncoderFault),
     "Keys of a name plate": {"plate": NamePlate},
     "Keys of a controller fault": faults.models_of(Max4Fault),

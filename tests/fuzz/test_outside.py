@@ -251,6 +251,11 @@ PORTS: dict[str, tuple[str, dict[str, Any], list[bytes]]] = {
          b"\xff\xfa\x2c\x03\x01\xff\xf0", b"\xff\xfa\x2c\x04\x01\xff\xf0", b"\xff\xfa\x2c\x05\x08\xff\xf0", b"data\xff\xff",
          b"\xff\xfa\x2c\x0a\xff\xff\xff\xf0", b"\xff\xfd\x03", b"\xff\xfa\x2c\x0c\x03\xff\xf0", b"\xff\xf3"],
     ),
+    "telephone": ("telephone.exchange", {"incoming": [{"listen": "ADDRESS", "number": "1"}]}, [b"hello", bytes(range(256))]),
+    "telephone, Telnet": (
+        "telephone.exchange", {"incoming": [{"listen": "ADDRESS", "number": "1", "telnet": True}]},
+        [b"hello", b"\xff\xfd\x00", b"\xff\xfb\x01", b"data\xff\xff", b"\xff\xfa\x18\x00\xff\xf0"],
+    ),
 }  # fmt: skip
 A_CONNECTION = 25
 """Inputs on one connection."""

@@ -66,8 +66,8 @@ class Modem(Device):
         telephone: Link[TelephoneMessage],
     ) -> None:
         self._store = store
-        self._serial = SerialPlug(line, lambda message: self._engine.on_serial(message))
-        self._telephone = TelephonePlug(telephone, lambda message: self._engine.on_network(message))
+        self._serial = SerialPlug(line)
+        self._telephone = TelephonePlug(telephone)
         build = Build(
             settings.baud,
             settings.highest_bps,
@@ -77,6 +77,8 @@ class Modem(Device):
         )
         memory = restore(store, Memory.decode).content or Memory()
         self._engine = Engine(clock, build, memory, self._save, self._serial, self._telephone)
+        self._serial.on_receive(self._engine.on_serial)
+        self._telephone.on_receive(self._engine.on_network)
         self.injected = InjectedFaults(clock, MODELS, Faults(Fault, random), on_change=self._on_faults)
         self._is_started = False
 

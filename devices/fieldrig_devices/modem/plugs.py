@@ -13,12 +13,13 @@ ALL_OFF: Final = ControlLines(dtr=False, rts=False, ri=False, dcd=False)
 class SerialPlug:
     """The plug of the serial line.  Pulled out, each end sees all lines of the other one off."""
 
-    def __init__(self, link: Link[SerialMessage], on_message: Callable[[SerialMessage], None]) -> None:
-        self._link, self._on_message = link, on_message
+    def __init__(self, link: Link[SerialMessage]) -> None:
+        self._link = link
+        self._on_message: Callable[[SerialMessage], None] = lambda _message: None
         self._is_in = True
         self._lines, self._their_lines = ALL_OFF, ControlLines()
-        self._form, self._their_form = Format(), Format()
-        link.on_receive(self._receive, ("data", "lines", "format"))
+        self._form = Format()
+        self._their_form: Format | None = None
 
     def send(self, message: SerialMessage) -> None:
         if isinstance(message, ControlLines):
@@ -29,7 +30,8 @@ class SerialPlug:
             self._link.send(message)
 
     def on_receive(self, handler: Callable[[SerialMessage], None], interest: object = None) -> None:
-        """Do nothing, as the handler is given to the constructor."""
+        self._on_message = handler
+        self._link.on_receive(self._receive, ("data", "lines", "format"))
 
     def put(self, is_in: bool) -> None:
         if is_in is self._is_in:
@@ -38,7 +40,8 @@ class SerialPlug:
         self._link.send(self._lines if is_in else ALL_OFF)
         if is_in:
             self._link.send(self._form)
-            self._on_message(self._their_form)
+            if self._their_form is not None:
+                self._on_message(self._their_form)
         self._on_message(self._their_lines if is_in else ALL_OFF)
 
     def _receive(self, message: SerialMessage) -> None:
@@ -53,10 +56,10 @@ class SerialPlug:
 class TelephonePlug:
     """The plug of the telephone line.  Pulled out, the exchange sees the line free and the modem hears nothing."""
 
-    def __init__(self, link: Link[TelephoneMessage], on_message: Callable[[TelephoneMessage], None]) -> None:
-        self._link, self._on_message = link, on_message
+    def __init__(self, link: Link[TelephoneMessage]) -> None:
+        self._link = link
+        self._on_message: Callable[[TelephoneMessage], None] = lambda _message: None
         self._is_in, self._is_off_hook = True, False
-        link.on_receive(self._receive)
 
     def send(self, message: TelephoneMessage) -> None:
         if isinstance(message, Hook):
@@ -65,7 +68,8 @@ class TelephonePlug:
             self._link.send(message)
 
     def on_receive(self, handler: Callable[[TelephoneMessage], None], interest: object = None) -> None:
-        """Do nothing, as the handler is given to the constructor."""
+        self._on_message = handler
+        self._link.on_receive(self._receive)
 
     def put(self, is_in: bool) -> None:
         if is_in is self._is_in:
