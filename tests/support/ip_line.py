@@ -27,6 +27,8 @@ class Quality:
     delay_ns: int = 5 * MS
     jitter_ns: int = 0
     """Packets overtake each other within this time."""
+    bytes_per_s: int = 0
+    """Speed of the line in each direction, with an unlimited queue before it; 0 takes no time."""
 
 
 class Line:
@@ -41,6 +43,7 @@ class Line:
         """Called with each packet; it is lost if this returns True."""
         self._random = Random(seed)
         self._flying: list[tuple[int, int, Stack, bytes]] = []
+        self._free_ns = {CALLER: 0, CONTROLLER: 0}
         self.caller = self._host(CALLER, mtu, window)
         self.controller = self._host(CONTROLLER, mtu, window)
 
@@ -55,10 +58,13 @@ class Line:
         if random.random() < quality.damaged:
             place = random.randrange(len(packet))
             packet = packet[:place] + bytes([packet[place] ^ random.randrange(1, 256)]) + packet[place + 1 :]
+        begin_ns = max(self._free_ns[sender], self.now_ns)
+        end_ns = begin_ns + (len(packet) * S // quality.bytes_per_s if quality.bytes_per_s else 0)
+        self._free_ns[sender] = end_ns
         receiver = self.controller if sender == CALLER else self.caller
         for _ in range(1 + (random.random() < quality.doubled)):
             late_ns = quality.delay_ns + random.randint(0, quality.jitter_ns)
-            heapq.heappush(self._flying, (self.now_ns + late_ns, len(self.packets), receiver, packet))
+            heapq.heappush(self._flying, (end_ns + late_ns, len(self.packets), receiver, packet))
 
     def next_ns(self) -> int | None:
         due = [self.caller.next_ns(), self.controller.next_ns(), self._flying[0][0] if self._flying else None]

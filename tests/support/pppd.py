@@ -3,7 +3,7 @@
 import os
 import pty
 import random
-import selectors
+import select
 import socket
 import struct
 import subprocess
@@ -68,8 +68,7 @@ class PppdLink:
         self.link.up(time.monotonic_ns())
         self.exit_code: Callable[[], int | None] = lambda: None
         self.terminate: Callable[[], None] = lambda: None
-        self._selector = selectors.DefaultSelector()
-        self._selector.register(master, selectors.EVENT_READ)
+        self._is_line_there = True
 
     def output(self) -> str:
         """Return what pppd has written, with its packets in words."""
@@ -82,7 +81,7 @@ class PppdLink:
             now_ns = time.monotonic_ns()
             assert now_ns < end_ns, f"{self.link.phase}, {self.link.ended_by}\n{self.output()}"
             self.link.advance(now_ns)
-            for _ in self._selector.select(0.05):
+            if select.select([self._master] if self._is_line_there else [], [], [], 0.05)[0]:
                 self._read()
 
     def run_until_end(self) -> int:
@@ -105,7 +104,7 @@ class PppdLink:
             self._let_go_of_slave()
             self.link.receive(time.monotonic_ns(), data)
         else:
-            self._selector.unregister(self._master)
+            self._is_line_there = False
             self.link.down(time.monotonic_ns())
 
     def _let_go_of_slave(self) -> None:
@@ -114,10 +113,12 @@ class PppdLink:
             os.close(self._slave)
             self._slave = -1
 
-    def close(self) -> None:
-        self._let_go_of_slave()
-        self._selector.close()
-        os.close(self._master)
+    def hang_up(self) -> None:
+        """End the line, as a modem does when its terminal is no longer ready."""
+        if self._master >= 0:
+            self._let_go_of_slave()
+            os.close(self._master)
+            self._master, self._is_line_there = -1, False
 
     def _write(self, data: bytes) -> None:
         while data:
@@ -147,7 +148,7 @@ def pppd_on_pty(settings: PppSettings, folder: Path, *options: str) -> Iterator[
         try:
             yield line
         finally:
-            line.close()
+            line.hang_up()
             process.kill()
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import BitRate, BusState, CanControl, CanError, CanState, ErrorKind, FaultNote
+from fieldrig_bus.ip.message import Closed, Consumed, Ended, Offered, Opened, Portion
 from fieldrig_bus.modbus.message import ClientConnected, LineState, ModbusRequest, ModbusResponse
 from fieldrig_bus.opcua.message import (
     Browse,
@@ -30,6 +31,8 @@ from fieldrig_bus.serial.message import Break, ControlLines, Format
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm
 from fieldrig_bus.tcp.message import Close, Connected, Data, Ended, Listen, Listening, Taken, Unlisten
+from fieldrig_bus.tcp.message import Close, Connected, Data, Listen, Listening, Taken, Unlisten
+from fieldrig_bus.tcp.message import Ended as TcpEnded
 from fieldrig_bus.telephone.message import Carrier, Dial, Heard, Hook, Offer, Ready, Ring, Tone
 from fieldrig_bus.telephone.modulation import Modulation, everything
 from fieldrig_bus.wires import Motion, Signal
@@ -62,6 +65,12 @@ GOOD: dict[type, list[Any]] = {
     Nodes: [Nodes(1, (Node("a", "", "a", Kind.VARIABLE, "INT", 3, True, choices=(("red", 0),)),), False),
             Nodes(1, (Node("b", "", "b", low=0, high=10),))],
     Outcomes: [Outcomes(1, (Outcome(Status.GOOD, 1.5), Outcome(Status.REFUSED, None, "why")))],
+    Offered: [Offered(()), Offered((1, 65_535))],
+    Opened: [Opened("plc", 0, 80), Opened("\u00e4", 0xFFFF_FFFF, 65_535)],
+    Portion: [Portion("plc", 1, False, b"GET"), Portion("", 1, True, bytes(8192))],
+    Consumed: [Consumed("plc", 1, True, 65_536)],
+    Ended: [Ended("plc", 1, False)],
+    Closed: [Closed("plc", 1, True, "aborted")],
     Hook: [Hook(True), Hook(False)],
     Dial: [Dial("0"), Dial("0*#ABCD" * 9)],
     Offer: [Offer(()), Offer(everything(), 2, 9600), Offer((Modulation("V21", 300, 300),), 1)],
@@ -71,6 +80,7 @@ GOOD: dict[type, list[Any]] = {
     Data: [Data(1, b"GET"), Data(0xFFFF_FFFF, bytes(16_384))],
     Taken: [Taken(1, 1)],
     Ended: [Ended(1), Ended(1, True)],
+    TcpEnded: [TcpEnded(1), TcpEnded(1, True)],
     Close: [Close(1)],
     Listen: [Listen(1)],
     Listening: [Listening(1, 0), Listening(1, 65_535)],
@@ -103,11 +113,13 @@ BAD: dict[type, list[Any]] = {
                 Connected(1, _any(b"http"), "127.0.0.1", "127.0.0.1"), Connected(1, "", "::1", "::1", -1)],
     Data: [Data(1, b""), Data(1, bytes(16_385)), Data(_any("1"), b"x"), Data(1, _any("x")), Data(1 << 32, b"x")],
     Taken: [Taken(1, 0), Taken(1, _any(1.0))],
-    Ended: [Ended(0), Ended(1, _any(1))],
+    TcpEnded: [TcpEnded(0), TcpEnded(1, _any(1))],
     Close: [Close(_any(None))],
     Listen: [Listen(-1)],
     Listening: [Listening(1, 65_536), Listening(1, -1)],
     Unlisten: [Unlisten(_any(True))],
+    OpcOffer: [OpcOffer(_any(1), "", 0), OpcOffer("plc", _any(None), 0), OpcOffer("plc", "", _any("0")),
+               OpcOffer("p" * 2_000, "", 0)],
     Browse: [Browse("plc", _any("1"), ""), Browse("plc", 1, _any(None)), Browse("plc", 1, "", _any(1.5))],
     Find: [Find("plc", 1, _any(b"a")), Find("plc", 1, "a" * 2_000)],
     Read: [Read("plc", 1, _any((1,))), Read("plc", 1, ("x",) * 201), Read("plc", 1, _any("ab"))],
@@ -125,6 +137,14 @@ BAD: dict[type, list[Any]] = {
         ModbusResponse(256, b"\x03"), ModbusResponse(1, b""), ModbusResponse(1, bytes(254)),
         ModbusResponse(1, _any(None)), ModbusResponse(1, b"\x03", _any("1")),
     ],
+    Offered: [Offered((0,)), Offered((65_536,)), Offered(_any([80])), Offered(_any(("80",))), Offered((80,) * 101)],
+    Opened: [Opened("plc", 1, 0), Opened("plc", -1, 80), Opened("p" * 256, 1, 80), Opened(_any(1), 1, 80),
+             Opened("plc", _any(True), 80), Opened("\ud800", 1, 80)],
+    Portion: [Portion("plc", 1, False, b""), Portion("plc", 1, False, bytes(8193)), Portion("plc", 1, _any(1), b"x"),
+              Portion("plc", 1, False, _any("x")), Portion("plc", 1 << 32, False, b"x")],
+    Consumed: [Consumed("plc", 1, False, 0), Consumed("plc", 1, False, 65_537), Consumed("plc", 1, _any(None), 5)],
+    Ended: [Ended("plc", 1, _any("no")), Ended(_any(None), 1, False)],
+    Closed: [Closed("plc", 1, False, "w" * 256), Closed("plc", 1, False, _any(b"why"))],
     ClientConnected: [ClientConnected("somewhere"), ClientConnected(""), ClientConnected(_any(2130706433))],
     ControlLines: [ControlLines(_any(1)), ControlLines(rts=_any(None)), ControlLines(dcd=_any("on"))],
     Format: [Format(0), Format(-9600), Format(1 << 32), Format(9600, _any(9)), Format(9600, 8, _any("X")),

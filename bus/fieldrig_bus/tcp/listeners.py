@@ -69,18 +69,18 @@ class TcpPort(Port):
 
     # ---- for the connections
 
-    def arrived(self, client: "_Client", service: str, origin: int) -> int:
-        """Take a connection, and return its number; 0 if there are too many."""
+    def arrived(self, client: "_Client", service: str, origin: int) -> None:
+        """Take a connection and give it its number, unless there are too many."""
         if len(self._connections) >= self._most:
             log.debug("%s refused: %d connections", client.peer, self._most)
-            return 0
+            return
         origin_client = self._connections.get(origin)
         if origin and (origin_client is None or origin_client.peer != client.peer):
-            return 0  # an extra port is for its client only
+            return  # an extra port is for its client only
         self._numbers += 1
-        self._connections[self._numbers] = client
-        self.send(Connected(self._numbers, service, client.peer, client.local, origin))
-        return self._numbers
+        client.number = self._numbers  # before the message, to which the device may answer at once
+        self._connections[client.number] = client
+        self.send(Connected(client.number, service, client.peer, client.local, origin))
 
     def left(self, number: int) -> None:
         if self._connections.pop(number, None) is not None:
@@ -145,6 +145,7 @@ class _Client(Connection):
         super().__init__(server)
         self._port, self._service, self._origin = port, service, origin
         self.number = 0
+        """The number of the connection; 0 before it has one, and if it was refused."""
         self.peer = self.local = "0.0.0.0"
         self._untold = 0  # bytes written whose `Taken` waits until the client reads
         self._has_ended = False
@@ -155,7 +156,7 @@ class _Client(Connection):
         peer, local = transport.get_extra_info("peername"), transport.get_extra_info("sockname")
         if peer is not None and local is not None:  # None: the connection is closed already
             self.peer, self.local = _plain(peer[0]), _plain(local[0])
-            self.number = self._port.arrived(self, self._service, self._origin)
+            self._port.arrived(self, self._service, self._origin)
         if not self.number:
             self.transport.abort()
 

@@ -18,21 +18,20 @@ from fieldrig.link import Link, patience_of
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
+from fieldrig_bus.ip.message import RelayMessage
 from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_bus.opcua.message import OpcUaMessage
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.tcp.message import TcpMessage
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.connections.face import TcpFace
-from fieldrig_devices.ftp.login import LoginGuard
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.max4.acknowledgement import Acknowledgement
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.boot import Boot
-from fieldrig_devices.max4.com1.dial_in import DialIn
+from fieldrig_devices.max4.com1.parameters import Com1Parameters
 from fieldrig_devices.max4.com1.port import Com1
 from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE
 from fieldrig_devices.max4.configuration.tree import ObjectTree
@@ -42,6 +41,7 @@ from fieldrig_devices.max4.field_buses import FieldBuses
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS, MAX4, Diagnosis, Sender
 from fieldrig_devices.max4.messages.logger import Logger
+from fieldrig_devices.max4.network import Network
 from fieldrig_devices.max4.opcua import OpcUaNodes
 from fieldrig_devices.max4.operations import Operations
 from fieldrig_devices.max4.pages.site import default_pages
@@ -51,7 +51,6 @@ from fieldrig_devices.max4.points import points
 from fieldrig_devices.max4.project import Project
 from fieldrig_devices.max4.reports import Reports
 from fieldrig_devices.max4.ring.real_time_bus import RealTimeBus, State
-from fieldrig_devices.max4.services import at_own_ports, services_of
 from fieldrig_devices.max4.settings import Max4Settings
 from fieldrig_devices.max4.storage.disk import FlashDisk
 from fieldrig_devices.max4.storage.memory import Memory
@@ -79,6 +78,7 @@ class Max4(Device):
         opcua: Link[OpcUaMessage] | None = None,
         com1: Link[SerialMessage] | None = None,
         tcp: Link[TcpMessage] | None = None,
+        relay: Link[RelayMessage] | None = None,
     ) -> None:
         """Build it off; `random` is the `random.Random` of this device.
 
@@ -110,21 +110,14 @@ class Max4(Device):
         self._was_lost = False
         self._off_days = 0.0
         self._err_shown = False
-        ftp = settings.ftp
-        login = None if ftp is None else LoginGuard(ftp.user_name, ftp.password, self.login_refused)
-        services = services_of(clock, self, self.disk, settings.load.tcp_us, login)
-        self.dial_in = DialIn(clock, random, self, at_own_ports(services), lambda: self.system.com1)
-        self.com1 = Com1(clock, com1, self.dial_in.answer, settings.com1.baud)
+        self._network = Network(clock, random, self, self.disk, settings, com1, tcp, relay)
         self.system = System(clock, settings, settings.configuration, settings.parameters, wires, self)
         if self.system.unknown:
             raise ValueError("parameters: " + "; ".join(self.system.unknown))
         self.bus: RealTimeBus | None = None
         """The ring, or None if the controller has no ring or no drives."""
         self._acknowledgement = Acknowledgement(self.reports, lambda: self.bus)
-        self._tcp = None if tcp is None else TcpFace(tcp, services, self.tcp_connected)
-        self.project = Project(
-            settings, self.disk, default_pages() if tcp is not None or settings.com1.modem is not None else None
-        )
+        self.project = Project(settings, self.disk, default_pages() if self._network.has_pages else None)
         if self.project.install(self.system.stored_values()):
             self.ram.retained.clear()
         self.disk.on_write = self._on_file
@@ -182,9 +175,7 @@ class Max4(Device):
             self._boot.when_heard(lambda: self.report(Code.CONFIGURATION, MAX4, self.project.configuration_file))
         for action in self._boot_actions:
             action()
-        self.com1.boot(self.system.com1)
-        if self._tcp is not None:
-            self._tcp.open()
+        self._network.boot()
         self.plc.boot()
         if self.plc.problem:
             self._boot.when_heard(lambda: self.report(Code.PROGRAM, LZS, PROGRAM_FILE))
@@ -216,9 +207,7 @@ class Max4(Device):
     def _end(self) -> None:
         for action in self._end_actions:
             action()
-        self.com1.end()
-        if self._tcp is not None:
-            self._tcp.close()
+        self._network.end()
         self.operations.cancel()
         self.plc.end()
         if self.bus is not None:
@@ -299,6 +288,14 @@ class Max4(Device):
     def login_refused(self, name: str) -> None:
         """Report that logins with this user name have failed several times."""
         self.report(Code.LOGIN_REFUSED, LZS, name)
+
+    @property
+    def com1(self) -> Com1:
+        return self._network.com1
+
+    @property
+    def com1_parameters(self) -> Com1Parameters:
+        return self.system.com1
 
     def quit_all(self) -> None:
         self._acknowledgement.of_all(self.axes.values())

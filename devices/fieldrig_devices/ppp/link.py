@@ -42,7 +42,8 @@ class PppLink:
 
     - `transmit(data)`: bytes for the line, whole frames; this one must not call the link
     - `on_ip(packet)`: an IPv4 packet from the peer
-    - `on_phase(phase)`: the phase has changed.  With `Phase.DEAD` the line should be hung up; `ended_by` has the reason
+    - `on_phase(phase)`: the phase has changed.  After `Phase.DEAD` the line should be hung up, once the last frame has
+      passed; `ended_by` has the reason
     - `on_login(attempt)`: the peer tried to log in
 
     `new_magic` returns any 32-bit number, each time another: `lambda: random.getrandbits(32)`.

@@ -27,7 +27,7 @@ class Capitals:
 
     def __init__(self, connection: Connection) -> None:
         self.connection = connection
-        self.has_ended = self.was_lost = False
+        self.has_ended = self.was_lost = self.was_drained = False
         SESSIONS.append(self)
 
     def received(self, data: bytes) -> None:
@@ -39,7 +39,8 @@ class Capitals:
         if data.startswith(b"much"):
             self.connection.write(bytes(4_000_000))
 
-    def drained(self) -> None: ...
+    def drained(self) -> None:
+        self.was_drained = True
 
     def ended(self) -> None:
         self.has_ended = True
@@ -91,6 +92,26 @@ def test_a_connection_that_breaks_is_lost_and_not_ended(tmp_path: Path) -> None:
         while not SESSIONS[0].was_lost:
             await asyncio.sleep(0.001)
         assert not SESSIONS[0].has_ended
+
+    run(scene, tmp_path)
+
+
+class Greeting(Capitals):
+    def __init__(self, connection: Connection) -> None:
+        super().__init__(connection)
+        connection.write(b"hello")
+
+
+def test_a_device_that_speaks_first_hears_that_all_was_taken(tmp_path: Path) -> None:
+    async def scene(bench: Bench) -> None:
+        bench.face.close()
+        bench.hub.leave("device")
+        TcpFace(bench.hub.join("device"), {"echo": Greeting}).open()
+        reader, writer = await bench.connect()
+        assert await reader.readexactly(5) == b"hello"
+        while not SESSIONS[0].was_drained:
+            await asyncio.sleep(0.001)
+        writer.close()
 
     run(scene, tmp_path)
 

@@ -100,6 +100,11 @@ class Connection:
         """True while data can be sent, if only later."""
         return self.ending is None and not self._is_ending
 
+    @property
+    def is_complete(self) -> bool:
+        """True if both directions have ended in order."""
+        return self.ending is Ending.COMPLETE
+
     def send(self, data: bytes) -> None:
         """Send data, all of them, however many; dropped if the connection is over, or was ended by the user."""
         if self.is_open and data:

@@ -1,4 +1,4 @@
-"""A call at COM1: PPP with a login, and above it the services of the controller at its own address.
+"""A call at COM1: PPP with a login, and above it the services at the controller's own address.
 
 Source: PacDrive manual 4539-4548, 4585-4601, 4933, 5079-5085 (digest PD-250, PD-258 to PD-260, PD-273).  With a
 RemoteIpAddress that no host can have, the call ends after the login.  Without UserName and Password it ends at once.
@@ -13,6 +13,7 @@ from typing import Final, Protocol
 from fieldrig.clock import NEVER_NS, Clock
 from fieldrig_devices.connections.connection import Serve
 from fieldrig_devices.connections.stack_services import StackServices
+from fieldrig_devices.ip.services import RelayedServices
 from fieldrig_devices.ip.stack import Stack
 from fieldrig_devices.max4.com1.parameters import LOCAL_IP_ADDRESS, Com1Parameters
 from fieldrig_devices.ppp.link import LoginAttempt, PppLink
@@ -52,10 +53,11 @@ class DialIn:
         owner: Owner,
         services: Mapping[int, Serve],
         parameters: Callable[[], Com1Parameters],
+        relayed: RelayedServices | None = None,
     ) -> None:
-        """`services` are by TCP port; `parameters` returns those of the present boot."""
+        """`services` are by TCP port; `relayed` are services of others; `parameters` are those of the present boot."""
         self._clock, self._random, self._owner, self._services = clock, random, owner, services
-        self._parameters = parameters
+        self._parameters, self._relayed = parameters, relayed
         self._watchdog = clock.watch(self._on_due)
         self._send: Callable[[bytes], None] = _drop
         self._hang_up: Callable[[], None] = _do_nothing
@@ -84,20 +86,20 @@ class DialIn:
         else:
             self._link.settings = settings
             self._link.up(self._clock.now_ns())
-            self._set_watchdog()
+            self.wake()
         return self
 
     # ---- for the port
 
     def received(self, data: bytes) -> None:
         self._link.receive(self._clock.now_ns(), data)
-        self._set_watchdog()
+        self.wake()
 
     def ended(self) -> None:
         self._send, self._hang_up = _drop, _do_nothing
         self._link.down(self._clock.now_ns())
         self._end_stack()
-        self._set_watchdog()
+        self.wake()
 
     # ---- PPP
 
@@ -138,10 +140,14 @@ class DialIn:
             lambda packet: self._transmit(packet),
             secret=self._random.randbytes(16),
         )
-        StackServices(self._stack, self._services, self._set_watchdog, self._owner.tcp_connected)
+        StackServices(self._stack, self._services, self.wake, self._owner.tcp_connected)
+        if self._relayed is not None:
+            self._relayed.attach(self._stack)
 
     def _end_stack(self) -> None:
         stack, self._stack = self._stack, None
+        if self._relayed is not None:
+            self._relayed.attach(None)
         if stack is not None:
             stack.link_down(self._clock.now_ns())
 
@@ -155,9 +161,10 @@ class DialIn:
         self._link.advance(now_ns)
         if self._stack is not None:
             self._stack.advance(now_ns)
-        self._set_watchdog()
+        self.wake()
 
-    def _set_watchdog(self) -> None:
+    def wake(self) -> None:
+        """Set the watchdog again, after what may have given the link or the stack something to do."""
         parts = (self._link, self._stack) if self._stack is not None else (self._link,)
         due = [due_ns for part in parts if (due_ns := part.next_ns()) is not None]
         self._watchdog.due_ns = max(min(due), self._clock.now_ns()) if due else NEVER_NS

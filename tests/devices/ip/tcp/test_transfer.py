@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from ip_line import CALLER, Line, Quality
 
-from fieldrig.clock import MS
+from fieldrig.clock import MS, S
 from fieldrig_devices.ip.tcp.connection import Ending
 from fieldrig_devices.ip.tcp.states import State
 
@@ -50,6 +50,25 @@ def test_a_clean_line_repeats_nothing() -> None:
     data = [packet for _, sender, packet in line.packets if sender == CALLER and len(packet) > 40]
     assert len(controller.received) == 100_000
     assert sum(len(packet) - 40 for packet in data[0:]) == 100_000 + 4  # the SYN has an option of 4 bytes
+
+
+@pytest.mark.parametrize(("bytes_per_s", "repeated"), [(240, 10), (960, 10), (3840, 0), (11_520, 0)])
+def test_a_slow_line_is_full_and_repeats_little(bytes_per_s: int, repeated: int) -> None:
+    """2400 to 115,200 bit/s: the queue before the line grows, and the time-out with it.
+
+    Where a segment takes longer than the first time-out, which is 1 s, some are repeated before the first measurement.
+    """
+    line = Line(Quality(bytes_per_s=bytes_per_s, delay_ns=50 * MS), mtu=1500, window=32_768)
+    caller, controller = line.connected()
+    begin_ns = line.now_ns
+    size = bytes_per_s * 200
+    caller.connection.send(bytes(size))
+    while len(controller.received) < size:
+        line.run_for(0.1)
+    segments = [len(packet) for _, sender, packet in line.packets if sender == CALLER and len(packet) > 44]
+    assert sum(segments) - 40 * len(segments) <= size + repeated * 1460
+    ideal_ns = sum(segments) * S // bytes_per_s
+    assert line.now_ns - begin_ns <= ideal_ns * 1.02 + 1 * S
 
 
 def test_a_line_that_is_dead_ends_the_connection() -> None:

@@ -1,0 +1,101 @@
+"""`fieldrig dial` as a user runs it: a process, a pty, local ports, and Ctrl-C."""
+
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import pytest
+from dial_peer import PAGE, PtyPeer
+
+from fieldrig.testing import free_port
+
+pytestmark = pytest.mark.system
+
+
+@dataclass
+class Dialled:
+    """A running `fieldrig dial`."""
+
+    process: "subprocess.Popen[str]"
+    lines: list[str] = field(default_factory=list)
+
+    def until(self, text: str) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self.lines.append(line)
+            if text in line:
+                return
+        raise AssertionError("".join(self.lines))
+
+    def end(self) -> tuple[int, str]:
+        rest, _ = self.process.communicate(timeout=60)
+        return self.process.returncode, rest
+
+
+@contextmanager
+def dialled(path: str, *arguments: str) -> Iterator[Dialled]:
+    command = [sys.executable, "-m", "fieldrig", "dial", path, "4711", *arguments]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        try:
+            yield Dialled(process)
+        finally:
+            process.kill()
+
+
+def exchange(port: int, request: bytes, ends: bool = True) -> bytes:
+    found = bytearray()
+    with socket.create_connection(("127.0.0.1", port), timeout=60) as client:
+        client.sendall(request)
+        if ends:
+            client.shutdown(socket.SHUT_WR)
+        while chunk := client.recv(65536):
+            found += chunk
+    return bytes(found)
+
+
+LOGIN = ("--user", "service", "--password", "secret")
+
+
+def test_local_ports_lead_to_the_services_until_ctrl_c() -> None:
+    pages, echoes = free_port(), free_port()
+    forwards = ("--forward", f"{pages}:80", "--forward", f"{echoes}:7")
+    with PtyPeer() as peer, dialled(peer.path, *LOGIN, *forwards) as run:
+        run.until("Ctrl-C hangs up.")
+        assert exchange(pages, b"GET", ends=False) == PAGE
+        data = bytes(place & 0xFF for place in range(200_000))
+        assert exchange(echoes, data) == data
+        run.process.send_signal(signal.SIGINT)
+        assert run.end() == (0, "The call has ended.\n")
+        assert peer.end.commands[-1] == b"ATH"
+
+
+def test_a_lost_carrier_ends_with_a_sentence() -> None:
+    with PtyPeer() as peer, dialled(peer.path, *LOGIN, "--forward", f"{free_port()}:80") as run:
+        run.until("Ctrl-C hangs up.")
+        peer.hang_up()
+        assert run.end() == (6, "error: The connection was lost.\n  Call again.\n")
+
+
+def test_a_wrong_password_ends_with_a_sentence() -> None:
+    login = ("--user", "service", "--password", "wrong")
+    with PtyPeer() as peer, dialled(peer.path, *login, "--forward", f"{free_port()}:80") as run:
+        code, text = run.end()
+        assert (code, "The controller refuses the user name or the password." in text) == (6, True)
+
+
+def test_a_local_port_that_is_taken_costs_no_call() -> None:
+    with PtyPeer() as peer, socket.create_server(("127.0.0.1", 0)) as taken:
+        with dialled(peer.path, *LOGIN, "--forward", f"{taken.getsockname()[1]}:80") as run:
+            code, text = run.end()
+        assert (code, peer.end.commands) == (3, []), text
+
+
+@pytest.mark.parametrize("forward", ["80", "a:80", "80:0", "1:65536", "1:2:3", ""])
+def test_a_wrong_pair_of_ports_is_explained(forward: str) -> None:
+    with dialled("/dev/null", "--forward", forward) as run:
+        code, text = run.end()
+    assert (code, "expected LOCAL:REMOTE" in " ".join(text.split())) == (2, True), text
