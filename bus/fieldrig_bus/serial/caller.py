@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from ipaddress import IPv4Address
 from queue import SimpleQueue
 from typing import Any, Final, Protocol, cast
 
@@ -19,6 +20,7 @@ from serial.serialutil import SerialException
 from fieldrig.clock import S
 from fieldrig.errors import BusError
 from fieldrig.this_process import on_signals
+from fieldrig_bus.ip.socks import SocksClient
 from fieldrig_bus.ip.stream import Stream
 from fieldrig_bus.ip.tunnel import Tunnelled
 from fieldrig_bus.net import TcpServer
@@ -40,6 +42,8 @@ class Session(Protocol):
     def receive(self, now_ns: int, data: bytes) -> None: ...
     def next_ns(self) -> int | None: ...
     def advance(self, now_ns: int) -> None: ...
+    @property
+    def peer_address(self) -> IPv4Address: ...
     def open(self, port: int) -> Stream: ...
     def hang_up(self, now_ns: int) -> None: ...
 
@@ -50,7 +54,8 @@ class Forward:
 
     local: str
     """`host:port`."""
-    remote_port: int
+    remote_port: int | None
+    """None for a SOCKS proxy, whose clients name the port."""
 
 
 MakeSession = Callable[[Callable[[bytes], None]], Session]
@@ -140,7 +145,7 @@ class _Call:
     ) -> None:
         self._port = _SerialPort(url, baud)
         self._session = make_session(self._port.send)
-        self._servers = [TcpServer(forward.local, self._make_tunnel(forward.remote_port)) for forward in forwards]
+        self._servers = [TcpServer(forward.local, self._way_to(forward.remote_port)) for forward in forwards]
         self._on_up = on_up
         self._gone = ""
         self._url = url
@@ -179,8 +184,15 @@ class _Call:
             self._changed.clear()
             session.advance(time.monotonic_ns())
 
-    def _make_tunnel(self, port: int) -> Callable[[TcpServer], Tunnelled]:
+    def _way_to(self, port: int | None) -> Callable[[TcpServer], Tunnelled]:
+        if port is None:
+            return lambda server: SocksClient(server, self._connect, self._changed.set)
         return lambda server: Tunnelled(server, lambda: self._session.open(port), self._changed.set)
+
+    def _connect(self, address: IPv4Address, port: int) -> Stream:
+        if address != self._session.peer_address:
+            raise ConnectionError(f"{address} is not at the other end, but {self._session.peer_address}")
+        return self._session.open(port)
 
     def _on_data(self, data: bytes) -> None:
         self._session.receive(time.monotonic_ns(), data)
