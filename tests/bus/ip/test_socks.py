@@ -5,7 +5,7 @@ from ipaddress import IPv4Address
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_bus.ip.socks import Handshake, Request, reply
@@ -51,6 +51,7 @@ def test_clients_of_other_protocols_are_refused(data: str) -> None:
         Handshake().feed(bytes.fromhex(data) + bytes(5))
 
 
+@settings(deadline=None)
 @given(st.lists(st.integers(1, len(HELLO + CONNECT))))
 def test_the_conversation_may_come_in_parts(cuts: list[int]) -> None:
     data, handshake, answers, requests = HELLO + CONNECT, Handshake(), b"", []
@@ -64,6 +65,7 @@ def test_the_conversation_may_come_in_parts(cuts: list[int]) -> None:
     assert (answers, requests) == (b"\x05\x00", [Request(CONTROLLER, 21)])
 
 
+@settings(deadline=None)
 @given(st.lists(st.binary(max_size=30) | st.sampled_from([HELLO, CONNECT, BY_NAME])))
 def test_arbitrary_bytes_raise_nothing_but_value_error(pieces: list[bytes]) -> None:
     handshake = Handshake()
