@@ -125,10 +125,14 @@ class PtyPeer:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._is_wanted = False
-        self._thread.join()
+        self.stop()
         os.close(self._master)
         os.close(self._slave)
+
+    def stop(self) -> None:
+        """Answer nothing more."""
+        self._is_wanted = False
+        self._thread.join()
 
     def hang_up(self) -> None:
         """Lose the carrier."""

@@ -36,6 +36,15 @@ def test_local_ports_lead_to_the_services_until_ctrl_c() -> None:
         assert peer.end.commands[-1] == b"ATH"
 
 
+def test_the_second_ctrl_c_does_not_wait_for_a_controller_that_is_silent() -> None:
+    with PtyPeer() as peer, dialled(peer.path, *LOGIN, "--forward", f"{free_port()}:80") as run:
+        run.until("Ctrl-C hangs up.")
+        peer.stop()
+        run.process.send_signal(signal.SIGINT)
+        run.process.send_signal(signal.SIGTERM)
+        assert run.end() == (0, "The call has ended.\n")
+
+
 def test_a_proxy_leads_to_every_port_of_the_controller_and_to_no_other_host() -> None:
     port = free_port()
     with PtyPeer() as peer, dialled(peer.path, *LOGIN, "--socks", str(port)) as run:
