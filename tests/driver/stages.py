@@ -112,7 +112,7 @@ WHOLE = (
             needs.SIGROK,
             needs.LIBMODBUS,
             needs.CHAT,
-        ),  # fmt: skip
+        ),
     ),
     pytest_stage("system", "processes, sockets, ptys", "system and not real and not docker", wants=(needs.UML,)),
 )
