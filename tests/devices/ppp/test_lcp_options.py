@@ -58,6 +58,12 @@ def test_request_with_an_impossible_option_is_dropped(bench: PppBench, options: 
     assert bench.hear(asked(options)) == []
 
 
+def test_request_whose_answer_would_be_too_long_is_dropped(bench: PppBench) -> None:
+    (answer,) = bench.hear(asked("0202" * 249))
+    assert answer == spaced("c021 03 07 05da" + "0206 00000000" * 249)
+    assert bench.hear(asked("0202" * 250)) == []
+
+
 @pytest.mark.parametrize("text", ["c021", "c021 01", "c021 01 01 00", "c021 01 01 0003", "c021 01 01 0005"])
 def test_packet_with_an_impossible_length_is_dropped(bench: PppBench, text: str) -> None:
     assert bench.hear(text) == []
