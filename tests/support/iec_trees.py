@@ -246,6 +246,17 @@ _CONFIGS = st.builds(
 _ACTIONS = st.builds(tree.Action, PLAIN_NAMES, st.one_of(ST_BODIES, IL_BODIES, CHARTS), comments=_COMMENTS)
 
 
+_METHODS = st.builds(
+    tree.Method,
+    PLAIN_NAMES,
+    st.none() | TYPES.filter(lambda spec: not isinstance(spec, tree.StructSpec)),
+    many(VARIABLES, 0, 1),
+    st.one_of(ST_BODIES, IL_BODIES),
+    st.sampled_from([(), ("PUBLIC",), ("PROTECTED", "FINAL")]),
+    comments=_COMMENTS,
+)
+
+
 def _pous_of(kind: tree.PouKind) -> st.SearchStrategy[tree.Pou]:
     result = TYPES.filter(lambda spec: not isinstance(spec, tree.StructSpec))
     return st.builds(
@@ -256,6 +267,7 @@ def _pous_of(kind: tree.PouKind) -> st.SearchStrategy[tree.Pou]:
         many(VARIABLES, 0, 2),
         BODIES,
         many(_ACTIONS, 0, 1),
+        many(_METHODS, 0, 2),
         comments=_COMMENTS,
     )
 

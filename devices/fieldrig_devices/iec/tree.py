@@ -490,6 +490,18 @@ class Action(Statement):
 
 
 @dataclass(slots=True)
+class Method(Statement):
+    """A method of a function block or program, with variables of its own for each call."""
+
+    name: str
+    result: TypeSpec | None
+    blocks: tuple[Variables, ...]
+    body: Body
+    modifiers: tuple[str, ...] = ()
+    """Words such as PUBLIC, in capitals."""
+
+
+@dataclass(slots=True)
 class Pou(Statement):
     kind: PouKind
     name: str
@@ -498,6 +510,7 @@ class Pou(Statement):
     blocks: tuple[Variables, ...]
     body: Body
     actions: tuple[Action, ...] = ()
+    methods: tuple[Method, ...] = ()
     end: Place = field(default=NOWHERE, compare=False, repr=False)
 
 

@@ -54,5 +54,5 @@ def check(
     whole.check(project, declarations.variables.lists)
     result = Program(project.pous, project.globals, declarations.specs.declared(), project.tasks, host.objects)
     order = {unit.file: place for place, unit in enumerate(units)}
-    mistakes = project.reports.mistakes
+    mistakes = dict.fromkeys(project.reports.mistakes)
     return result, sorted(mistakes, key=lambda found: (order.get(found.file, -1), found.line, found.column))

@@ -107,10 +107,12 @@ class Declarations:
             )
             self._project.globals[name] = pou.instance
         self._project.pous[name] = pou
-        self._project.sources[pou] = PouSource(pou, node, file in self._library_files)
+        self._project.sources[pou] = source = PouSource(pou, node, file in self._library_files)
         self._project.declare(name, pou, file, node.place)
         for action in node.actions:
             self._action(action, pou)
+        for method in node.methods:
+            self._method(method, source)
         for block in node.blocks:
             if block.section is Section.GLOBAL and node.kind is PouKind.PROGRAM:
                 self._list(block, file)
@@ -125,6 +127,21 @@ class Declarations:
                 pou.file, node.place, "an action of a function", "an action of a program or function block"
             )
         pou.actions[name] = Pou(pou.kind, f"{pou.name}.{node.name}", pou.file, pou.variables, type=pou.type, owner=pou)
+
+    def _method(self, node: tree.Method, outer: PouSource) -> None:
+        """Declare a method as a function that works with an instance."""
+        project, pou = self._project, outer.pou
+        name = project.key(node.name)
+        if pou.kind is PouKind.FUNCTION:
+            project.reports.say(pou.file, node.place, "a method of a function", "a method of a function block")
+        elif name in pou.methods or name in pou.actions:
+            what = f"{pou.name} has two actions or methods {node.name}"
+            project.reports.say(pou.file, node.place, what, "another name")
+        else:
+            made = Pou(PouKind.FUNCTION, f"{pou.name}.{node.name}", pou.file, owner=pou)
+            own = tree.Pou(PouKind.FUNCTION, node.name, node.result, node.blocks, node.body, place=node.place)
+            pou.methods[name] = project.pous[f"{project.key(pou.name)}.{name}"] = made
+            project.sources[made] = PouSource(made, own, outer.is_library, outer=outer)
 
     def _list(self, block: tree.Variables, file: str) -> None:
         match block.section:

@@ -49,6 +49,8 @@ class PouSource:
     inputs: list[Variable] = field(default_factory=list)
     """VAR_INPUT and VAR_IN_OUT, in the order of their declaration."""
     outputs: list[Variable] = field(default_factory=list)
+    outer: "PouSource | None" = None
+    """The function block or program of a method, whose names it knows too."""
 
 
 @dataclass(slots=True, eq=False)

@@ -54,9 +54,10 @@ class Variables:
         pou = source.pou
         if source.tree.result is not None:
             kind = self._specs.resolve(source.tree.result, context)
-            pou.result = Variable(pou.name, kind, Space.FRAME, Section.OUTPUT, place=source.tree.place, file=pou.file)
+            name = source.tree.name
+            pou.result = Variable(name, kind, Space.FRAME, Section.OUTPUT, place=source.tree.place, file=pou.file)
             pou.result.initial = self.default(source.tree.result, kind)
-            source.names[self._project.key(pou.name)] = pou.result
+            source.names[self._project.key(name)] = pou.result
         for block in source.tree.blocks:
             self._check_block(block, source, context)
             for node in block.variables:

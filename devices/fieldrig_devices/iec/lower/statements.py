@@ -94,7 +94,7 @@ class Statements:
             else:
                 emitter.add(f"M[{where}] = {constant(cells[0], kind).text}")
         if pou.owner is not None:
-            for variable in pou.variables.values():
+            for variable in pou.owner.variables.values():
                 if variable.is_reference and variable.space is Space.INSTANCE:
                     emitter.add(f"if not M[{self._places.cell(variable)}]:")
                     emitter.add("    null_reference()")
@@ -334,6 +334,7 @@ class Statements:
     def call(self, call: CallFunction) -> Cell:
         """Call a function; return where its result is, in the frame that it had, until the next call."""
         pou, step = call.pou, self.frame_size
+        base = self._base_of_method(call)
         arguments = [value if isinstance(value, Expression) else Load(value) for _, value in call.inputs]
         variables = [variable for variable, _ in call.inputs]
         by_value = [number for number, one in enumerate(variables) if not one.is_reference]
@@ -353,11 +354,20 @@ class Statements:
             else:
                 self._pass(cell, variable.type, value, emitter)
         self.assembler.do(emitter)
-        self._call(pou, Address((), 0))
+        self._call(pou, base)
         self._copy_back(copies)
         for variable, place in call.outputs:
             self._assign(Assign(place, Load(_callee_cell(variable, step)), line=self.assembler.line))
         return _callee_cell(pou.result, step) if pou.result is not None else Cell(_NOTHING, Elementary.BOOL)
+
+    def _base_of_method(self, call: CallFunction) -> Address:
+        """Return the address of the instance that a method works with; 0 for a function."""
+        if call.pou.owner is None:
+            return Address((), 0)
+        if call.instance is None:
+            return self._own_base()
+        is_calling = has_call(call.instance)
+        return self._base_of(self._hoisting.out_of_place(call.instance) if is_calling else call.instance)
 
     def _call(self, pou: Pou, base: Address) -> None:
         self.assembler.call(self._context.routine(pou), str(base))

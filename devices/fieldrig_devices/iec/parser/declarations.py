@@ -105,7 +105,7 @@ class Declarations(Types):
             return self.kinds[at + 1] != ":"
         if kind in SECTIONS:
             return True
-        if kind in ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "ACTION", "RESOURCE"):
+        if kind in ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "ACTION", "METHOD", "RESOURCE"):
             return True
         if kind.startswith("END_") or kind == token.END:
             return True

@@ -149,6 +149,11 @@ def _pou(lines: Lines, pou: tree.Pou) -> None:
     if pou.blocks:
         lines.add("")
     body(lines, pou.body)
+    for method in pou.methods:
+        lines.add("")
+        lines.front(method)
+        _method(lines, method)
+        lines.behind(method)
     for action in pou.actions:
         lines.add("")
         lines.front(action)
@@ -159,6 +164,21 @@ def _pou(lines: Lines, pou: tree.Pou) -> None:
         lines.behind(action)
     lines.comments(pou.after)
     lines.add(f"END_{pou.kind.value}")
+
+
+def _method(lines: Lines, method: tree.Method) -> None:
+    lines.add(" ".join(["METHOD", *method.modifiers, method.name]))
+    if method.result is not None:
+        lines.append(" : ")
+        _spec(lines, method.result)
+    for block in method.blocks:
+        lines.front(block)
+        variables(lines, block)
+    if method.blocks:
+        lines.add("")
+    body(lines, method.body)
+    lines.comments(method.after)
+    lines.add("END_METHOD")
 
 
 def body(lines: Lines, of: tree.Body) -> None:
