@@ -268,6 +268,7 @@ def _pous_of(kind: tree.PouKind) -> st.SearchStrategy[tree.Pou]:
         BODIES,
         many(_ACTIONS, 0, 1),
         many(_METHODS, 0, 2),
+        st.just("") | PLAIN_NAMES if kind is tree.PouKind.FUNCTION_BLOCK else st.just(""),
         comments=_COMMENTS,
     )
 

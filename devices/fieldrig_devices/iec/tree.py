@@ -400,6 +400,8 @@ class EnumSpec(Node):
 class StructSpec(Node):
     fields: "tuple[Variable, ...]"
     is_union: bool = False
+    extends: str = ""
+    """The structure that this one extends; empty for none."""
 
 
 TypeSpec = NamedType | StringSpec | SubrangeSpec | ArraySpec | PointerSpec | EnumSpec | StructSpec
@@ -511,6 +513,8 @@ class Pou(Statement):
     body: Body
     actions: tuple[Action, ...] = ()
     methods: tuple[Method, ...] = ()
+    extends: str = ""
+    """The function block that this one extends; empty for none."""
     end: Place = field(default=NOWHERE, compare=False, repr=False)
 
 

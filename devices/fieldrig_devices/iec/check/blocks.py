@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import calls, methods
+from fieldrig_devices.iec.check import calls, inheritance, methods
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
@@ -55,6 +55,11 @@ def _resolve(of: "Expressions", node: tree.Call) -> Resolved | None:
     method = methods.find(of, called)
     if method is not None:
         return method
+    if methods.is_super(context, called):
+        body = inheritance.body_above(context)
+        if body is None:
+            context.say(called, "SUPER^() without EXTENDS", "a call in a function block that extends another one")
+        return None if body is None else (None, body)
     if isinstance(called, tree.Name):
         if context.find(called.text) is None:
             function = calls.called_function(context, called.text)

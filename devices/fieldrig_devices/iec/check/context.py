@@ -15,7 +15,9 @@ def place_of(node: Node) -> Place:
 
 
 class Context:
-    def __init__(self, project: Project, source: PouSource | None, file: str, pou: Pou | None = None) -> None:
+    def __init__(
+        self, project: Project, source: PouSource | None, file: str, pou: Pou | None = None, level: int = 0
+    ) -> None:
         self.project, self.source, self.file = project, source, file
         self.key = project.key
         self.pou = pou if pou is not None else source.pou if source is not None else None
@@ -26,6 +28,8 @@ class Context:
         self.is_library = source is not None and source.is_library
         self.mixes_integers = project.dialect.mixes_integers or self.is_library
         """True if integers and bit strings go into one another; libraries are written for EPAS-4."""
+        self.level = max(level, source.level if source is not None else 0)
+        """How many steps above the function block the code was declared that is checked; SUPER^ is above it."""
         self._unknown: set[str] = set()
         self._hidden = 0
 

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import inheritance
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.program import Cell, Place, Pou
 from fieldrig_devices.iec.types import BlockType
@@ -15,8 +16,16 @@ Found = tuple[Place | None, Pou]
 
 
 def is_this(context: Context, node: tree.Expression) -> bool:
-    """True for `THIS^`, the instance whose code runs."""
-    is_word = isinstance(node, tree.Dereference) and isinstance(node.of, tree.Name) and node.of.text.upper() == "THIS"
+    """True for `THIS^`, the instance whose code runs, and for `SUPER^`, which is the same as far as variables go."""
+    return is_super(context, node) or _is_word(context, node, "THIS")
+
+
+def is_super(context: Context, node: tree.Expression) -> bool:
+    return _is_word(context, node, "SUPER")
+
+
+def _is_word(context: Context, node: tree.Expression, word: str) -> bool:
+    is_word = isinstance(node, tree.Dereference) and isinstance(node.of, tree.Name) and node.of.text.upper() == word
     return is_word and context.project.dialect.has_methods and context.block is not None
 
 
@@ -28,6 +37,9 @@ def find(of: "Expressions", called: tree.Expression) -> Found | None:
         return None if method is None else (None, method)
     if not isinstance(called, tree.Member):
         return None
+    if is_super(context, called.of):
+        method = inheritance.method_above(context, called.name)
+        return None if method is None else (None, method)
     if is_this(context, called.of):
         method = _own(context, called.name)
         return None if method is None else (None, method)

@@ -120,7 +120,7 @@ class Units(Methods):
         front = self.taken()
         kind = POUS[self.kinds[opening]]
         self.i += 1
-        name, result = self._pou_header(kind)
+        name, result, extends = self._pou_header(kind)
         blocks = self.blocks()
         self.actions = []
         methods: list[tree.Method] = []
@@ -140,9 +140,8 @@ class Units(Methods):
         self.gather()
         rest += self.taken()
         self._end_of_pou(word, kind, name, opening)
-        found = tree.Pou(
-            kind, name, result, blocks, body, tuple(actions), tuple(methods), end, place=self.places[opening]
-        )
+        parts = tuple(actions), tuple(methods)
+        found = tree.Pou(kind, name, result, blocks, body, *parts, extends, end, place=self.places[opening])
         found.comments, found.remark = front, self.remark()
         found.after = rest
         return found
@@ -164,8 +163,8 @@ class Units(Methods):
         line = self.places[opening].line
         self.say(self.i, f"got {self.shown(self.i)}", f"{word} for {kind.value} {name} in line {line}")
 
-    def _pou_header(self, kind: tree.PouKind) -> tuple[str, tree.TypeSpec | None]:
-        """Read the name, and the type of a function's result."""
+    def _pou_header(self, kind: tree.PouKind) -> tuple[str, tree.TypeSpec | None, str]:
+        """Read the name, the type of a function's result, and the function block that is extended."""
         at = self.i
         try:
             if (
@@ -177,8 +176,13 @@ class Units(Methods):
                 self.i += 1
             at = self.i
             name = self.name(f"the name of the {kind.value}")
+            extends = ""
+            if self.dialect.has_methods and kind is tree.PouKind.FUNCTION_BLOCK and self.accept_word("EXTENDS"):
+                extends = self.name("the name of a function block")
             if self.is_word("EXTENDS") or self.is_word("IMPLEMENTS"):
                 hint = "Blocks cannot be derived. Declare an instance of the other block in it."
+                if self.is_word("IMPLEMENTS"):
+                    hint = "There are no interfaces. Remove IMPLEMENTS."
                 raise self.unexpected("VAR_INPUT or another declaration", hint)
             result = None
             if self.kinds[self.i] == ":":
@@ -192,5 +196,5 @@ class Units(Methods):
             line = self.places[at - 1].line
             while self.places[self.i].line == line and self.kinds[self.i] != token.END:
                 self.i += 1
-            return self.texts[at] if self.kinds[at] == token.NAME else "", None
-        return name, result if kind is tree.PouKind.FUNCTION else None
+            return self.texts[at] if self.kinds[at] == token.NAME else "", None, ""
+        return name, result if kind is tree.PouKind.FUNCTION else None, extends

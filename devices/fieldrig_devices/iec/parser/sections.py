@@ -89,7 +89,7 @@ class Bodies(Instructions):
             self.gather_from(at)
             last.comments, last.remark, last.is_spaced = front + self.taken(), self.remark(), is_spaced
         self.depth -= 1
-        if last is not None:
+        if last is not None and self.kinds[self.i] != "METHOD":  # which has the comments in front of it itself
             last.after = front
         else:
             self._pending[:0] = front

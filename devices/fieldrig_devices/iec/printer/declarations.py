@@ -95,7 +95,8 @@ def _enumeration(lines: Lines, spec: tree.EnumSpec) -> None:
 
 
 def _type(lines: Lines, of: tree.TypeDeclaration) -> None:
-    lines.add(f"TYPE {of.name} : ")
+    extends = of.type.extends if isinstance(of.type, tree.StructSpec) else ""
+    lines.add(f"TYPE {of.name}{f' EXTENDS {extends}' if extends else ''} : ")
     _spec(lines, of.type)
     initial = _initial(of.initial, of.type)
     is_struct = isinstance(of.type, tree.StructSpec) and not initial
@@ -139,7 +140,7 @@ def _element(element: tree.Initial | tree.Repeated) -> str:
 
 
 def _pou(lines: Lines, pou: tree.Pou) -> None:
-    lines.add(f"{pou.kind.value} {pou.name}")
+    lines.add(f"{pou.kind.value} {pou.name}{f' EXTENDS {pou.extends}' if pou.extends else ''}")
     if pou.result is not None:
         lines.append(" : ")
         _spec(lines, pou.result)

@@ -182,7 +182,7 @@ def test_methods_of_a_twincat_file_run() -> None:
         '<TcPlcObject><POU Name="FB_Valve"><Declaration><![CDATA[FUNCTION_BLOCK FB_Valve\nVAR_OUTPUT opened : INT; '
         "END_VAR]]></Declaration><Implementation><ST><![CDATA[]]></ST></Implementation>"
         '<Method Name="Open" Id="{1}"><Declaration><![CDATA[METHOD PUBLIC Open : BOOL\nVAR_INPUT\n\tcount : INT;'
-        "\nEND_VAR\n]]></Declaration><Implementation><ST><![CDATA[opened := opened + count; // more\nOpen := opened > 3;"
+        "\nEND_VAR\n]]></Declaration><Implementation><ST><![CDATA[opened := opened + count; // b\nOpen := opened > 3;"
         "]]></ST></Implementation></Method></POU></TcPlcObject>"
     )
     main = (
