@@ -5,7 +5,7 @@ from exchange_documents import coil, contact, messages, only_pou, pou, rail, st,
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.networks.functions import height
-from fieldrig_devices.iec.imports.networks.translate import HIGHEST
+from fieldrig_devices.iec.imports.networks.flow import HIGHEST
 
 BOOLS = dict.fromkeys(("a", "b", "c", "m", "n"), "BOOL")
 
