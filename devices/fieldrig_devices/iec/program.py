@@ -9,7 +9,7 @@ are statements here already, so the rest knows one form only.  A program, functi
                                              Continue, Return, Label, Jump
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
@@ -428,6 +428,18 @@ class Task:
     line: int = 0
 
 
+@dataclass(frozen=True, slots=True)
+class Link:
+    """An address of VAR_CONFIG for a variable of one instance, whose other instances have other addresses.
+
+    The code is the same for all instances, so the variable has a cell, which is exchanged with the address at both ends
+    of each cycle.
+    """
+
+    path: str
+    where: Located
+
+
 @dataclass(slots=True)
 class Program:
     """Everything that a project declares."""
@@ -440,6 +452,7 @@ class Program:
     """Declared types by the name in small letters."""
     tasks: list[Task]
     objects: Mapping[str, "ConfiguredObject"] = field(default_factory=dict)
+    links: Sequence[Link] = ()
 
 
 @dataclass(frozen=True, slots=True)
