@@ -166,8 +166,16 @@ IL_BODIES = st.builds(lambda first, rest: tree.IlBody((first, *rest)), _LOADS, m
 # ---- charts
 
 _USES = st.one_of(
-    st.builds(tree.ActionUse, PLAIN_NAMES, st.sampled_from(["N", "R", "S", "P", "P0", "P1"])),
-    st.builds(tree.ActionUse, PLAIN_NAMES, st.sampled_from(["L", "D", "SD", "DS", "SL"]), EXPRESSIONS),
+    st.builds(
+        tree.ActionUse,
+        PLAIN_NAMES,
+        st.sampled_from(["N", "R", "S", "P", "P0", "P1"]),
+        st.none(),
+        many(PLAIN_NAMES, 0, 2),
+    ),
+    st.builds(
+        tree.ActionUse, PLAIN_NAMES, st.sampled_from(["L", "D", "SD", "DS", "SL"]), EXPRESSIONS, many(PLAIN_NAMES, 0, 2)
+    ),
 )
 _SECTIONS = st.none() | ST_BODIES | IL_BODIES
 _STEPS = st.builds(

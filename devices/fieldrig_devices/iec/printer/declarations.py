@@ -213,7 +213,7 @@ def _step(lines: Lines, step: tree.Step) -> None:
     with lines.indented():
         for use in step.uses:
             time = f", {text_of(use.time)}" if use.time is not None else ""
-            lines.add(f"{use.name}({use.qualifier}{time});")
+            lines.add(f"{use.name}({', '.join([use.qualifier + time, *use.indicators])});")
         for word, section in (("ENTRY", step.entry), ("ACTIVE", step.active), ("EXIT", step.exit)):
             if section is not None:
                 lines.add(word)

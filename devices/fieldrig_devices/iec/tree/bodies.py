@@ -31,11 +31,13 @@ class IlInstruction(Statement):
 
 @dataclass(slots=True)
 class ActionUse(Node):
-    """An action at a step: `name(qualifier, time)`.  `qualifier` is one of N R S L D P SD DS SL P0 P1."""
+    """An action at a step: `name(qualifier, time, indicator)`.  `qualifier` is one of N R S L D P SD DS SL P0 P1."""
 
     name: str
     qualifier: str = "N"
     time: Expression | None = None
+    indicators: tuple[str, ...] = ()
+    """Variables that show what the action does; they only document it."""
 
 
 @dataclass(slots=True)
