@@ -96,6 +96,10 @@ class TelephoneBus(ModelBus[TelephoneMessage]):
     check = staticmethod(check_sent)
     check_interest = staticmethod(check_interest)
 
+    @staticmethod
+    def standing_of(message: TelephoneMessage) -> str | None:
+        return "hook" if type(message) is Hook else None
+
     def numbers(self) -> dict[str, str]:
         """Return the numbers of all lines, by member."""
         return dict(self.settings.numbers)
