@@ -34,6 +34,7 @@ from fieldrig.untrusted import read_json, typed
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.lawicel import decode as decode_lawicel
 from fieldrig_bus.can.udp import from_wire, to_wire
+from fieldrig_bus.ip.socks import Handshake
 from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_bus.modbus.framing_ascii import AsciiFramer, ascii_frame
 from fieldrig_bus.modbus.framing_mbap import MbapFramer, tcp_frame
@@ -44,6 +45,7 @@ from fieldrig_bus.ring.transport.shm import _are
 from fieldrig_bus.ring.transport.wire import decode_back, encode_back
 from fieldrig_bus.ring.transport.zenoh import _stations_of
 from fieldrig_bus.traces import candump, pcapng
+from fieldrig_bus.traces.ppp_frames import PppFinder
 from fieldrig_devices.ip import icmp
 from fieldrig_devices.ip.checksum import checksum
 from fieldrig_devices.ip.ipv4 import pseudo_header
@@ -78,6 +80,11 @@ CANDUMP = b"(1700000000.000000) can0 123#0102\n(1700000000.000001) can0 12345678
 IP = [bytes.fromhex("450000241beb40004001d893bec86465bec864640800b64435aa00010001020304050607"),
       bytes.fromhex("4500003c306740004006c3fabec86465bec86464c9f60050182fce6900000000a002faf08e070000020405b40402080a276ea05c000000000103030a"),
       bytes.fromhex("450000219a794000401159f8bec86465bec8646481ca0035000df3a768656c6c6f")]  # fmt: skip
+
+
+PPP = bytes.fromhex(
+    "7eff7d23c0217d217d217d207d387d227d267d207d207d207d207d237d24c0237d257d267d21713f747d277d227d287d2244f67e"
+)
 
 
 def _given(data: bytes) -> None:
@@ -118,6 +125,7 @@ def decoders() -> dict[str, tuple[Callable[[bytes], Any], list[bytes]]]:
         "candump": (lambda data: list(candump.read(io.BytesIO(data))), [CANDUMP]),
         "ip": (_given, IP),
         "tcp": (lambda data: Segment.decode(data, CALLER, CONTROLLER), [IP[1][20:], IP[2][20:]]),
+        "socks": (lambda data: Handshake().feed(data), [bytes.fromhex("05020001 05010001bec864640015")]),
         "icmp": (icmp.answer, [IP[0][20:]]),
         "batch": (lambda data: is_batch(read_json(data)), [b'{"family":"can","process":"a","first":0,"epoch_ns":1,"entries":[[1,"a","00"]]}']),
     }  # fmt: skip
@@ -148,6 +156,7 @@ def _pcapng() -> bytes:
     return file.getvalue()
 
 
+DECODERS["ppp frames"] = (lambda data: PppFinder().feed("a", data), [PPP])
 DECODERS["pcapng"] = (lambda data: list(pcapng.read(io.BytesIO(data))), [_pcapng()])
 
 

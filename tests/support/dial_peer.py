@@ -110,7 +110,7 @@ class PtyPeer:
     """The far end at a pty, in a thread and in real time."""
 
     def __init__(self, has_modem: bool = True) -> None:
-        """Without a modem, PPP begins at once."""
+        """PPP begins at once if there is no modem."""
         self._has_modem = has_modem
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)
@@ -125,10 +125,14 @@ class PtyPeer:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._is_wanted = False
-        self._thread.join()
+        self.stop()
         os.close(self._master)
         os.close(self._slave)
+
+    def stop(self) -> None:
+        """Answer nothing more."""
+        self._is_wanted = False
+        self._thread.join()
 
     def hang_up(self) -> None:
         """Lose the carrier."""

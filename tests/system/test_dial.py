@@ -2,48 +2,14 @@
 
 import signal
 import socket
-import subprocess
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field
 
 import pytest
 from dial_peer import PAGE, PtyPeer
+from dialled import LOGIN, dialled
 
 from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system
-
-
-@dataclass
-class Dialled:
-    """A running `fieldrig dial`."""
-
-    process: "subprocess.Popen[str]"
-    lines: list[str] = field(default_factory=list)
-
-    def until(self, text: str) -> None:
-        assert self.process.stdout is not None
-        for line in self.process.stdout:
-            self.lines.append(line)
-            if text in line:
-                return
-        raise AssertionError("".join(self.lines))
-
-    def end(self) -> tuple[int, str]:
-        rest, _ = self.process.communicate(timeout=60)
-        return self.process.returncode, rest
-
-
-@contextmanager
-def dialled(path: str, *arguments: str) -> Iterator[Dialled]:
-    command = [sys.executable, "-m", "fieldrig", "dial", path, "4711", *arguments]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
-        try:
-            yield Dialled(process)
-        finally:
-            process.kill()
 
 
 def exchange(port: int, request: bytes, ends: bool = True) -> bytes:
@@ -57,9 +23,6 @@ def exchange(port: int, request: bytes, ends: bool = True) -> bytes:
     return bytes(found)
 
 
-LOGIN = ("--user", "service", "--password", "secret")
-
-
 def test_local_ports_lead_to_the_services_until_ctrl_c() -> None:
     pages, echoes = free_port(), free_port()
     forwards = ("--forward", f"{pages}:80", "--forward", f"{echoes}:7")
@@ -71,6 +34,26 @@ def test_local_ports_lead_to_the_services_until_ctrl_c() -> None:
         run.process.send_signal(signal.SIGINT)
         assert run.end() == (0, "The call has ended.\n")
         assert peer.end.commands[-1] == b"ATH"
+
+
+def test_the_second_ctrl_c_does_not_wait_for_a_controller_that_is_silent() -> None:
+    with PtyPeer() as peer, dialled(peer.path, *LOGIN, "--forward", f"{free_port()}:80") as run:
+        run.until("Ctrl-C hangs up.")
+        peer.stop()
+        run.process.send_signal(signal.SIGINT)
+        run.process.send_signal(signal.SIGTERM)
+        assert run.end() == (0, "The call has ended.\n")
+
+
+def test_a_proxy_leads_to_every_port_of_the_controller_and_to_no_other_host() -> None:
+    port = free_port()
+    with PtyPeer() as peer, dialled(peer.path, *LOGIN, "--socks", str(port)) as run:
+        run.until(f"127.0.0.1:{port} leads to every port of the controller.")
+        run.until("Ctrl-C hangs up.")
+        hello = bytes.fromhex("05 01 00")
+        to_echo, to_other = bytes.fromhex("05 01 00 01 be c8 64 64 0007"), bytes.fromhex("05 01 00 01 be c8 64 63 0007")
+        assert exchange(port, hello + to_echo + b"echo") == bytes.fromhex("0500 05000001 00000000 0000") + b"echo"
+        assert exchange(port, hello + to_other, ends=False) == bytes.fromhex("0500 05030001 00000000 0000")
 
 
 def test_a_lost_carrier_ends_with_a_sentence() -> None:

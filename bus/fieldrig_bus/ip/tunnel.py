@@ -27,11 +27,15 @@ class Tunnelled(Connection):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
+        self.begin()
+
+    def begin(self) -> None:
+        """Open the stream."""
         try:
             stream = self._open_stream()
         except ConnectionError as cause:
             log.debug("a client was disconnected: %s", cause)
-            self.transport.abort()
+            self.transport.close()
             return
         stream.on_data, stream.on_end = self.transport.write, self._on_end
         stream.on_close, stream.on_room = self._on_close, lambda: self.read_on(True)
@@ -50,7 +54,7 @@ class Tunnelled(Connection):
         if self._stream is not None:
             self._stream.end()
             self._on_change()
-        return True
+        return self._stream is not None
 
     def connection_lost(self, exc: Exception | None) -> None:
         super().connection_lost(exc)

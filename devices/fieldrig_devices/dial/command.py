@@ -36,6 +36,17 @@ def dial(
             show_default=False,
         ),
     ] = None,
+    socks: Annotated[
+        int | None,
+        typer.Option(
+            "--socks",
+            metavar="LOCAL",
+            min=1,
+            max=65_535,
+            help="Open a SOCKS 5 proxy at a local port, for programs that need several ports, such as FTP clients.",
+            show_default=False,
+        ),
+    ] = None,
     init: Annotated[
         list[str] | None,
         typer.Option("--init", metavar="AT...", help="Commands for the modem before it dials.", show_default=False),
@@ -62,7 +73,7 @@ def dial(
     from fieldrig_devices.dial.chat import DEFAULT_INIT
     from fieldrig_devices.ppp.settings import Login
 
-    forwards = [forward_of(text) for text in forward or [DEFAULT_FORWARD]]
+    forwards = forwards_of(forward, socks)
     try:
         login = Login.of(user, password) if user or password else None
     except ValueError as cause:
@@ -71,7 +82,8 @@ def dial(
 
     def report_ports() -> None:
         for lead in forwards:
-            typer.echo(f"{lead.local} leads to port {lead.remote_port} of the controller.")
+            where = "every port" if lead.remote_port is None else f"port {lead.remote_port}"
+            typer.echo(f"{lead.local} leads to {where} of the controller.")
         typer.echo("Ctrl-C hangs up.")
 
     session = call(
@@ -81,6 +93,14 @@ def dial(
     if session.failure is not None:
         raise RefusedError(session.failure.what, session.failure.remedy)
     typer.echo("The call has ended.")
+
+
+def forwards_of(texts: list[str] | None, socks: int | None) -> "list[Forward]":
+    """Return the ways of all options; the default only if there is none."""
+    from fieldrig_bus.serial.caller import Forward
+
+    proxy = [] if socks is None else [Forward(f"{LOCAL_HOST}:{socks}", None)]
+    return [forward_of(text) for text in texts or ([] if proxy else [DEFAULT_FORWARD])] + proxy
 
 
 def forward_of(text: str) -> "Forward":

@@ -2,7 +2,7 @@
 
 from contextlib import suppress
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_bus.ip import codec
@@ -33,6 +33,7 @@ messages: st.SearchStrategy[RelayMessage] = st.one_of(
 )
 
 
+@settings(deadline=None)
 @given(messages)
 def test_a_message_arrives_as_it_was_sent(message: RelayMessage) -> None:
     check_sent(message)
@@ -40,6 +41,7 @@ def test_a_message_arrives_as_it_was_sent(message: RelayMessage) -> None:
     assert codec.show(message)
 
 
+@settings(deadline=None)
 @given(st.binary() | messages.map(codec.encode).flatmap(lambda data: st.integers(0, len(data)).map(lambda n: data[:n])))
 def test_other_bytes_are_refused_with_a_value_error(data: bytes) -> None:
     with suppress(ValueError):

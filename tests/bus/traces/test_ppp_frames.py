@@ -1,7 +1,7 @@
 """PPP frames in traced bytes: RFC 1662.  The frame is a Configure-Request of pppd 2.4.9 at a pty."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_bus.traces.ppp_frames import PppFinder
@@ -48,6 +48,7 @@ def test_frames_count_from_the_first_one_of_lcp_on() -> None:
     assert finder.feed("pc", ip) == [bytes.fromhex("ff03 0021 4500")]
 
 
+@settings(deadline=None)
 @given(st.lists(st.binary(max_size=30)))
 def test_arbitrary_bytes_do_not_raise(pieces: list[bytes]) -> None:
     finder = PppFinder()

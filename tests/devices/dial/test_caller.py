@@ -3,7 +3,7 @@
 import pytest
 from dial_bench import LOGIN, Bench
 from dial_peer import PAGE
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig.clock import S
@@ -122,6 +122,7 @@ def test_hanging_up_while_dialling_stops_the_modem() -> None:
     assert (bench.caller.is_over, bench.far.commands[-1]) == (True, b"")
 
 
+@settings(deadline=None)
 @given(st.lists(st.binary(max_size=30) | st.sampled_from([b"\r\nOK\r\n", b"CONNECT\r\n", b"~\r\nNO CARRIER\r\n"])))
 def test_arbitrary_bytes_do_not_raise(chunks: list[bytes]) -> None:
     bench = Bench()

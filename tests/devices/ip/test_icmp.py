@@ -3,7 +3,7 @@
 from ipaddress import IPv4Address
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_devices.ip import icmp
@@ -40,6 +40,7 @@ def test_icmp_is_never_refused() -> None:
     assert icmp.is_refusable(Packet(address, address, 17, b""))
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=64))
 def test_arbitrary_bytes_do_not_raise(data: bytes) -> None:
     icmp.answer(data)

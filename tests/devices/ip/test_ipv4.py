@@ -3,7 +3,7 @@
 from ipaddress import IPv4Address
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_devices.ip.checksum import checksum
@@ -67,6 +67,7 @@ def test_a_payload_that_no_packet_has_room_for_is_refused() -> None:
         Packet(IPv4Address(0), IPv4Address(0), 6, bytes(65_516)).encode()
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=64))
 def test_arbitrary_bytes_are_read_or_refused(data: bytes) -> None:
     try:
@@ -76,6 +77,7 @@ def test_arbitrary_bytes_are_read_or_refused(data: bytes) -> None:
     assert len(packet.payload) <= len(data) - 20
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=200).filter(any))
 def test_data_with_their_checksum_sum_up_to_0(data: bytes) -> None:
     data += bytes(len(data) % 2)

@@ -1,6 +1,8 @@
 """The reception path: RFC 9293, 3.8.6 and 3.10.7.4, and RFC 5681, 4.2."""
 
-from hypothesis import given
+from random import Random
+
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from ip_line import Peer, User
 
@@ -94,14 +96,16 @@ def test_a_paused_user_learns_of_the_end_after_the_data() -> None:
     assert (bytes(user.received), user.has_end, len(user.endings)) == (b"last words", True, 1)
 
 
-@given(st.data())
-def test_pieces_in_any_order_become_the_stream(data: st.DataObject) -> None:
+@settings(deadline=None)
+@given(st.integers(0, 2**32))
+def test_pieces_in_any_order_become_the_stream(seed: int) -> None:
+    random = Random(seed)
     stream = bytes(range(200))
     incoming = Incoming(0xFFFF_FF00, 150, 50)
     received = bytearray()
     for _ in range(200):
-        start = data.draw(st.integers(max(len(received) - 10, 0), min(len(received) + 60, 200)))
-        piece = stream[start : start + data.draw(st.integers(0, 40))]
+        start = random.randint(max(len(received) - 10, 0), min(len(received) + 60, 200))
+        piece = stream[start : start + random.randint(0, 40)]
         is_last = start + len(piece) == 200
         place = 0xFFFF_FF01 + start
         if incoming.is_acceptable(place, len(piece) + is_last):

@@ -3,7 +3,7 @@
 from ipaddress import IPv4Address
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_devices.ip.ipv4 import Packet
@@ -60,6 +60,7 @@ def test_options_are_searched_for_the_segment_size(options: str, mss: int | None
     assert _mss(bytes.fromhex(options)) == mss
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=80))
 def test_arbitrary_bytes_are_read_or_refused(data: bytes) -> None:
     try:
@@ -69,11 +70,13 @@ def test_arbitrary_bytes_are_read_or_refused(data: bytes) -> None:
     assert len(segment.data) <= len(data) - 20
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=40))
 def test_arbitrary_options_do_not_raise(options: bytes) -> None:
     _mss(options)
 
 
+@settings(deadline=None)
 @given(
     st.integers(0, 0xFFFF),
     st.integers(0, 0xFFFF_FFFF),
