@@ -111,7 +111,16 @@ WHOLE = (
         "real",
         "foreign peers on sockets and ptys",
         "real and not vcan and not ppp",
-        wants=(needs.CAN_UTILS, needs.MBPOLL, needs.SOCAT, needs.TSHARK, needs.GTKWAVE, needs.SIGROK, needs.LIBMODBUS),
+        wants=(
+            needs.CAN_UTILS,
+            needs.MBPOLL,
+            needs.SOCAT,
+            needs.TSHARK,
+            needs.GTKWAVE,
+            needs.SIGROK,
+            needs.LIBMODBUS,
+            needs.CHAT,
+        ),
     ),
     pytest_stage("system", "processes, sockets, ptys", "system and not real and not docker", wants=(needs.UML,)),
 )

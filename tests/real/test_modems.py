@@ -1,8 +1,10 @@
 """pyserial, plain sockets and a Telnet client at the modems of a running rig."""
 
 import os
+import shutil
 import signal
 import socket
+import subprocess
 from collections.abc import Iterator
 from typing import Any
 
@@ -148,3 +150,16 @@ def test_faults_of_the_line_are_heard(rig: ModemRig) -> None:
         assert rig.tool("fault", "net", "no_dial_tone").returncode == 0
         ask(one, "ATDT200", b"NO DIALTONE\r\n")
         assert rig.tool("fault", "net", "--clear", "all").returncode == 0
+
+
+@pytest.mark.skipif(shutil.which("chat") is None, reason="chat is not there: apt-get install ppp")
+def test_chat_dials_as_it_does_for_pppd(rig: ModemRig) -> None:
+    script = ["ABORT", "BUSY", "ABORT", "NO CARRIER", "ABORT", "NO DIALTONE", "TIMEOUT", "30"]
+    script += ["", "ATZ", "OK", "AT&F&C1&D2S7=30", "OK", "ATDT200", "CONNECT"]
+    with rig.open("com2") as two:
+        ask(two, "AT&F E0 S0=1 S12=0")
+        with (rig.run / "serial/com1").open("r+b", buffering=0) as one:
+            done = subprocess.run(["chat", "-V", *script], stdin=one, stdout=one, timeout=60, check=False)
+        assert done.returncode == 0
+        assert two.read_until(b"CONNECT 33600\r\n").endswith(b"CONNECT 33600\r\n")
+        hang_up(two)

@@ -30,6 +30,8 @@ class Handshake:
         self._clock, self._link, self._offer, self._training_ns = clock, link, offer, training_ns
         self._on_connected, self._on_failed = on_connected, on_failed
         self._has_offered = False
+        self.has_heard = False
+        """The other modem has spoken."""
         self._agreed: Agreed | None = None
         self._ours: Carrier | None = None
         self._theirs: Carrier | None = None
@@ -57,6 +59,7 @@ class Handshake:
 
     def _on_offer(self, theirs: Offer) -> None:
         self.stop()
+        self.has_heard = True
         if not self._has_offered:
             self._offer_again()
         self._agreed = agreed(self._offer, theirs)

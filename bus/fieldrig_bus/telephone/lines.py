@@ -59,5 +59,9 @@ class Call:
     over_ns: int = NEVER_NS
     """The instant at which the last of what was said before the end of the call arrives."""
 
+    @property
+    def members(self) -> tuple[str, str]:
+        return self.caller.member, self.called.member
+
     def other(self, line: Line) -> Line:
         return self.called if line is self.caller else self.caller

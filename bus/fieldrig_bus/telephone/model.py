@@ -132,7 +132,7 @@ class TelephoneModel(BusModel[TelephoneMessage]):
         call = line.call
         if call is not None:
             call.is_ringing, call.is_answered = False, True
-            call.is_silent = self._is_silent(now_ns, call)
+            call.is_silent = self._faults.is_silent(now_ns, *call.members)
             self._tell(now_ns, line, Ring(False, call.caller.number))
             self._tell(now_ns, call.caller, Heard(Tone.SILENCE))
         elif not self._faults.has(now_ns, Cut, line.member) and not self._faults.has(now_ns, NoDialTone, line.member):
@@ -225,16 +225,14 @@ class TelephoneModel(BusModel[TelephoneMessage]):
         call = line.call
         if call is None:
             return
-        heard = (
-            b"" if call.is_silent else self._faults.with_noise(now_ns, chunk, call.caller.member, call.called.member)
-        )
+        heard = b"" if call.is_silent else self._faults.with_noise(now_ns, chunk, *call.members)
         if line.carrier.is_corrected and heard != chunk:
             line.transmitter.repeat(chunk, max(2 * self._delay_ns(now_ns, call), MS))
         elif heard:
             self._pass_on(now_ns, line, heard)
 
     def _delay_ns(self, now_ns: int, call: Call) -> int:
-        added = [fault.delay_ms for fault in self._faults.active(now_ns, Delay, call.caller.member, call.called.member)]
+        added = [fault.delay_ms for fault in self._faults.active(now_ns, Delay, *call.members)]
         return self._network.delay_ns + round(float(sum(added)) * MS)
 
     def _quality_bps(self, now_ns: int, line: Line) -> int:
@@ -267,7 +265,7 @@ class TelephoneModel(BusModel[TelephoneMessage]):
                 self._lose_call(now_ns, line)
         for call in {id(line.call): line.call for line in self._lines.values()}.values():
             if call is not None and call.is_answered:
-                self._hide(now_ns, call, self._is_silent(now_ns, call))
+                self._hide(now_ns, call, self._faults.is_silent(now_ns, *call.members))
         self._plan_faults(now_ns)
 
     def _hide(self, now_ns: int, call: Call, is_silent: bool) -> None:
@@ -276,9 +274,6 @@ class TelephoneModel(BusModel[TelephoneMessage]):
             for line in (call.caller, call.called):
                 if line.carrier.bps:
                     self._tell(now_ns, call.other(line), Carrier(0) if is_silent else line.carrier)
-
-    def _is_silent(self, now_ns: int, call: Call) -> bool:
-        return self._faults.is_silent(now_ns, call.caller.member, call.called.member)
 
     def _plan_faults(self, now_ns: int) -> None:
         next_ns = self._faults.next_change_ns(now_ns)

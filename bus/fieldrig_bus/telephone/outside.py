@@ -5,7 +5,7 @@ It calls a number at once, or answers the calls to its own number.
 
 from collections.abc import Callable
 
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import MS, Clock, S, Timer
 from fieldrig.link import Link
 from fieldrig_bus.telephone.handshake import Handshake
 from fieldrig_bus.telephone.message import Carrier, Dial, Heard, Hook, Offer, Ready, TelephoneMessage, Tone
@@ -13,6 +13,8 @@ from fieldrig_bus.telephone.modulation import OPTIONAL, Agreed, everything
 from fieldrig_bus.telephone.pump import AHEAD_NS, Pump
 
 TRAINING_NS = 100 * MS
+PATIENCE_NS = 60 * S
+"""How long a call may take to connect; after that, the program is not on the line any more."""
 
 
 class OutsideModem:
@@ -30,6 +32,7 @@ class OutsideModem:
         self._number = ""
         self._handshake: Handshake | None = None
         self._is_off = False
+        self._limit: Timer | None = None
 
     def call(self, number: str) -> None:
         self._number = number
@@ -56,6 +59,7 @@ class OutsideModem:
         if self._is_off:
             self._is_off = False
             self._link.send(Hook(False))
+            self._stop_limit()
             self.pump.start(Carrier(0))
             if self._handshake is not None:
                 self._handshake.stop()
@@ -83,7 +87,13 @@ class OutsideModem:
         self._handshake = Handshake(
             self._clock, self._link, Offer(everything(), OPTIONAL), TRAINING_NS, self._on_connected, self.hang_up
         )
+        self._limit = self._clock.call_at(self._clock.now_ns() + PATIENCE_NS, self.hang_up)
         self._link.send(Hook(True))
 
     def _on_connected(self, agreed: Agreed, theirs: Carrier) -> None:
+        self._stop_limit()
         self.pump.start(Carrier(agreed.bps, agreed.is_corrected, theirs.is_paced))
+
+    def _stop_limit(self) -> None:
+        if self._limit is not None:
+            self._limit.cancel()

@@ -67,7 +67,7 @@ class Call:
         self.agreed: Agreed | None = None
         self._rules: Rules | None = None
         self._steps: list[Step] = []
-        self._stays = False
+        self._stays = self._is_answering = False
         self._tone = Tone.SILENCE
         self._handshake: Handshake | None = None
         self._limit: Timer | None = None
@@ -80,7 +80,7 @@ class Call:
     # ---- what commands ask for
 
     def dial(self, rules: Rules, steps: list[Step], stays: bool) -> None:
-        self._rules, self._steps, self._stays = rules, list(steps), stays
+        self._rules, self._steps, self._stays, self._is_answering = rules, list(steps), stays, False
         was_off, self.state = self.state is State.SEIZED, State.DIALLING
         if was_off:
             self._step()
@@ -93,7 +93,7 @@ class Call:
             self._await_dial_tone(NO_DIAL_TONE_NS)
 
     def answer(self, rules: Rules) -> None:
-        self._rules = rules
+        self._rules, self._is_answering = rules, True
         if self.state is State.IDLE:
             self._link.send(Hook(True))
         self._wait_for_carrier()
@@ -143,6 +143,8 @@ class Call:
                 self.fail(results.NO_CARRIER)
         elif not self.is_establishing or rules is None:
             return
+        elif tone is Tone.BUSY and (self._is_answering or (self._handshake and self._handshake.has_heard)):
+            self.fail(results.NO_CARRIER)
         elif tone is Tone.BUSY and rules.detects_busy:
             self._then(BUSY_TONE_NS, lambda: self.fail(results.BUSY))
         elif self._awaits(Wait.TONE):

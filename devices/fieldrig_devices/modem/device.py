@@ -22,11 +22,12 @@ from fieldrig_bus.serial.message import ModemInputs, SerialMessage, inputs_from
 from fieldrig_bus.telephone.message import TelephoneMessage
 from fieldrig_bus.telephone.modulation import FASTEST_BPS, SLOWEST_BPS
 from fieldrig_devices.modem import results
-from fieldrig_devices.modem.engine import Build, Engine, Mode
+from fieldrig_devices.modem.engine import Engine, Mode
 from fieldrig_devices.modem.faults import MODELS, LineUnplugged, PowerOff, SerialUnplugged
 from fieldrig_devices.modem.plugs import SerialPlug, TelephonePlug
 from fieldrig_devices.modem.profile import Memory
 from fieldrig_devices.modem.results import Result
+from fieldrig_devices.modem.rules import Build
 
 log = logging.getLogger(__name__)
 
@@ -49,7 +50,7 @@ class ModemSettings(Settings):
     )
 
     def claims(self, device: str) -> Iterator[Claim]:
-        yield Claim("line", "end with", "a modem", ("kind",))
+        yield Claim("line", "end of", "a modem", ("kind",))
 
 
 class Modem(Device):

@@ -4,11 +4,10 @@ It is a function of messages and timers.  `Interpreter` carries out commands by 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 from typing import Final
 
-from fieldrig.clock import MS, Clock, S, Timer
+from fieldrig.clock import MS, Clock, Timer
 from fieldrig.link import Link
 from fieldrig_bus.serial.message import ControlLines, Format, SerialMessage
 from fieldrig_bus.telephone.message import Carrier, Heard, Offer, Ready, Ring, TelephoneMessage
@@ -17,13 +16,15 @@ from fieldrig_devices.modem import results
 from fieldrig_devices.modem.call import Call, Events, Rules, State
 from fieldrig_devices.modem.dial_string import steps_of
 from fieldrig_devices.modem.escape import UNIT_NS, Escape
+from fieldrig_devices.modem.idle_watch import IdleWatch
 from fieldrig_devices.modem.interpreter import BUSY_WITH_IT, Interpreter
-from fieldrig_devices.modem.offers import offer_of
 from fieldrig_devices.modem.plugs import SerialPlug
 from fieldrig_devices.modem.profile import Memory
 from fieldrig_devices.modem.reader import CommandReader, Line
 from fieldrig_devices.modem.results import Result
 from fieldrig_devices.modem.ringing import Ringing
+from fieldrig_devices.modem.rules import Build, rules_of
+from fieldrig_devices.modem.speaker import Speaker
 from fieldrig_devices.modem.terminal_side import MOST_WAITING, Flow, TerminalSide
 
 DEAF_NS: Final = 125 * MS
@@ -37,17 +38,6 @@ class Mode(Enum):
     ONLINE_COMMAND = "online command"
 
 
-@dataclass(frozen=True)
-class Build:
-    """The fixed properties of a modem."""
-
-    baud: int
-    highest_bps: int
-    training_ns: int
-    is_rockwell: bool
-    is_paced: bool
-
-
 class Engine:
     def __init__(
         self,
@@ -58,22 +48,22 @@ class Engine:
         serial: SerialPlug,
         telephone: Link[TelephoneMessage],
     ) -> None:
-        self._clock, self._build, self._save, self._telephone = clock, build, save, telephone
+        self._clock, self._build, self.save, self._telephone = clock, build, save, telephone
         self.mode = Mode.OFF
         self.side = TerminalSide(clock, serial, Format(build.baud), build.is_paced)
         self.side.end.on_room = self._on_room_at_terminal
         self.call = Call(clock, telephone, Events(self._tell, self._on_connected, self._on_over))
         self.call.pump.on_room = lambda has_room: self.side.stop_terminal(not has_room)
-        self.interpreter = Interpreter(self, memory, self._write_text, build.is_rockwell)
+        self._speaker = Speaker(self.side.send, lambda: self.interpreter.profile)
+        self.interpreter = Interpreter(self, memory, self._speaker.write_text, build.is_rockwell)
+        self._their_form: Format | None = None
         self._ringing = Ringing(clock, lambda: self.interpreter.profile)
-        self._reader = CommandReader(self._echo, self._register)
+        self._reader = CommandReader(self._speaker.echo, self._register)
         self._escape = Escape()
+        self._idle = IdleWatch(clock, lambda: self._register(30), lambda: self.call.fail(results.NO_CARRIER))
         self._escape_timer: Timer | None = None
         self._dtr_timer: Timer | None = None
-        self._idle_timer: Timer | None = None
-        self._last_data_ns = 0
         self._deaf_until_ns = 0
-        self._is_answering = False
         self._held = bytearray()
         """Data of the other end that arrived in the online command state."""
 
@@ -82,6 +72,7 @@ class Engine:
     def power_on(self) -> None:
         self.mode = Mode.COMMAND
         self.interpreter.reset(self.interpreter.memory.first)
+        self._follow()
 
     def power_off(self) -> None:
         self.call.hang_up()
@@ -100,10 +91,16 @@ class Engine:
                 self.side.on_lines(message)
                 if had_dtr is not message.dtr:
                     self._on_dtr(message.dtr)
-            case Format() if self.mode is Mode.COMMAND:
-                self.side.follow(message, int(self.interpreter.profile.parameters["+IPR"][0]))
+            case Format():
+                self._their_form = message
+                self._follow()
             case bytes() if self.mode is not Mode.OFF:
                 self._on_bytes(self.side.taken(message))
+
+    def _follow(self) -> None:
+        """Take the format of the terminal in the command state, as a modem does when it reads AT."""
+        if self._their_form is not None and self.mode is Mode.COMMAND:
+            self.side.follow(self._their_form, int(self.interpreter.profile.parameters["+IPR"][0]))
 
     def _on_bytes(self, data: bytes) -> None:
         if self.mode is Mode.ONLINE:
@@ -130,7 +127,7 @@ class Engine:
 
     def _send_data(self, data: bytes) -> None:
         now_ns, guard_ns = self._clock.now_ns(), self._register(12) * UNIT_NS
-        self._last_data_ns = now_ns
+        self._idle.last_ns = now_ns
         self._stop(self._escape_timer)
         if self._escape.hear(now_ns, data, self._register(2), guard_ns):
             self._escape_timer = self._clock.call_at(now_ns + guard_ns, self._on_escape)
@@ -173,7 +170,7 @@ class Engine:
                 self.call.hear(message)
 
     def _on_line_data(self, data: bytes) -> None:
-        self._last_data_ns = self._clock.now_ns()
+        self._idle.last_ns = self._clock.now_ns()
         if self.mode is Mode.ONLINE:
             self.side.send(data)
         elif self.mode is Mode.ONLINE_COMMAND and len(self._held) + len(data) <= MOST_WAITING:
@@ -183,7 +180,7 @@ class Engine:
         self._ringing.is_on = is_on
         if is_on and self.call.state is State.IDLE:
             self._ringing.begin()
-            self._is_answering = True
+            self._speaker.is_answering = True
             self._tell(results.RING)
         self._show_lines()
         is_willing = self.side.terminal.dtr or self._setting("&D") < 2
@@ -192,45 +189,30 @@ class Engine:
 
     def _on_connected(self, agreed: Agreed) -> None:
         self._ringing.forget()
-        self.mode, self._last_data_ns = Mode.ONLINE, self._clock.now_ns()
-        self._escape.restart(self._last_data_ns)
-        if self._setting("W") == 1:
-            self._tell(results.carrier(agreed.bps))
-            self._tell(results.PROTOCOL[agreed.is_corrected])
-        self._tell(self._connect_result(agreed))
+        self.mode = Mode.ONLINE
+        self._escape.restart(self._clock.now_ns())
+        self._speaker.tell_connected(agreed, self.side.end.form.baud)
         self._show_lines()
-        self._watch_for_silence()
-
-    def _connect_result(self, agreed: Agreed) -> Result:
-        bps = agreed.bps if self._setting("W") == 2 else self.side.end.form.baud
-        return results.connect(bps, self._setting("X") > 0)
+        self._idle.start()
+        if not self.side.end.has_room:
+            self._say_ready(False)
 
     def _on_over(self) -> None:
         self._stop(self._escape_timer)
-        self._stop(self._idle_timer)
+        self._idle.stop()
         self._held.clear()
         if self.mode is not Mode.OFF:
             self.mode = Mode.COMMAND
             self._reader.reset()
+            self._follow()
             self._show_lines()
-
-    def _watch_for_silence(self) -> None:
-        """Hang up when nothing was sent or received for the time of S30."""
-        limit_ns = self._register(30) * 10 * S
-        if not limit_ns or self.call.state is not State.CONNECTED:
-            return
-        due_ns = self._last_data_ns + limit_ns
-        if due_ns <= self._clock.now_ns():
-            self.call.fail(results.NO_CARRIER)
-        else:
-            self._idle_timer = self._clock.call_at(due_ns, self._watch_for_silence)
 
     # ---- Actions
 
     def answer(self) -> Result:
         if self.call.state is State.CONNECTED:
             return results.ERROR
-        self._is_answering = True
+        self._speaker.is_answering = True
         self._deaf_until_ns = self._clock.now_ns() + DEAF_NS
         self.call.answer(self._rules())
         self._show_lines()
@@ -239,7 +221,7 @@ class Engine:
     def dial(self, string: str, stays: bool) -> Result:
         if self.call.state is State.CONNECTED:
             return results.ERROR
-        self._is_answering = False
+        self._speaker.is_answering = False
         self._deaf_until_ns = self._clock.now_ns() + DEAF_NS
         self.call.dial(self._rules(), steps_of(string, self.interpreter.is_pulse), stays)
         self._show_lines()
@@ -257,7 +239,7 @@ class Engine:
         agreed = self.call.agreed
         if self.mode is not Mode.ONLINE_COMMAND or agreed is None:
             return results.NO_CARRIER
-        self._tell(self._connect_result(agreed))
+        self._speaker.tell_rate(agreed, self.side.end.form.baud)
         self.mode = Mode.ONLINE
         self._escape.restart(self._clock.now_ns())
         held = bytes(self._held)
@@ -266,26 +248,14 @@ class Engine:
         self._say_ready(self.side.end.has_room)
         return BUSY_WITH_IT
 
-    def save(self, memory: Memory) -> Result:
-        return self._save(memory)
-
     def on_setting(self) -> None:
         profile = self.interpreter.profile
         is_obeyed = profile.settings["&R"] == 0 or profile.settings["&K"] != Flow.HARDWARE
         self.side.set_flow(Flow(profile.settings["&K"]) if is_obeyed else Flow.NONE)
         self._show_lines()
 
-    # ---- parts of the above
-
     def _rules(self) -> Rules:
-        profile, dialling = self.interpreter.profile, self._setting("X")
-        return Rules(
-            offer_of(profile, self._build.highest_bps),
-            self._build.training_ns,
-            self._register,
-            is_blind=dialling in (0, 1, 3),
-            detects_busy=dialling in (3, 4),
-        )
+        return rules_of(self.interpreter.profile, self._build, self._register)
 
     def _register(self, number: int) -> int:
         return self.interpreter.profile.registers[number]
@@ -313,23 +283,13 @@ class Engine:
         if self.call.agreed is not None and self.call.agreed.is_corrected:
             self._telephone.send(Ready(is_ready))
 
-    def _echo(self, data: bytes) -> None:
-        if self._setting("E"):
-            self.side.send(data)
-
     def _tell(self, result: Result) -> None:
-        quiet = self._setting("Q")
-        if self.mode is not Mode.OFF and (quiet == 0 or (quiet == 2 and not self._is_answering)):
-            self.side.send(results.written(result, bool(self._setting("V")), *self._ends()))
-
-    def _write_text(self, text: str) -> None:
-        self.side.send(results.text_written(text, bool(self._setting("V")), *self._ends()))
-
-    def _ends(self) -> tuple[bytes, bytes]:
-        return bytes((self._register(3),)), bytes((self._register(4),))
+        if self.mode is not Mode.OFF:
+            self._speaker.tell(result)
 
     def _stop_timers(self) -> None:
-        for timer in (self._escape_timer, self._dtr_timer, self._idle_timer):
+        self._idle.stop()
+        for timer in (self._escape_timer, self._dtr_timer):
             self._stop(timer)
 
     @staticmethod

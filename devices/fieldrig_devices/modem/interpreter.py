@@ -32,7 +32,8 @@ class Actions(Protocol):
     def hang_up(self) -> Result: ...
     def seize(self) -> Result: ...
     def go_online(self) -> Result: ...
-    def save(self, memory: Memory) -> Result: ...
+    @property
+    def save(self) -> Callable[[Memory], Result]: ...
     def on_setting(self) -> None:
         """React to a changed setting."""
 
@@ -152,7 +153,7 @@ class Interpreter:
             string = self._last_number
         elif string.startswith("S"):
             place = string[1:].removeprefix("=") or "0"
-            if not (place.isascii() and place.isdigit() and int(place[:3]) < NUMBERS):
+            if not (place.isascii() and place.isdigit() and int(place) < NUMBERS):
                 return results.ERROR
             string = self.memory.numbers[int(place)]
         self._last_number = string

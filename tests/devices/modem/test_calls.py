@@ -264,6 +264,16 @@ def test_required_error_correction_ends_a_call_without_it(bench: ModemBench, com
     assert bench.heard() == "\r\nNO CARRIER\r\n"
 
 
+def test_a_caller_that_gives_up_during_the_handshake_is_no_carrier(bench: ModemBench) -> None:
+    bench.type("ATA\r").wait(3).hear(BUSY)
+    assert bench.heard() == "\r\nNO CARRIER\r\n"
+
+
+def test_a_called_modem_that_gives_up_during_the_handshake_is_no_carrier(bench: ModemBench) -> None:
+    bench.dialled().hear(Offer(everything())).wait(1).hear(BUSY)
+    assert bench.heard() == "\r\nNO CARRIER\r\n"
+
+
 # ---- during a call
 
 

@@ -145,6 +145,7 @@ def test_and_z_stores_a_number_that_ds_dials(bench: ModemBench) -> None:
     again.type("x").wait(1)
     again.heard()
     assert again.result("ATDS=4") == "ERROR"
+    assert again.result("ATDS=00000009") == "ERROR"
     again.type("ATDL\r").wait(10)
     assert again.said()[1:] == [Hook(True), Dial("062233")]
 

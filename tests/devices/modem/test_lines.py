@@ -157,6 +157,14 @@ def test_the_modem_begins_at_38400_and_follows_the_terminal() -> None:
     assert bench.point("baud") == 115_200
 
 
+def test_a_rate_that_changes_during_a_call_is_followed_after_it() -> None:
+    bench = ModemBench().connected()
+    bench.line.deliver(Format(9600))
+    assert bench.point("baud") == 38_400
+    bench.hear(Heard(Tone.BUSY))
+    assert bench.point("baud") == 9600
+
+
 def test_a_fixed_rate_does_not_follow() -> None:
     bench = ModemBench()
     bench.ask("AT+IPR=9600")

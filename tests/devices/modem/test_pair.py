@@ -10,7 +10,6 @@ from fieldrig_bus.serial.message import ControlLines
 EVERY_BYTE = bytes(range(256))
 
 
-@pytest.mark.manual("PD-258")
 def test_one_modem_dials_and_the_other_answers_by_itself() -> None:
     pair = Pair()
     pair.b.type("AT&F E0 Q0 V1 &S0 &C1 &R0 S0=2\r")
