@@ -65,12 +65,15 @@ class Line(Max4Rig):
         return self.get("Com1UserState"), self.get("Phone.State")
 
 
+@pytest.mark.manual("PD-246")
 @pytest.mark.manual("PD-248")
 def test_the_default_strings_set_the_modem_up_and_a_call_is_answered_after_two_rings() -> None:
     line = Line().go(5000)
     assert line.states == (6, 2)
+    assert not line.rig.get("near", "dcd")
     assert line.call().caller.is_up
     assert line.states == (7, 3)
+    assert line.rig.get("near", "dcd")
 
 
 @pytest.mark.manual("PD-270")
