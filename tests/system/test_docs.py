@@ -30,7 +30,7 @@ PORTS = (
     *("5020", "5021", "5022", "7447", "7449", "7450", "29536", "29538", "29556"),
     *("5024", "5025", "7013", "7452", "29560", "29561", "29562"),
     *("7202", "7203", "7455"),
-    *("2121", "7456", "8088", "8090"),
+    *("1090", "2121", "7456", "8088", "8090"),
 )
 """The ports of the lab, the ring, the machine and teleservice, and those that pages give to their own rigs."""
 BESIDE = {"eds": "configs/eds", "registers": "configs/registers", ".venv": sys.prefix}
