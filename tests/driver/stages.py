@@ -132,7 +132,10 @@ WHOLE = (
         "real",
         "foreign peers on sockets and ptys",
         "real and not vcan and not ppp",
+<<<<<<< HEAD
         *PATIENT,
+=======
+>>>>>>> com1
         wants=(
             needs.CAN_UTILS,
             needs.MBPOLL,
@@ -143,6 +146,7 @@ WHOLE = (
             needs.LIBMODBUS,
             needs.CHAT,
         ),
+<<<<<<< HEAD
         in_real_time=True,
     ),
     pytest_stage(
@@ -155,6 +159,8 @@ WHOLE = (
         *PATIENT,
         wants=(needs.UML, needs.MBPOLL),
         in_real_time=True,
+=======
+>>>>>>> com1
     ),
 )
 
