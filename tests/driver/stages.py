@@ -132,10 +132,7 @@ WHOLE = (
         "real",
         "foreign peers on sockets and ptys",
         "real and not vcan and not ppp",
-<<<<<<< HEAD
         *PATIENT,
-=======
->>>>>>> com1
         wants=(
             needs.CAN_UTILS,
             needs.MBPOLL,
@@ -146,7 +143,6 @@ WHOLE = (
             needs.LIBMODBUS,
             needs.CHAT,
         ),
-<<<<<<< HEAD
         in_real_time=True,
     ),
     pytest_stage(
@@ -159,8 +155,6 @@ WHOLE = (
         *PATIENT,
         wants=(needs.UML, needs.MBPOLL),
         in_real_time=True,
-=======
->>>>>>> com1
     ),
 )
 
