@@ -58,9 +58,9 @@ def run() -> Report:
         late_ms = [[int(word) / 1e6 for word in str(rig.value(f"watch_{name}/late_ns")).split()] for name in ("a", "b")]
     report = Report(
         "Block status in real time",
-        f"Two HMISCUs, each in a process of its own, move 5,000 pulses at 50 kHz again and again for {MEASURED_S:.0f} s. "
-        "A process beside them compares the instant at which the wire of the pin Done arrives with the exact end of "
-        f"the pulses.  MAST shows Done in its next cycle, so up to {MAST_MS} ms are the share of the controller.",
+        "Two HMISCUs, each in a process of its own, move 5,000 pulses at 50 kHz again and again for "
+        f"{MEASURED_S:.0f} s.  A process beside them compares the instant at which the wire of the pin Done arrives with "
+        f"the exact end of the pulses.  MAST shows Done in its next cycle, so up to {MAST_MS} ms are the share of the controller.",
         COMPARED,
     )
     found = late_ms[0] + late_ms[1]
