@@ -59,8 +59,9 @@ def run() -> Report:
     report = Report(
         "Block status in real time",
         "Two HMISCUs, each in a process of its own, move 5,000 pulses at 50 kHz again and again for "
-        f"{MEASURED_S:.0f} s.  A process beside them compares the instant at which the wire of the pin Done arrives with "
-        f"the exact end of the pulses.  MAST shows Done in its next cycle, so up to {MAST_MS} ms are the share of the controller.",
+        f"{MEASURED_S:.0f} s.  A process beside them compares the instant at which the wire of the pin Done arrives "
+        "with the exact end of the pulses.  MAST shows Done in its next cycle, so "
+        f"up to {MAST_MS} ms are the share of the controller.",
         COMPARED,
     )
     found = late_ms[0] + late_ms[1]
