@@ -13,10 +13,12 @@ from fieldrig.device import Device, Point, Tool
 from fieldrig.link import Link
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.hmiscu.direct import DirectBlocks
 from fieldrig_devices.hmiscu.faces.can import CanFace
+from fieldrig_devices.hmiscu.faces.masters import Masters
 from fieldrig_devices.hmiscu.faces.modbus import ModbusFace
 from fieldrig_devices.hmiscu.fast_outputs import FastOutputs
 from fieldrig_devices.hmiscu.io import Terminals
@@ -46,15 +48,44 @@ class Hmiscu(Device):
         self._fast = FastOutputs(clock, settings, self._terminals, wires)
         self._terminals.on_input = self._fast.on_input
         self._panel = Panel(self._terminals.outputs)
-        self._plc = Plc(clock, settings, self._terminals, self, self._fast.make, self._fast.instances, self._panel)
+        self._masters = Masters(self.find)
+        self._plc = Plc(
+            clock,
+            settings,
+            self._terminals,
+            self,
+            self._fast.make,
+            self._fast.instances,
+            self._panel,
+            [self._masters.library()],
+        )
         self._direct = None if settings.program else DirectBlocks(settings, self._fast.make)
         self._points: dict[str, Point] = dict(self._own_points())
-        self._modbus = ModbusFace(clock, modbus or [], settings.modbus, self.find)
+        self._connect_modbus(modbus or [])
         self._can: CanFace | None = None
+        self._connect_can(None if can is None else SharedLink(can), name, store)
+        self._points |= dict(self._masters.points())
+
+    def _connect_modbus(self, links: Sequence[Link[ModbusEvent]]) -> None:
+        client = self._settings.modbus_client
+        if client is not None:
+            if client.link > len(links):
+                raise ValueError(f"modbus_client.link: expected 1 to {len(links)}, one of links.modbus")
+            self._masters.add_client(self._clock, links[client.link - 1], client)
+        self._modbus = ModbusFace(self._clock, links, self._settings.modbus, self.find, self._masters.hear)
+
+    def _connect_can(self, can: SharedLink | None, name: str, store: Store) -> None:
+        settings = self._settings
+        for key in ("can_slave", "can_master"):
+            if can is None and getattr(settings, key) is not None:
+                raise ValueError(f"{key}: expected links.can beside it")
+        if can is None:
+            return
+        if settings.can_master is not None:
+            self._masters.add_master(self._clock, can.share(), settings.can_master)
         if settings.can_slave is not None:
-            if can is None:
-                raise ValueError("can_slave: expected links.can beside it")
-            self._can = CanFace(clock, name, can, settings.can_slave, store, self.find)
+            end = can.share(hears_others=settings.can_master is not None)
+            self._can = CanFace(self._clock, name, end, settings.can_slave, store, self.find)
             self._points |= dict(self._can.points())
 
     def start(self) -> None:
@@ -62,11 +93,13 @@ class Hmiscu(Device):
         self._fast.start()
         if self._can is not None:
             self._can.start()
+        self._masters.start()
         if self._settings.autostart:
             self._plc.run()
 
     def stop(self) -> None:
         self._plc.end()
+        self._masters.stop()
 
     # ---- points
 
@@ -92,11 +125,15 @@ class Hmiscu(Device):
 
     # ---- for the programs (`plc.Owner`)
 
+    def on_begin(self) -> None:
+        self._masters.take()
+
     def call_blocks(self) -> None:
         if self._direct is not None:
             self._direct.call(self._clock.now_ns())
 
     def on_cycle(self) -> None:
+        self._masters.give()
         if self._can is not None:
             self._can.on_cycle()
 

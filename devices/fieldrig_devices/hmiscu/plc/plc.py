@@ -21,6 +21,7 @@ from fieldrig_devices.hmiscu.plc.mast import MastProgram
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.compiler import Compiled, SourceFile, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
+from fieldrig_devices.iec.host import Library
 from fieldrig_devices.iec.source_text import decoded
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.task_points import refused, task_points
@@ -37,6 +38,9 @@ class PlcState(Enum):
 
 class Owner(Protocol):
     """The controller, which has the blocks and the faces."""
+
+    def on_begin(self) -> None:
+        """Called after the inputs have been copied."""
 
     def call_blocks(self) -> None:
         """Call the blocks of a controller without a program, once in each cycle of MAST."""
@@ -66,13 +70,14 @@ class Plc:
         make: MakeBlock,
         instances: Mapping[str, str],
         panel: Panel,
+        libraries: Sequence[Library],
     ) -> None:
         """`instances` are the types of the global variables of the channels.  ConfigError if a program is wrong."""
         self._clock, self._settings, self._terminals, self._owner = clock, settings, terminals, owner
         self._instances, self._names, self._panel = Instances(clock, make), instances, panel
         self.host = StandaloneHost(clock)
         self.host.inputs, self.host.outputs = terminals.inputs, terminals.outputs
-        self.host.libraries = (self._instances.library(instances), panel.library())
+        self.host.libraries = (self._instances.library(instances), panel.library(), *libraries)
         self.state = PlcState.STOP
         self.problem = ""
         """Why the controller is in HALT."""
@@ -175,6 +180,7 @@ class Plc:
     def _read(self) -> None:
         self._terminals.take()
         self._panel.take(self._terminals.inputs)
+        self._owner.on_begin()
 
     def _write(self) -> None:
         if self.state is PlcState.RUN:
