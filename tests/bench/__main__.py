@@ -20,6 +20,7 @@ import drive_cycle  # noqa: E402
 import iec_language  # noqa: E402
 import modbus  # noqa: E402
 import plc_on_ring  # noqa: E402
+import pulse_engine  # noqa: E402
 import ring  # noqa: E402
 import shipped_rigs  # noqa: E402
 import start_up  # noqa: E402
@@ -40,6 +41,7 @@ BENCHMARKS = (
     arp_loop,
     iec_language,
     plc_on_ring,
+    pulse_engine,
 )
 PEERS = ("python-can", "canopen", "pymodbus", "eclipse-zenoh", "uvloop")
 PAGE = HERE.parents[1] / "docs/benchmarks.md"

@@ -13,6 +13,8 @@ import pytest
 
 from fieldrig.trace import TraceEntry
 from fieldrig.trace_files import write
+from fieldrig_bus.signals.pulse_train import PulseTrain
+from fieldrig_bus.signals.pwm import Pwm
 from fieldrig_bus.wires import Motion, Signal, encode
 
 pytestmark = pytest.mark.real
@@ -82,3 +84,14 @@ def test_sigrok_reads_the_digital_wires(tmp_path: Path) -> None:
         "valve": [(0, "1"), (5_003, "0"), (1_000_001, "1"), (1_000_002, "0")],
         "pump": [(0, "0"), (1_000_000, "1")],
     }
+
+
+@pytest.mark.skipif(shutil.which("vcd2fst") is None, reason="gtkwave is not installed")
+def test_gtkwave_reads_every_edge_of_pulses_and_pwm(tmp_path: Path) -> None:
+    fst = tmp_path / "x.fst"
+    train = PulseTrain("pto.pulse", 0, start_ns=7, frequency=50_000, count=3)
+    signals: list[tuple[int, Signal]] = [(7, train), (7, Pwm("pwm", 25, start_ns=7, frequency=65_000))]
+    output("vcd2fst", str(wave_file(tmp_path / "x.vcd", signals)), str(fst))
+    found = changes(output("fst2vcd", str(fst)))
+    assert found["pulse"] == [(7, "1"), (10_007, "0"), (20_007, "1"), (30_007, "0"), (40_007, "1"), (50_007, "0")]
+    assert found["pwm"][:4] == [(7, "1"), (7 + 3_847, "0"), (7 + 15_385, "1"), (7 + 19_231, "0")]

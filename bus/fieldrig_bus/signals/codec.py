@@ -2,7 +2,7 @@
 
     ["tank.level", 1.5, "m"]                                     a signal: name, value, unit
     ["axis.encoder", 7, "count", 12, 1.5, 0.0]                   a motion: and instant in ns, speed, acceleration
-    ["pto.pulse", "pulses", 0, "pulse", 0, 20000, 1, 0, 1, null, 1, 0, 1, 0, 0]
+    ["pto.pulse", "pulses", 0, "count", 0, 20000, 1, 0, 1, null, 1, 0, 1, 0, 0]
         a pulse train: name, kind, position, unit, start in ns, frequency, rate, count, direction, phase, total, epoch
     ["pwm.out", "pwm", 25, "%", 0, 10, 1]                        pulse-width modulation: duty, start in ns, frequency
 

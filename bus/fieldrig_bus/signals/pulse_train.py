@@ -21,7 +21,8 @@ from fieldrig.clock import S
 from fieldrig_bus.signals.parabola import Exact, Parabola
 from fieldrig_bus.signals.signal import Signal
 
-UNIT: Final = "pulse"
+UNIT: Final = "count"
+"""The unit of the position, as for encoders, so that an encoder input takes a train too."""
 FASTEST_HZ: Final = 10_000_000
 """Highest frequency of a train; the fast inputs of drives end at 4 MHz."""
 STEEPEST_HZ_PER_S: Final = 10**12

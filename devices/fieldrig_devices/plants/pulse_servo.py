@@ -130,6 +130,7 @@ class PulseServo(Device):
             "received": Point(lambda: self._pulses.received_at(now_ns()), None, "pulse", "in both directions"),
             "sent": Point(lambda: self._pulses.sent_at(now_ns()), None, "pulse", "by the sender"),
             "missed": Point(lambda: self._pulses.missed, None, "pulse", "sent, but never received"),
+            "surplus": Point(lambda: self._pulses.surplus, None, "pulse", "received, but not sent"),
             "restarts": Point(lambda: self._pulses.restarts, None, "", "senders that started again"),
             "lost": Point(self._lost, None, "pulse", "received while the drive did not work, with their signs"),
             "in_position": Point(self._is_in_position, None, "", "the error is within the window, and no pulses come"),

@@ -93,6 +93,7 @@ class Stepper(Device):
             "missed": Point(
                 lambda: sum(one.missed for one in pulses()), None, "pulse", "sent, but never received"
             ),
+            "surplus": Point(lambda: sum(one.surplus for one in pulses()), None, "pulse", "received, but not sent"),
             "restarts": Point(lambda: sum(one.restarts for one in pulses()), None, "", "senders that started again"),
             "lost": Point(lambda: self._lost_at(), None, "pulse", "received, but not followed by the motor"),
             "in_step": Point(lambda: self._is_in_step, None, "", "the motor follows, or would"),

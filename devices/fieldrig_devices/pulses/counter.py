@@ -75,6 +75,11 @@ class Counter:
         return sum(pulses.missed for pulses in self._inputs.values())
 
     @property
+    def surplus(self) -> int:
+        """Number of pulses that were counted and not sent."""
+        return sum(pulses.surplus for pulses in self._inputs.values())
+
+    @property
     def restarts(self) -> int:
         """Number of times that a sender started again."""
         return sum(pulses.restarts for pulses in self._inputs.values())

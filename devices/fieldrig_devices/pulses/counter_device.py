@@ -75,6 +75,7 @@ class CounterModule(Device):
             points |= {
                 "frequency": Point(lambda: self._pulses().speed_at(self._clock.now_ns()), None, "Hz", "of segments"),
                 "missed": Point(lambda: self._pulses().missed, None, "pulse", "sent, but not counted"),
+                "surplus": Point(lambda: self._pulses().surplus, None, "pulse", "counted, but not sent"),
                 "restarts": Point(lambda: self._pulses().restarts, None, "", "senders that started again"),
             }
         if self._settings.compare is not None:

@@ -92,11 +92,11 @@ def test_an_edge_at_the_instant_of_a_new_segment_is_that_segment_s() -> None:
 
 
 def test_the_encoding() -> None:
-    train = PulseTrain("pto.pulse", -2, "pulse", 7, 20_000, Fraction(-5, 3), 12, -1, Fraction(1, 4), 4, 3)
-    data = b'["pto.pulse","pulses",-2,"pulse",7,20000,1,-5,3,12,-1,1,4,4,3]'
+    train = PulseTrain("pto.pulse", -2, "count", 7, 20_000, Fraction(-5, 3), 12, -1, Fraction(1, 4), 4, 3)
+    data = b'["pto.pulse","pulses",-2,"count",7,20000,1,-5,3,12,-1,1,4,4,3]'
     assert encode(train) == data
     assert decode(data) == train
-    assert show(train) == "pto.pulse = -2 pulse, 20000 Hz, -1.6666666666666667 Hz/s, 12 pulses backwards"
+    assert show(train) == "pto.pulse = -2 count, 20000 Hz, -1.6666666666666667 Hz/s, 12 pulses backwards"
 
 
 FREQUENCIES = st.fractions(0, 1_000_000, max_denominator=1_000) | st.integers(0, 1_000_000)
@@ -119,7 +119,7 @@ def trains(draw: st.DrawFn) -> PulseTrain:
     train = PulseTrain(
         "p",
         forth - back,
-        "pulse",
+        "count",
         start_ns,
         frequency,
         rate,
@@ -193,7 +193,7 @@ def test_the_totals_go_on_with_the_next_segment(train: PulseTrain, after_ns: int
 )  # fmt: skip
 def test_what_is_no_train_is_refused(change: str) -> None:
     with pytest.raises((ValueError, TypeError)):
-        decode(f'["p","pulses",0,"pulse",0,{change}]'.encode())
+        decode(f'["p","pulses",0,"count",0,{change}]'.encode())
 
 
 @given(st.lists(st.integers(-3, 3) | st.none() | st.text(max_size=1) | st.floats(), min_size=11, max_size=11))
@@ -201,7 +201,7 @@ def test_no_fields_raise_anything_else(fields: list[object]) -> None:
     import json
 
     try:
-        decoded = decode(json.dumps(["p", "pulses", 0, "pulse", *fields]).encode())
+        decoded = decode(json.dumps(["p", "pulses", 0, "count", *fields]).encode())
     except (ValueError, TypeError):
         return
     assert isinstance(decoded, PulseTrain)

@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 from fractions import Fraction
+from math import ceil
 from typing import NamedTuple
 
-from fieldrig.clock import MS, NEVER_NS
+from fieldrig.clock import MS, NEVER_NS, S
 from fieldrig_bus.signals.pwm import Pwm
 from fieldrig_devices.hmiscu.filtered_input import FilteredInput
 from fieldrig_devices.hmiscu.pwm.settings import HIGHEST_FREQUENCY, LOWEST_FREQUENCY, PwmSettings
@@ -135,11 +136,12 @@ class PwmChannel:
             self._change_ns = NEVER_NS
 
     def _plan_change(self, now_ns: int) -> None:
-        begun = self.signal.cycles_at(now_ns)
-        if self.signal.cycle_ns(begun) == now_ns:
+        start_ns, period = self.signal.start_ns, S / Fraction(self.signal.frequency)
+        begun = int((now_ns - start_ns) / period)
+        if start_ns + ceil(begun * period) == now_ns:
             self._begin(now_ns)
         else:
-            self._change_ns = self.signal.cycle_ns(begun + 1)
+            self._change_ns = start_ns + ceil((begun + 1) * period)
 
     def _publish(self, signal: Pwm) -> None:
         self.signal = signal

@@ -10,6 +10,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from fieldrig.clock import MS, S
+from fieldrig_bus.signals.limits import check_pulse_train
+from fieldrig_devices.pulses.pulse_input import PulseInput
 
 RAMPS = ("smooth", "periods")
 
@@ -80,7 +82,7 @@ def done(move: Move, **others: Any) -> PtoBench:
 
 
 @pytest.mark.manual("SCU-041", "SCU-042", "SCU-043", "SCU-044", "SCU-045", "SCU-035")
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(moves())
 def test_every_move_sends_its_pulses_in_the_time_of_the_formulas(move: Move) -> None:
     bench = PtoBench(**move.settings)
@@ -93,6 +95,25 @@ def test_every_move_sends_its_pulses_in_the_time_of_the_formulas(move: Move) -> 
     assert bench.rest_ns() / S == pytest.approx(expected, rel=1e-9, abs=1e-8)
     assert bench.sent == move.distance
     assert len(bench.segments) <= 6  # and the last one is at rest
+
+
+@pytest.mark.parametrize("ramps", RAMPS)
+@settings(max_examples=40, deadline=None)
+@given(moves(most=2_000), st.floats(0, 1))
+def test_a_receiver_of_the_segments_counts_what_was_sent(ramps: str, move: Move, part: float) -> None:
+    seconds = closed_form_s(move)
+    assume(seconds is not None)
+    bench = PtoBench(**move.settings, ramps=ramps)
+    counter = PulseInput(0)
+    bench.relative(**move.inputs)
+    bench.now_ns = int((seconds or 0) * part * S)
+    bench.halt(Deceleration=move.deceleration)
+    bench.rest_ns()
+    for segment in bench.segments:
+        check_pulse_train(segment)
+        counter.receive(segment, segment.start_ns)
+    assert counter.received_at(bench.now_ns) == bench.sent
+    assert counter.missed == counter.surplus == 0
 
 
 @settings(max_examples=60, deadline=None)

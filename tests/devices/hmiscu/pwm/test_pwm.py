@@ -150,6 +150,15 @@ def test_a_change_at_the_end_of_a_period_is_immediate_and_one_that_is_taken_back
     assert bench.channel.next_ns == NEVER_NS
 
 
+@pytest.mark.parametrize(("after_ns", "status"), [(15_384, "Busy"), (15_385, "InFrequency"), (15_386, "Busy")])
+def test_a_period_begins_at_its_rounded_instant(after_ns: int, status: str) -> None:
+    bench = Bench()
+    bench.cycle(F_Enable=1, Frequency=650_000, Duty=50)
+    assert bench.cycle(after_ns, Duty=0) == {status}
+    bench.until(31_000)
+    assert bench.signals[-1].start_ns == (15_385 if after_ns <= 15_385 else 30_770)
+
+
 def test_busy_and_in_frequency_go_with_the_enable() -> None:
     bench = Bench()
     bench.cycle(F_Enable=1, Frequency=100, Duty=25)
