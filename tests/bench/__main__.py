@@ -21,6 +21,7 @@ import iec_language  # noqa: E402
 import modbus  # noqa: E402
 import plc_on_ring  # noqa: E402
 import pulse_engine  # noqa: E402
+import pulses  # noqa: E402
 import ring  # noqa: E402
 import shipped_rigs  # noqa: E402
 import start_up  # noqa: E402
@@ -34,6 +35,7 @@ BENCHMARKS = (
     canopen_node,
     modbus,
     ring,
+    pulses,
     shipped_rigs,
     drive_cycle,
     virtual_time,

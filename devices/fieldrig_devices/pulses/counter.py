@@ -104,7 +104,9 @@ class IncrementalInput:
         self._offset = 0
 
     def receive(self, which: Input, signal: Signal, now_ns: int) -> None:
-        """Handle what arrived at a channel at `now_ns`."""
+        """Handle what arrived at a channel at `now_ns`.  A motion or a train counts at `a` only."""
+        if which == "b" and isinstance(signal, Motion | PulseTrain):
+            return
         if isinstance(signal, Motion):
             self._motion = signal
         elif isinstance(signal, PulseTrain):

@@ -7,6 +7,7 @@ know nothing but levels.
 
 from collections.abc import Iterator
 from functools import partial
+from itertools import chain
 from typing import Final, Literal
 
 from fieldrig.clock import Clock, Timer
@@ -28,15 +29,18 @@ class EdgePlayer:
         self._edges: Iterator[tuple[int, bool]] = iter(())
         self._timer: Timer | None = None
         self._level: bool | None = None
+        self._waveform: PulseTrain | Pwm | None = None
 
     def play(self, waveform: PulseTrain | Pwm) -> None:
-        """Begin with a waveform, instead of the one before.  Edges before the present instant are not repeated."""
+        """Play a waveform when it begins, instead of the one before.  Edges of the past are not repeated."""
         if self._timer is not None:
             self._timer.cancel()
-        now_ns = self._clock.now_ns()
-        if waveform.start_ns <= now_ns or self._level is None:
-            self._drive(waveform.level_at(now_ns - 1) if waveform.start_ns < now_ns else _begins_high(waveform))
-        self._edges = waveform.edges(max(now_ns, waveform.start_ns), FAR_NS)
+        now_ns, start_ns, before = self._clock.now_ns(), waveform.start_ns, self._waveform
+        begin_ns = max(start_ns, now_ns)
+        level = waveform.level_at(now_ns - 1) if start_ns < now_ns else _begins_high(waveform)
+        rest = () if before is None else before.edges(max(now_ns, before.start_ns) + 1, begin_ns)
+        self._waveform = waveform
+        self._edges = chain(rest, [(begin_ns, level)], waveform.edges(begin_ns, FAR_NS))
         self._next()
 
     def _next(self) -> None:

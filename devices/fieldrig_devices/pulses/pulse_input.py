@@ -104,13 +104,17 @@ class PulseInput:
         for segment in reversed(self._segments):
             waveform = segment.waveform
             if waveform.start_ns <= now_ns <= segment.until_ns:
-                return waveform.speed_at(now_ns) if isinstance(waveform, PulseTrain) else float(waveform.frequency)
+                if isinstance(waveform, PulseTrain):
+                    return waveform.speed_at(now_ns)
+                return float(waveform.frequency) if 0 < waveform.value < 100 else 0.0
         return 0.0
 
     def level_at(self, now_ns: int) -> bool:
         """Return the level of the wire."""
-        present = self.present
-        return bool(self._level) if present is None else present.level_at(now_ns)
+        for segment in reversed(self._segments):
+            if segment.waveform.start_ns <= now_ns:
+                return segment.waveform.level_at(now_ns)
+        return bool(self._level)
 
     def _begin(self, waveform: PulseTrain | Pwm, now_ns: int) -> None:
         before = self.present

@@ -225,6 +225,23 @@ def test_a_sender_that_is_killed_and_started_again() -> None:
     assert (bench.point("steps"), bench.point("restarts")) == (50, 1)
 
 
+@given(
+    st.lists(
+        st.tuples(st.integers(1, 450), st.integers(0, 60), st.sampled_from((1, -1)), st.integers(0, 50 * MS)),
+        max_size=5,
+    )
+)
+def test_edges_and_segments_make_the_same_steps(moves: list[tuple[int, int, int, int]]) -> None:
+    benches = [Bench(mode, direction_wire="pto.direction", start_hz=1_000.0) for mode in ("segments", "edges")]
+    for frequency, count, direction, pause_ns in moves:
+        for bench in benches:
+            bench.move((frequency, 0, count), direction=direction)
+            bench.wait(pause_ns / S)
+        segments, edges = benches
+        assert edges.point("steps") == segments.point("steps") == segments.output.train.at(segments.clock.now_ns())
+        assert edges.point("lost") == segments.point("lost") == 0
+
+
 @given(st.lists(st.tuples(st.integers(1, 40_000), st.integers(0, 400), st.sampled_from((1, -1)), st.booleans())))
 def test_every_pulse_is_a_step_or_lost(moves: list[tuple[int, int, int, bool]]) -> None:
     bench = Bench(detects_loss=False)

@@ -89,5 +89,6 @@ def test_an_encoder_as_a_motion_and_as_a_train() -> None:
     encoder.load(5, S)
     assert encoder.value_at(S) == 5
     encoder = IncrementalInput(0)
-    encoder.receive("a", PulseTrain("x", 0, frequency=1_000, count=10, direction=-1), 0)
+    for which in ("a", "b"):
+        encoder.receive(which, PulseTrain("x", 0, frequency=1_000, count=10, direction=-1), 0)
     assert encoder.value_at(S) == -40

@@ -73,6 +73,24 @@ def test_both_modes_count_the_same_at_each_edge() -> None:
         assert edges.input.level_at(instant_ns) == segments.input.level_at(instant_ns)
 
 
+def test_a_segment_that_is_sent_ahead_lets_the_one_before_end_in_both_modes() -> None:
+    counted = []
+    for mode in ("segments", "edges"):
+        bench = Bench(mode)
+        bench.output.send(1_000, count=None)
+        bench.take()
+        bench.run(3_700_000)
+        bench.output.send(500, count=4, start_ns=5_250_000)
+        bench.take()
+        found = []
+        for instant_ns in range(4 * MS, 20 * MS, 250_000):
+            bench.run(instant_ns)
+            found.append((bench.input.position_at(instant_ns), bench.input.level_at(instant_ns)))
+        counted.append(found)
+    assert counted[0] == counted[1]
+    assert counted[0][-1] == (10, False)
+
+
 def test_a_late_receiver_knows_what_it_missed() -> None:
     bench = Bench()
     bench.output.send(1_000, count=None)
