@@ -12,9 +12,10 @@ import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
-from fieldrig.background import Background, Failure, Job
+from fieldrig.background import Background
 from fieldrig.clock import US, Clock
 from fieldrig.device import Point, Value
+from fieldrig_devices.iec.beside import Beside, HostFacts, text_of
 from fieldrig_devices.iec.compiler import Compiled, SourceFile
 from fieldrig_devices.iec.symbol_list import symbol_list
 from fieldrig_devices.iec.task_points import refused, state_of, task_points
@@ -25,14 +26,7 @@ from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container, Source, container_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
-from fieldrig_devices.max4.plc.compiling import (
-    HostFacts,
-    Order,
-    Refused,
-    compile_container,
-    compile_order,
-    text_of,
-)
+from fieldrig_devices.max4.plc.compiling import Order, compile_container, compile_order
 from fieldrig_devices.max4.plc.host import PlcHost
 from fieldrig_devices.max4.plc.library import Functions
 from fieldrig_devices.max4.plc.loaded import RetainingProgram
@@ -57,10 +51,10 @@ class Plc:
     """The PLC of one controller."""
 
     def __init__(self, clock: Clock, controller: "Max4", background: Background) -> None:
-        self._clock, self._controller, self._background = clock, controller, background
-        self._job: Job | None = None
-        self.progress = ""
-        """The progress of a program that is not loaded yet; empty if there is none."""
+        self._clock, self._controller = clock, controller
+        self._beside = Beside(background)
+        self._is_changing = False
+        """True while a compiled program waits for the end of a cycle."""
         self.program: RetainingProgram | None = None
         self.problem = ""
         """Why the stored program is not loaded; empty if it is, or if there is none."""
@@ -115,9 +109,8 @@ class Plc:
 
     def end(self) -> None:
         """End the program, at power-off or before a boot."""
-        if self._job is not None:
-            self._job.cancel()
-        self._job, self.progress = None, ""
+        self._beside.cancel()
+        self._is_changing = False
         self._unload()
 
     def _unload(self) -> None:
@@ -167,32 +160,30 @@ class Plc:
                 )
             else:
                 self._compiled = container, (host.objects, host.object_types), compiled
-                self.progress = "waiting for the end of a cycle"
+                self._is_changing = True
                 program.change(compiled, changed)
 
         def changed() -> None:
-            self.progress = ""
+            self._is_changing = False
             self._controller.renew_points()
             on_done("")
 
         self._compile_beside(order, load, on_done)
 
+    @property
+    def progress(self) -> str:
+        """The progress of a program that is not loaded yet; empty if there is none."""
+        return "waiting for the end of a cycle" if self._is_changing else self._beside.progress
+
     def _compile_beside(self, order: Order, load: Callable[[Compiled], None], on_done: OnDone) -> None:
-        def on_compiled(found: Compiled | Refused | Failure) -> None:
-            self._job, self.progress = None, ""
+        def on_compiled(found: Compiled | str) -> None:
             if isinstance(found, Compiled):
                 self.problem = ""
                 load(found)
             else:
-                self._refuse(found.why if isinstance(found, Failure) else str(found), on_done)
+                self._refuse(found, on_done)
 
-        def on_progress(what: str, done: int, steps: int) -> None:
-            self.progress = f"{what} {100 * done // max(steps, 1)} %"
-
-        if self._job is not None:
-            self._job.cancel()
-        self.progress = "compiling 0 %"
-        self._job = self._background.run(compile_order, order, on_compiled, on_progress, virtual_ns=order.duration_ns)
+        self._beside.compile(compile_order, order, order.duration_ns, on_compiled)
 
     def _refuse(self, problem: str, on_done: OnDone) -> None:
         """Report that a program has not been loaded, which leaves the present one."""
