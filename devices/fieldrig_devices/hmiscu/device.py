@@ -7,6 +7,7 @@ and panel are ours, as that guide describes the outputs only.  Left out: the gra
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
+from fieldrig.background import Background
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool
@@ -23,10 +24,12 @@ from fieldrig_devices.hmiscu.faces.modbus import ModbusFace
 from fieldrig_devices.hmiscu.fast_outputs import FastOutputs
 from fieldrig_devices.hmiscu.io import Terminals
 from fieldrig_devices.hmiscu.panel import Panel
+from fieldrig_devices.hmiscu.plc.debuggee import PlcDebuggee
 from fieldrig_devices.hmiscu.plc.plc import Plc, PlcState
-from fieldrig_devices.hmiscu.plc.variables import variable_point, variable_points
+from fieldrig_devices.hmiscu.plc.variables import Variables
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.compiler import Compiled, SourceFile
+from fieldrig_devices.languages.debugging.service import DebugService
 
 
 class Hmiscu(Device):
@@ -38,6 +41,7 @@ class Hmiscu(Device):
         name: str,
         settings: HmiscuSettings,
         store: Store,
+        background: Background,
         wires: Link[Signal] | None = None,
         modbus: list[Link[ModbusEvent]] | None = None,
         can: Link[CanFrame] | None = None,
@@ -58,13 +62,17 @@ class Hmiscu(Device):
             self._fast.instances,
             self._panel,
             [self._masters.library()],
+            background,
         )
+        self._variables = Variables(lambda: self._plc.program)
+        self._debuggee = PlcDebuggee(self._plc)
+        self._debugging = DebugService(clock, self._debuggee)
         self._direct = None if settings.program else DirectBlocks(settings, self._fast.make)
         self._points: dict[str, Point] = dict(self._own_points())
         self._connect_modbus(modbus or [])
         self._can: CanFace | None = None
         self._connect_can(None if can is None else SharedLink(can), name, store)
-        self._points |= dict(self._masters.points())
+        self.on_program()
 
     def _connect_modbus(self, links: Sequence[Link[ModbusEvent]]) -> None:
         client = self._settings.modbus_client
@@ -86,7 +94,6 @@ class Hmiscu(Device):
         if settings.can_slave is not None:
             end = can.share(hears_others=settings.can_master is not None)
             self._can = CanFace(self._clock, name, end, settings.can_slave, store, self.find)
-            self._points |= dict(self._can.points())
 
     def start(self) -> None:
         self._terminals.start()
@@ -110,7 +117,7 @@ class Hmiscu(Device):
         """Return the point that faces call `name`: one of the points, a channel by its usual name, or a variable."""
         found = self._points.get(self._fast.present_name(name))
         if found is None and self._plc.program is not None:
-            return variable_point(self._plc.program, name)
+            return self._variables.point(name)
         return found
 
     def _own_points(self) -> Iterator[tuple[str, Point]]:
@@ -118,10 +125,9 @@ class Hmiscu(Device):
         yield from self._terminals.points()
         yield from self._panel.points()
         yield from self._fast.points()
-        if self._direct is not None:
+        if self._direct is not None and self._plc.program is None:
             yield from self._direct.points()
-        if self._plc.program is not None:
-            yield from variable_points(self._plc.program, self._fast.instances)
+        yield from self._variables.points(self._fast.instances)
 
     # ---- for the programs (`plc.Owner`)
 
@@ -133,6 +139,7 @@ class Hmiscu(Device):
             self._direct.call(self._clock.now_ns())
 
     def on_cycle(self) -> None:
+        self._debuggee.sample()
         self._masters.give()
         if self._can is not None:
             self._can.on_cycle()
@@ -141,12 +148,22 @@ class Hmiscu(Device):
         if state is not PlcState.RUN:
             self._fast.shut_down()
 
+    def on_program(self) -> None:
+        faces = dict(self._masters.points()) | ({} if self._can is None else dict(self._can.points()))
+        self._points = dict(self._own_points()) | faces
+
     def restart_channels(self) -> None:
         self._fast.restart()
         if self._direct is not None:
             self._direct.renew()
 
     # ---- tools
+
+    def answer(self, question: str, message: Any) -> Any:
+        """Answer `debug` questions (`languages/debugging/service.py`)."""
+        if question != "debug":
+            return super().answer(question, message)
+        return self._debugging.answer(message)
 
     def compile_sources(self, files: Sequence[SourceFile]) -> Compiled:
         """Compile a program for this controller without loading it.  CompileError with every mistake."""

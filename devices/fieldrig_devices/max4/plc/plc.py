@@ -9,7 +9,7 @@ What an online change cannot do is what CoDeSys V2.3 refuses: a changed task con
 """
 
 import logging
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 from fieldrig.background import Background
@@ -18,7 +18,7 @@ from fieldrig.device import Point, Value
 from fieldrig_devices.iec.beside import Beside, HostFacts, text_of
 from fieldrig_devices.iec.compiler import Compiled, SourceFile
 from fieldrig_devices.iec.symbol_list import symbol_list
-from fieldrig_devices.iec.task_points import refused, state_of, task_points
+from fieldrig_devices.iec.task_points import refused, state_of, task_forms, task_points
 from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, TCP_PRIORITY, SystemWork
 from fieldrig_devices.iec.tasks.task import Task
 from fieldrig_devices.iec.thread import Fault, call_hierarchy
@@ -154,7 +154,7 @@ class Plc:
         def load(compiled: Compiled) -> None:
             if self.program is not program:
                 self._refuse("the program has ended before its change", on_done)
-            elif _task_forms(compiled) != _task_forms(program.compiled):
+            elif task_forms(compiled) != task_forms(program.compiled):
                 self._refuse(
                     "the task configuration has changed: expected a download, which stops the program", on_done
                 )
@@ -344,18 +344,3 @@ class Plc:
 
     def _fault(self) -> str:
         return "" if self.last_fault is None else "\n".join(call_hierarchy(self.last_fault))
-
-
-def _task_forms(compiled: Compiled) -> list[Mapping[str, object]]:
-    """The task configuration, which an online change must leave as it is."""
-    return [
-        {
-            "name": task.name.casefold(),
-            "kind": task.kind,
-            "priority": task.priority,
-            "interval": task.interval_ms,
-            "event": task.event.name.casefold() if task.event is not None else "",
-            "programs": [pou.name.casefold() for pou in task.programs],
-        }
-        for task in compiled.program.tasks
-    ]
