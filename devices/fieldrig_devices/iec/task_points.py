@@ -1,4 +1,4 @@
-"""What users see of a program: points of its tasks, its task configuration, and its mistakes."""
+"""The view of a program for users: points of its tasks, its task configuration, and its mistakes."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial

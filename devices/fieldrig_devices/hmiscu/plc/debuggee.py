@@ -29,7 +29,7 @@ class PlcDebuggee(IecDebuggee):
 
     @property
     def progress(self) -> str:
-        return self._plc.progress
+        return self._plc.downloads.progress
 
     @property
     def problem(self) -> str:
@@ -51,9 +51,9 @@ class PlcDebuggee(IecDebuggee):
     def download(self, files: Mapping[str, str], *, is_online: bool) -> None:
         sources = tuple(SourceFile(name, text) for name, text in files.items())
         if is_online:
-            self._plc.change(sources)
+            self._plc.downloads.change(sources)
         else:
-            self._plc.download(sources)
+            self._plc.downloads.download(sources)
 
     def sample(self) -> None:
         """Take a sample for a trace."""

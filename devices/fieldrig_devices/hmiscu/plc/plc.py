@@ -7,7 +7,6 @@ watchdog lead to HALT, which only a reset ends.  Outputs are off outside RUN.
 Without a program, MAST calls one instance of each block in every cycle, so masters work them by their pins.
 """
 
-import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import Enum
 from typing import Final, Protocol
@@ -18,21 +17,19 @@ from fieldrig.device import Point, Value
 from fieldrig.point_values import choice_in
 from fieldrig_devices.hmiscu.io import Terminals
 from fieldrig_devices.hmiscu.panel import Panel
+from fieldrig_devices.hmiscu.plc.downloads import Downloads
 from fieldrig_devices.hmiscu.plc.library import Instances, MakeBlock
 from fieldrig_devices.hmiscu.plc.mast import MastProgram
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
-from fieldrig_devices.iec.beside import Beside, HostFacts, Order, compile_order
 from fieldrig_devices.iec.compiler import Compiled, SourceFile, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Library
 from fieldrig_devices.iec.source_text import decoded
 from fieldrig_devices.iec.standalone import StandaloneHost
-from fieldrig_devices.iec.task_points import refused, task_forms, task_points
+from fieldrig_devices.iec.task_points import refused, task_points
 from fieldrig_devices.iec.tasks.task import Task
 from fieldrig_devices.iec.thread import Fault, call_hierarchy
 from fieldrig_devices.languages.mistakes import CompileError
-
-log = logging.getLogger(__name__)
 
 
 class PlcState(Enum):
@@ -90,9 +87,7 @@ class Plc:
         self.state = PlcState.STOP
         self.problem = ""
         """Why the controller is in HALT, or why a program was refused."""
-        self._beside = Beside(background)
-        self._is_changing = False
-        """True while a compiled program waits for the end of a cycle."""
+        self.downloads = Downloads(background, self, settings.dialect, owner.on_program)
         self.on_stop: Callable[[Task], None] = lambda task: None
         """Called when a task has reached a breakpoint or has been stopped by a fault."""
         self._timer: Timer | None = None
@@ -118,55 +113,22 @@ class Plc:
         """Compile a program for this controller.  CompileError with every mistake."""
         return compile_project(files, self.host, DIALECTS[self._settings.dialect])
 
-    # ---- downloads
-
-    @property
-    def progress(self) -> str:
-        """The progress of a program that is not loaded yet; empty if there is none."""
-        return "waiting for the end of a cycle" if self._is_changing else self._beside.progress
-
-    def download(self, files: tuple[SourceFile, ...]) -> None:
-        """Compile a program beside the running one; then go to STOP, and load this with its start values."""
-        self._compile_beside(files, None, self._load)
-
-    def change(self, files: tuple[SourceFile, ...]) -> None:
-        """Change the running program at the end of a cycle; its variables keep their values.
-
-        ValueError if there is no program.
-        """
-        program = self.program
-        if program is None:
-            raise ValueError("an online change needs a program in the controller: expected a download first")
-
-        def load(compiled: Compiled) -> None:
-            if self.program is not program:
-                self._refuse("the program has ended before its change")
-            elif task_forms(compiled) != task_forms(program.compiled):
-                self._refuse("the task configuration has changed: expected a download, which stops the program")
-            else:
-                self._is_changing = True
-                program.change(compiled, changed)
-
-        def changed() -> None:
-            self._is_changing = False
-            self._owner.on_program()
-
-        self._compile_beside(files, program.compiled, load)
+    # ---- loading
 
     def unload(self) -> None:
         """Go to STOP without a program."""
         self._drop()
         self._owner.on_program()
 
-    def _load(self, compiled: Compiled) -> None:
+    def load(self, compiled: Compiled) -> None:
+        """Go to STOP, and take a program with its start values."""
         self._drop()
         self.program = self._made(compiled)
         self._owner.restart_channels()
         self._owner.on_program()
 
     def _drop(self) -> None:
-        self._beside.cancel()
-        self._is_changing = False
+        self.downloads.cancel()
         if self.state is PlcState.RUN:
             self._leave(PlcState.STOP)
         if self.program is not None:
@@ -174,24 +136,6 @@ class Plc:
             self.program = None
         self.problem = ""
         self._enter(PlcState.STOP)
-
-    def _compile_beside(
-        self, files: tuple[SourceFile, ...], previous: Compiled | None, load: Callable[[Compiled], None]
-    ) -> None:
-        order = Order(files, self._settings.dialect, HostFacts.of(self.host), previous)
-
-        def on_done(found: Compiled | str) -> None:
-            if isinstance(found, Compiled):
-                load(found)
-            else:
-                self._refuse(found)
-
-        self._beside.compile(compile_order, order, order.duration_ns, on_done)
-
-    def _refuse(self, problem: str) -> None:
-        """Report that a program has not been loaded, which leaves the present one."""
-        self.problem = problem
-        log.warning("the program was refused: %s", problem)
 
     # ---- commands
 
@@ -239,7 +183,7 @@ class Plc:
 
     def end(self) -> None:
         """End at power-off."""
-        self._beside.cancel()
+        self.downloads.cancel()
         self.stop()
         if self.program is not None:
             self.program.scheduler.end()
@@ -305,7 +249,7 @@ class Plc:
         yield "plc/state", Point(lambda: self.state.value, about="run, stop or halt")
         yield "plc/command", Point(lambda: "", self.command, about=f"write {', '.join(COMMANDS)}")
         yield "plc/problem", Point(lambda: self.problem, about="why it is in HALT, or why a program was refused")
-        yield "plc/progress", Point(lambda: self.progress, about="progress of a download or an online change")
+        yield "plc/progress", Point(lambda: self.downloads.progress, about="progress of a download or an online change")
         if self.program is None:
             yield "plc/task/MAST/cycles", Point(lambda: self._cycles)
         else:
