@@ -30,6 +30,8 @@ from fieldrig_devices.hmiscu.plc.variables import Variables
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.compiler import Compiled, SourceFile
 from fieldrig_devices.languages.debugging.service import DebugService
+from fieldrig_devices.modbus.tools import lines_for
+from fieldrig_devices.registers.table import load_table
 
 
 class Hmiscu(Device):
@@ -170,5 +172,9 @@ class Hmiscu(Device):
         return self._plc.compile(files)
 
     @classmethod
-    def tools(cls, name: str, settings: Any, links: Mapping[str, Bus[Any]]) -> list[Tool]:
-        return []
+    def tools(cls, name: str, settings: HmiscuSettings, links: Mapping[str, Any]) -> list[Tool]:
+        """Return lines for the registers of the table, if the settings name one."""
+        if settings.modbus.table is None:
+            return []
+        buses: Sequence[Bus[Any]] = links.get("modbus", ())
+        return lines_for(load_table(settings.modbus.table), settings.modbus.unit_id, buses)
