@@ -167,6 +167,11 @@ class Hmiscu(Device):
             return super().answer(question, message)
         return self._debugging.answer(message)
 
+    @classmethod
+    def without_program(cls) -> Sequence[str]:
+        """Return changes of a rig file that leave out the program and the settings that refer to it."""
+        return ["program=[]", "modbus={}", "can_slave=null", "modbus_client=null", "can_master=null"]
+
     def compile_sources(self, files: Sequence[SourceFile]) -> Compiled:
         """Compile a program for this controller without loading it.  CompileError with every mistake."""
         return self._plc.compile(files)
