@@ -17,7 +17,7 @@ START, STARTED = "05 0000 ff00", "050000ff00"
 Ask = Callable[[int, str], str]
 
 
-def master_of(rig: Rig, bus: str = "modbus") -> Ask:
+def master_of(rig: Rig, bus: str = "labels") -> Ask:
     """A foreign master on a bus of the rig: it asks a unit and waits for the response."""
     link = rig.attach("master").link(bus)
     answers: list[str] = []
@@ -41,7 +41,7 @@ def hot(fieldrig_rig: RigMaker) -> Rig:
     return rig
 
 
-@pytest.mark.parametrize("bus", ["modbus", "line"])
+@pytest.mark.parametrize("bus", ["labels", "labels_rtu"])
 def test_a_master_sets_the_recipe_and_each_feed_has_its_pulses(fieldrig_rig: RigMaker, bus: str) -> None:
     rig = hot(fieldrig_rig)
     ask = master_of(rig, bus)

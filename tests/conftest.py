@@ -2,6 +2,7 @@ import logging
 import signal
 from collections.abc import Iterator
 
+import hypothesis
 import pytest
 
 from fieldrig import testing
@@ -11,6 +12,12 @@ for name, handler in (("SIGINT", signal.default_int_handler), ("SIGHUP", signal.
     number = getattr(signal, name, None)
     if number is not None and signal.getsignal(number) is signal.SIG_IGN:
         signal.signal(number, handler)
+
+# No example has to be quick.  The stage `quick` names its profile, which has ten examples for each property.
+USUAL = hypothesis.settings.get_profile(hypothesis.settings.get_current_profile_name())
+hypothesis.settings.register_profile("whole", USUAL, deadline=None)
+hypothesis.settings.register_profile("quick", USUAL, deadline=None, max_examples=10)
+hypothesis.settings.load_profile("whole")
 
 pytest.register_assert_rewrite("can_link_laws")  # a suite of tests that has its place in tests/support
 

@@ -27,6 +27,8 @@ from fieldrig_bus.can.faults import CanFault
 from fieldrig_bus.can.member import Controller
 from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.ring.sercos.faults import RingFault
+from fieldrig_bus.telephone.exchange import IncomingSettings, OutgoingSettings
+from fieldrig_bus.telephone.faults import TelephoneFault
 from fieldrig_devices.arp.can.exchange import ExchangeSettings, Received, Sent
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs
@@ -43,7 +45,7 @@ from fieldrig_devices.max4.can.settings import AxisTerminals, CanFaceSettings
 from fieldrig_devices.max4.configuration.files import DriveSettings
 from fieldrig_devices.max4.faults import Max4Fault
 from fieldrig_devices.max4.modbus.settings import AxisLimits, ModbusFaceSettings
-from fieldrig_devices.max4.settings import BootTimes, ProcessTimes
+from fieldrig_devices.max4.settings import BootTimes, Com1Settings, FtpSettings, ProcessTimes
 from fieldrig_devices.mc4.faults import DriveFault
 from fieldrig_devices.mc4.settings import (
     AmplifierSettings,
@@ -59,6 +61,7 @@ from fieldrig_devices.modbus.client_settings import (
     WriteSettings,
 )
 from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
+from fieldrig_devices.modem.faults import ModemFault
 from fieldrig_devices.plants import heater, pulse_servo
 from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings
 from fieldrig_devices.plants.stepper_settings import StepperFault
@@ -77,10 +80,14 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a controller": {"controller": Controller},
     "Keys of a fault": faults.models_of(CanFault),
     "Keys of a ring fault": faults.models_of(RingFault),
+    "Keys of a telephone fault": faults.models_of(TelephoneFault),
+    "Keys of a modem fault": faults.models_of(ModemFault),
+    "Keys of calls over TCP": {"incoming": IncomingSettings, "outgoing": OutgoingSettings},
     "Keys of an encoder fault": faults.models_of(EncoderFault),
     "Keys of a name plate": {"plate": NamePlate},
     "Keys of a controller fault": faults.models_of(Max4Fault),
     "Keys of drives, boot and load": {"drives": DriveSettings, "boot": BootTimes, "load": ProcessTimes},
+    "Keys of COM1 and of FTP": {"com1": Com1Settings, "ftp": FtpSettings},
     "Keys of the Modbus server": {"modbus": ModbusFaceSettings, "limits": AxisLimits},
     "Keys of a value": {"value": Element},
     "Keys of the Modbus client": {

@@ -8,10 +8,17 @@ from doc_pages import PAGES, ROOT, code_in, rows
 from fieldrig.config import from_dict
 from fieldrig.rig import Rig
 
-BUSES = {"can": "can.virtual", "ring": "ring.virtual", "wires": "wires.virtual", "line": "serial.virtual"}
+BUSES = {
+    "can": "can.virtual",
+    "ring": "ring.virtual",
+    "wires": "wires.virtual",
+    "line": "serial.virtual",
+    "telephone": "telephone.virtual",
+}
 PLATE = "plates/sm-100-30-080.yaml"
 WIRES = {"wires": "wires"}
 DEVICES: dict[tuple[str, str], dict[str, Any]] = {
+    ("modem.md", "`modem`"): {"kind": "modem", "links": {"line": "line", "telephone": "telephone"}},
     ("arp-card.md", "Points"): {"kind": "arp", "links": {"can": "can"}},
     ("arp-terminal.md", "Points"): {"kind": "terminal.tr", "links": {"can": "can"}},
     ("canopen-node.md", "Points"): {

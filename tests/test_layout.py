@@ -17,7 +17,9 @@ def test_devices_stand_on_buses_and_buses_on_the_kernel() -> None:
     assert result.returncode == 0, result.stdout + result.stderr
 
 
-@pytest.mark.parametrize(("mark", "folder"), [("vcan", "real"), ("docker", "docker"), ("real", "real")])
+@pytest.mark.parametrize(
+    ("mark", "folder"), [("vcan", "real"), ("ppp", "real"), ("docker", "docker"), ("real", "real")]
+)
 def test_marks_of_a_stage_stand_in_its_folder(mark: str, folder: str) -> None:
     marked = [path for path in TESTS.rglob("test_*.py") if re.search(rf"\bmark\.{mark}\b", path.read_text())]
     assert [path for path in marked if path.parent.relative_to(TESTS).parts[:1] != (folder,)] == []

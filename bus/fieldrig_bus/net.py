@@ -130,6 +130,12 @@ class TcpServer:
         except OSError as cause:
             raise BusError(f"can't listen at {self.address}: {cause}", bind_remedy(cause)) from cause
 
+    def stop_listening(self) -> None:
+        """Accept no more connections; those that there are stay open."""
+        if self._server is not None:
+            self._server.close()
+            self._server = None
+
     async def close(self) -> None:
         if self._server is None:
             return

@@ -3,6 +3,7 @@
 It reads the work from its standard input, and writes frames to its standard output: reports, then the large parts of
 the result, then the result itself, or the text of a failure.  What the work prints goes to the log of the device.  It
 ends when its standard input ends, because the process of the device is gone or does not want the result any more.
+Work that needs too much memory is a failure.
 """
 
 import gc
@@ -22,6 +23,8 @@ HEAD: Final = struct.Struct("<BQ")
 WORK, REPORT, PART, RESULT, FAILURE = range(5)
 NICENESS: Final = 10
 """How much the process stands back behind the devices of this host."""
+MOST_BYTES: Final = 3 << 30
+"""Most bytes of address space, where the system can limit it, so that no work takes the memory of the host."""
 _PAUSE_S: Final = 0.1  # between two reports
 
 
@@ -55,6 +58,7 @@ def main() -> None:
     gc.disable()  # the process ends with its work, and large trees are slow to look through
     if hasattr(os, "nice"):
         os.nice(NICENESS)
+    _limit_memory(MOST_BYTES)
     requests, answers = os.fdopen(os.dup(0), "rb", buffering=0), os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     _, size = HEAD.unpack(_read(requests, HEAD.size))
@@ -63,11 +67,22 @@ def main() -> None:
     _work(Answers(answers), path, work)
 
 
+def _limit_memory(most: int) -> None:
+    if sys.platform == "linux":
+        import resource
+
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        soft = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
 def _work(answers: Answers, path: list[str], work: bytes) -> None:
     try:
         sys.path[:] = path
         function, argument = pickle.loads(work)
         answers.result(function(argument, Coarse(answers.report)))
+    except MemoryError:
+        answers.write(FAILURE, f"it needs more memory than the {MOST_BYTES >> 20} MB of a worker process".encode())
     except Exception as fault:  # noqa: BLE001  the device gets it
         traceback.print_exc()
         answers.write(FAILURE, f"{type(fault).__name__}: {fault}".encode())

@@ -29,6 +29,7 @@ SERVO = {
     "rated_torque_nm": 1.0,
     "motor_inertia_kg_m2": 0.001,
 }
+MODEM = {"kind": "modem", "links": {"line": "line", "telephone": "net"}}
 ENCODER = {"kind": "sm.encoder", "name_plate": "plates/sm-100-30-080.yaml", "links": {"line": "line"}}
 MC4 = {"kind": "mc4", "links": {"ring": "ring", "wires": "wires"}}
 CARD = {"kind": "arp", "links": {"can": "can0", "wires": "wires", "user": "line"}}
@@ -65,10 +66,13 @@ GENERATOR = {"kind": "pulse.generator", "links": {"wires": "wires"}}
 
 
 def rig(**devices: Any) -> dict[str, Any]:
-    buses = {"can0": "can.virtual", "mb": "modbus.virtual", "ring": "ring.virtual", "wires": "wires.virtual"}
+    buses = {
+        "can0": "can.virtual", "mb": "modbus.virtual", "ring": "ring.virtual", "wires": "wires.virtual",
+        "line": "serial.virtual", "line2": "serial.virtual", "net": "telephone.virtual",
+    }  # fmt: skip
     return {
         "time": "virtual",
-        "buses": {name: {"kind": kind} for name, kind in buses.items()} | {"line": {"kind": "serial.virtual"}},
+        "buses": {name: {"kind": kind} for name, kind in buses.items()},
         "devices": devices,
     }
 
@@ -158,6 +162,11 @@ TWICE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
         {"a": MAX4, "b": {**IO, "node_id": 5}},
         {"b": {**MAX4, "links": {"ring": "ring"}}},
         "devices.b: master of the ring on ring is taken by devices.a",
+    ),
+    "two modems at one line": (
+        {"a": MODEM, "b": {**MODEM, "links": {"line": "line2", "telephone": "net"}}},
+        {"b": MODEM},
+        "devices.b.kind: end of a modem on line is taken by devices.a.kind",
     ),
     "two encoders at one line": (
         {"a": {**ENCODER, "address": 0x40}, "b": {**ENCODER, "address": 0x41}},

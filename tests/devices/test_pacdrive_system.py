@@ -236,8 +236,8 @@ def test_set_values_arrive_at_the_same_instant_of_each_cycle(cycle_ms: int) -> N
 @pytest.mark.parametrize("version", [Version(0, 6), Version(0, 15)])
 def test_markers_inputs_and_outputs_have_64_kbyte_each(version: Version) -> None:
     limits = limits_of(version)
-    assert limits.area_bytes == 65_536
-    assert limits.data_bytes - limits.variable_area_bytes == 3 * 65_536, "they are taken off the data area"
+    assert limits.area == 65_536
+    assert limits.data - limits.variables == 3 * 65_536, "they are taken off the data area"
 
 
 @pytest.mark.manual("PD-396")

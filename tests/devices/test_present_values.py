@@ -68,6 +68,7 @@ DEVICES: dict[str, dict[str, Any]] = {
     "bridge": {"kind": "can.bridge", "links": {"a": "can0", "b": "can1"}},
     "panel": {"kind": "modbus.device", "links": {**WIRES, "modbus": ["modbus"]}, "turnaround_ms": 0},
     "plate": {"kind": "sm.encoder", "name_plate": PLATE, "links": {**WIRES, "line": "line"}},
+    "modem": {"kind": "modem", "links": {"line": "com", "telephone": "exchange"}},
     "belt": {"kind": "mc4", "ring_address": 1, "motor": {"name_plate": PLATE}, "links": {**WIRES, "ring": "ring"}},
     "rolling": {  # no ring: it rolls out as its load says
         "kind": "mc4", "ring_address": 2, "motor": {"name_plate": PLATE}, "links": {**WIRES, "ring": "idle"},
@@ -107,6 +108,8 @@ BUSES: dict[str, dict[str, Any]] = {
     "can1": {"kind": "can.virtual", "bitrate": 500_000},
     "modbus": {"kind": "modbus.virtual"},
     "line": {"kind": "serial.virtual"},
+    "com": {"kind": "serial.virtual"},
+    "exchange": {"kind": "telephone.virtual", "numbers": {"modem": "100"}},
     "ring": {"kind": "ring.virtual"},
     "idle": {"kind": "ring.virtual"},
 }

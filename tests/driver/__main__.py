@@ -10,12 +10,16 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from tests.driver import needs
 from tests.driver.outcome import Outcome, Tally, summary
 from tests.driver.stages import PLANS, REPORTS, STAGES, Stage
+
+PYTEST_FAILED = 1  # pytest's exit code for tests that failed, as opposed to a run that broke off
+AGAIN_LIMIT = 5  # more than a busy host explains
 
 
 def main() -> int:
@@ -30,7 +34,7 @@ def main() -> int:
     REPORTS.mkdir(parents=True, exist_ok=True)
     _install(plan)
     began = time.monotonic()
-    outcomes = [_run(stage) for stage in plan]
+    outcomes = [run_stage(stage) for stage in plan]
     return summary(outcomes, time.monotonic() - began, in_ci)
 
 
@@ -41,7 +45,7 @@ def _install(plan: Sequence[Stage]) -> None:
         needs.install(wanted)
 
 
-def _run(stage: Stage) -> Outcome:
+def run_stage(stage: Stage) -> Outcome:
     missing = needs.missing(stage.needs)
     lacking = [f"{stage.name} needs {need.name}: {need.remedy}" for need in (*missing, *needs.missing(stage.wants))]
     if missing:
@@ -52,12 +56,26 @@ def _run(stage: Stage) -> Outcome:
     began = time.monotonic()
     try:
         with stage.around() as environment:
-            code = subprocess.run(stage.command(), env={**os.environ, **environment}, check=False).returncode
+            is_ok, tally, unsteady = _tried(stage, {**os.environ, **environment})
     except RuntimeError as fault:
         say(f"{stage.name}: {fault}")
-        code = 1
+        is_ok, tally, unsteady = False, Tally(), ()
+    return Outcome(stage.name, is_ok, time.monotonic() - began, tally, [*lacking, *tally.skipped], unsteady)
+
+
+def _tried(stage: Stage, environment: Mapping[str, str]) -> tuple[bool, Tally, Sequence[str]]:
+    """Run the stage, and what failed of a stage in real time once more, if it is little.
+
+    Returns whether all passed, the results, and the tests that passed only the second time.
+    """
+    code = subprocess.run(stage.command(), env=environment, check=False).returncode
     tally = Tally.of(stage.report) if stage.report is not None else Tally()
-    return Outcome(stage.name, code == 0, time.monotonic() - began, tally, [*lacking, *tally.skipped])
+    if code != PYTEST_FAILED or stage.again is None or not 0 < tally.failed <= AGAIN_LIMIT:
+        return code == 0, tally, ()
+    say(f"{stage.name}: {tally.failed} failed and run again, alone: {', '.join(tally.failures)}")
+    if subprocess.run(stage.again(), env=environment, check=False).returncode != 0:
+        return False, tally, ()
+    return True, replace(tally, passed=tally.passed + tally.failed, failed=0, failures=()), tally.failures
 
 
 def say(text: str) -> None:

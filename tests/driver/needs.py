@@ -11,7 +11,7 @@ from ctypes.util import find_library
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.driver import docker_daemon, uml, vcan
+from tests.driver import docker_daemon, ppp, uml, vcan
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +37,7 @@ SOCAT = program("socat")
 TSHARK = program("tshark")
 GTKWAVE = program("vcd2fst", "gtkwave")
 SIGROK = program("sigrok-cli")
+CHAT = program("chat", "ppp")
 LIBMODBUS = Need(
     "libmodbus",
     ("libmodbus-dev", "gcc", "libc6-dev"),
@@ -49,8 +50,9 @@ NPM = Need(
     ("npm", "g++", "make"),
     lambda: all(shutil.which(name) for name in ("npm", "node", "g++", "make")),
 )
-UML = Need("user-mode Linux", ("user-mode-linux", "kmod", "iproute2"), uml.is_there)
+UML = Need("user-mode Linux", ("user-mode-linux", "kmod", "iproute2", "gcc", "libc6-dev"), uml.is_there)
 VCAN = Need("a kernel with vcan", UML.packages, lambda: vcan.is_there() or uml.is_there())
+PPPD = Need("pppd", ("ppp",), ppp.pppd_is_there)
 DOCKER = Need("Docker with Compose", ("docker.io", "docker-compose", "debootstrap"), docker_daemon.can_be_reached)
 
 

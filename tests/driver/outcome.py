@@ -17,6 +17,8 @@ class Tally:
     failed: int = 0
     skipped: tuple[str, ...] = ()
     """Reasons, with how many tests each stopped."""
+    failures: tuple[str, ...] = ()
+    """The names of the tests that failed."""
 
     @classmethod
     def of(cls, report: Path) -> Self:
@@ -26,9 +28,10 @@ class Tally:
         cases = list(ElementTree.parse(report).iter("testcase"))
         skips = [skip for case in cases for skip in case.iter("skipped") if skip.get("type") == "pytest.skip"]
         reasons = Counter(skip.get("message", "") for skip in skips)
-        failed = sum(case.find("failure") is not None or case.find("error") is not None for case in cases)
+        failed = [case for case in cases if case.find("failure") is not None or case.find("error") is not None]
         skipped = tuple(f"{count} skipped: {reason}" for reason, count in reasons.items())
-        return cls(len(cases) - failed - reasons.total(), failed, skipped)
+        names = tuple(f"{case.get('classname')}::{case.get('name')}" for case in failed)
+        return cls(len(cases) - len(failed) - reasons.total(), len(failed), skipped, names)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +42,8 @@ class Outcome:
     seconds: float
     tally: Tally = Tally()
     left_out: Sequence[str] = field(default_factory=tuple)
+    unsteady: Sequence[str] = field(default_factory=tuple)
+    """Tests that failed beside the others and passed when they ran again, alone."""
 
     @property
     def word(self) -> str:
@@ -52,6 +57,13 @@ def summary(outcomes: Sequence[Outcome], seconds: float, in_ci: bool) -> int:
     if left_out:
         lines += ["", "left out" + (" (which is a failure with CI=true):" if in_ci else ":")]
         lines += [f"  {text}" for text in dict.fromkeys(left_out)]
+    unsteady = [f"  {name}" for outcome in outcomes for name in outcome.unsteady]
+    if unsteady:
+        lines += [
+            "",
+            "passed only at the second try, alone (look at them: a test should not need a quiet host):",
+            *unsteady,
+        ]
     has_failed = any(outcome.is_ok is False for outcome in outcomes) or (in_ci and bool(left_out))
     if any(outcome.tally.passed or outcome.tally.failed for outcome in outcomes):
         lines += ["", _closing(outcomes, seconds)]

@@ -12,12 +12,14 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.driver import docker_daemon, needs, vcan
+from tests.driver import docker_daemon, needs, ppp, vcan
 from tests.driver.needs import Need
 
 REPORTS = Path("build") / "tests"
 NODE = Path("tests") / "real" / "node"
-VCAN_LIMIT_S = 600
+VCAN_LIMIT_S = PPP_LIMIT_S = 1200
+# A test that starts a whole rig can wait long for a busy host; its own limits say earlier what hangs.
+PATIENT = ("--timeout=600",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +33,8 @@ class Stage:
     """The context that must be there while the stage runs; it gives variables for its environment."""
     report: Path | None = None
     """JUnit file that its pytest writes."""
+    again: Callable[[], list[str]] | None = None
+    """The command that repeats only the tests that failed, for a stage whose tests share the host with real time."""
 
 
 def module(*arguments: str) -> Callable[[], list[str]]:
@@ -39,6 +43,11 @@ def module(*arguments: str) -> Callable[[], list[str]]:
 
 def pytest_command(name: str, marks: str, *more: str) -> list[str]:
     return [sys.executable, "-m", "pytest", "-m", marks, f"--junitxml={report_of(name)}", *more]
+
+
+def only_failed(name: str, marks: str) -> list[str]:
+    """The tests of the stage that failed in its last run, one after the other."""
+    return pytest_command(f"{name}-again", marks, "--last-failed", "--last-failed-no-failures=none", *PATIENT)
 
 
 def report_of(name: str) -> Path:
@@ -53,9 +62,11 @@ def pytest_stage(
     needs: tuple[Need, ...] = (),
     wants: tuple[Need, ...] = (),
     around: Callable[[], AbstractContextManager[Mapping[str, str]]] = lambda: nullcontext({}),
+    in_real_time: bool = False,
 ) -> Stage:
     command = pytest_command(name, marks, *more)
-    return Stage(name, about, lambda: command, needs, wants, around, report_of(name))
+    again = (lambda: only_failed(name, marks)) if in_real_time else None
+    return Stage(name, about, lambda: command, needs, wants, around, report_of(name), again)
 
 
 @contextmanager
@@ -86,10 +97,21 @@ IN_MEMORY = "not system and not real and not docker"
 # By default a signal ends a test that hangs, once: hypothesis then tries the same again, and hangs.
 ON_ALL_CORES = ("-n", "auto", "--dist=worksteal", "--timeout-method=thread")
 UNIT = pytest_stage("unit", "in memory and in virtual time", IN_MEMORY, *ON_ALL_CORES)
-QUICK = pytest_stage("quick", "in memory, but what takes long", f"{IN_MEMORY} and not long", *ON_ALL_CORES)
+FEW_EXAMPLES = "--hypothesis-profile=quick"
+QUICK = pytest_stage(
+    "quick", "in memory, but what takes long", f"{IN_MEMORY} and not long", *ON_ALL_CORES, FEW_EXAMPLES
+)
 
 WHOLE = (
-    pytest_stage("docker", "the containers", "docker", needs=(needs.DOCKER,), around=docker_daemon.reachable),
+    pytest_stage(
+        "docker",
+        "the containers",
+        "docker",
+        *PATIENT,
+        needs=(needs.DOCKER,),
+        around=docker_daemon.reachable,
+        in_real_time=True,
+    ),
     Stage(
         "vcan",
         "foreign peers on the kernel's CAN",
@@ -99,13 +121,41 @@ WHOLE = (
         around=node_packages,
         report=report_of("vcan"),
     ),
+    Stage(
+        "ppp",
+        "pppd at the other end of our links",
+        lambda: ppp.command(pytest_command("ppp", "ppp", "tests/real"), REPORTS, PPP_LIMIT_S),
+        needs=(needs.UML, needs.PPPD),
+        report=report_of("ppp"),
+    ),
     pytest_stage(
         "real",
         "foreign peers on sockets and ptys",
-        "real and not vcan",
-        wants=(needs.CAN_UTILS, needs.MBPOLL, needs.SOCAT, needs.TSHARK, needs.GTKWAVE, needs.SIGROK, needs.LIBMODBUS),
+        "real and not vcan and not ppp",
+        *PATIENT,
+        wants=(
+            needs.CAN_UTILS,
+            needs.MBPOLL,
+            needs.SOCAT,
+            needs.TSHARK,
+            needs.GTKWAVE,
+            needs.SIGROK,
+            needs.LIBMODBUS,
+            needs.CHAT,
+        ),
+        in_real_time=True,
     ),
-    pytest_stage("system", "processes, sockets, ptys", "system and not real and not docker", wants=(needs.UML,)),
+    pytest_stage(
+        "system",
+        "processes, sockets, ptys",
+        "system and not real and not docker",
+        "-n",
+        "auto",
+        "--dist=worksteal",
+        *PATIENT,
+        wants=(needs.UML, needs.MBPOLL),
+        in_real_time=True,
+    ),
 )
 
 BENCH = Stage(

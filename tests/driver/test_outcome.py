@@ -21,7 +21,9 @@ JUNIT = """<?xml version="1.0" encoding="utf-8"?>
 def test_tally_counts_what_junit_says(tmp_path: Path) -> None:
     report = tmp_path / "report.xml"
     report.write_text(JUNIT)
-    assert Tally.of(report) == Tally(passed=2, failed=2, skipped=("2 skipped: no mbpoll",))  # an xfail is as expected
+    failures = ("test_a::test_fails", "test_a::test_errs")
+    # An xfail is as expected.
+    assert Tally.of(report) == Tally(passed=2, failed=2, skipped=("2 skipped: no mbpoll",), failures=failures)
 
 
 def test_tally_of_a_pytest_that_never_ran_is_empty(tmp_path: Path) -> None:

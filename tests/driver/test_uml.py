@@ -1,5 +1,6 @@
 """The runner of user-mode Linux, and the guest it boots (3 s each)."""
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -50,3 +51,12 @@ def test_guest_that_fails_shows_its_kernel_log() -> None:
     done = run_inside("--setup", "false", "--", "true")
     assert done.returncode == uml.GUEST_FAILED
     assert "guest: the setup failed" in done.stderr
+
+
+@needs_uml
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+@pytest.mark.system
+def test_guest_runs_with_the_library_for_wide_registers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(uml, "has_wide_registers", lambda: True)
+    arithmetic = "import sys; sys.exit(round(2.5 * 2.8))"  # the state that the library handles is that of such numbers
+    assert uml.run([sys.executable, "-c", arithmetic], uml.Guest()) == 7

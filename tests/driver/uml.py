@@ -4,7 +4,8 @@
 
 Debian's package `user-mode-linux` is a Linux kernel as an ordinary program: no virtualisation, no root.  The command
 sees every file of this machine; what it writes vanishes with the guest, except in the folders named writable.  Its
-output is streamed, its exit code returned.  guest.sh is what happens inside.
+output is streamed, its exit code returned.  guest.sh is what happens inside.  On a processor with AMX the kernel needs
+wide_registers.c, which is compiled for each run.
 
 Left out on purpose: the network of this machine (the guest has a loopback of its own), and speed: a system call takes
 50 us there, so it is a place for correctness, never for measuring.
@@ -48,7 +49,13 @@ class Guest:
 
 def is_there() -> bool:
     """The kernel, and what the guest needs of this machine's programs."""
-    return MODULES.is_dir() and all(shutil.which(name, path=SYSTEM_PATH) for name in (KERNEL, "modprobe", "ip"))
+    programs = (KERNEL, "modprobe", "ip", *(("gcc",) if has_wide_registers() else ()))
+    return MODULES.is_dir() and all(shutil.which(name, path=SYSTEM_PATH) for name in programs)
+
+
+def has_wide_registers() -> bool:
+    """True if the processor has AMX, whose registers are wider than the guest's kernel expects."""
+    return " amx_tile" in Path("/proc/cpuinfo").read_text()
 
 
 def run(command: Sequence[str], guest: Guest) -> int:
@@ -83,6 +90,15 @@ def _write_job(job: Path, command: Sequence[str], guest: Guest, environment: Map
     Path(script).chmod(0o755)
 
 
+def _preloaded(job: Path) -> dict[str, str]:
+    """The environment variables for the kernel that make it run on this processor."""
+    if not has_wide_registers():
+        return {}
+    source, library = Path(__file__).with_name("wide_registers.c"), job / "wide_registers.so"
+    subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", str(library), str(source), "-ldl"], check=True)
+    return {"LD_PRELOAD": str(library)}
+
+
 def _boot(job: Path, guest: Guest, kernel_log: int) -> int | None:
     """Boot, and wait for the end; None if the guest came to it by itself."""
     kernel = [
@@ -101,7 +117,7 @@ def _boot(job: Path, guest: Guest, kernel_log: int) -> int | None:
         # A kernel that outlives a killed test driver would hold the machine's memory.
         ["setpriv", "--pdeathsig", "KILL", *kernel, *job_options, *consoles],
         stdin=subprocess.DEVNULL,
-        env={**os.environ, "HOME": str(job)},
+        env={**os.environ, "HOME": str(job), **_preloaded(job)},
         pass_fds=(kernel_log,),
         start_new_session=True,
     )

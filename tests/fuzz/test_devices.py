@@ -13,12 +13,15 @@ from arp_bench import CardBench
 from arp_terminal import TerminalBench
 from canopen_bench import CanopenBench
 from hiperface_bench import EncoderBench, telegram
+from modem_bench import ModemBench
 from spoiling import spoilt
 from strangers import hub_of
 
 from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK, CanFrame, check_frame
 from fieldrig_bus.can.socketcan import CLASSICAL, FD, from_wire, notice_from_wire, to_wire
 from fieldrig_bus.modbus.framing_rtu import rtu_frame
+from fieldrig_bus.telephone.message import Carrier, Heard, Offer, Ready, Ring, TelephoneMessage, Tone, check_sent
+from fieldrig_bus.telephone.modulation import everything
 
 pytestmark = pytest.mark.system
 
@@ -136,3 +139,29 @@ def test_an_encoder_goes_on(inputs_a_target: int) -> None:
     bench.wait(1000)
     bench.send(telegram("50", bench.encoder.eeprom.address))  # read encoder status
     assert bench.heard()[1:2] in (b"\x50", b"\xd0")  # with the error bit set, if the noise left an error
+
+
+@pytest.mark.share(0.2)
+def test_a_modem_goes_on(inputs_a_target: int) -> None:
+    chance = random.Random(f"{SEED}/modem")
+    seeds = [b"AT&F E0 Q0 V1 &S0 &C1 &R0 S0=2\r", b"ATDT200,W@;\r", b"AT+MS=V32,0;+IPR=0\r", b"A/", b"+++",
+             b"ATH1S7?\r", b"AT&Z1=5&W1&V\r", b"ATA\r", b"ATO\r", b"ATS2=43S12=0\r"]  # fmt: skip
+    answers: list[TelephoneMessage] = [
+        Heard(Tone.DIAL), Ring(True), Ring(False), Offer(everything(), 1), Carrier(9600, True), Heard(Tone.BUSY),
+        Carrier(0), Ready(False), Ready(True), b"data",
+    ]  # fmt: skip
+    bench = ModemBench()
+    for _ in range(inputs_a_target):
+        bench.type(spoilt(chance, seeds))
+        if chance.random() < 0.5:
+            bench.hear(chance.choice(answers))
+        if chance.random() < 0.1:
+            bench.wait(chance.random() * 3)
+            bench.heard()
+            for message in bench.said():
+                check_sent(message)
+    bench.modem.clear_fault(bench.modem.add_fault({"what": "power_off"}))
+    again = ModemBench(bench.store)
+    end = bytes((again.modem._engine.interpreter.profile.registers[3],))
+    again.type(end + b"AT&FE0Q0V1" + end).heard()
+    assert again.ask("AT") == "\r\nOK\r\n"

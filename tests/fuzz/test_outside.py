@@ -18,6 +18,7 @@ from typing import Any
 
 import pytest
 from arp_user_port import PortBench, frame
+from ip_line import CALLER, CONTROLLER, Peer
 from sendable import GOOD
 from spoiling import spoilt
 from strangers import Stranger, bus_of, hello, hub_kinds, hub_of, kind_names
@@ -33,6 +34,7 @@ from fieldrig.untrusted import read_json, typed
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.lawicel import decode as decode_lawicel
 from fieldrig_bus.can.udp import from_wire, to_wire
+from fieldrig_bus.ip.socks import Handshake
 from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_bus.modbus.framing_ascii import AsciiFramer, ascii_frame
 from fieldrig_bus.modbus.framing_mbap import MbapFramer, tcp_frame
@@ -43,6 +45,11 @@ from fieldrig_bus.ring.transport.shm import _are
 from fieldrig_bus.ring.transport.wire import decode_back, encode_back
 from fieldrig_bus.ring.transport.zenoh import _stations_of
 from fieldrig_bus.traces import candump, pcapng
+from fieldrig_bus.traces.ppp_frames import PppFinder
+from fieldrig_devices.ip import icmp
+from fieldrig_devices.ip.checksum import checksum
+from fieldrig_devices.ip.ipv4 import pseudo_header
+from fieldrig_devices.ip.tcp.segment import Segment
 
 pytestmark = pytest.mark.system
 
@@ -69,6 +76,35 @@ REQUEST = bytes.fromhex("0300010002")
 CANDUMP = b"(1700000000.000000) can0 123#0102\n(1700000000.000001) can0 12345678##1AABB\n(1.0) can0 123#R4\n"
 
 
+# An echo, a SYN and a datagram of Linux 6.1.
+IP = [bytes.fromhex("450000241beb40004001d893bec86465bec864640800b64435aa00010001020304050607"),
+      bytes.fromhex("4500003c306740004006c3fabec86465bec86464c9f60050182fce6900000000a002faf08e070000020405b40402080a276ea05c000000000103030a"),
+      bytes.fromhex("450000219a794000401159f8bec86465bec8646481ca0035000df3a768656c6c6f")]  # fmt: skip
+
+
+PPP = bytes.fromhex(
+    "7eff7d23c0217d217d217d207d387d227d267d207d207d207d207d237d24c0237d257d267d21713f747d277d227d287d2244f67e"
+)
+
+
+def _given(data: bytes) -> None:
+    """Give a stack the packet, and once more with right checksums, so that all fields are looked at."""
+    peer = Peer()
+    peer.stack.receive(0, data)
+    if len(data) >= 20:
+        peer.packet(data[9], data[20:])
+        with suppress(ValueError):
+            peer.give(Segment.decode(_with_checksum(data[20:]), CALLER, CONTROLLER))
+    peer.wait(1000)
+
+
+def _with_checksum(segment: bytes) -> bytes:
+    """Return the bytes as a segment with the right checksum."""
+    segment = segment[:16] + bytes(2) + segment[18:]
+    covered = pseudo_header(CALLER, CONTROLLER, 6, len(segment)) + segment
+    return segment[:16] + checksum(covered).to_bytes(2, "big") + segment[18:]
+
+
 def decoders() -> dict[str, tuple[Callable[[bytes], Any], list[bytes]]]:
     found: dict[str, tuple[Callable[[bytes], Any], list[bytes]]] = {
         "read_json": (read_json, JSON),
@@ -87,6 +123,10 @@ def decoders() -> dict[str, tuple[Callable[[bytes], Any], list[bytes]]]:
         ),
         "jsonl": (lambda data: list(read_jsonl(io.BytesIO(data))), [LINE, LINE * 2]),
         "candump": (lambda data: list(candump.read(io.BytesIO(data))), [CANDUMP]),
+        "ip": (_given, IP),
+        "tcp": (lambda data: Segment.decode(data, CALLER, CONTROLLER), [IP[1][20:], IP[2][20:]]),
+        "socks": (lambda data: Handshake().feed(data), [bytes.fromhex("05020001 05010001bec864640015")]),
+        "icmp": (icmp.answer, [IP[0][20:]]),
         "batch": (lambda data: is_batch(read_json(data)), [b'{"family":"can","process":"a","first":0,"epoch_ns":1,"entries":[[1,"a","00"]]}']),
     }  # fmt: skip
     for kind in kind_names():
@@ -116,6 +156,7 @@ def _pcapng() -> bytes:
     return file.getvalue()
 
 
+DECODERS["ppp frames"] = (lambda data: PppFinder().feed("a", data), [PPP])
 DECODERS["pcapng"] = (lambda data: list(pcapng.read(io.BytesIO(data))), [_pcapng()])
 
 
@@ -197,6 +238,10 @@ def test_an_attach_port_goes_on(kind: str, tmp_path: Path, inputs_a_target: int)
     asyncio.run(scene())
 
 
+BUSY_LINE: dict[str, Any] = {
+    "outgoing": [{"number": "1", "dial": "127.0.0.1:1"}], "faults": [{"what": "busy", "line": "outside 1"}],
+}  # fmt: skip
+"""A number that ends each call at once."""
 PORTS: dict[str, tuple[str, dict[str, Any], list[bytes]]] = {
     "socketcand": (
         "can.hub", {"socketcand": "ADDRESS", "slcan": None, "bitrate": None},
@@ -218,6 +263,15 @@ PORTS: dict[str, tuple[str, dict[str, Any], list[bytes]]] = {
         [b"\xff\xfb\x2c", b"\xff\xfa\x2c\x01\x00\x00\x25\x80\xff\xf0", b"\xff\xfa\x2c\x02\x08\xff\xf0",
          b"\xff\xfa\x2c\x03\x01\xff\xf0", b"\xff\xfa\x2c\x04\x01\xff\xf0", b"\xff\xfa\x2c\x05\x08\xff\xf0", b"data\xff\xff",
          b"\xff\xfa\x2c\x0a\xff\xff\xff\xf0", b"\xff\xfd\x03", b"\xff\xfa\x2c\x0c\x03\xff\xf0", b"\xff\xf3"],
+    ),
+    "telephone": (
+        "telephone.exchange", {**BUSY_LINE, "incoming": [{"listen": "ADDRESS", "number": "1"}]},
+        [b"hello", bytes(range(256))],
+    ),
+    "telephone, Telnet": (
+        "telephone.exchange",
+        {**BUSY_LINE, "incoming": [{"listen": "ADDRESS", "number": "1", "telnet": True}]},
+        [b"hello", b"\xff\xfd\x00", b"\xff\xfb\x01", b"data\xff\xff", b"\xff\xfa\x18\x00\xff\xf0"],
     ),
 }  # fmt: skip
 A_CONNECTION = 25

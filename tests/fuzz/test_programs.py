@@ -16,16 +16,17 @@ from spoiling import spoilt, spoilt_json
 
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.untrusted import read_json
-from fieldrig_devices.iec.compiler import SourceFile, compile_project
+from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
 from fieldrig_devices.iec.imports import read_source
 from fieldrig_devices.iec.solo import Solo
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.languages.debugging.framing import Framer, framed
 from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.languages.mistakes import CompileError
-from fieldrig_devices.max4.configuration.program_file import Container, Source
+from fieldrig_devices.max4.configuration.program_file import Container
 
 pytestmark = pytest.mark.system
 
@@ -57,7 +58,7 @@ ACTION run: x := x + 1; END_ACTION END_PROGRAM
 """
 PROGRAMS = [CHART, *(f"{VARIABLES}{body}\nEND_PROGRAM".encode() for body in BODIES)]
 FILES = [*PROGRAMS, *(document.encode() for document in DOCUMENTS)]
-CONTAINERS = [Container((Source("a.st", "PROGRAM a END_PROGRAM"), Source("b.st", "")), "epas-4").encode()]
+CONTAINERS = [Container((SourceFile("a.st", "PROGRAM a END_PROGRAM"), SourceFile("b.st", "")), "epas-4").encode()]
 
 
 def _fuzz(

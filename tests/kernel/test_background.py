@@ -180,6 +180,15 @@ async def test_an_exception_is_a_failure() -> None:
 
 @pytest.mark.system
 @in_loop
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not limit the memory of a process")
+async def test_work_that_needs_too_much_memory_is_a_failure() -> None:
+    async with a_bench() as bench:
+        failure = await bench.result(work.fill, 4 << 30)
+    assert failure == Failure("it needs more memory than the 3072 MB of a worker process")
+
+
+@pytest.mark.system
+@in_loop
 async def test_what_the_work_prints_is_not_its_answer() -> None:
     async with a_bench() as bench:
         assert await bench.result(work.talk, "hello\n" * 1_000) == 6_000

@@ -8,6 +8,8 @@ from typing import Any
 
 import can
 import pytest
+from dial_bench import Bench
+from dial_peer import PAGE
 
 from fieldrig.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
@@ -112,6 +114,38 @@ def test_capture_that_wireshark_has_saved_again_is_read(capture: Path, tmp_path:
     with again.open("rb") as file:
         assert [(entry.bus, entry.family, entry.sender, entry.data) for entry in pcapng.read(file)] == [
             (entry.bus, entry.family, entry.sender, entry.data) for entry in ENTRIES
+        ]
+
+
+def test_tshark_decodes_a_call_down_to_http(tmp_path: Path) -> None:
+    """A call of `fieldrig dial` on a serial line: modem, LCP, PAP, IPCP, TCP, and a page."""
+    bench = Bench()
+    bench.run(20, lambda: bench.caller.is_up)
+    connection, page = bench.caller.open(80), bytearray()
+    connection.on_data = page.extend
+    connection.send(b"GET /INDEX.HTM HTTP/1.0\r\n\r\n")
+    connection.end()
+    bench.run(20, lambda: page == PAGE)
+    bench.run(1)
+    bench.caller.hang_up(bench.now_ns)
+    bench.run(10)
+    path = tmp_path / "call.pcapng"
+    with path.open("wb") as file:
+        entries = [TraceEntry(time_ns, "com1", "serial", name, b"\x00" + data) for time_ns, name, data in bench.line]
+        assert pcapng.write(entries, file, START_UNIX_NS) == len(entries)
+    checks = ("-o", "tcp.check_checksum:TRUE", "-o", "ip.check_checksum:TRUE")
+    assert output("tshark", "-r", str(path), *checks, "-Y", "_ws.malformed || ip.checksum.status == 0") == ""
+    assert output("tshark", "-r", str(path), *checks, "-Y", "tcp.checksum.status == 0 || tcp.analysis.flags") == ""
+    found = output("tshark", "-r", str(path), "-Y", "ppp", "-T", "fields", "-e", "_ws.col.Protocol").split()
+    assert {"LCP", "PAP", "IPCP", "TCP", "HTTP"} <= {name.removeprefix("PPP").strip() for name in found}
+    (request,) = tshark(path, "-Y", "http.request")
+    (response,) = tshark(path, "-Y", "http.response")
+    assert "/INDEX.HTM" in json.dumps(request["http"])
+    assert response["http"]["http.content_length_header"] == "50000"
+    assert request["frame"]["frame.interface_id_tree"]["frame.interface_name"] == "com1 PPP"
+    with path.open("rb") as file:
+        assert [(entry.time_ns, entry.sender, entry.data) for entry in pcapng.read(file)] == [
+            (entry.time_ns, entry.sender, entry.data) for entry in entries
         ]
 
 

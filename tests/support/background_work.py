@@ -33,6 +33,10 @@ def facts(_: None, report: Report) -> tuple[int, int]:
     return os.nice(0), os.sched_getscheduler(0)
 
 
+def fill(size: int, report: Report) -> int:
+    return len(bytearray(size))
+
+
 def talk(words: str, report: Report) -> int:
     print(words)  # noqa: T201
     return len(words)

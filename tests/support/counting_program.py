@@ -13,6 +13,7 @@ class CountingProgram:
 
     def __init__(self) -> None:
         self.on_stop: Callable[[], None] = lambda: None
+        self.on_load: Callable[[], None] = lambda: None
         self.on_sample: Callable[[], None] | None = None
         self.state = ProgramState.RUNNING
         self.files: Mapping[str, str] = {"count.txt": "n := n + 1;\nm := n;\n"}
@@ -70,7 +71,7 @@ class CountingProgram:
             raise ValueError(f"{path} has no children")
         return [self.evaluate(name) for name in self.values]
 
-    def evaluate(self, text: str, thread: int | None = None) -> Variable:
+    def evaluate(self, text: str, thread: int | None = None, frame: int = 0) -> Variable:
         name, equals, value = text.partition("=")
         if name not in self.values:
             raise ValueError(f"{name} is not known")

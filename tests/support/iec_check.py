@@ -9,12 +9,12 @@ from fieldrig_devices.iec.check import check
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.declarations import Declarations
 from fieldrig_devices.iec.check.expressions import Expressions
-from fieldrig_devices.iec.check.limits import MAX_4, Limits
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Library, NativeFunction
 from fieldrig_devices.iec.library.selection import needed
 from fieldrig_devices.iec.library.sources import sources
+from fieldrig_devices.iec.limits import MAX_4, Limits
 from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.program import ConfiguredObject, Program, Variable
 from fieldrig_devices.iec.standalone import StandaloneHost

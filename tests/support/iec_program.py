@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 
 from fieldrig.clock import VirtualClock
-from fieldrig_devices.iec.compiler import Compiled, SourceFile, compile_project
+from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Library, Pending
 from fieldrig_devices.iec.program import ConfiguredObject
 from fieldrig_devices.iec.runtime import Runtime
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.thread import Thread

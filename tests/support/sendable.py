@@ -10,6 +10,7 @@ from typing import Any
 from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import BitRate, BusState, CanControl, CanError, CanState, ErrorKind, FaultNote
+from fieldrig_bus.ip.message import Closed, Consumed, Ended, Offered, Opened, Portion
 from fieldrig_bus.modbus.message import ClientConnected, LineState, ModbusRequest, ModbusResponse
 from fieldrig_bus.opcua.message import (
     Browse,
@@ -18,17 +19,21 @@ from fieldrig_bus.opcua.message import (
     Kind,
     Node,
     Nodes,
-    Offer,
     Outcome,
     Outcomes,
     Read,
     Status,
     Write,
 )  # fmt: skip
+from fieldrig_bus.opcua.message import Offer as OpcOffer
 from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst
 from fieldrig_bus.serial.message import Break, ControlLines, Format
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm
+from fieldrig_bus.tcp.message import Close, Connected, Data, Listen, Listening, Taken, Unlisten
+from fieldrig_bus.tcp.message import Ended as TcpEnded
+from fieldrig_bus.telephone.message import Carrier, Dial, Heard, Hook, Offer, Ready, Ring, Tone
+from fieldrig_bus.telephone.modulation import Modulation, everything
 from fieldrig_bus.wires import Motion, Signal
 
 _any: Any = lambda value: value  # noqa: E731  what mypy would find at once is what is sent here
@@ -50,7 +55,7 @@ GOOD: dict[type, list[Any]] = {
     Mst: [Mst(0, b"\xff\x04")],
     Mdt: [Mdt(b""), Mdt(b"\xff\x01\x02")],
     bytes: [b"", b"\x05\x00\x00"],
-    Offer: [Offer("plc", "a controller", 0)],
+    OpcOffer: [OpcOffer("plc", "a controller", 0)],
     Browse: [Browse("plc", 1, ""), Browse("plc", 2, "PLC_PRG", 100)],
     Find: [Find("plc", 1, "PLC_PRG.n")],
     Read: [Read("plc", 1, ("a", "b")), Read("plc", 1, ())],
@@ -59,6 +64,25 @@ GOOD: dict[type, list[Any]] = {
     Nodes: [Nodes(1, (Node("a", "", "a", Kind.VARIABLE, "INT", 3, True, choices=(("red", 0),)),), False),
             Nodes(1, (Node("b", "", "b", low=0, high=10),))],
     Outcomes: [Outcomes(1, (Outcome(Status.GOOD, 1.5), Outcome(Status.REFUSED, None, "why")))],
+    Offered: [Offered(()), Offered((1, 65_535))],
+    Opened: [Opened("plc", 0, 80), Opened("\u00e4", 0xFFFF_FFFF, 65_535)],
+    Portion: [Portion("plc", 1, False, b"GET"), Portion("", 1, True, bytes(8192))],
+    Consumed: [Consumed("plc", 1, True, 65_536)],
+    Ended: [Ended("plc", 1, False)],
+    Closed: [Closed("plc", 1, True, "aborted")],
+    Hook: [Hook(True), Hook(False)],
+    Dial: [Dial("0"), Dial("0*#ABCD" * 9)],
+    Offer: [Offer(()), Offer(everything(), 2, 9600), Offer((Modulation("V21", 300, 300),), 1)],
+    Carrier: [Carrier(0), Carrier(33_600, True, False)],
+    Ready: [Ready(True), Ready(False)],
+    Connected: [Connected(1, "http", "127.0.0.1", "127.0.0.1"), Connected(2, "", "::1", "::1", 1)],
+    Data: [Data(1, b"GET"), Data(0xFFFF_FFFF, bytes(16_384))],
+    Taken: [Taken(1, 1)],
+    TcpEnded: [TcpEnded(1), TcpEnded(1, True)],
+    Close: [Close(1)],
+    Listen: [Listen(1)],
+    Listening: [Listening(1, 0), Listening(1, 65_535)],
+    Unlisten: [Unlisten(1)],
     Signal: [Signal("pump.run", True), Signal("tank.level", 1.5, "m"), Signal("", -(1 << 63)),
              Motion("encoder", 7, "count", -5, 1.5, 0.0), PulseTrain("p", 0, frequency=50_000, count=7),
              Pwm("p", 12.5, frequency=65_000)],
@@ -80,7 +104,18 @@ BAD: dict[type, list[Any]] = {
     CanError: [CanError(ErrorKind.BIT, next(iter(Place)), 1, 1, True, False, 8, 0)],
     BusState: [BusState(CanState.ACTIVE, 0, 0)],
     FaultNote: [FaultNote(1, "dropped")],
-    Offer: [Offer(_any(1), "", 0), Offer("plc", _any(None), 0), Offer("plc", "", _any("0")), Offer("p" * 2_000, "", 0)],
+    OpcOffer: [OpcOffer(_any(1), "", 0), OpcOffer("plc", _any(None), 0), OpcOffer("plc", "", _any("0")),
+               OpcOffer("p" * 2_000, "", 0)],
+    Connected: [Connected(0, "http", "127.0.0.1", "127.0.0.1"), Connected(1, "http", "localhost", "127.0.0.1"),
+                Connected(1, "h" * 33, "127.0.0.1", "127.0.0.1"), Connected(1, "h\n", "127.0.0.1", "127.0.0.1"),
+                Connected(1, _any(b"http"), "127.0.0.1", "127.0.0.1"), Connected(1, "", "::1", "::1", -1)],
+    Data: [Data(1, b""), Data(1, bytes(16_385)), Data(_any("1"), b"x"), Data(1, _any("x")), Data(1 << 32, b"x")],
+    Taken: [Taken(1, 0), Taken(1, _any(1.0))],
+    TcpEnded: [TcpEnded(0), TcpEnded(1, _any(1))],
+    Close: [Close(_any(None))],
+    Listen: [Listen(-1)],
+    Listening: [Listening(1, 65_536), Listening(1, -1)],
+    Unlisten: [Unlisten(_any(True))],
     Browse: [Browse("plc", _any("1"), ""), Browse("plc", 1, _any(None)), Browse("plc", 1, "", _any(1.5))],
     Find: [Find("plc", 1, _any(b"a")), Find("plc", 1, "a" * 2_000)],
     Read: [Read("plc", 1, _any((1,))), Read("plc", 1, ("x",) * 201), Read("plc", 1, _any("ab"))],
@@ -98,6 +133,14 @@ BAD: dict[type, list[Any]] = {
         ModbusResponse(256, b"\x03"), ModbusResponse(1, b""), ModbusResponse(1, bytes(254)),
         ModbusResponse(1, _any(None)), ModbusResponse(1, b"\x03", _any("1")),
     ],
+    Offered: [Offered((0,)), Offered((65_536,)), Offered(_any([80])), Offered(_any(("80",))), Offered((80,) * 101)],
+    Opened: [Opened("plc", 1, 0), Opened("plc", -1, 80), Opened("p" * 256, 1, 80), Opened(_any(1), 1, 80),
+             Opened("plc", _any(True), 80), Opened("\ud800", 1, 80)],
+    Portion: [Portion("plc", 1, False, b""), Portion("plc", 1, False, bytes(8193)), Portion("plc", 1, _any(1), b"x"),
+              Portion("plc", 1, False, _any("x")), Portion("plc", 1 << 32, False, b"x")],
+    Consumed: [Consumed("plc", 1, False, 0), Consumed("plc", 1, False, 65_537), Consumed("plc", 1, _any(None), 5)],
+    Ended: [Ended("plc", 1, _any("no")), Ended(_any(None), 1, False)],
+    Closed: [Closed("plc", 1, False, "w" * 256), Closed("plc", 1, False, _any(b"why"))],
     ClientConnected: [ClientConnected("somewhere"), ClientConnected(""), ClientConnected(_any(2130706433))],
     ControlLines: [ControlLines(_any(1)), ControlLines(rts=_any(None)), ControlLines(dcd=_any("on"))],
     Format: [Format(0), Format(-9600), Format(1 << 32), Format(9600, _any(9)), Format(9600, 8, _any("X")),
@@ -109,6 +152,16 @@ BAD: dict[type, list[Any]] = {
     Cycle: [Cycle(0, b"\xff\x04", b"")],
     Answers: [Answers(0, (), True)],
     bytes: [],
+    # The exchange's own words.
+    Ring: [Ring(True), Ring(False, "100")],
+    Heard: [Heard(Tone.DIAL)],
+    Hook: [Hook(_any(1)), Hook(_any(None))],
+    Dial: [Dial(""), Dial("1" * 65), Dial("0 1"), Dial("W"), Dial(_any(5)), Dial(_any(b"1"))],
+    Offer: [Offer(_any([])), Offer((_any("V34"),)), Offer((Modulation("V99", 0, 0),)), Offer(everything() * 2),
+            Offer((Modulation("V34", -1, 0),)), Offer((Modulation("V34", 0, 99_999),)), Offer((), 3), Offer((), 0, -1),
+            Offer((Modulation(_any(None), 0, 0),))],
+    Carrier: [Carrier(-1), Carrier(33_601), Carrier(_any("300")), Carrier(300, _any(1)), Carrier(300, True, _any(0))],
+    Ready: [Ready(_any(1)), Ready(_any("yes"))],
     Signal: [
         Signal("level", nan), Signal("level", inf), Signal("level", -inf), Signal("level", 1 << 64),
         Signal("level", -(1 << 63) - 1), Signal("level", _any("1")), Signal("level", _any(None)), Signal(_any(5), 1),

@@ -18,6 +18,7 @@ from hiperface_bench import telegram
 from hmiscu_device_bench import DeviceBench
 from max4_bench import PLATE
 from max4_bench import Bench as Max4Bench
+from modem_bench import ModemBench
 
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.errors import ControlError
@@ -161,12 +162,23 @@ def _encoder(store: Store) -> Storing:
     return Storing(lambda value: ask(f"4b 00 70 01 55 {value:02x}").hex(), read, "4b007001", "5005")
 
 
+def _modem(store: Store) -> Storing:
+    bench = ModemBench(store)
+    bench.ask("ATE0")
+
+    def read() -> int:
+        return int(bench.ask("ATS7?").split()[0])
+
+    return Storing(lambda value: bench.ask(f"ATS7={value}&W").strip(), read, "OK", "ERROR")
+
+
 KINDS: Final[Mapping[str, Callable[[Store], Storing]]] = {
     "arp": _card,
     "canopen.node": _node,
     "hmiscu": _panel_controller,
     "max4": _controller,
     "modbus.device": _registers,
+    "modem": _modem,
     "sm.encoder": _encoder,
     "terminal.tr": _terminal,
 }

@@ -29,6 +29,7 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(1800)]
 PORTS = (
     *("5020", "5021", "5022", "7447", "7449", "7450", "29536", "29538", "29556"),
     *("5024", "5025", "5028", "7013", "7452", "7454", "29560", "29561", "29562", "29564"),
+    *("7202", "7203", "7455"),
 )
 """The ports of the lab, the ring and the machine, and those that pages give to their own rigs."""
 BESIDE = {"eds": "configs/eds", "registers": "configs/registers", ".venv": sys.prefix}
@@ -51,7 +52,7 @@ class Desk:
         for name, target in BESIDE.items():
             (self.folder / name).symlink_to(target)
         self._ports = {port: str(free_port()) for port in PORTS}
-        for name in ("ring", "machine"):
+        for name in ("ring", "machine", "modems"):
             rig = self.folder / "configs" / f"{name}.yaml"
             rig.write_text(self._with_free_ports(rig.read_text(encoding="utf-8")), encoding="utf-8")
         self._originals = {free: port for port, free in self._ports.items()}

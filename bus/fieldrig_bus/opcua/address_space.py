@@ -100,7 +100,7 @@ class AddressSpace:
         """Compare the nodes that are known of a device with those that it has now, and return the changes."""
         index = self._names.index(name) + FIRST_NAMESPACE
         changes: list[ua.ModelChangeStructureDataType] = []
-        for node_id in [one for one in self._nodes if one.NamespaceIndex == index and one.Identifier != ROOT]:
+        for node_id in [known for known in self._nodes if known.NamespaceIndex == index and known.Identifier != ROOT]:
             old = self._nodes.get(node_id)
             new = await self._devices.find(name, str(node_id.Identifier)) if old is not None else None
             if old is None or new == old:
@@ -111,11 +111,11 @@ class AddressSpace:
                 self._add(node_id, new, _node_id(new.parent, index))
                 verb = ua.ModelChangeStructureVerbMask.DataTypeChanged
             changes.append(_change(node_id, verb))
-        for parent in [one for one in self._browsed if one.NamespaceIndex == index]:
+        for parent in [known for known in self._browsed if known.NamespaceIndex == index]:
             before = set(self._browsed.pop(parent))
             await self.browse(parent)
-            added = [one for one in self._browsed.get(parent, []) if one not in before]
-            changes += [_change(one, ua.ModelChangeStructureVerbMask.NodeAdded) for one in added]
+            added = [reference for reference in self._browsed.get(parent, []) if reference not in before]
+            changes += [_change(reference, ua.ModelChangeStructureVerbMask.NodeAdded) for reference in added]
         # No client has seen the rest of the nodes, but one may have seen that they were missing.
         return changes or [_change(_node_id("", index), ua.ModelChangeStructureVerbMask.ReferenceAdded)]
 
@@ -136,7 +136,7 @@ class AddressSpace:
             for reference in list(space[own].references):
                 if not reference.IsForward and reference.NodeId in space:
                     parent = space[reference.NodeId]
-                    parent.references[:] = [one for one in parent.references if one.NodeId != own]
+                    parent.references[:] = [reference for reference in parent.references if reference.NodeId != own]
             del space[own]
 
     # ---- nodes of the address space

@@ -37,7 +37,7 @@ _NOT_FINITE: Final = {"nan": float("nan"), "inf": float("inf"), "-inf": float("-
 
 
 def encode(message: OpcUaMessage) -> bytes:
-    data = {one.name: _plain(getattr(message, one.name)) for one in fields(message)}
+    data = {part.name: _plain(getattr(message, part.name)) for part in fields(message)}
     return json.dumps([type(message).__name__, data], separators=(",", ":")).encode()
 
 
@@ -83,11 +83,11 @@ def _plain(value: Any) -> Any:
         case Kind() | Status():
             return value.value
         case Node() | Outcome():
-            return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
+            return {part.name: _plain(getattr(value, part.name)) for part in fields(value)}
         case float() if not isfinite(value):
             return {"float": str(value)}
         case list() | tuple():
-            return [_plain(one) for one in value]
+            return [_plain(element) for element in value]
         case _:
             return value
 
@@ -99,11 +99,11 @@ def _message(kind: str, data: dict[str, Any]) -> OpcUaMessage:
     exchange = field(data, "exchange", int)
     match kind:
         case "Nodes":
-            nodes = tuple(_node(one) for one in items(field(data, "nodes", list), dict, MOST_NODES, "nodes"))
+            nodes = tuple(_node(row) for row in items(field(data, "nodes", list), dict, MOST_NODES, "nodes"))
             return Nodes(exchange, nodes, field(data, "is_complete", bool))
         case "Outcomes":
             found = items(field(data, "outcomes", list), dict, MOST_PATHS, "outcomes")
-            return Outcomes(exchange, tuple(_outcome(one) for one in found))
+            return Outcomes(exchange, tuple(_outcome(row) for row in found))
     device = _text(data, "device")
     match kind:
         case "Browse":
@@ -117,7 +117,7 @@ def _message(kind: str, data: dict[str, Any]) -> OpcUaMessage:
 
 def _node(data: dict[str, Any]) -> Node:
     choices = items(field(data, "choices", list), list, MOST_ELEMENTS, "choices")
-    if any(len(one) != 2 or type(one[0]) is not str or type(one[1]) is not int for one in choices):
+    if any(len(choice) != 2 or type(choice[0]) is not str or type(choice[1]) is not int for choice in choices):
         raise MalformedError("choices: expected names with numbers")
     return Node(
         _text(data, "path"),
@@ -146,7 +146,7 @@ def _value(value: Any) -> AnyValue:
     if isinstance(value, list):
         if len(value) > MOST_ELEMENTS:
             raise MalformedError(f"{len(value)} elements, expected at most {MOST_ELEMENTS}")
-        return [_single(one) for one in value]
+        return [_single(element) for element in value]
     return _single(value)
 
 
@@ -173,4 +173,4 @@ def _member(kinds: Any, word: str) -> Any:
     try:
         return kinds(word)
     except ValueError:
-        raise MalformedError(f"{shown(word)}: expected one of {[one.value for one in kinds]}") from None
+        raise MalformedError(f"{shown(word)}: expected one of {[kind.value for kind in kinds]}") from None

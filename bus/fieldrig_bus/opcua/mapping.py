@@ -107,7 +107,7 @@ def to_variant(node: Node, value: AnyValue) -> ua.Variant:
     """Return a value of the device for a client."""
     kind = mapped(node)
     if isinstance(value, list):
-        return ua.Variant([_to_client(node, kind, one) for one in value], kind.variant, is_array=True)
+        return ua.Variant([_to_client(node, kind, element) for element in value], kind.variant, is_array=True)
     return ua.Variant(_to_client(node, kind, value), kind.variant)
 
 
@@ -119,7 +119,7 @@ def from_variant(node: Node, variant: ua.Variant) -> AnyValue:
     if isinstance(value, list):
         if len(value) != node.length or len(value) > MOST_ELEMENTS:
             raise WrongValueError(Status.OUT_OF_RANGE)
-        return [_from_client(node, kind, one) for one in value]
+        return [_from_client(node, kind, element) for element in value]
     return _from_client(node, kind, value)
 
 

@@ -65,7 +65,7 @@ class Sampler:
 
     def _end_unused(self) -> None:
         used = {interval_ms for _, interval_ms in self._items.values()}
-        for interval_ms in [one for one in self._tasks if one not in used]:
+        for interval_ms in [period_ms for period_ms in self._tasks if period_ms not in used]:
             self._tasks.pop(interval_ms).cancel()
 
     async def _run(self, interval_ms: float) -> None:

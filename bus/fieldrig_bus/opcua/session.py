@@ -76,8 +76,8 @@ class Session(InternalSession):  # type: ignore[misc]
         return self.iserver.users.may_write(self.user)
 
     async def browse(self, params: ua.BrowseParameters) -> list[ua.BrowseResult]:
-        for one in params.NodesToBrowse:
-            await self._space.browse(one.NodeId)
+        for asked in params.NodesToBrowse:
+            await self._space.browse(asked.NodeId)
         results: list[ua.BrowseResult] = await super().browse(params)
         return results
 
@@ -88,13 +88,13 @@ class Session(InternalSession):  # type: ignore[misc]
         return results
 
     async def read(self, params: ua.ReadParameters) -> list[ua.DataValue]:
-        for one in params.NodesToRead:
-            await self._space.ensure(one.NodeId)
+        for asked in params.NodesToRead:
+            await self._space.ensure(asked.NodeId)
         results: list[ua.DataValue] = await super().read(params)
         ours = [
             place
-            for place, one in enumerate(params.NodesToRead)
-            if one.AttributeId == _VALUE and self._is_variable(one.NodeId)
+            for place, asked in enumerate(params.NodesToRead)
+            if asked.AttributeId == _VALUE and self._is_variable(asked.NodeId)
         ]
         values = await self.iserver.values([params.NodesToRead[place].NodeId for place in ours])
         for place, value in zip(ours, values, strict=True):
@@ -105,31 +105,31 @@ class Session(InternalSession):  # type: ignore[misc]
 
     async def write(self, params: ua.WriteParameters) -> list[ua.StatusCode]:
         results = []
-        for one in params.NodesToWrite:
-            await self._space.ensure(one.NodeId)
-            results.append(ua.StatusCode(await self._write(one)))
+        for asked in params.NodesToWrite:
+            await self._space.ensure(asked.NodeId)
+            results.append(ua.StatusCode(await self._write(asked)))
         return results
 
     async def call(self, params: list[ua.CallMethodRequest]) -> list[ua.CallMethodResult]:
         results = []
-        for one in params:
-            await self._space.ensure(one.MethodId)
-            node = self._space.node(one.MethodId)
+        for asked in params:
+            await self._space.ensure(asked.MethodId)
+            node = self._space.node(asked.MethodId)
             if node is None or node.kind is not Kind.METHOD:
-                results += await super().call([one])
+                results += await super().call([asked])
                 continue
-            results.append(await self._call(one, node))
+            results.append(await self._call(asked, node))
         return results
 
     async def create_monitored_items(
         self, params: ua.CreateMonitoredItemsParameters
     ) -> list[ua.MonitoredItemCreateResult]:
-        for one in params.ItemsToCreate:
-            await self._space.ensure(one.ItemToMonitor.NodeId)
+        for asked in params.ItemsToCreate:
+            await self._space.ensure(asked.ItemToMonitor.NodeId)
         ours = [
             place
-            for place, one in enumerate(params.ItemsToCreate)
-            if one.ItemToMonitor.AttributeId == _VALUE and self._is_variable(one.ItemToMonitor.NodeId)
+            for place, asked in enumerate(params.ItemsToCreate)
+            if asked.ItemToMonitor.AttributeId == _VALUE and self._is_variable(asked.ItemToMonitor.NodeId)
         ]
         await self.iserver.sample([params.ItemsToCreate[place].ItemToMonitor.NodeId for place in ours])
         results: list[ua.MonitoredItemCreateResult] = await super().create_monitored_items(params)
@@ -181,8 +181,8 @@ class Session(InternalSession):  # type: ignore[misc]
 
     def _hide_rights(self, params: ua.ReadParameters, results: list[ua.DataValue]) -> None:
         """Show users without write access that they have none."""
-        for place, one in enumerate(params.NodesToRead):
-            if one.AttributeId == ua.AttributeIds.UserAccessLevel and self._is_variable(one.NodeId):
+        for place, asked in enumerate(params.NodesToRead):
+            if asked.AttributeId == ua.AttributeIds.UserAccessLevel and self._is_variable(asked.NodeId):
                 results[place] = ua.DataValue(ua.Variant(1 << ua.AccessLevel.CurrentRead, ua.VariantType.Byte))
 
     async def _walk(self, path: ua.BrowsePath) -> None:
@@ -194,7 +194,7 @@ class Session(InternalSession):  # type: ignore[misc]
                 await self._space.browse(node_id)
                 data = self.aspace.get(node_id)
                 references = data.references if data is not None else []
-                found |= {one.NodeId for one in references if one.BrowseName == element.TargetName}
+                found |= {reference.NodeId for reference in references if reference.BrowseName == element.TargetName}
             current = found
 
     async def _write(self, asked: ua.WriteValue) -> int:

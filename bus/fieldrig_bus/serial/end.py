@@ -30,7 +30,12 @@ class LineEnd:
         self._free_ns = 0
         self._timer: Timer | None = None
         self._is_held = False
-        self._has_room = True
+        self.has_room = True
+
+    @property
+    def waiting(self) -> int:
+        """The number of bytes that the line does not have yet."""
+        return len(self._waiting)
 
     def send(self, data: bytes) -> None:
         self._waiting += data
@@ -94,8 +99,8 @@ class LineEnd:
                 self._link.send(bytes(waiting))
                 waiting.clear()
         has_room = len(waiting) < MOST_WAITING
-        if has_room != self._has_room:
-            self._has_room = has_room
+        if has_room != self.has_room:
+            self.has_room = has_room
             self.on_room(has_room)
 
     def _feed_paced(self, waiting: bytearray) -> None:

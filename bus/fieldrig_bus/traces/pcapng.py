@@ -2,7 +2,8 @@
 
 There is one interface per bus, with its name.  CAN frames are those of SocketCAN (LINKTYPE_CAN_SOCKETCAN); errors and
 states are its error frames, and an injected fault is an error frame without a class and with a comment.  Modbus
-messages are TCP/IP packets (`modbus_packet`), and all others are the bytes of `Bus.encode` (LINKTYPE_USER0).  The
+messages are TCP/IP packets (`modbus_packet`), and all others are the bytes of `Bus.encode` (LINKTYPE_USER0).  A serial
+line that carries PPP has a second interface with its frames (LINKTYPE_PPP), which is not read back.  The
 comment of a packet is its sender; a second comment has the bytes of the message where the packet does not contain them.
 Time stamps are the time of day.  The comment of the section has instant 0, so that files of `fieldrig` are read as they
 were written.  In foreign captures CAN and Modbus TCP are read, with the time of day as their instant.
@@ -27,13 +28,15 @@ from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR
 from fieldrig_bus.can.notices import BusState, CanError
 from fieldrig_bus.can.socketcan_errors import LENGTH, error_frame
 from fieldrig_bus.modbus import codec as modbus_codec
+from fieldrig_bus.serial import codec as serial_codec
 from fieldrig_bus.traces.modbus_packet import PacketMaker, messages_in
+from fieldrig_bus.traces.ppp_frames import PppFinder
 
 SUFFIX = ".pcapng"
 FAMILIES: frozenset[str] = frozenset()  # all
 
 # tcpdump.org/linktypes.html
-ETHERNET, RAW_IP, USER0, CAN_SOCKETCAN, IPV4 = 1, 101, 147, 227, 228
+ETHERNET, PPP, RAW_IP, USER0, CAN_SOCKETCAN, IPV4 = 1, 9, 101, 147, 227, 228
 _LINK_TYPES = {"can": CAN_SOCKETCAN, "modbus": IPV4}
 
 # python-pcapng has no annotations
@@ -42,6 +45,9 @@ InterfaceDescription: Any = blocks.InterfaceDescription
 EnhancedPacket: Any = blocks.EnhancedPacket
 FileWriter: Any = writer.FileWriter
 FileScanner: Any = scanner.FileScanner
+
+_Packer = Callable[[TraceEntry], tuple[bytes, list[str]]]
+"""Returns the packet of an entry, and its comments."""
 
 _CAN = struct.Struct("!IBBxx")  # identifier with flags, length, flags of an FD frame
 _FD = 0x04  # CANFD_FDF
@@ -52,34 +58,57 @@ _MESSAGE = re.compile(r"fieldrig: message ([0-9a-f]*)")
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
-    """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of packets."""
-    section = SectionHeader(
-        options={"opt_comment": f"fieldrig: instant 0 is {start_unix_ns} ns", "shb_userappl": "fieldrig"}
-    )
-    output = FileWriter(file, section)
-    interfaces: dict[str, tuple[int, Callable[[TraceEntry], tuple[bytes, list[str]]]]] = {}
+    """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of entries."""
+    output = _Output(file, start_unix_ns)
+    packers: dict[str, _Packer] = {}
+    finders: dict[str, PppFinder] = {}
     written = 0
     for entry in entries:
-        interface = interfaces.get(entry.bus)
-        if interface is None:
-            number = len(interfaces)
+        number = output.interface(entry.bus, entry.family, _LINK_TYPES.get(entry.family, USER0))
+        if entry.bus not in packers:
+            packers[entry.bus] = _packer(entry.family, number)
+        output.write(number, entry.time_ns, *packers[entry.bus](entry))
+        written += 1
+        if entry.family == "serial" and isinstance(data := serial_codec.decode(entry.data), bytes):
+            for frame in finders.setdefault(entry.bus, PppFinder()).feed(entry.sender, data):
+                ppp = output.interface(f"{entry.bus} PPP", "ppp", PPP)
+                output.write(ppp, entry.time_ns, frame, [entry.sender])
+    return written
+
+
+class _Output:
+    """A file with one section, and its interfaces by name."""
+
+    def __init__(self, file: BinaryIO, start_unix_ns: int) -> None:
+        self._start_unix_ns = start_unix_ns
+        self._section = SectionHeader(
+            options={"opt_comment": f"fieldrig: instant 0 is {start_unix_ns} ns", "shb_userappl": "fieldrig"}
+        )
+        self._file = FileWriter(file, self._section)
+        self._numbers: dict[str, int] = {}
+
+    def interface(self, name: str, about: str, link_type: int) -> int:
+        """Return the number of an interface, which is added if there is none of this name."""
+        if name not in self._numbers:
+            options = {"if_name": name, "if_description": about, "if_tsresol": b"\x09"}
             with _unwarned():
-                output.write_block(_interface(section, entry))
-            interface = interfaces[entry.bus] = number, _packer(entry.family, number)
-        number, pack = interface
-        packet, comments = pack(entry)
-        ticks = start_unix_ns + entry.time_ns
-        block = section.new_member(
+                self._file.write_block(
+                    self._section.new_member(InterfaceDescription, link_type=link_type, options=options)
+                )
+            self._numbers[name] = len(self._numbers)
+        return self._numbers[name]
+
+    def write(self, interface: int, time_ns: int, packet: bytes, comments: list[str]) -> None:
+        ticks = self._start_unix_ns + time_ns
+        block = self._section.new_member(
             EnhancedPacket,
-            interface_id=number,
+            interface_id=interface,
             timestamp_high=ticks >> 32,
             timestamp_low=ticks & 0xFFFF_FFFF,
             packet_data=packet,
             options={"opt_comment": comments},
         )
-        output.write_block(block)
-        written += 1
-    return written
+        self._file.write_block(block)
 
 
 def read(file: BinaryIO) -> Iterator[TraceEntry]:
@@ -125,15 +154,7 @@ def _unwarned() -> Iterator[None]:
         yield
 
 
-def _interface(section: Any, entry: TraceEntry) -> Any:
-    return section.new_member(
-        InterfaceDescription,
-        link_type=_LINK_TYPES.get(entry.family, USER0),
-        options={"if_name": entry.bus, "if_description": entry.family, "if_tsresol": b"\x09"},
-    )
-
-
-def _packer(family: str, number: int) -> Callable[[TraceEntry], tuple[bytes, list[str]]]:
+def _packer(family: str, number: int) -> _Packer:
     if family == "can":
         return _can_packet
     if family == "modbus":

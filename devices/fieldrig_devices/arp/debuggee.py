@@ -41,6 +41,7 @@ class ArpDebuggee:
         """`first` is the program that the rig file names, as object and source; that in the card may be another."""
         self._card, self._background = card, background
         self.on_stop: Callable[[], None] = lambda: None
+        self.on_load: Callable[[], None] = lambda: None
         self.on_sample: Callable[[], None] | None = None
         self.progress = self.problem = ""
         self._values = CardValues(card, lambda: self._source.equs)
@@ -64,6 +65,7 @@ class ArpDebuggee:
         self._watched = self._card.program
         if self._watched is not None:
             self._watched.on_stop = lambda: self.on_stop()
+            self.on_load()
 
     def _program(self) -> ArpProgram:
         program = self._card.program
@@ -161,7 +163,7 @@ class ArpDebuggee:
     def variables(self, path: str) -> Sequence[Variable]:
         return self._values.variables(path)
 
-    def evaluate(self, text: str, thread: int | None = None) -> Variable:
+    def evaluate(self, text: str, thread: int | None = None, frame: int = 0) -> Variable:
         return self._values.evaluate(text)
 
     def write(self, path: str, value: Value) -> None:

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 from typing import Any, Final, NoReturn, Self
 
 from fieldrig.background import Background, Failure, Job, Report
-from fieldrig_devices.iec.compiler import Compiled, SourceFile, compile_project
+from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Host, Library, Pending
 from fieldrig_devices.iec.program import ConfiguredObject
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.types import ObjectType, Value
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Final
 
 from fieldrig_devices.iec import layout
 from fieldrig_devices.iec.check import check
@@ -20,26 +19,19 @@ from fieldrig_devices.iec.imports import read_source
 from fieldrig_devices.iec.layout import Layout
 from fieldrig_devices.iec.library.selection import needed
 from fieldrig_devices.iec.library.sources import sources
+from fieldrig_devices.iec.limits import MAX_4, MOST_CHARACTERS, MOST_STATEMENTS, Limits
 from fieldrig_devices.iec.lower.names import names_of, rules_of
 from fieldrig_devices.iec.lower.routines import Lowered, lower
 from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.program import Program, Task
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.symbols import Symbols
 from fieldrig_devices.iec.tree import Unit
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.languages.resumable import prepare
 
-MOST_CODE: Final = 2 * 2**20  # PD-311
-MOST_DATA: Final = 2 * 2**20 - 3 * layout.AREA_SIZE  # PD-313
-
 Progress = Callable[[str, int, int], None]
 """Called with the present stage, the number of things that are done, and their total."""
-
-
-@dataclass(frozen=True, slots=True)
-class SourceFile:
-    name: str
-    text: str
 
 
 @dataclass(slots=True)
@@ -76,6 +68,7 @@ def compile_project(
     host: Host,
     dialect: Dialect = EPAS_4,
     *,
+    limits: Limits = MAX_4,
     previous: Compiled | None = None,
     costs: Costs | None = None,
     on_progress: Progress = lambda stage, done, total: None,
@@ -83,10 +76,10 @@ def compile_project(
     """Compile a project; CompileError with all mistakes if it has any.
 
     With `previous`, the program that is running, variables of the same name and type keep their places, so that the
-    result can be loaded as an online change.
+    result can be loaded as an online change.  `limits` are those of the controller.
     """
     with without_collection():
-        return _compiled(files, host, dialect, previous, costs or Costs(), on_progress)
+        return _compiled(files, host, dialect, limits, previous, costs or Costs(), on_progress)
 
 
 @contextmanager
@@ -107,10 +100,12 @@ def _compiled(
     files: Sequence[SourceFile],
     host: Host,
     dialect: Dialect,
+    limits: Limits,
     previous: Compiled | None,
     costs: Costs,
     on_progress: Progress,
 ) -> Compiled:
+    _check_sources(files)
     units, mistakes = [], list[Mistake]()
     libraries = [_library(text, name, dialect) for name, text in sources(dialect.name)]
     libraries += [_library(library.text, library.name, dialect) for library in host.libraries]
@@ -120,18 +115,21 @@ def _compiled(
         mistakes += found
         on_progress("parse", number + 1, len(files))
     libraries = needed(libraries, units, (file.text for file in files))
-    program, found = check([*libraries, *units], host, dialect, library_files=[unit.file for unit in libraries])
+    program, found = check(
+        [*libraries, *units], host, dialect, library_files=[unit.file for unit in libraries], limits=limits
+    )
     mistakes += found
     on_progress("check", 1, 1)
     if any(not mistake.is_note for mistake in mistakes):
-        raise CompileError(sorted(mistakes, key=lambda one: (one.file, one.line, one.column)))
-    return build(program, host, costs, previous, tuple(files), tuple(mistakes), on_progress)
+        raise CompileError(sorted(mistakes, key=lambda mistake: (mistake.file, mistake.line, mistake.column)))
+    return build(program, host, costs, limits, previous, tuple(files), tuple(mistakes), on_progress)
 
 
 def build(
     program: Program,
     host: Host,
     costs: Costs,
+    limits: Limits = MAX_4,
     previous: Compiled | None = None,
     files: tuple[SourceFile, ...] = (),
     notes: tuple[Mistake, ...] = (),
@@ -144,7 +142,7 @@ def build(
         natives |= {**library.functions, **library.blocks}
     lowered = lower(program, natives, costs, lambda done, total: on_progress("lower", done, total))
     compiled = Compiled(program, lowered, placed, files, notes, costs)
-    _check_limits(compiled)
+    _check_limits(compiled, limits)
     for pou in program.pous.values():
         pou.body = []
         for action in pou.actions.values():
@@ -163,14 +161,30 @@ def _library(text: str, name: str, dialect: Dialect) -> Unit:
     return unit
 
 
-def _check_limits(compiled: Compiled) -> None:
+def _check_sources(files: Sequence[SourceFile]) -> None:
+    """Refuse sources that are far too large before they take time and memory."""
+    hint = "Divide the project between several controllers, or leave out what the program does not use."
+    characters = statements = 0
+    for file in files:
+        characters += len(file.text)
+        statements += file.text.count(";")
+        if characters > MOST_CHARACTERS:
+            what, expected = "the sources are too long up to here", f"at most {MOST_CHARACTERS} characters together"
+        elif statements > MOST_STATEMENTS:
+            what, expected = "there are too many statements up to here", f"at most {MOST_STATEMENTS} together"
+        else:
+            continue
+        raise CompileError([Mistake(1, 1, what, expected, file=file.name, hint=hint)])
+
+
+def _check_limits(compiled: Compiled, limits: Limits) -> None:
     found = []
-    if compiled.code_size > MOST_CODE:
+    if compiled.code_size > limits.code:
         what = f"the program has {compiled.code_size} bytes of code"
-        found.append(Mistake(1, 1, what, f"at most {MOST_CODE}", file=_first(compiled)))
-    if compiled.data_size > MOST_DATA:
+        found.append(Mistake(1, 1, what, f"at most {limits.code}", file=_first(compiled)))
+    if compiled.data_size > limits.variables:
         what = f"the variables take {compiled.data_size} bytes"
-        found.append(Mistake(1, 1, what, f"at most {MOST_DATA}", file=_first(compiled)))
+        found.append(Mistake(1, 1, what, f"at most {limits.variables}", file=_first(compiled)))
     if found:
         raise CompileError(found)
 

@@ -8,16 +8,16 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 
 from fieldrig.device import Value
-from fieldrig_devices.iec import debugged_objects, tree
+from fieldrig_devices.iec import debugged_objects, debugged_scopes, tree
+from fieldrig_devices.iec.debugged_scopes import Scope
 from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.loaded import LoadedProgram
-from fieldrig_devices.iec.program import Space
 from fieldrig_devices.iec.runtime import Runtime
-from fieldrig_devices.iec.symbols import Symbol
+from fieldrig_devices.iec.symbols import Symbol, parts
 from fieldrig_devices.iec.tasks.programs import Programs
 from fieldrig_devices.iec.tasks.task import Phase, Task, TaskState
 from fieldrig_devices.iec.thread import Thread
-from fieldrig_devices.iec.types import BlockType, EnumType, StringType
+from fieldrig_devices.iec.types import EnumType, StringType
 from fieldrig_devices.iec.watch import evaluate, expression_of, path_of
 from fieldrig_devices.languages.debugging.debuggee import (
     Frame,
@@ -39,6 +39,7 @@ class IecDebuggee:
 
     def __init__(self) -> None:
         self.on_stop: Callable[[], None] = lambda: None
+        self.on_load: Callable[[], None] = lambda: None
         self.on_sample: Callable[[], None] | None = None
 
     @property
@@ -142,6 +143,8 @@ class IecDebuggee:
 
     def variables(self, path: str) -> Sequence[Variable]:
         program = self._loaded()
+        if path.startswith(debugged_scopes.MARK):
+            return self._inside(path)
         if path and program.runtime.symbols.find(path) is None:
             parameters = debugged_objects.inside(program.host, path)
             if parameters is not None:
@@ -149,26 +152,28 @@ class IecDebuggee:
             raise ValueError(f"{path} is not a variable of the program")
         return [self._shown(program.runtime, symbol) for symbol in program.runtime.symbols.children(path)]
 
-    def evaluate(self, text: str, thread: int | None = None) -> Variable:
+    def evaluate(self, text: str, thread: int | None = None, frame: int = 0) -> Variable:
         program = self._loaded()
+        if text.startswith(debugged_scopes.MARK):
+            return self._shown(program.runtime, self._symbol(text, None))
         expression = expression_of(text)
 
         def read(path: str) -> Value:
-            found = self._named(program, path, thread)
+            found = self._named(program, path, thread, frame)
             if found.value is None:
                 raise ValueError(f"{path}: {found.about or 'a group of values'}: expected a single value")
             return found.value
 
         path = path_of(expression, read)
         if path is not None:
-            return self._named(program, path, thread)
+            return self._named(program, path, thread, frame)
         value = evaluate(expression, read)
         return Variable(text, text, _TYPES[type(value)], value)
 
-    def _named(self, program: LoadedProgram, path: str, thread: int | None) -> Variable:
+    def _named(self, program: LoadedProgram, path: str, thread: int | None, frame: int) -> Variable:
         """Return a variable, an object, or a parameter of one; variables hide objects of the same name."""
         try:
-            return self._shown(program.runtime, self._symbol(path, thread))
+            return self._shown(program.runtime, self._symbol(path, thread, frame))
         except ValueError:
             found = debugged_objects.find(program.host, path)
             other = debugged_objects.shown(program.host, found) if found else debugged_objects.group(program.host, path)
@@ -187,6 +192,8 @@ class IecDebuggee:
 
     def force(self, path: str, value: Value | None) -> None:
         program = self._loaded()
+        if path.startswith(debugged_scopes.MARK):
+            raise ValueError(f"{path} cannot be forced: it ends with its call\nexpected a variable of an instance")
         if program.runtime.symbols.find(path) is None and debugged_objects.find(program.host, path) is not None:
             raise ValueError(f"{path} cannot be forced: it is a parameter of the controller\nexpected a variable")
         symbol = self._symbol(path, None)
@@ -211,44 +218,34 @@ class IecDebuggee:
         is_forced = symbol.path in runtime.forced
         return Variable(symbol.path, symbol.name, str(symbol.type), value, symbol.is_writable, is_forced, about)
 
-    def _symbol(self, path: str, thread: int | None) -> Symbol:
+    def _symbol(self, path: str, thread: int | None, frame: int = 0) -> Symbol:
         """Find a variable in the scope of a thread's place, or else by its path from the root."""
+        if path.startswith(debugged_scopes.MARK):
+            thread, frame, path = debugged_scopes.parts_of(path)
         runtime = self._loaded().runtime
-        symbol = self._local(path, thread) if thread is not None else None
+        symbol = self._local(path, thread, frame) if thread is not None else None
         symbol = symbol or runtime.symbols.find(path)
         if symbol is None:
             raise ValueError(f"{path} is not a variable of the program")
         return symbol
 
-    def _local(self, path: str, thread: int) -> Symbol | None:
-        runtime, stopped = self._loaded().runtime, _thread(self._task(thread))
-        if not stopped.stack:
+    def _local(self, path: str, thread: int, frame: int) -> Symbol | None:
+        if frame == 0 and not _thread(self._task(thread)).stack:
             return None
-        pou = runtime.compiled.program.pous.get(stopped.stack[0].pou.partition(".")[0].lower())
-        if pou is None:
-            return None
-        first = path.partition(".")[0].partition("[")[0].lower()
-        variable = pou.variables.get(first)
-        if variable is None:
-            return None
-        if variable.space is Space.FRAME:
-            return Symbol(variable.name, variable.name, variable.type, steps=(stopped.frame + variable.offset,))
-        instance = self._instance_at(stopped.base, pou.name)
-        return None if instance is None else runtime.symbols.find(f"{instance}.{path}")
+        scope = self._scope(thread, frame)
+        return None if scope is None else scope.find(path)
 
-    def _instance_at(self, base: int, pou: str) -> str | None:
-        """Return the path of the instance of a program or function block at an address.
+    def _scope(self, thread: int, frame: int) -> Scope | None:
+        return Scope.of(self._loaded().runtime, _thread(self._task(thread)), thread, frame)
 
-        The first instance inside another one has the same address, so the name of the POU counts as well.
-        """
-        waiting = list(self._loaded().runtime.symbols.children())
-        while waiting:
-            symbol = waiting.pop()
-            if isinstance(symbol.type, BlockType) and symbol.type.name == pou and symbol.steps == (base,):
-                return symbol.path
-            if storage(symbol.type) is None:
-                waiting += self._loaded().runtime.symbols.children(symbol.path)
-        return None
+    def _inside(self, path: str) -> Sequence[Variable]:
+        """Return the variables of a frame, or the parts of one of them."""
+        runtime = self._loaded().runtime
+        thread, frame, rest = debugged_scopes.parts_of(path)
+        if rest:
+            return [self._shown(runtime, part) for part in parts(self._symbol(path, None))]
+        scope = self._scope(thread, frame)
+        return [] if scope is None else [self._shown(runtime, symbol) for symbol in scope.symbols()]
 
     @staticmethod
     def _typed(symbol: Symbol, value: Value) -> Value:

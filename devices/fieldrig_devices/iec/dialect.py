@@ -31,6 +31,12 @@ class Dialect:
     """`x S= y` and `x R= y` of today's tools."""
     has_pointers: bool = True
     """POINTER TO, ADR and ^.  The standard has REF_TO instead; today's tools keep pointers, so both dialects do."""
+    has_references: bool = False
+    """REFERENCE TO with REF= and __ISVALIDREF of today's tools, and the standard's REF_TO and REF."""
+    has_unions: bool = False
+    """TYPE name : UNION ... END_UNION of today's tools, whose components are at the same address."""
+    has_methods: bool = False
+    """METHOD in function blocks and programs, with THIS^; EXTENDS of function blocks and structures, with SUPER^."""
     allows_time_fractions: bool = False
     """T#1.5s."""
     allows_negative_times: bool = False
@@ -52,6 +58,11 @@ class Dialect:
     """Names that agree in this many characters are the same name; 0 for all characters (PD-350)."""
     array_dimensions: int = 3
     """PD-361."""
+    has_typed_enumerations: bool = False
+    """`(red, green) UINT` and `UINT (red, green)`: an enumeration may have another integer type than INT."""
+    repeats_enumeration_values: bool = False
+    """Two enumerations may have a value of the same name, of which the later one is written `Type.value`, and their
+    numbers may have any order (manual 862 to 866, PD-359: they cannot)."""
     bit_address_bytes: int = 4_096
     """Single bits are addressed in the first bytes of an area only; 0 for the whole area."""
 
@@ -72,6 +83,9 @@ EDITION_3: Final = Dialect(
     nests_comments=True,
     has_jumps_in_st=True,
     has_set_assignments=True,
+    has_references=True,
+    has_unions=True,
+    has_methods=True,
     allows_time_fractions=True,
     allows_negative_times=True,
     allows_time_overflow=True,
@@ -79,6 +93,8 @@ EDITION_3: Final = Dialect(
     allows_trailing_commas=True,
     allows_changed_inputs=True,
     allows_calls_without_brackets=False,
+    has_typed_enumerations=True,
+    repeats_enumeration_values=True,
     significant_characters=0,
     bit_address_bytes=0,
 )

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
-from fieldrig_devices.iec.compiler import Compiled, SourceFile
+from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.source_file import SourceFile
 
 
 @runtime_checkable

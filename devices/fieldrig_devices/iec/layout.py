@@ -48,9 +48,7 @@ def storage(kind: Type) -> Elementary | StringType | None:
     match kind:
         case Elementary() | StringType():
             return kind
-        case EnumType():
-            return Elementary.INT
-        case SubrangeType(base=base):
+        case EnumType(base=base) | SubrangeType(base=base):
             return base
         case PointerType():
             return Elementary.DWORD
@@ -143,7 +141,7 @@ class _Gaps:
     def __init__(self, kept: Iterable[Slot]) -> None:
         self._free: list[tuple[int, int]] = []
         self._end = DATA
-        for slot in sorted(kept, key=lambda one: one.address):
+        for slot in sorted(kept, key=lambda slot: slot.address):
             if slot.address > self._end:
                 self._free.append((self._end, slot.address))
             self._end = max(self._end, slot.address + slot.size)
@@ -169,10 +167,10 @@ class Forms:
                 return f"[{low}..{high}]{self.of(element)}"
             case StructType() | BlockType():
                 if kind not in self._known:
-                    self._known[kind] = f"{kind.name}{{{','.join(self._members(kind))}}}"
+                    self._known[kind] = f"{_union(kind)}{kind.name}{{{','.join(self._members(kind))}}}"
                 return self._known[kind]
             case EnumType():
-                return f"{kind.name}({kind.values})"
+                return f"{kind.name}({kind.values}){kind.base}"
             case PointerType(to=to):
                 return f"^{to}"
         return f"{kind}:{kind.size}"
@@ -180,7 +178,11 @@ class Forms:
     def _members(self, kind: StructType | BlockType) -> list[str]:
         if isinstance(kind, StructType):
             return [f"{name}:{self.of(one.type)}" for name, one in kind.fields.items()]
-        return [f"{one.name.lower()}:{'&' * one.is_reference}{self.of(one.type)}" for one in members(kind)]
+        return [f"{member.name.lower()}:{'&' * member.is_reference}{self.of(member.type)}" for member in members(kind)]
+
+
+def _union(kind: StructType | BlockType) -> str:
+    return "UNION " if isinstance(kind, StructType) and kind.is_union else ""
 
 
 class Images:
@@ -205,7 +207,7 @@ class Images:
                 return cells + self.cells(element) * (count - len(given))
             case StructType():
                 own = initial if isinstance(initial, dict) else {}
-                parts = [(field.type, own.get(name, field.initial)) for name, field in kind.fields.items()]
+                parts = [(part.type, own.get(part.name.lower(), part.initial)) for part in kind.stored_fields]
                 return [cell for part, start in parts for cell in self.cells(part, start)]
             case BlockType():
                 own = initial if isinstance(initial, dict) else {}
@@ -231,7 +233,7 @@ class Images:
             case ArrayType(element=element, count=count):
                 return self.kinds(element) * count
             case StructType():
-                return b"".join(self.kinds(field.type) for field in kind.fields.values())
+                return b"".join(self.kinds(field.type) for field in kind.stored_fields)
             case BlockType():
                 return b"".join(
                     _REFERENCE if member.is_reference else self.kinds(member.type) for member in members(kind)

@@ -83,12 +83,15 @@ class LoadedProgram:
 
     # ---- online change
 
-    def change(self, compiled: Compiled, on_done: Callable[[], None]) -> None:
+    def change(self, compiled: Compiled, on_done: Callable[[], None]) -> Callable[[], bool]:
         """Replace the code at the end of a cycle, when no task is within one (PD-225).
 
-        The task configuration has to be the same as before.
+        The task configuration has to be the same as before.  Return a function that withdraws the change, and returns
+        false if that is too late.
         """
-        self.scheduler.when_quiet(partial(self._change, compiled, on_done))
+        action = partial(self._change, compiled, on_done)
+        self.scheduler.when_quiet(action)
+        return partial(self.scheduler.forget, action)
 
     def _change(self, compiled: Compiled, on_done: Callable[[], None]) -> None:
         self.compiled = compiled

@@ -104,6 +104,17 @@ class Memory:
 
     # ---- pointers
 
+    def value(self, address: int, number: int) -> Value:
+        """Read a value that may be of another type."""
+        return self.cells[address] if self.kinds[address] == number else self.peek(address, number)
+
+    def put_value(self, address: int, number: int, value: Value) -> None:
+        """Write a value where there may be one of another type."""
+        if self.kinds[address] == number:
+            self.cells[address] = value
+        else:
+            self.poke(address, number, value)
+
     def peek(self, address: int, number: int) -> Value:
         """Read a value through a pointer whose target begins otherwise."""
         if number == STRING_KIND:

@@ -9,8 +9,8 @@ Memory starts as `layout` says (PD-051 to PD-056): a cold start gives all variab
 but the retained ones.  An online change keeps the values of all variables that have the same name and type as before.
 """
 
-import json
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 from weakref import WeakSet
 
@@ -21,7 +21,7 @@ from fieldrig_devices.iec.library.intrinsics import IMPLEMENTATIONS
 from fieldrig_devices.iec.lower.names import rules_of
 from fieldrig_devices.iec.memory import Memory, limited
 from fieldrig_devices.iec.natives import Natives
-from fieldrig_devices.iec.program import Pou, Variable
+from fieldrig_devices.iec.program import Link, Pou, Variable
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.thread import Start, Thread
 from fieldrig_devices.iec.types import Elementary, EnumType, StringType, SubrangeType, Type, Value
@@ -59,6 +59,7 @@ class Runtime:
             "now_ms": self._host.now_ms,
         }
         self.code = Code(lowered.routines, names, STACK_SIZE, rules_of(len(lowered.constants)))
+        self._links = [linked for link in compiled.program.links for linked in self._linked(link)]
         self.routines: Mapping[str, int] = self.code.numbers
 
     # ---- starting
@@ -114,6 +115,8 @@ class Runtime:
             raise ValueError(f"{symbol.path} is a {symbol.type}; expected one of its parts")
         if symbol.location is not None:
             return self._read_area(symbol)
+        if symbol.is_in_union:
+            return self._memory.value(self._address(symbol), kind_number(kind))
         return self.memory[self._address(symbol)]
 
     def write(self, symbol: Symbol, value: Value) -> None:
@@ -152,6 +155,8 @@ class Runtime:
     def _write(self, symbol: Symbol, value: Value) -> None:
         if symbol.location is not None:
             self._write_area(symbol, value)
+        elif symbol.is_in_union and (kind := storage(symbol.type)) is not None:
+            self._memory.put_value(self._address(symbol), kind_number(kind), value)
         else:
             self.memory[self._address(symbol)] = value
 
@@ -178,30 +183,34 @@ class Runtime:
     def _root(self, variable: Variable) -> Symbol:
         return self.find(variable.name)
 
-    # ---- retained data
-
     def _retained(self) -> list[Symbol]:
         return [symbol for symbol in self.symbols.values() if symbol.is_retain and len(symbol.steps) == 1]
 
-    @property
-    def retain_size(self) -> int:
-        """Bytes of the retained variables (PD-315)."""
-        return sum(symbol.type.size for symbol in self._retained())
+    # ---- variables whose instances have different addresses
 
-    def retained(self) -> bytes:
-        """Return all retained variables with their names and types, as text."""
-        found = [(symbol.path.lower(), str(symbol.type), self.read(symbol)) for symbol in self._retained()]
-        return json.dumps(found, separators=(",", ":")).encode("ascii")
+    def take_inputs(self, pou: str) -> None:
+        """Copy %I and %M to the variables that are linked to them, at the start of a cycle of a program."""
+        for root, symbol, outside in self._links:
+            if root in ("", pou.lower()) and outside.location is not None and outside.location.area != "Q":
+                self._write(symbol, self._read_area(outside))
 
-    def restore(self, data: bytes) -> None:
-        """Set the retained variables that still have the same name and type; ValueError for data of another form."""
-        values = {}
-        for row in _rows(data):
-            values[row[0], row[1]] = row[2]
-        for symbol in self._retained():
-            value = values.get((symbol.path.lower(), str(symbol.type)))
-            if value is not None:
-                self._write(symbol, checked(value, symbol))
+    def give_outputs(self, pou: str) -> None:
+        """Copy the variables that are linked to %Q and %M there, at the end of a cycle of a program."""
+        for root, symbol, outside in self._links:
+            if root not in ("", pou.lower()) or outside.location is None or outside.location.area == "I":
+                continue
+            value = self.read(symbol)
+            if value != self._read_area(outside):
+                self._write_area(outside, value)
+
+    def _linked(self, link: Link) -> Iterator[tuple[str, Symbol, Symbol]]:
+        """Yield for each value of a link the program that exchanges it, empty for all programs, and both ends."""
+        symbol = self.find(link.path)
+        root = link.path.partition(".")[0].lower()
+        root = root if root in self.compiled.program.pous else ""
+        outside = replace(symbol, location=link.where)
+        for inner, outer in zip(self.symbols.values(symbol), self.symbols.values(outside), strict=True):
+            yield root, inner, outer
 
     # ---- online change
 
@@ -292,16 +301,3 @@ def _ends(kind: Type, stored: Elementary) -> tuple[int, int]:
     if isinstance(kind, EnumType) and kind.values:
         return min(kind.values.values()), max(kind.values.values())
     return stored.low, stored.high
-
-
-def _rows(data: bytes) -> Iterator[tuple[str, str, Value]]:
-    try:
-        rows = json.loads(data)
-    except (ValueError, RecursionError) as cause:
-        raise ValueError("expected retained variables as JSON") from cause
-    for row in rows if isinstance(rows, list) else [None]:
-        match row:
-            case [str(path), str(kind), (bool() | int() | float() | str()) as value]:
-                yield path, kind, value
-            case _:
-                raise ValueError(f"expected [path, type, value], got {row!r:.80}")

@@ -49,7 +49,7 @@ def symbol_list(symbols: Symbols, project: str, device: str, application: str = 
     types = _Types(ET.SubElement(root, _tag("TypeList")))
     nodes = ET.SubElement(root, _tag("NodeList"))
     top = ET.SubElement(nodes, _tag("Node"), name=application)
-    for symbol in sorted(symbols.children(), key=lambda one: one.name.casefold()):
+    for symbol in sorted(symbols.children(), key=lambda symbol: symbol.name.casefold()):
         _node(top, symbols, symbol, types)
     ET.indent(root)
     text = ET.tostring(root, encoding="unicode")
@@ -81,7 +81,7 @@ def _node(parent: ET.Element, symbols: Symbols, symbol: Symbol, types: "_Types")
     if isinstance(symbol.type, BlockType) and _is_program(symbol):
         own = ET.SubElement(parent, _tag("Node"), name=symbol.name)
         _comment(own, symbol.comment)
-        for part in sorted(symbols.children(symbol.path), key=lambda one: one.name.casefold()):
+        for part in sorted(symbols.children(symbol.path), key=lambda part: part.name.casefold()):
             _node(own, symbols, part, types)
         return
     access = "ReadWrite" if symbol.is_writable else "Read"
@@ -148,7 +148,7 @@ class _Types:
             ET.SubElement(own, _tag("ArrayDim"), minrange=str(low), maxrange=str(high))
 
     def _enumeration(self, kind: EnumType, name: str, iec: str) -> None:
-        base = self.name(Elementary.INT)
+        base = self.name(kind.base)
         own = self._user_defined(name, kind.size, "Enum", "ENUM", iec, basetype=base)
         for value, number in kind.values.items():
             ET.SubElement(own, _tag("UserDefElement"), iecname=value, type=base, enumvalue=str(number))

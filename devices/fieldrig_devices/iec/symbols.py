@@ -28,6 +28,8 @@ class Symbol:
     """Its address; with more than one number, each but the last leads to a cell with an address to add the next to."""
     location: Located | None = None
     """The address of a variable with AT; it has no cell."""
+    is_in_union: bool = False
+    """True if its cells may have values of another type."""
 
     @property
     def is_value(self) -> bool:
@@ -49,21 +51,9 @@ class Symbols:
         return parts(symbol) if symbol is not None else []
 
     def find(self, path: str) -> Symbol | None:
-        symbol, at = None, 0
-        for match in _PART.finditer(path):
-            if match.start() != at:
-                return None
-            at = match.end()
-            if symbol is None:
-                symbol = self._known.get((match[1] or "").lower())
-            elif match[1]:
-                symbol = _part(symbol, match[1].lower())
-            else:
-                for index in match[2].split(","):
-                    symbol = _element(symbol, int(index)) if symbol is not None else None
-            if symbol is None:
-                return None
-        return symbol if at == len(path) else None
+        first = _PART.match(path)
+        symbol = self._known.get((first[1] or "").lower()) if first is not None and path[:1] != "." else None
+        return below(symbol, path[first.end() :]) if symbol is not None and first is not None else None
 
     def values(self, symbol: Symbol | None = None) -> Iterator[Symbol]:
         """Yield all symbols that have a value of their own, below one symbol or of the whole program."""
@@ -74,6 +64,22 @@ class Symbols:
             yield from self.values(part)
 
 
+def below(symbol: Symbol, path: str) -> Symbol | None:
+    """Return what a path such as `.axis[3].pos` means behind a symbol; the symbol itself for an empty path."""
+    found: Symbol | None = symbol
+    at = 0
+    for match in _PART.finditer(path):
+        if match.start() != at or found is None:
+            return None
+        at = match.end()
+        if match[1]:
+            found = _part(found, match[1].lower())
+        else:
+            for index in match[2].split(","):
+                found = _element(found, int(index)) if found is not None else None
+    return found if at == len(path) else None
+
+
 def parts(symbol: Symbol) -> list[Symbol]:
     kind = symbol.type
     if isinstance(kind, ArrayType):
@@ -82,7 +88,7 @@ def parts(symbol: Symbol) -> list[Symbol]:
     if isinstance(kind, StructType):
         return [_part(symbol, name) or symbol for name in kind.fields]
     if isinstance(kind, BlockType) and kind.pou is not None:
-        return [one for name in kind.pou.variables if (one := _part(symbol, name)) is not None]
+        return [part for name in kind.pou.variables if (part := _part(symbol, name)) is not None]
     return []
 
 
@@ -107,6 +113,7 @@ def _part(symbol: Symbol, name: str) -> Symbol | None:
             return None
         path = f"{symbol.path}.{field.name}"
         part = replace(symbol, path=path, name=field.name, type=field.type, comment=field.comment)
+        part = replace(part, is_in_union=symbol.is_in_union or kind.is_union)
         return _moved(part, field.offset)
     if not isinstance(kind, BlockType) or kind.pou is None:
         return None

@@ -88,6 +88,7 @@ class Thread:
         """Begin a cycle.  ValueError if the program is no longer there after an online change."""
         if self._entry is None:
             self._entry = self._found()
+        self._runtime.take_inputs(self.pou)
         self._runtime.write_forced()
         self._waiting, self._goal = NOTHING, None
         routine, base = self._entry
@@ -129,6 +130,7 @@ class Thread:
             left = max(left, task.unused)
         if task.state is TaskState.ENDED:
             self._runtime.write_forced()
+            self._runtime.give_outputs(self.pou)
         return left
 
     # ---- debugging
@@ -166,16 +168,6 @@ class Thread:
         return self._task.state is TaskState.READY
 
     @property
-    def base(self) -> int:
-        """The address of the instance whose code runs next."""
-        return self._task.base
-
-    @property
-    def frame(self) -> int:
-        """The address of the stack frame of the routine that runs next."""
-        return self._task.frame
-
-    @property
     def stack(self) -> list[Place]:
         """The place of the thread, then those where its callers go on, innermost first."""
         task = self._task
@@ -183,6 +175,17 @@ class Thread:
             return []
         here = [(task.routine, task.pc), *((caller.routine, caller.pc - 1) for caller in reversed(task.stack))]
         return [self._place(routine, pc) for routine, pc in here]
+
+    @property
+    def frames(self) -> list[tuple[str, int, int]]:
+        """The routines of `stack`, each with the addresses of its stack frame and of its instance."""
+        task = self._task
+        if task.state in (TaskState.IDLE, TaskState.ENDED):
+            return []
+        lowered, names = self._runtime.compiled.code, self._runtime.code.names_of_routines
+        found = [(task.routine, task.frame, task.base)]
+        found += [(caller.routine, caller.frame, caller.base) for caller in reversed(task.stack)]
+        return [(lowered.titles[names[routine]], frame, base) for routine, frame, base in found]
 
     def _place(self, routine: int, pc: int) -> Place:
         lowered, code = self._runtime.compiled.code, self._runtime.code

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.limits import MOST_MESSAGES
 from fieldrig_devices.iec.tree import Place
 from fieldrig_devices.languages.mistakes import Mistake
 
@@ -135,10 +136,14 @@ def tokens(text: str, file: str, dialect: Dialect, first_line: int = 1) -> Token
 
 
 def keywords(dialect: Dialect) -> frozenset[str]:
-    more = (("CONTINUE",) if dialect.has_continue else ()) + (
-        ("AND_THEN", "OR_ELSE") if dialect.has_short_circuit else ()
-    )
-    return KEYWORDS.union(more)
+    allowed = {
+        ("CONTINUE",): dialect.has_continue,
+        ("AND_THEN", "OR_ELSE"): dialect.has_short_circuit,
+        ("REFERENCE", "REF_TO"): dialect.has_references,
+        ("UNION", "END_UNION"): dialect.has_unions,
+        ("METHOD", "END_METHOD"): dialect.has_methods,
+    }
+    return KEYWORDS.union(word for words, is_allowed in allowed.items() if is_allowed for word in words)
 
 
 class _Scanner:
@@ -213,7 +218,8 @@ class _Scanner:
 
     def _say(self, position: int, what: str, expected: str = "", hint: str = "") -> None:
         line, column = self._place(position)
-        self._found.mistakes.append(Mistake(line, column, what, expected, file=self._file, hint=hint))
+        if len(self._found.mistakes) < MOST_MESSAGES:
+            self._found.mistakes.append(Mistake(line, column, what, expected, file=self._file, hint=hint))
 
     def _other(self, group: int, text: str, position: int) -> int | None:
         """Read what is rare: words for the first time, comments, pragmas, and what is wrong."""
@@ -257,7 +263,7 @@ class _Scanner:
         self._add(NAME, text, position)
         if not text.isascii():
             self._say(position, f"the name {text} has letters that are not allowed", "A to Z, digits and underscores")
-        elif "__" in text:
+        elif "__" in text and not (upper == "__ISVALIDREF" and self._dialect.has_references):
             hint = f"Write {re.sub('_+', '_', text)}."
             self._say(position, f"the name {text} has several underscores in a row", "single underscores", hint)
 

@@ -163,6 +163,14 @@ class StructType:
     fields: dict[str, Field] = field(default_factory=dict)
     """Keyed by the name in small letters."""
     size: int = 0
+    is_union: bool = False
+    """True if all components are at the same address, where the largest one has its value."""
+
+    @property
+    def stored_fields(self) -> "list[Field]":
+        """The components that have cells of their own: of a union the first of the largest ones."""
+        fields = list(self.fields.values())
+        return [max(fields, key=lambda field: field.type.size)] if self.is_union and fields else fields
 
     def __str__(self) -> str:
         return self.name
@@ -170,12 +178,16 @@ class StructType:
 
 @dataclass(slots=True, eq=False)
 class EnumType:
-    """An enumeration, stored as an INT."""
+    """An enumeration, stored as an INT unless edition 3 gives it another integer type."""
 
     name: str
     values: dict[str, int] = field(default_factory=dict)
     """Numbers by the names as they were declared."""
-    size: int = 2
+    base: Elementary = Elementary.INT
+
+    @property
+    def size(self) -> int:
+        return self.base.size
 
     def __str__(self) -> str:
         return self.name or f"({', '.join(self.values)})"
@@ -202,10 +214,12 @@ class PointerType:
     """A POINTER TO: the address of a cell, as a DWORD; 0 points to nothing."""
 
     to: "Type"
+    is_reference: bool = False
+    """True for a REFERENCE TO, whose name means what it refers to."""
     size: int = 4
 
     def __str__(self) -> str:
-        return f"POINTER TO {self.to}"
+        return f"{'REFERENCE' if self.is_reference else 'POINTER'} TO {self.to}"
 
 
 @dataclass(slots=True, eq=False)

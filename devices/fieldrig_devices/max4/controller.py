@@ -18,15 +18,21 @@ from fieldrig.link import Link, patience_of
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
+from fieldrig_bus.ip.message import RelayMessage
 from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_bus.opcua.message import OpcUaMessage
 from fieldrig_bus.ring.sercos.message import RingMessage
+from fieldrig_bus.serial.message import SerialMessage
+from fieldrig_bus.tcp.message import TcpMessage
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.iec.compiler import Compiled, SourceFile
+from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.max4.acknowledgement import Acknowledgement
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.boot import Boot
+from fieldrig_devices.max4.com1.parameters import Com1Parameters
+from fieldrig_devices.max4.com1.port import Com1
 from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE
 from fieldrig_devices.max4.configuration.tree import ObjectTree
 from fieldrig_devices.max4.configuration.version import TIME_STAMPS, version_of
@@ -35,8 +41,10 @@ from fieldrig_devices.max4.field_buses import FieldBuses
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS, MAX4, Diagnosis, Sender
 from fieldrig_devices.max4.messages.logger import Logger
+from fieldrig_devices.max4.network import Network
 from fieldrig_devices.max4.opcua import OpcUaNodes
 from fieldrig_devices.max4.operations import Operations
+from fieldrig_devices.max4.pages.site import default_pages
 from fieldrig_devices.max4.plc.debuggee import PlcDebuggee
 from fieldrig_devices.max4.plc.plc import Plc
 from fieldrig_devices.max4.points import points
@@ -62,13 +70,19 @@ class Max4(Device):
         settings: Max4Settings,
         store: Store,
         background: Background,
+        random: Any,
         ring: Link[RingMessage] | None = None,
         wires: Link[Signal] | None = None,
         modbus: list[Link[ModbusEvent]] | None = None,
         can: Link[CanFrame] | None = None,
         opcua: Link[OpcUaMessage] | None = None,
+        com1: Link[SerialMessage] | None = None,
+        tcp: Link[TcpMessage] | None = None,
+        relay: Link[RelayMessage] | None = None,
     ) -> None:
-        """ValueError for settings that do not fit each other, such as start values that no parameter can have."""
+        """Build it off; `random` is the `random.Random` of this device.
+
+        ValueError for settings that do not fit each other, such as start values that no parameter can have."""
         self._clock, self.name, self.settings = clock, name, settings
         self._ring, self._wires = ring, wires
         self.version = version_of(settings.version)
@@ -96,13 +110,14 @@ class Max4(Device):
         self._was_lost = False
         self._off_days = 0.0
         self._err_shown = False
+        self._network = Network(clock, random, self, self.disk, settings, com1, tcp, relay)
         self.system = System(clock, settings, settings.configuration, settings.parameters, wires, self)
         if self.system.unknown:
             raise ValueError("parameters: " + "; ".join(self.system.unknown))
         self.bus: RealTimeBus | None = None
         """The ring, or None if the controller has no ring or no drives."""
         self._acknowledgement = Acknowledgement(self.reports, lambda: self.bus)
-        self.project = Project(settings, self.disk)
+        self.project = Project(settings, self.disk, default_pages() if self._network.has_pages else None)
         if self.project.install(self.system.stored_values()):
             self.ram.retained.clear()
         self.disk.on_write = self._on_file
@@ -160,6 +175,7 @@ class Max4(Device):
             self._boot.when_heard(lambda: self.report(Code.CONFIGURATION, MAX4, self.project.configuration_file))
         for action in self._boot_actions:
             action()
+        self._network.boot()
         self.plc.boot()
         if self.plc.problem:
             self._boot.when_heard(lambda: self.report(Code.PROGRAM, LZS, PROGRAM_FILE))
@@ -191,6 +207,7 @@ class Max4(Device):
     def _end(self) -> None:
         for action in self._end_actions:
             action()
+        self._network.end()
         self.operations.cancel()
         self.plc.end()
         if self.bus is not None:
@@ -267,6 +284,18 @@ class Max4(Device):
         if isinstance(address, IPv6Address) and address.ipv4_mapped is not None:
             address = address.ipv4_mapped
         self.report(Code.TCP_CONNECTED, LZS, address.packed.hex())
+
+    def login_refused(self, name: str) -> None:
+        """Report that logins with this user name have failed several times."""
+        self.report(Code.LOGIN_REFUSED, LZS, name)
+
+    @property
+    def com1(self) -> Com1:
+        return self._network.com1
+
+    @property
+    def com1_parameters(self) -> Com1Parameters:
+        return self.system.com1
 
     def quit_all(self) -> None:
         self._acknowledgement.of_all(self.axes.values())

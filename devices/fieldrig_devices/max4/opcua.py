@@ -32,7 +32,7 @@ class ObjectNodes:
     """Configuration objects and parameters: `belt` is an object, and `belt.Position` a variable below it."""
 
     def __init__(self, tree: ObjectTree) -> None:
-        self._objects = {_name(one).casefold(): one for one in tree.objects()}
+        self._objects = {_name(known).casefold(): known for known in tree.objects()}
         self._root = tree.root
 
     def children(self, path: str) -> Sequence[Node]:
@@ -52,7 +52,7 @@ class ObjectNodes:
         return None if found is None else _parameter(*found)
 
     def read(self, path: str) -> AnyValue:
-        return self._known(path).value
+        return self._known(path).shown
 
     def write(self, path: str, value: AnyValue) -> None:
         if isinstance(value, list):
@@ -72,7 +72,7 @@ class ObjectNodes:
         symbol, _, name = path.rpartition(".")
         owner = self._objects.get(symbol.casefold())
         parameters = owner.parameters if owner is not None else ()
-        found = next((one for one in parameters if one.name.casefold() == name.casefold()), None)
+        found = next((parameter for parameter in parameters if parameter.name.casefold() == name.casefold()), None)
         return None if owner is None or found is None else (owner, found)
 
     def _object(self, owner: Object) -> Node:

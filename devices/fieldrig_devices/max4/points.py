@@ -33,7 +33,7 @@ def _parameters(max4: "Max4") -> Iterator[tuple[str, Point]]:
 
 
 def _value(parameter: Parameter) -> Value:
-    return parameter.value
+    return parameter.shown
 
 
 def _inputs(max4: "Max4") -> Iterator[tuple[str, Point]]:

@@ -37,8 +37,9 @@ class Loaded(NamedTuple):
 class Project:
     """The project of one controller."""
 
-    def __init__(self, settings: Max4Settings, disk: FlashDisk) -> None:
-        self._settings, self._disk = settings, disk
+    def __init__(self, settings: Max4Settings, disk: FlashDisk, pages: Mapping[str, bytes] | None = None) -> None:
+        """`pages` are files that are installed with the project, except where it has one of the same name."""
+        self._settings, self._disk, self._pages = settings, disk, pages or {}
         self.configuration_file = f"\\{settings.project}.SCF"
         self.parameter_file = f"\\{settings.project}.PAR"
 
@@ -50,7 +51,7 @@ class Project:
         settings = self._settings
         program = container_of(settings.program, settings.dialect).encode() if settings.program else None
         wanted = settings.configuration.model_dump_json() + repr(sorted(settings.parameters.items())) + settings.project
-        further = {disk_name(path): path.read_bytes() for path in settings.files}
+        further = {**self._pages, **{disk_name(path): path.read_bytes() for path in settings.files}}
         if further:
             wanted += repr(sorted(further.items()))
         mark = hashlib.sha256(wanted.encode() + (program or b"")).digest()

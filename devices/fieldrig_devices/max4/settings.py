@@ -57,6 +57,28 @@ class ProcessTimes(Settings):
     )
 
 
+class Com1Settings(Settings):
+    """The serial port COM1."""
+
+    modem: Symbol | None = Field(
+        default=None,
+        description="symbolic name of the Modem object; parameters: start values of Com1User and of the object",
+    )
+    baud: int | None = Field(
+        default=38_400,
+        ge=300,
+        le=10_000_000,
+        description="bit/s (the manual gives 38400); null: bytes are handed to an unpaced line at once",
+    )
+
+
+class FtpSettings(Settings):
+    """The login of FTP."""
+
+    user_name: str = Field(min_length=1, max_length=64, description="user name")
+    password: str = Field(min_length=1, max_length=64, description="password")
+
+
 def _known_version(text: str) -> str:
     version_of(text)
     return text
@@ -129,6 +151,8 @@ class Max4Settings(Settings):
     can_axes: CanFaceSettings | None = Field(
         default=None, description="CANopen slave on links.can, with the axes as CiA 402 axes"
     )
+    com1: Com1Settings = Field(default_factory=Com1Settings, description="serial port links.com1, for a modem")
+    ftp: FtpSettings | None = Field(default=None, description="login of FTP to the flash disk; null: no FTP")
     io_map_ms: int = Field(
         default=10, ge=1, le=1000, description="period of the IO map update, which exchanges data of field buses"
     )
@@ -181,6 +205,7 @@ class Max4Settings(Settings):
             outputs=list(self.outputs),
             measuring_inputs=list(self.measuring_inputs),
             iec_tasks=self.iec_tasks,
+            modems=[] if self.com1.modem is None else [self.com1.modem],
         )
 
     def _modules(self) -> Iterator[tuple[tuple[str, ...], list[Element]]]:

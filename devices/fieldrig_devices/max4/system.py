@@ -16,6 +16,7 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.axes.axis import INCREMENTS, Axis
 from fieldrig_devices.max4.axes.encoder import LogicEncoder, MasterEncoder
 from fieldrig_devices.max4.axes.simulated import SimulatedDrive
+from fieldrig_devices.max4.com1.parameters import Com1Parameters, Port
 from fieldrig_devices.max4.configuration.files import Configuration
 from fieldrig_devices.max4.configuration.limits import CYCLES_MS
 from fieldrig_devices.max4.configuration.tree import Kind, ObjectTree, Parameter, Type
@@ -37,6 +38,9 @@ class Owner(Protocol):
 
     @property
     def diagnosis(self) -> Diagnosis: ...
+
+    @property
+    def com1(self) -> Port: ...
 
     def own_value(self, name: str) -> Value:
         """The value of a parameter in the group Diagnosis."""
@@ -84,6 +88,7 @@ class System:
         self._terminal_objects()
         self._encoder_objects()
         self._task_objects()
+        self.com1 = Com1Parameters(self.tree, configuration.modems, owner.com1)
         for path, value in start_values.items():
             self._start_value(path, value)
 

@@ -82,7 +82,11 @@ def test_requests_go_to_their_device_and_answers_to_the_server() -> None:
     model.submit(5, SERVER, Find("tank", 1, "level"))
     model.submit(6, "tank", Nodes(1, ()))
     model.submit(7, SERVER, Find("gone", 2, "level"))
-    assert [(one.time_ns, one.receivers) for one in model.collect(10)] == [(5, ("tank",)), (6, (SERVER,)), (7, ())]
+    assert [(delivery.time_ns, delivery.receivers) for delivery in model.collect(10)] == [
+        (5, ("tank",)),
+        (6, (SERVER,)),
+        (7, ()),
+    ]
     assert model.statistics(10) == {"requests": 2.0, "answers": 1.0}
 
 
@@ -91,7 +95,9 @@ def test_a_server_that_starts_later_gets_the_offers() -> None:
     model.join("plc")
     model.submit(1, "plc", Offer("plc", "a PLC", 1))
     model.submit(2, "plc", Offer("plc", "a PLC", 2))
-    assert [one.receivers for one in model.collect(2)] == [(), ()]
+    assert [delivery.receivers for delivery in model.collect(2)] == [(), ()]
     model.join(SERVER)
     model.listen(3, SERVER, None)
-    assert [(one.message, one.receivers) for one in model.collect(3)] == [(Offer("plc", "a PLC", 2), (SERVER,))]
+    assert [(delivery.message, delivery.receivers) for delivery in model.collect(3)] == [
+        (Offer("plc", "a PLC", 2), (SERVER,))
+    ]

@@ -113,23 +113,23 @@ def run(kind: str, made: list[Made], variables: list[list[float]]) -> None:
     """Run all expressions with each set of variables, and compare."""
     names = ", ".join(f"v{number}" for number in range(VARIABLES))
     results = ", ".join(f"r{number}" for number in range(len(made)))
-    body = "\n".join(f"{number}: r{number} := {one.text};" for number, one in enumerate(made))
+    body = "\n".join(f"{number}: r{number} := {term.text};" for number, term in enumerate(made))
     text = program(f"which : INT; {names}, {results} : {kind};", f"CASE which OF\n{body}\nEND_CASE")
     bench = IecBench(text, LONG)
     for given_ in variables:
         for number, value in enumerate(given_):
             bench[f"v{number}"] = value
-        for number, one in enumerate(made):
+        for number, term in enumerate(made):
             bench["which"] = number
             bench.cycle()
-            expected = one.value(given_)
+            expected = term.value(given_)
             if expected is None:
                 assert bench.thread.state is WorkState.FAULTED
                 assert bench.thread.fault is not None
                 assert bench.thread.fault.code == "division"
             else:
                 assert bench.thread.state is WorkState.ENDED, bench.thread.fault
-                assert same(bench[f"r{number}"], expected), (one.text, given_)
+                assert same(bench[f"r{number}"], expected), (term.text, given_)
 
 
 def same(found: Value, expected: float) -> bool:

@@ -271,7 +271,7 @@ END_PROGRAM
     assert fault is not None
     assert (fault.code, fault.pou, fault.file) == ("division", "Flash", "main.st")
     assert fault.line in (7, 8)
-    assert [(one.pou, one.line) for one in fault.calls] == [("PLC_PRG", 3)]
+    assert [(place.pou, place.line) for place in fault.calls] == [("PLC_PRG", 3)]
 
 
 # ---- Instruction List
@@ -373,7 +373,11 @@ REFUSED: list[tuple[str, str, list[str]]] = [
 def test_listing_is_refused(text: str, expected: list[str]) -> None:
     with pytest.raises(CompileError) as refused:
         IecBench(text)
-    shown = [f"{one.line}: {one.what}; {one.expected}" for one in refused.value.mistakes if not one.is_note]
+    shown = [
+        f"{mistake.line}: {mistake.what}; {mistake.expected}"
+        for mistake in refused.value.mistakes
+        if not mistake.is_note
+    ]
     assert shown == expected
 
 

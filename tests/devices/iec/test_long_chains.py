@@ -52,6 +52,25 @@ def test_a_long_chain_in_a_condition_an_index_and_an_argument() -> None:
     assert ran(program("TRUE_ : BOOL := TRUE; one : INT := 1; a : ARRAY[1..300] OF INT;", body), "a[300]") == 300
 
 
+@given(st.integers(-1, 1_001))
+@settings(max_examples=10, deadline=None)
+def test_an_if_may_have_any_number_of_alternatives(x: int) -> None:
+    ALTERNATIVES["x"], ALTERNATIVES["inner"] = x, -1
+    ALTERNATIVES.cycle()
+    assert ALTERNATIVES["y"] == (x if 0 <= x < 1_000 else -7)
+    assert ALTERNATIVES["inner"] == (x % 200 if x == 999 else -1)
+
+
+def alternatives(count: int, last: str, variable: str) -> str:
+    parts = [f"IF ABS(x) = x AND x MOD {count} = {n} AND x < 1000 THEN {variable} := {n};" for n in range(count)]
+    return f"{' ELS'.join(parts)} {last} END_IF;"
+
+
+ALTERNATIVES = IecBench(
+    program("x, y, inner : INT;", alternatives(1_000, alternatives(200, "", "inner") + "ELSE y := -7;", "y"))
+)
+
+
 def test_mixed_signs_keep_their_brackets() -> None:
     text = program("x, a : INT;", "x := (a + 1) * 2 - (3 - a) * ((a - 1) + 2) * 3;")
     printed = print_unit(parse(text, "a.st")[0])

@@ -215,7 +215,7 @@ END_FUNCTION_BLOCK
     fault = bench.thread.fault
     assert fault is not None
     assert (fault.code, fault.pou, fault.line) == ("division", "Inner", 5)
-    assert [(one.pou, one.line) for one in fault.calls] == [("Outer", 10), ("PLC_PRG", 16)]
+    assert [(place.pou, place.line) for place in fault.calls] == [("Outer", 10), ("PLC_PRG", 16)]
     assert bench["outer.inner.y"] == 1
 
 
@@ -550,7 +550,7 @@ def test_a_breakpoint_stops_the_thread_and_shows_its_calls() -> None:
     thread.run(ENOUGH_NS)
     assert thread.state is WorkState.STOPPED
     call = 1 + EVERYTHING[: EVERYTHING.index("ramps[k](")].count("\n")
-    assert [(one.pou, one.line) for one in thread.stack] == [("Ramp", line), ("PLC_PRG", call)]
+    assert [(place.pou, place.line) for place in thread.stack] == [("Ramp", line), ("PLC_PRG", call)]
     thread.go_on()
     thread.run(ENOUGH_NS)
     assert (thread.state, bench["k"]) == (WorkState.STOPPED, 2)

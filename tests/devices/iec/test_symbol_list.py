@@ -3,7 +3,8 @@
 from xml.etree import ElementTree as ET
 
 from fieldrig.clock import VirtualClock
-from fieldrig_devices.iec.compiler import SourceFile, compile_project
+from fieldrig_devices.iec.compiler import compile_project
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.symbol_list import symbol_list
 
@@ -32,7 +33,7 @@ def listed() -> ET.Element:
 def types(root: ET.Element) -> dict[str, ET.Element]:
     found = root.find("s:TypeList", NS)
     assert found is not None
-    return {one.get("name", ""): one for one in found}
+    return {element.get("name", ""): element for element in found}
 
 
 def test_the_nodes_are_the_variables_below_their_programs() -> None:
@@ -68,7 +69,7 @@ def test_the_types_are_those_of_codesys() -> None:
         "name": "T_ARRAY__0__10__0__20__OF_DWORD", "size": "924", "nativesize": "924", "typeclass": "Array",
         "iecname": "ARRAY [0..10, 0..20] OF DWORD", "basetype": "T_DWORD",
     }  # fmt: skip
-    assert [one.attrib for one in grid] == [
+    assert [element.attrib for element in grid] == [
         {"minrange": "0", "maxrange": "10"}, {"minrange": "0", "maxrange": "20"},
     ]  # fmt: skip
 
@@ -77,13 +78,19 @@ def test_structures_enumerations_and_blocks_are_user_defined() -> None:
     found = types(listed())
     point = found["T_Spot"]
     assert (point.get("typeclass"), point.get("pouclass"), point.get("size")) == ("Userdef", "STRUCTURE", "87")
-    assert [(one.get("iecname"), one.get("type"), one.get("byteoffset")) for one in point] == [
+    assert [(element.get("iecname"), element.get("type"), element.get("byteoffset")) for element in point] == [
         ("X", "T_INT", "0"), ("Y", "T_REAL", "2"), ("Name", "T_STRING", "6"),
     ]  # fmt: skip
-    assert [(one.get("iecname"), one.get("enumvalue")) for one in found["T_Colour"]] == [("red", "0"), ("green", "5")]
+    assert [(element.get("iecname"), element.get("enumvalue")) for element in found["T_Colour"]] == [
+        ("red", "0"),
+        ("green", "5"),
+    ]
     belt = found["T_Belt"]
     assert belt.get("pouclass") == "FUNCTION_BLOCK"
-    assert [(one.get("iecname"), one.get("vartype")) for one in belt] == [("run", "VAR_INPUT"), ("speed", "VAR_OUTPUT")]
+    assert [(element.get("iecname"), element.get("vartype")) for element in belt] == [
+        ("run", "VAR_INPUT"),
+        ("speed", "VAR_OUTPUT"),
+    ]
     small = found["T_INT__0__10"]
     assert (small.get("basetype"), small.get("lowerborder"), small.get("upperborder")) == ("T_INT", "0", "10")
 
@@ -91,10 +98,10 @@ def test_structures_enumerations_and_blocks_are_user_defined() -> None:
 def test_every_type_is_listed_before_it_is_used() -> None:
     root = listed()
     known: set[str | None] = set()
-    for one in types(root).values():
-        used = {one.get("basetype"), *(part.get("type") for part in one)} - {None}
+    for element in types(root).values():
+        used = {element.get("basetype"), *(part.get("type") for part in element)} - {None}
         assert used <= known
-        known.add(one.get("name"))
+        known.add(element.get("name"))
     assert {node.get("type") for node in root.iterfind(".//s:Node", NS)} - {None} <= known
 
 

@@ -24,7 +24,8 @@ from fieldrig_bus.opcua.message import (
     Write,
 )
 from fieldrig_bus.opcua.model import SERVER
-from fieldrig_devices.max4.configuration.program_file import Container, Source
+from fieldrig_devices.iec.source_file import SourceFile
+from fieldrig_devices.max4.configuration.program_file import Container
 from fieldrig_devices.max4.controller import Max4
 
 COUNT = "PROGRAM PLC_PRG VAR count : DINT; speed : REAL; END_VAR count := count + 1; END_PROGRAM"
@@ -115,7 +116,7 @@ def test_the_nodes_follow_a_download_and_an_online_change(bench: Bench, is_onlin
     text = COUNT.replace("speed : REAL;", "speed : REAL; more : BOOL;")
     bench.heard.clear()
     plc = bench.max4.plc
-    container = Container((Source("count.st", text),), "epas-4")
+    container = Container((SourceFile("count.st", text),), "epas-4")
     (plc.change if is_online else plc.download)(container)
     bench.rig.run_until(bench.rig.now_ns + S)
     assert [type(message) for message in bench.heard] == [Offer]

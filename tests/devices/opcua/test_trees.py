@@ -22,8 +22,9 @@ from fieldrig_bus.opcua.message import (
     Status,
     Write,
 )
-from fieldrig_devices.iec.compiler import SourceFile, compile_project
+from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.runtime import Runtime, Start
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.opcua.face import OpcUaFace
 from fieldrig_devices.opcua.methods import Method, MethodsTree

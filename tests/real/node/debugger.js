@@ -11,8 +11,9 @@ async function main([adapter, source, line, condition]) {
   const { body: can } = await client.initializeRequest();
   await initialized;
   await client.attachRequest({ sources: source.replace(/\/[^/]*$/, "") });
-  const set = await client.setBreakpointsRequest({ source: { path: source }, breakpoints: [{ line: +line, condition }] });
+  // The running program can stop as soon as the breakpoint is there.
   const stopped = client.assertStoppedLocation("breakpoint", { path: source, line: +line });
+  const set = await client.setBreakpointsRequest({ source: { path: source }, breakpoints: [{ line: +line, condition }] });
   await client.configurationDoneRequest();
   const stack = (await stopped).body.stackFrames;
   const thread = (await client.threadsRequest()).body.threads[0];
@@ -28,7 +29,7 @@ async function main([adapter, source, line, condition]) {
   await client.stop();
   return {
     conditions: can.supportsConditionalBreakpoints,
-    verified: set.body.breakpoints.map((one) => one.verified),
+    verified: set.body.breakpoints.map((breakpoint) => breakpoint.verified),
     thread: thread.name,
     above: Number(value.body.result),
     reason,

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.hmiscu.plc.mast import MastProgram
-from fieldrig_devices.iec.compiler import SourceFile
 from fieldrig_devices.iec.debuggee import IecDebuggee
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.debugging.debuggee import Reset
 
 if TYPE_CHECKING:

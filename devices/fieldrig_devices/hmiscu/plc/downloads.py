@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from fieldrig.background import Background
 from fieldrig_devices.iec.beside import Beside, HostFacts, Order, compile_order
-from fieldrig_devices.iec.compiler import Compiled, SourceFile
+from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.task_points import task_forms
 
 if TYPE_CHECKING:

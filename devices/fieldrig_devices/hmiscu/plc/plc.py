@@ -9,11 +9,13 @@ Without a program, MAST calls one instance of each block in every cycle, so mast
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import Enum
+from pathlib import Path
 from typing import Final, Protocol
 
 from fieldrig.background import Background
 from fieldrig.clock import MS, Clock, Timer
 from fieldrig.device import Point, Value
+from fieldrig.errors import ConfigError, Mistake
 from fieldrig.point_values import choice_in
 from fieldrig_devices.hmiscu.io import Terminals
 from fieldrig_devices.hmiscu.panel import Panel
@@ -21,10 +23,10 @@ from fieldrig_devices.hmiscu.plc.downloads import Downloads
 from fieldrig_devices.hmiscu.plc.library import Instances, MakeBlock
 from fieldrig_devices.hmiscu.plc.mast import MastProgram
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
-from fieldrig_devices.iec.compiler import Compiled, SourceFile, compile_project
+from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Library
-from fieldrig_devices.iec.source_text import decoded
+from fieldrig_devices.iec.source_file import SourceFile, decoded
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.task_points import refused, task_points
 from fieldrig_devices.iec.tasks.task import Task
@@ -97,7 +99,7 @@ class Plc:
 
     def _loaded(self) -> MastProgram:
         settings = self._settings
-        files = [SourceFile(path.name, decoded(path.read_bytes())) for path in settings.program]
+        files = [SourceFile(path.name, _text_of(path)) for path in settings.program]
         try:
             compiled = self.compile(files)
         except CompileError as wrong:
@@ -254,3 +256,11 @@ class Plc:
             yield "plc/task/MAST/cycles", Point(lambda: self._cycles)
         else:
             yield from task_points(self.program, lambda: self.program)
+
+
+def _text_of(path: Path) -> str:
+    """Return the text of a source file.  ConfigError if it cannot be read, or is too long."""
+    try:
+        return decoded(path.read_bytes())
+    except (OSError, ValueError) as cause:
+        raise ConfigError([Mistake(str(path), None, "program", str(cause), "expected a source file")]) from cause

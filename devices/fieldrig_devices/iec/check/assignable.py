@@ -39,7 +39,7 @@ def convert(context: Context, value: Expression, kind: Type, at: tree.Node) -> E
     if isinstance(source, SubrangeType):
         return convert(context, constants.converted(value, source.base), kind, at)
     if isinstance(source, EnumType) and not isinstance(kind, EnumType):
-        return convert(context, constants.converted(value, Elementary.INT), kind, at)
+        return convert(context, constants.converted(value, source.base), kind, at)
     if isinstance(kind, Elementary):
         return _elementary(context, value, kind, at)
     if isinstance(kind, SubrangeType):
@@ -95,7 +95,7 @@ def _subrange(context: Context, value: Expression, kind: SubrangeType, at: tree.
 def _enumeration(context: Context, value: Expression, kind: EnumType, at: tree.Node) -> Expression | None:
     if isinstance(value.type, EnumType):
         return _no(context, value, kind, at)
-    number = convert(context, value, Elementary.INT, at)
+    number = convert(context, value, kind.base, at)
     if isinstance(number, Constant):
         if number.value not in kind.values.values():
             context.say(at, f"{number.value} is no value of {kind}", _values(kind))
@@ -210,8 +210,6 @@ def _hint(source: Type, kind: Type, at: tree.Node) -> str:
 
 
 def _conversion_name(kind: Type) -> str:
-    if isinstance(kind, SubrangeType):
+    if isinstance(kind, SubrangeType | EnumType):
         return kind.base.name
-    if isinstance(kind, EnumType):
-        return "INT"
     return "STRING" if isinstance(kind, StringType) else kind.name if isinstance(kind, Elementary) else ""

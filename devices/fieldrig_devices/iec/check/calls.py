@@ -5,7 +5,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import constants
+from fieldrig_devices.iec.check import constants, methods, places, references
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.context import Context, place_of
 from fieldrig_devices.iec.check.sizes import Sizes
@@ -15,14 +15,11 @@ from fieldrig_devices.iec.library import intrinsics
 from fieldrig_devices.iec.program import (
     COMPARISONS,
     AddressOf,
-    Bit,
     CallFunction,
     Cell,
     Constant,
     Expression,
-    Located,
     Operator,
-    Parameter,
     Place,
     Pou,
     Variable,
@@ -37,6 +34,9 @@ if TYPE_CHECKING:
 def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression | None:
     """Return the result of a call in an expression; None after a message."""
     context = of.context
+    method = methods.find(of, node.called)
+    if method is not None:
+        return _method_value(of, node, *method)
     if not isinstance(node.called, tree.Name):
         context.say(node, f"the call of {text(node.called)} has no result", "a function", _pin_hint(text(node.called)))
         return None
@@ -53,13 +53,20 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
         context.say(node, f"{name} is not a function", "a function", hint)
         return None
     special = SPECIAL.get(name.upper())
-    if special is not None:
+    if special is not None and (context.project.dialect.has_references or name.upper() not in references.FUNCTIONS):
         return special(of, node)
     if intrinsics.is_standard(name):
         return _standard_call(of, name.upper(), node, wanted)
     functions = [known for known, pou in context.project.pous.items() if pou.kind is PouKind.FUNCTION]
     hint = context.project.reports.closest(name, functions)
     context.say(node, f"the function {name} is not declared", "" if hint else "a declared or standard function", hint)
+    return None
+
+
+def _method_value(of: "Expressions", node: tree.Call, instance: Place | None, method: Pou) -> Expression | None:
+    if method.result is not None:
+        return call(of, method, node, instance)
+    of.context.say(node, f"the method {method.name} has no result", "a method with a type, METHOD name : INT")
     return None
 
 
@@ -79,12 +86,12 @@ def note_call(context: Context, pou: Pou, node: tree.Node) -> None:
         context.project.calls.setdefault(context.pou, {}).setdefault(pou, place_of(node))
 
 
-def call(of: "Expressions", pou: Pou, node: tree.Call) -> CallFunction | None:
-    """Check a call of a FUNCTION with its arguments, which may be given by position or by name."""
+def call(of: "Expressions", pou: Pou, node: tree.Call, instance: Place | None = None) -> CallFunction | None:
+    """Check a call of a FUNCTION or a method with its arguments, which may be given by position or by name."""
     note_call(of.context, pou, node)
     source = of.context.project.sources[pou]
     matched = match_arguments(of, node, pou, source.inputs, source.outputs)
-    if matched is None or pou.result is None:
+    if matched is None or (pou.result is None and not pou.is_method):
         return None
     inputs = _inputs(of, matched, source.inputs)
     outputs = [(variable, of.target(given)) for variable, given, _ in matched.outputs]
@@ -97,7 +104,8 @@ def call(of: "Expressions", pou: Pou, node: tree.Call) -> CallFunction | None:
             )
             return None
     kept = tuple((variable, place) for variable, place in outputs if place is not None)
-    return CallFunction(pou, tuple(inputs), pou.result.type, kept)
+    kind = pou.result.type if pou.result is not None else Elementary.BOOL
+    return CallFunction(pou, tuple(inputs), kind, kept, instance)
 
 
 def _inputs(
@@ -220,7 +228,7 @@ def _one_argument(of: "Expressions", node: tree.Call) -> tree.Expression | None:
 
 def address_of(of: "Expressions", place: Place, at: tree.Node) -> Expression | None:
     """Return the address of a checked place, as a DWORD (PD-358)."""
-    if not has_cell(place):
+    if not places.has_cell(place):
         of.context.say(
             at,
             f"{text(at)} has no address of its own",
@@ -229,11 +237,6 @@ def address_of(of: "Expressions", place: Place, at: tree.Node) -> Expression | N
         )
         return None
     return AddressOf(place, Elementary.DWORD)
-
-
-def has_cell(place: Place) -> bool:
-    """False for bits, also those of %I, %Q and %M, and for parameters of objects: no reference can point to them."""
-    return not isinstance(place, Bit | Parameter) and not (isinstance(place, Located) and place.bit >= 0)
 
 
 def _adr(of: "Expressions", node: tree.Call) -> Expression | None:
@@ -277,4 +280,5 @@ SPECIAL: Final[dict[str, "Callable[[Expressions, tree.Call], Expression | None]"
     "ADR": _adr,
     "SIZEOF": _sizeof,
     "INDEXOF": _indexof,
+    **references.FUNCTIONS,
 }

@@ -95,7 +95,7 @@ def _function(context: Context, name: str) -> Pou | None:
 def _called(context: Context, function: Pou, given: Sequence[Expression], at: tree.Node) -> CallFunction | None:
     """Return the call; None after a message if the function does not have the inputs that it should have."""
     inputs = context.project.sources[function].inputs
-    elementary = [one for one in inputs if isinstance(one.type, Elementary)]
+    elementary = [pin for pin in inputs if isinstance(pin.type, Elementary)]
     result = function.result
     if len(elementary) != len(inputs) or len(inputs) != len(given) or result is None:
         what = f"{function.name} has {len(inputs)} input{'s' * (len(inputs) != 1)}"

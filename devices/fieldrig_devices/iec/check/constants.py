@@ -103,11 +103,9 @@ def unary(operator: Operator, operand: Expression, kind: Type) -> Expression:
 
 
 def _plain(kind: Type) -> Elementary | StringType | None:
-    if isinstance(kind, EnumType):
-        return Elementary.INT
     if isinstance(kind, PointerType):
         return Elementary.DWORD
-    if isinstance(kind, SubrangeType):
+    if isinstance(kind, SubrangeType | EnumType):
         return kind.base
     return kind if isinstance(kind, Elementary | StringType) else None
 

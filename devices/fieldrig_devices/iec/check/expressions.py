@@ -19,7 +19,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import assignable, calls, operators, places
+from fieldrig_devices.iec.check import assignable, calls, operators, places, references
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.places import Meaning
 from fieldrig_devices.iec.check.project import UNKNOWN
@@ -27,7 +27,7 @@ from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer, real
 from fieldrig_devices.iec.program import Cell, Constant, Expression, Load, Operator, Place, Pou, Variable
 from fieldrig_devices.iec.tree import LiteralKind, PouKind
-from fieldrig_devices.iec.types import BlockType, Elementary, EnumType, ObjectType, StringType, Type
+from fieldrig_devices.iec.types import BlockType, Elementary, EnumType, ObjectType, PointerType, StringType, Type
 
 LITERAL_TYPES: Final[dict[LiteralKind, Elementary]] = {
     LiteralKind.BOOL: Elementary.BOOL,
@@ -49,6 +49,8 @@ class Expressions:
         return _EXPRESSIONS[type(node)](self, node, wanted)
 
     def expression_as(self, node: tree.Expression, kind: Type) -> Expression | None:
+        if isinstance(kind, PointerType) and kind.is_reference:
+            return references.reference_to(self, node, kind)
         found = _EXPRESSIONS[type(node)](self, node, kind)
         if found is None or (found.type is kind and type(found) is not Untyped and type(kind) is not BlockType):
             return found

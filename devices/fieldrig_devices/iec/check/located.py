@@ -59,7 +59,7 @@ def location(node: tree.Direct, kind: Type, context: Context) -> Located | None:
     found = located(node, context)
     if found is None:
         return None
-    base = kind.base if isinstance(kind, SubrangeType) else Elementary.INT if isinstance(kind, EnumType) else kind
+    base = kind.base if isinstance(kind, SubrangeType | EnumType) else kind
     if isinstance(base, ArrayType | StructType):
         return _spread(node, found, base, context)
     if not isinstance(base, Elementary):

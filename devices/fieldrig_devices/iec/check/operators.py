@@ -31,9 +31,7 @@ BOOL: Final = Elementary.BOOL
 def plain(value: Expression) -> Expression:
     """Return the elementary value behind an enumeration, a subrange or a pointer."""
     kind = value.type
-    if type(kind) is EnumType:
-        return constants.converted(value, Elementary.INT)
-    if type(kind) is SubrangeType:
+    if isinstance(kind, EnumType | SubrangeType):
         return constants.converted(value, kind.base)
     if type(kind) is PointerType:
         return constants.converted(value, Elementary.DWORD)
@@ -43,9 +41,7 @@ def plain(value: Expression) -> Expression:
 def integer_of(value: Expression) -> Elementary | None:
     """Return the integer type of a value, also behind an enumeration or a subrange; None for other values."""
     kind = value.type
-    if isinstance(kind, EnumType):
-        return Elementary.INT
-    base = kind.base if isinstance(kind, SubrangeType) else kind
+    base = kind.base if isinstance(kind, SubrangeType | EnumType) else kind
     return base if isinstance(base, Elementary) and base.is_integer and not _is_real(value) else None
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import check_functions
+from fieldrig_devices.iec.check import check_functions, methods
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
 from fieldrig_devices.iec.check.operators import integer_of, plain
@@ -12,6 +12,7 @@ from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.program import (
+    AddressOf,
     Bit,
     Cell,
     Component,
@@ -53,6 +54,15 @@ SCALAR: Final = (Elementary, StringType, EnumType, SubrangeType)
 
 def meaning(of: "Expressions", node: tree.Expression) -> Meaning | None:
     """Return what the name or path means; None after a message."""
+    found = itself(of, node)
+    kind = found.type if isinstance(found, Place) else None
+    if isinstance(found, Place) and isinstance(kind, PointerType) and kind.is_reference:
+        return Target(check_functions.address(of.context, Load(found), node), kind.to)
+    return found
+
+
+def itself(of: "Expressions", node: tree.Expression) -> Meaning | None:
+    """Return the same, but a REFERENCE TO itself instead of what it refers to."""
     find = _MEANINGS.get(type(node))
     if find is not None:
         return find(of, node)
@@ -66,7 +76,7 @@ def _name(of: "Expressions", node: tree.Name) -> Meaning | None:
     if type(found) is Variable:
         return variable(context, found)
     if found is None:
-        action = context.owner.actions.get(context.key(node.text)) if context.owner is not None else None
+        action = context.block.actions.get(context.key(node.text)) if context.block is not None else None
         if action is not None:
             return action
         context.say_unknown(node, node.text)
@@ -90,6 +100,8 @@ def variable(context: Context, found: Variable) -> Place | Constant | None:
 
 
 def _member(of: "Expressions", node: tree.Member) -> Meaning | None:
+    if methods.is_this(of.context, node.of):
+        return _own(of.context, node)
     listed = _of_list(of.context, node)
     if listed is not None:
         return variable(of.context, listed)
@@ -117,6 +129,19 @@ def _member(of: "Expressions", node: tree.Member) -> Meaning | None:
     return _of_object(of.context, Load(owner), kind, node)
 
 
+def _own(context: Context, node: tree.Member) -> Meaning | None:
+    """The meaning of `THIS^.name`: a variable or an action of the instance whose code runs."""
+    source, name = context.source, context.key(node.name)
+    assert source is not None
+    found = (source.outer or source).names.get(name)
+    if found is not None:
+        return variable(context, found)
+    action = context.block.actions.get(name) if context.block is not None else None
+    if action is None:
+        context.say(node, f"{text(node)} is not declared", "a variable, action or method of the function block")
+    return action
+
+
 def _of_list(context: Context, node: tree.Member) -> Variable | None:
     """The variable that `list.variable` means; None if the name in front is no list of global variables."""
     if not context.project.lists or not isinstance(node.of, tree.Name) or context.find(node.of.text) is not None:
@@ -137,7 +162,7 @@ def _owner(of: "Expressions", node: tree.Member) -> Meaning | None:
 
 
 def _value_of(context: Context, kind: EnumType, node: tree.Member) -> Constant | None:
-    for name, number in kind.values.items():
+    for name, number in context.project.values_of(kind).items():
         if context.key(name) == context.key(node.name):
             return Constant(number, kind)
     context.say(node, f"{kind} has no value {node.name}", ", ".join(list(kind.values)[:8]))
@@ -151,6 +176,8 @@ def _field(context: Context, owner: Place, kind: StructType, node: tree.Member) 
         hint = context.project.reports.closest(node.name, known) or f"it has {', '.join(list(known)[:8])}"
         context.say(node, f"{kind} has no component {node.name}", "a component of the structure", hint)
         return None
+    if kind.is_union:
+        return Target(AddressOf(owner, Elementary.DWORD), field.type)
     place = Component(owner, field.offset, field.type)
     context.project.components.append((place, field))
     return place
@@ -296,7 +323,12 @@ _MEANINGS: Final[dict[type, "Callable[[Expressions, Any], Meaning | None]"]] = {
 }
 
 
-# ---- writing
+# ---- references and writing
+
+
+def has_cell(place: Place) -> bool:
+    """False for bits, also those of %I, %Q and %M, and for parameters of objects: no reference can point to them."""
+    return not isinstance(place, Bit | Parameter) and not (isinstance(place, Located) and place.bit >= 0)
 
 
 def is_writable(context: Context, place: Place, node: tree.Node) -> bool:
@@ -323,6 +355,8 @@ def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str
                 place = of
             case Located():
                 return (f"{text(node)} is an input", "inputs are only read") if place.area == "I" else ("", "")
+            case Target(AddressOf(place=of)):  # a component of a union
+                place = of
             case Parameter():
                 return ("", "") if place.is_writable else (f"the parameter {text(node)} can only be read", "")
             case _:
@@ -336,6 +370,6 @@ def _variable_obstacle(context: Context, found: Variable) -> tuple[str, str]:
     if is_input and not context.project.dialect.allows_changed_inputs:
         # Manual table 4-6: an input comes from outside and cannot be changed within the POU.
         return f"{found.name} is a VAR_INPUT and cannot be changed within its POU", "copy it into a variable of VAR"
-    if isinstance(found.type, BlockType) and context.owner is not None and found is context.owner.instance:
+    if isinstance(found.type, BlockType) and context.block is not None and found is context.block.instance:
         return f"{found.name} is a program", ""
     return "", ""

@@ -5,6 +5,7 @@ from difflib import get_close_matches
 from typing import Final
 
 from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.limits import MOST_MESSAGES
 from fieldrig_devices.iec.tree import Place
 from fieldrig_devices.languages.mistakes import Mistake
 
@@ -27,13 +28,17 @@ class Keys(dict[str, str]):
 class Reports:
     def __init__(self) -> None:
         self.mistakes: list[Mistake] = []
-        self._searches = 0
+        self._searches = self._mistakes = self._notes = 0
 
     def say(self, file: str, place: Place, what: str, expected: str = "", hint: str = "") -> None:
-        self.mistakes.append(Mistake(place.line, place.column, what, expected, file=file, hint=hint))
+        if self._mistakes < MOST_MESSAGES:
+            self._mistakes += 1
+            self.mistakes.append(Mistake(place.line, place.column, what, expected, file=file, hint=hint))
 
     def note(self, file: str, place: Place, what: str, hint: str = "") -> None:
-        self.mistakes.append(Mistake(place.line, place.column, what, is_note=True, file=file, hint=hint))
+        if self._notes < MOST_MESSAGES:
+            self._notes += 1
+            self.mistakes.append(Mistake(place.line, place.column, what, is_note=True, file=file, hint=hint))
 
     def closest(self, name: str, known: Iterable[str]) -> str:
         """Return a hint that names the known name which is most alike; empty if none is."""

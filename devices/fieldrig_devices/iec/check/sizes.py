@@ -55,6 +55,8 @@ class Sizes:
         return self._depths.get(kind, 0) if isinstance(kind, StructType | BlockType) else 0
 
     def _structure(self, kind: StructType) -> int:
+        if kind.is_union:
+            return max((self.of(field.type) for field in kind.fields.values()), default=0)
         offset = 0
         for field in kind.fields.values():
             field.offset = offset

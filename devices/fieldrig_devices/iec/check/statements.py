@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from fieldrig_devices.iec import program, tree
-from fieldrig_devices.iec.check import blocks
+from fieldrig_devices.iec.check import blocks, references
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.operators import integer_of
@@ -53,6 +53,8 @@ class Statements:
     # ---- assignments and calls
 
     def _assign(self, node: tree.Assign) -> AnyStatement | None:
+        if node.kind is tree.AssignKind.REFER:
+            return references.assignment(self.expressions, node)
         target = self.expressions.target(node.target)
         if target is None:
             self.expressions.expression(node.value)
@@ -127,11 +129,11 @@ class Statements:
     def _for(self, node: tree.For) -> AnyStatement | None:
         variable = self.expressions.target(node.variable)
         kind: Type | None = variable.type if variable is not None else None
-        base = kind.base if isinstance(kind, SubrangeType) else kind
-        if isinstance(base, EnumType) or (isinstance(base, Elementary) and base.is_integer):
-            values = [self.expressions.expression_as(part, base) for part in (node.first, node.last)]
-            step_kind = Elementary.INT if isinstance(base, EnumType) else base
-            step = self._step(node.step or ONE, step_kind)
+        base = kind.base if isinstance(kind, SubrangeType | EnumType) else kind
+        if isinstance(base, Elementary) and base.is_integer:
+            ends = kind if isinstance(kind, EnumType) else base
+            values = [self.expressions.expression_as(part, ends) for part in (node.first, node.last)]
+            step = self._step(node.step or ONE, base)
         else:
             if kind is not None:
                 self.context.say(node.variable, f"{text(node.variable)} is {a(kind)}", "an integer variable behind FOR")

@@ -44,8 +44,7 @@ class TypeSpecs:
         """Note a declared type; `resolve_all` works it out, or the first use does."""
         self._declared[name] = (declaration, context)
         if isinstance(declaration.type, tree.EnumSpec):
-            self._project.types[name] = EnumType(declaration.name)
-            self._enumeration_values(declaration.type, context, name)
+            self._enumeration(declaration.name, declaration.type, context, name)
 
     @property
     def names(self) -> Collection[str]:
@@ -91,12 +90,10 @@ class TypeSpecs:
                 return self._array(spec, context)
             case tree.PointerSpec():
                 to = self.resolve(spec.to, context)
-                return UNKNOWN if to is UNKNOWN else PointerType(to)
+                return UNKNOWN if to is UNKNOWN else PointerType(to, spec.is_reference)
             case tree.EnumSpec():
                 name = f"${len(self._project.names)}"
-                self._project.types[name] = kind = EnumType("")
-                self._enumeration_values(spec, context, name)
-                return kind
+                return self._enumeration("", spec, context, name)
             case tree.StructSpec():
                 return self._structure("", spec, context)
 
@@ -186,7 +183,8 @@ class TypeSpecs:
 
     def _structure(self, title: str, spec: tree.StructSpec, context: Context, name: str = "") -> Type:
         """Make the structure first and its fields afterwards, because a field may point to the structure itself."""
-        kind = StructType(title)
+        spec = self._extended(spec, context)
+        kind = StructType(title, is_union=spec.is_union)
         if name:
             self._project.types[name] = kind
         self.structures.append((kind, spec, context))
@@ -197,19 +195,40 @@ class TypeSpecs:
                 context.say(part, f"{part.name} is declared twice in {title or 'the structure'}", "another name")
                 continue
             field_type = self.resolve(part.type, context)
+            if spec.is_union and block_of(field_type) is not None:
+                context.say(part, f"the instance {part.name} in a UNION", "data without function blocks")
+            if spec.is_union and part.initial is not None:
+                context.say(part, f"{part.name} in a UNION has a start value", "a value that the program assigns")
             kind.fields[self._key(part.name)] = Field(part.name, field_type, comment=comment_of(part))
         return kind
 
+    def _extended(self, spec: tree.StructSpec, context: Context) -> tree.StructSpec:
+        """Return a structure with the components of those that it extends in front of its own."""
+        fields, seen = spec.fields, set[str]()
+        extends = spec.extends
+        while extends:
+            declaration, _ = self._declared.get(self._key(extends), (None, None))
+            above = declaration.type if declaration is not None else None
+            if not isinstance(above, tree.StructSpec) or self._key(extends) in seen:
+                context.say(spec, f"{extends} is no structure that can be extended", "the name of another structure")
+                break
+            seen.add(self._key(extends))
+            fields, extends = (*above.fields, *fields), above.extends
+        return tree.StructSpec(fields, spec.is_union, place=spec.place)
+
     # ---- enumerations
 
-    def _enumeration_values(self, spec: tree.EnumSpec, context: Context, name: str) -> None:
+    def _enumeration(self, title: str, spec: tree.EnumSpec, context: Context, name: str) -> EnumType:
         """Make the names of the values known in the whole project (PD-359); their numbers follow at the first use."""
         project = self._project
-        kind = project.types[name]
-        assert isinstance(kind, EnumType)
+        base = Elementary[spec.base] if spec.base else Elementary.INT
+        project.types[name] = kind = EnumType(title, base=base)
+        project.enumerations[kind] = partial(self._number, kind, spec, context)
         for value in spec.values:
             known = self._key(value.name)
             if known in project.names and known not in project.library_names:
+                if title and project.dialect.repeats_enumeration_values:
+                    continue  # it is written with its type in front
                 context.say(
                     value,
                     f"the name {value.name} is used already, {project.where(known)}",
@@ -218,30 +237,30 @@ class TypeSpecs:
                 continue
             if known in project.library_names:
                 project.replace(known)
-            entity = Pending(partial(self._value, kind, spec, context, known))
-            project.declare(known, entity, context.file, value.place)
+            project.declare(known, Pending(partial(self._value, kind, known)), context.file, value.place)
+        return kind
 
-    def _value(self, kind: EnumType, spec: tree.EnumSpec, context: Context, wanted: str) -> Constant:
-        if not kind.values:
-            self._number(kind, spec, context)
-        numbers = {self._key(name): number for name, number in kind.values.items()}
+    def _value(self, kind: EnumType, wanted: str) -> Constant:
+        numbers = {self._key(name): number for name, number in self._project.values_of(kind).items()}
         return Constant(numbers.get(wanted, 0), kind)
 
     def _number(self, kind: EnumType, spec: tree.EnumSpec, context: Context) -> None:
-        number = -1
+        number, base = -1, kind.base
         for value in spec.values:
-            given = Expressions(context).constant_as(value.value, Elementary.INT) if value.value is not None else None
+            given = Expressions(context).constant_as(value.value, base) if value.value is not None else None
             previous, number = number, int(given.value) if given is not None else number + 1
-            if kind.values and number <= previous:
+            if kind.values and number <= previous and not self._project.dialect.repeats_enumeration_values:
                 context.say(value, f"{value.name} is {number} after {previous}", "ascending numbers (PD-359)")
-            elif number > Elementary.INT.high:
-                context.say(value, f"{value.name} is {number}", f"at most {Elementary.INT.high}, as for an INT")
+            elif number > base.high:
+                context.say(value, f"{value.name} is {number}", f"at most {base.high}, as for {a(base)}")
             kind.values[value.name] = number
 
     def finish_enumerations(self) -> None:
         """Work out all numbers, so that mistakes in unused enumerations are found too."""
         for name in [name for name, entity in self._project.names.items() if type(entity) is Pending]:
             self._project.find(name)
+        for kind in list(self._project.enumerations):
+            self._project.values_of(kind)
 
 
 def block_of(kind: Type) -> Pou | None:

@@ -9,8 +9,9 @@ import typer
 from fieldrig_devices.iec.commands.sources import dialect_named
 
 if TYPE_CHECKING:
-    from fieldrig_devices.iec.compiler import Compiled, SourceFile
+    from fieldrig_devices.iec.compiler import Compiled
     from fieldrig_devices.iec.holder import ProgramHolder
+    from fieldrig_devices.iec.source_file import SourceFile
 
 RigOption = Annotated[
     Path | None,

@@ -9,14 +9,11 @@ import typer
 from fieldrig.cli.common import argument, reading
 from fieldrig.errors import UsageError
 from fieldrig_devices.iec.dialect import DIALECTS
-from fieldrig_devices.iec.source_text import decoded
 
 if TYPE_CHECKING:
-    from fieldrig_devices.iec.compiler import SourceFile
     from fieldrig_devices.iec.dialect import Dialect
+    from fieldrig_devices.iec.source_file import SourceFile
 
-LONGEST: Final = 16 << 20
-"""Longest source file in bytes."""
 
 Files = Annotated[list[Path], argument("FILE...", "The source files of the program; a folder means all files in it.")]
 DialectOption = Annotated[
@@ -35,7 +32,7 @@ def dialect_named(name: str) -> "Dialect":
 
 def read_sources(paths: Sequence[Path]) -> "list[SourceFile]":
     """Return the texts of files, and of all source files in folders.  UsageError if there are none."""
-    from fieldrig_devices.iec.compiler import SourceFile
+    from fieldrig_devices.iec.source_file import SourceFile
 
     found: list[SourceFile] = []
     for path in paths:
@@ -48,9 +45,12 @@ def read_sources(paths: Sequence[Path]) -> "list[SourceFile]":
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a file in UTF-8, UTF-16 with its mark, or else Latin-1, as older tools write it."""
+    """Return the text of a file.  UsageError if it cannot be read."""
+    from fieldrig_devices.iec.source_file import decoded
+
     with reading(path):
         data = path.read_bytes()
-    if len(data) > LONGEST:
-        raise UsageError(f"{path} is too long: {len(data)} bytes", f"expected at most {LONGEST}")
-    return decoded(data)
+    try:
+        return decoded(data)
+    except ValueError as cause:
+        raise UsageError(f"{path} cannot be read", str(cause)) from cause

@@ -37,9 +37,7 @@ ANY_BITS: Final = frozenset({Elementary.BOOL, *BIT_STRINGS})
 
 def plain(argument: Argument) -> Argument:
     """The elementary type behind an enumeration or a subrange; any other type as it is."""
-    if isinstance(argument, EnumType):
-        return Elementary.INT
-    return argument.base if isinstance(argument, SubrangeType) else argument
+    return argument.base if isinstance(argument, SubrangeType | EnumType) else argument
 
 
 def fits(value: int | float, into: Elementary) -> bool:

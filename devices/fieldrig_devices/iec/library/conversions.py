@@ -85,12 +85,10 @@ FUNCTIONS: Final[Mapping[str, Callable[..., Value]]] = {
 
 
 def plain(kind: Type) -> Plain:
-    """The type whose rules apply: INT for an enumeration, DWORD for a pointer, the base of a subrange."""
+    """The type whose rules apply: DWORD for a pointer, the base of an enumeration or a subrange."""
     if isinstance(kind, Elementary | StringType):
         return kind
-    if isinstance(kind, EnumType):
-        return Elementary.INT
-    if isinstance(kind, SubrangeType):
+    if isinstance(kind, SubrangeType | EnumType):
         return kind.base
     if isinstance(kind, PointerType):
         return Elementary.DWORD

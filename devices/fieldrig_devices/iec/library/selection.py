@@ -66,6 +66,6 @@ def _words(node: object) -> Iterator[str]:
         for part in node:
             yield from _words(part)
     elif is_dataclass(node) and not isinstance(node, type):
-        for one in fields(node):
-            if one.compare:  # neither comments nor positions
-                yield from _words(getattr(node, one.name))
+        for part in fields(node):
+            if part.compare:  # neither comments nor positions
+                yield from _words(getattr(node, part.name))

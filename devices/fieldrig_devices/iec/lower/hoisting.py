@@ -110,15 +110,15 @@ class Hoisting:
             node = node.left
         value = self.out_of(node)
         length = 0
-        for one in reversed(chain):
-            is_calling = has_call(one.right)
+        for link in reversed(chain):
+            is_calling = has_call(link.right)
             if length >= LONGEST_CHAIN or (is_calling and not isinstance(value, Constant | AddressOf)):
                 value, length = self._caller.keep(value), 0
-            if is_calling and one.operator in SHORT_CIRCUIT:
-                value = self._chosen(value, one)
+            if is_calling and link.operator in SHORT_CIRCUIT:
+                value = self._chosen(value, link)
             else:
-                right = self.out_of(one.right) if is_calling else one.right
-                value, length = replace(one, left=value, right=right), length + 1
+                right = self.out_of(link.right) if is_calling else link.right
+                value, length = replace(link, left=value, right=right), length + 1
         return value
 
     def _chosen(self, left: Expression, of: Binary) -> Load:

@@ -277,9 +277,9 @@ class Places:
         mask = 1 << place.number
         emitter.charge(emitter.costs.operation)
         is_sign = whole.family is Family.SIGNED and place.number == whole.bits - 1
-        one = f"{before.text} | {mask}" if not is_sign else f"{before.text} | {-mask}"
+        bits = f"{before.text} | {mask}" if not is_sign else f"{before.text} | {-mask}"
         none = f"{before.text} & {~mask}" if not is_sign else f"{before.text} & {mask - 1}"
-        self.store(place.of, of_type(emitter.new(f"{one} if {value.text} else {none}"), whole), emitter)
+        self.store(place.of, of_type(emitter.new(f"{bits} if {value.text} else {none}"), whole), emitter)
 
     def _store_area(self, where: AreaAddress, kind: Elementary | StringType, value: Value, emitter: Emitter) -> None:
         table = AREA_TABLES[where.area]

@@ -4,6 +4,7 @@ from typing import Final
 
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.limits import MOST_MESSAGES
 from fieldrig_devices.iec.tree import Place
 from fieldrig_devices.languages.mistakes import Mistake
 
@@ -11,8 +12,6 @@ DEEPEST_EXPRESSION: Final = 100
 """Levels of the tree of an expression, so that nothing that follows it meets the limit of recursion of Python."""
 LONGEST_CHAIN: Final = 20_000
 """Operators in a row, such as a OR b OR c."""
-MOST_ALTERNATIVES: Final = 150
-"""ELSIF of one IF, and of those that it is in."""
 DEEPEST_BLOCK: Final = 40
 """Levels of statements, types and initial values in each other."""
 
@@ -48,7 +47,8 @@ class Cursor:
             self.say_at(self.places[at], what, expected, hint)
 
     def say_at(self, place: Place, what: str, expected: str = "", hint: str = "") -> None:
-        self.mistakes.append(Mistake(*place, what, expected, file=self.file, hint=hint))
+        if len(self.mistakes) < MOST_MESSAGES:
+            self.mistakes.append(Mistake(*place, what, expected, file=self.file, hint=hint))
 
     def unexpected(self, expected: str, hint: str = "", at: int = -1) -> UnexpectedError:
         """Report that the present token is not what was expected.  The caller raises what this returns."""

@@ -15,7 +15,10 @@ from fieldrig_devices.iec.parser.types import UNKNOWN, Types
 
 SECTIONS: Final = {section.value: section for section in tree.Section}
 _LONG: Final = frozenset({"LWORD", "LINT", "ULINT"})
-_ENDS: Final = frozenset({"END_VAR", "END_STRUCT", "END_TYPE"})
+_ENDS: Final = frozenset({"END_VAR", "END_STRUCT", "END_UNION", "END_TYPE"})
+
+_TYPES: Final = frozenset({token.NAME, "ARRAY", "POINTER", "REFERENCE", "REF_TO", "STRUCT", "UNION"})
+"""Tokens that a type begins with."""
 
 
 class Declarations(Types):
@@ -102,7 +105,7 @@ class Declarations(Types):
             return self.kinds[at + 1] != ":"
         if kind in SECTIONS:
             return True
-        if kind in ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "ACTION", "RESOURCE"):
+        if kind in ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "ACTION", "METHOD", "RESOURCE"):
             return True
         if kind.startswith("END_") or kind == token.END:
             return True
@@ -151,7 +154,7 @@ class Declarations(Types):
                 raise self.unexpected("an address such as %QX1.0")
             location = self.direct(self.texts[self.i], self.i)
             self.i += 1
-        if self.kinds[self.i] in (token.NAME, "ARRAY", "POINTER", "STRUCT") and not self.is_next_line():
+        if self.kinds[self.i] in _TYPES and not self.is_next_line():
             self.missing(":")
         elif not self.accept(":"):
             raise self.unexpected(": and a type")
@@ -199,7 +202,7 @@ class Declarations(Types):
     def _end_of_declaration(self, spec: tree.TypeSpec) -> None:
         if self.accept(";"):
             return
-        if isinstance(spec, tree.StructSpec) and self.kinds[self.i - 1] == "END_STRUCT":
+        if isinstance(spec, tree.StructSpec) and self.kinds[self.i - 1] in ("END_STRUCT", "END_UNION"):
             return
         if self.is_next_line() or self.kinds[self.i] in _ENDS:
             self.missing(";")
@@ -220,14 +223,14 @@ class Declarations(Types):
         while self.kinds[self.i] != "END_TYPE":
             at = self.i
             self.gather()
-            if self._is_outside(at) and self.kinds[at] not in ("END_STRUCT", "END_VAR"):
+            if self._is_outside(at) and self.kinds[at] not in ("END_STRUCT", "END_UNION", "END_VAR"):
                 break
             front += self.taken()
             try:
                 declared = self._type_declaration()
             except UnexpectedError:
                 self._synchronise_declaration(at)
-                while self.kinds[self.i] in ("END_STRUCT", "END_VAR"):
+                while self.kinds[self.i] in ("END_STRUCT", "END_UNION", "END_VAR"):
                     self.i += 1
                     self.accept(";")
                 continue
@@ -248,12 +251,17 @@ class Declarations(Types):
         name = self.name("the name of a type")
         if self._is_reserved(name):
             self.say(at, f"{name} is an elementary type", "another name for the type")
-        if self.is_word("EXTENDS"):
+        extends = ""
+        if self.dialect.has_methods and self.accept_word("EXTENDS"):
+            extends = self.name("the name of a structure")
+        elif self.is_word("EXTENDS"):
             raise self.unexpected(":", UNKNOWN["EXTENDS"])
         self.expect(":")
         spec = self.type_spec()
-        if isinstance(spec, tree.EnumSpec) and self.is_word("INT"):
-            self.i += 1  # today's tools write the base type behind an enumeration, and INT is what it is here
+        if extends and isinstance(spec, tree.StructSpec) and not spec.is_union:
+            spec.extends = extends
+        elif extends:
+            self.say(at, f"{name} extends {extends} and is no structure", "STRUCT behind the colon")
         initial = self._initial(spec)
         self._end_of_declaration(spec)
         return tree.TypeDeclaration(name, spec, initial, place=self.places[at])

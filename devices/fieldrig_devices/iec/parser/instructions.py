@@ -36,7 +36,7 @@ class Instructions(Statements):
             return self.kinds[i + 1] not in (":=", "=")
         if self.kinds[i + 1] in _NO_OPERATOR:
             return False
-        return self.kinds[i + 1] == token.END or self.kinds[i + 2] != ";"
+        return self.kinds[i + 1] == token.END or self.kinds[i + 2] not in (";", "=")
 
     def instructions(self, is_deferred: bool = False) -> tuple[tree.IlInstruction, ...]:
         """Read lines up to the end of the body, or to a closing bracket."""
@@ -58,7 +58,7 @@ class Instructions(Statements):
             instruction.comments = front + self.taken()
             instruction.remark, instruction.is_spaced = self.remark(), is_spaced
             found.append(instruction)
-        if found and self.kinds[self.i] != "ACTION":  # which has the comments in front of it itself
+        if found and self.kinds[self.i] not in ("ACTION", "METHOD"):  # which has the comments in front of it itself
             found[-1].after += self.taken()
         return tuple(found)
 

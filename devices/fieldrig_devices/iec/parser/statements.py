@@ -9,7 +9,7 @@ from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.parser.blocks import ALWAYS, BLOCK_ENDS, OUTER, STOPS, Blocks
-from fieldrig_devices.iec.parser.cursor import MOST_ALTERNATIVES, UnexpectedError
+from fieldrig_devices.iec.parser.cursor import UnexpectedError
 from fieldrig_devices.iec.parser.expressions import RANKS
 
 _NO_OPERATOR: Final = max(RANKS.values()) + 1
@@ -21,8 +21,6 @@ class Statements(Blocks):
 
     def __init__(self, found: token.Tokens, file: str, dialect: Dialect) -> None:
         super().__init__(found, file, dialect)
-        self._alternatives = 0
-        """ELSIF in front of the present statement, also of the IF around it; each is a level of the checked program."""
         self._handlers |= {
             token.NAME: self._simple,
             token.DIRECT: self._simple,
@@ -154,6 +152,11 @@ class Statements(Blocks):
             self.semicolon()
             kind = tree.AssignKind.SET if word == "S" else tree.AssignKind.RESET
             return tree.Assign(target, value_read, kind, place=place)
+        if word == "REF" and self.dialect.has_references and self.kinds[self.i + 1] == "=":
+            self.i += 2
+            referred = self.expression()
+            self.semicolon()
+            return tree.Assign(target, referred, tree.AssignKind.REFER, place=place)
         hint = ""
         if isinstance(target, tree.Name):
             hint = f"A name has no blank in it: {target.text}_{self.texts[self.i]}."
@@ -175,17 +178,11 @@ class Statements(Blocks):
         opening = self.i
         ends = frozenset({"ELSIF", "ELSE", "END_IF"})
         branches = [self._branch(ends)]
-        before = self._alternatives
         while self.kinds[self.i] == "ELSIF":
-            self._alternatives += 1
-            if self._alternatives == MOST_ALTERNATIVES + 1:
-                what = "there are too many ELSIF in one another or in a row"
-                self.say(self.i, what, f"at most {MOST_ALTERNATIVES}", "Use CASE, a table in an ARRAY, or several IF.")
             branches.append(self._branch(ends))
         otherwise = None
         if self.accept("ELSE"):
             otherwise = self._block(frozenset({"END_IF"}))
-        self._alternatives = before
         self._end("END_IF", opening, "IF")
         return tree.If(tuple(branches), otherwise, place=self.places[opening])
 

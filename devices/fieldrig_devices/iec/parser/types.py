@@ -8,12 +8,15 @@ from typing import Final
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.parser.initials import Initials
+from fieldrig_devices.iec.types import Elementary
 
 UNKNOWN: Final = {
     "REFERENCE": "Use POINTER TO, or pass the variable as VAR_IN_OUT.",
     "UNION": "Overlapping data are variables AT the same address.",
     "EXTENDS": "Types and blocks cannot be derived; declare a variable of the other type in it.",
 }
+
+INTEGERS: Final = frozenset(kind.name for kind in Elementary if kind.is_integer)
 
 
 class Types(Initials):
@@ -40,11 +43,18 @@ class Types(Initials):
                     self.say(at, "pointers are not supported", "another type")
                 self.expect("TO")
                 return tree.PointerSpec(self.type_spec(), place=place)
-            if kind == "STRUCT":
+            if kind == "REFERENCE":
+                self.i += 1
+                self.expect("TO")
+                return tree.PointerSpec(self.type_spec(), True, place=place)
+            if kind == "REF_TO":
+                self.i += 1
+                return tree.PointerSpec(self.type_spec(), place=place)
+            if kind in ("STRUCT", "UNION"):
                 self.i += 1
                 fields = self.variables()
-                self._end("END_STRUCT", at, "STRUCT", has_semicolon=False)
-                return tree.StructSpec(fields, place=place)
+                self._end(f"END_{kind}", at, kind, has_semicolon=False)
+                return tree.StructSpec(fields, kind == "UNION", place=place)
             if kind == "(":
                 return self._enumeration()
         finally:
@@ -67,6 +77,10 @@ class Types(Initials):
         if self.kinds[self.i] != "(":
             return tree.NamedType(name, place=place)
         opening = self.i
+        if self.dialect.has_typed_enumerations and upper in INTEGERS and self._is_enumeration():
+            found = self._enumeration()
+            found.base = "" if upper == "INT" else upper
+            return found
         self.i += 1
         if self.kinds[self.i + 1 : self.i + 2] == [":="]:
             raise self.unexpected("; or :=", f"Start values are written : {name} := (...);", opening)
@@ -75,6 +89,10 @@ class Types(Initials):
         high = self.expression()
         self.close(")", opening)
         return tree.SubrangeSpec(tree.NamedType(name, place=place), low, high, place=place)
+
+    def _is_enumeration(self) -> bool:
+        """True if names of values follow the bracket, and no limits of a subrange."""
+        return self.kinds[self.i + 1] == token.NAME and self.kinds[self.i + 2] in (",", ":=", ")")
 
     def _string(self, place: tree.Place) -> tree.StringSpec:
         opening = self.i
@@ -111,11 +129,18 @@ class Types(Initials):
         while self.accept(","):
             values.append(self._enum_value())
         self.close(")", at)
-        if self.kinds[self.i] == token.NAME and not self.is_next_line():
-            base = self.texts[self.i]
-            self.say(self.i, f"got {base} behind an enumeration", ";", f"Its values are INT. Remove {base}.")
-            self.i += 1
-        return tree.EnumSpec(tuple(values), place=self.places[at])
+        return tree.EnumSpec(tuple(values), self._base_behind(), place=self.places[at])
+
+    def _base_behind(self) -> str:
+        """Read the type of the values behind an enumeration, as today's tools write it."""
+        if self.kinds[self.i] != token.NAME or self.is_next_line():
+            return ""
+        base = self.texts[self.i].upper()
+        if base != "INT" and not (self.dialect.has_typed_enumerations and base in INTEGERS):
+            what = f"got {self.texts[self.i]} behind an enumeration"
+            self.say(self.i, what, ";", f"Its values are INT. Remove {self.texts[self.i]}.")
+        self.i += 1
+        return base if base in INTEGERS and base != "INT" else ""
 
     def _enum_value(self) -> tree.EnumValue:
         at = self.i

@@ -62,25 +62,27 @@ def _spec(lines: Lines, spec: tree.TypeSpec) -> None:
         case tree.ArraySpec(dimensions, element):
             lines.append(f"ARRAY[{', '.join(map(statements.label_text, dimensions))}] OF ")
             _spec(lines, element)
-        case tree.PointerSpec(to):
-            lines.append("POINTER TO ")
+        case tree.PointerSpec(to, is_reference):
+            lines.append("REFERENCE TO " if is_reference else "POINTER TO ")
             _spec(lines, to)
         case tree.EnumSpec():
             _enumeration(lines, spec)
-        case tree.StructSpec(fields):
-            lines.append("STRUCT")
+        case tree.StructSpec(fields, is_union):
+            word = "UNION" if is_union else "STRUCT"
+            lines.append(word)
             with lines.indented():
                 for number, field in enumerate(fields):
                     lines.front(field, number == 0)
                     _variable(lines, field)
                     lines.behind(field)
-            lines.add("END_STRUCT")
+            lines.add(f"END_{word}")
 
 
 def _enumeration(lines: Lines, spec: tree.EnumSpec) -> None:
     texts = [value.name if value.value is None else f"{value.name} := {text_of(value.value)}" for value in spec.values]
+    base = f" {spec.base}" if spec.base else ""
     if not any(value.comments or value.remark for value in spec.values):
-        lines.append(f"({', '.join(texts)})")
+        lines.append(f"({', '.join(texts)}){base}")
         return
     lines.append("(")
     with lines.indented():
@@ -89,11 +91,12 @@ def _enumeration(lines: Lines, spec: tree.EnumSpec) -> None:
             lines.add(text if value is spec.values[-1] else f"{text},")
             if value.remark:
                 lines.append(f" {value.remark}")
-    lines.add(")")
+    lines.add(f"){base}")
 
 
 def _type(lines: Lines, of: tree.TypeDeclaration) -> None:
-    lines.add(f"TYPE {of.name} : ")
+    extends = of.type.extends if isinstance(of.type, tree.StructSpec) else ""
+    lines.add(f"TYPE {of.name}{f' EXTENDS {extends}' if extends else ''} : ")
     _spec(lines, of.type)
     initial = _initial(of.initial, of.type)
     is_struct = isinstance(of.type, tree.StructSpec) and not initial
@@ -137,7 +140,7 @@ def _element(element: tree.Initial | tree.Repeated) -> str:
 
 
 def _pou(lines: Lines, pou: tree.Pou) -> None:
-    lines.add(f"{pou.kind.value} {pou.name}")
+    lines.add(f"{pou.kind.value} {pou.name}{f' EXTENDS {pou.extends}' if pou.extends else ''}")
     if pou.result is not None:
         lines.append(" : ")
         _spec(lines, pou.result)
@@ -147,6 +150,11 @@ def _pou(lines: Lines, pou: tree.Pou) -> None:
     if pou.blocks:
         lines.add("")
     body(lines, pou.body)
+    for method in pou.methods:
+        lines.add("")
+        lines.front(method)
+        _method(lines, method)
+        lines.behind(method)
     for action in pou.actions:
         lines.add("")
         lines.front(action)
@@ -157,6 +165,21 @@ def _pou(lines: Lines, pou: tree.Pou) -> None:
         lines.behind(action)
     lines.comments(pou.after)
     lines.add(f"END_{pou.kind.value}")
+
+
+def _method(lines: Lines, method: tree.Method) -> None:
+    lines.add(" ".join(["METHOD", *method.modifiers, method.name]))
+    if method.result is not None:
+        lines.append(" : ")
+        _spec(lines, method.result)
+    for block in method.blocks:
+        lines.front(block)
+        variables(lines, block)
+    if method.blocks:
+        lines.add("")
+    body(lines, method.body)
+    lines.comments(method.after)
+    lines.add("END_METHOD")
 
 
 def body(lines: Lines, of: tree.Body) -> None:
@@ -190,7 +213,7 @@ def _step(lines: Lines, step: tree.Step) -> None:
     with lines.indented():
         for use in step.uses:
             time = f", {text_of(use.time)}" if use.time is not None else ""
-            lines.add(f"{use.name}({use.qualifier}{time});")
+            lines.add(f"{use.name}({', '.join([use.qualifier + time, *use.indicators])});")
         for word, section in (("ENTRY", step.entry), ("ACTIVE", step.active), ("EXIT", step.exit)):
             if section is not None:
                 lines.add(word)

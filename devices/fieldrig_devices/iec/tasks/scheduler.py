@@ -163,6 +163,13 @@ class Scheduler:
         else:
             action()
 
+    def forget(self, action: Callable[[], None]) -> bool:
+        """Do not call an action of `when_quiet` any more.  Return false if it has been called."""
+        is_waiting = action in self._on_quiet
+        if is_waiting:
+            self._on_quiet.remove(action)
+        return is_waiting
+
     def set_check_time(self, task: Task, check_ns: int) -> None:
         """Supervise a task by this time instead of its interval; 0 returns to the interval (PD-077)."""
         task.check_ns = check_ns

@@ -8,7 +8,7 @@ protocol does not have, such as forcing, a download, and the trace.
 Left out on purpose: launching a rig (start it with `fieldrig up`), and breakpoints on functions and data.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any, Final
 
@@ -41,7 +41,10 @@ class Adapter:
         self._sequence = 0
         self._out: list[bytes] = []
         self._folder = ""
-        self._stops = 0
+        self._stops = self._loads = 0
+        self._breakpoints: dict[int, tuple[str, int]] = {}
+        """The places of the editor's breakpoints by their ids."""
+        self._last_id = 0
         self._is_attached = self.is_over = False
         self._was_step = False
         self._progress = ""
@@ -136,7 +139,8 @@ class Adapter:
     def _attach(self, arguments: Mapping[str, Any]) -> None:
         """Attach; `sources` is the folder that has the program's files."""
         self._folder = typed(arguments.get("sources", ""), str, "sources")
-        self._stops = self._ask({"command": "state"})["stops"]
+        state = self._ask({"command": "state"})
+        self._stops, self._loads = state["stops"], state["loads"]
         self._is_attached = True
 
     def _disconnect(self, _: Mapping[str, Any]) -> None:
@@ -158,6 +162,9 @@ class Adapter:
             self._progress = progress
             if progress:
                 self._event("output", category="console", output=f"{progress}\n")
+        if state["loads"] != self._loads:
+            self._loads = state["loads"]
+            self._show_moves()
         if state["stops"] == self._stops:
             return
         self._stops = state["stops"]
@@ -188,13 +195,35 @@ class Adapter:
     def _set_breakpoints(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         source = field(arguments, "source", dict)
         wanted = items(arguments.get("breakpoints") or [], dict, MOST_BREAKPOINTS, "breakpoints")
-        places = [
+        places: list[dict[str, Any]] = [
             {"line": field(place, "line", int), "condition": typed(place.get("condition") or "", str, "condition")}
             for place in wanted
         ]
         name = self._file_of(source)
         lines = self._ask({"command": "breakpoints", "file": name, "breakpoints": places})["lines"]
-        return {"breakpoints": [{"verified": place["line"] in lines, "line": place["line"]} for place in places]}
+        self._breakpoints = {number: place for number, place in self._breakpoints.items() if place[0] != name}
+        return {"breakpoints": [self._breakpoint(name, place["line"], lines) for place in places]}
+
+    def _breakpoint(self, file: str, line: int, lines: Sequence[int]) -> dict[str, Any]:
+        """Return a new breakpoint as the editor sees it; one that is set has an id, for later changes."""
+        if line not in lines:
+            return {"verified": False, "line": line}
+        self._last_id += 1
+        self._breakpoints[self._last_id] = file, line
+        return {"id": self._last_id, "verified": True, "line": line}
+
+    def _show_moves(self) -> None:
+        """Tell the editor where its breakpoints are in a program that has been loaded."""
+        asked = {file for file, _ in self._breakpoints.values()}
+        moves = {file: self._ask({"command": "breakpoints", "file": file})["moves"] for file in asked}
+        for number, (file, line) in list(self._breakpoints.items()):
+            after = moves[file].get(str(line))
+            shown = {"id": number, "verified": after is not None, "line": line if after is None else after}
+            if after is None:
+                del self._breakpoints[number]
+            else:
+                self._breakpoints[number] = file, after
+            self._event("breakpoint", reason="changed", breakpoint=shown)
 
     def _file_of(self, source: Mapping[str, Any]) -> str:
         """Return the program's name of a source: the same path, or else the only one with the same last part."""
@@ -236,8 +265,8 @@ class Adapter:
         first = typed(arguments.get("startFrame") or 0, int, "startFrame")
         most = typed(arguments.get("levels") or len(frames), int, "levels")
         shown = []
-        for frame in frames[max(first, 0) :][: max(most, 0)]:
-            self._frames.append({**frame, "thread": thread})
+        for number, frame in list(enumerate(frames))[max(first, 0) :][: max(most, 0)]:
+            self._frames.append({**frame, "thread": thread, "number": number})
             shown.append(
                 {
                     "id": len(self._frames),
@@ -252,15 +281,17 @@ class Adapter:
     # ---- values
 
     def _scopes(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
-        """Offer the variables of the frame's routine, if it has any by its name, and all variables."""
+        """Offer the variables of the frame, or those that its routine has by its name, and all variables."""
         scopes = []
-        routine = self._frame(arguments)["routine"]
-        try:
-            self._ask({"command": "variables", "path": routine})
-        except (RigError, ValueError):
-            pass
-        else:
-            scopes.append({"name": routine, "variablesReference": self._reference(routine), "expensive": False})
+        frame = self._frame(arguments)
+        for path in (f"@{frame['thread']}:{frame['number']}", frame["routine"]):
+            try:
+                self._ask({"command": "variables", "path": path})
+            except (RigError, ValueError):
+                continue
+            scope = {"name": frame["routine"], "variablesReference": self._reference(path), "expensive": False}
+            scopes.append(scope)
+            break
         return {"scopes": [*scopes, {"name": "All", "variablesReference": self._reference(""), "expensive": True}]}
 
     def _frame(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
@@ -311,7 +342,8 @@ class Adapter:
     def _evaluate(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         question: dict[str, Any] = {"command": "read", "names": [field(arguments, "expression", str)]}
         if arguments.get("frameId") is not None:
-            question["thread"] = self._frame(arguments)["thread"]
+            frame = self._frame(arguments)
+            question |= {"thread": frame["thread"], "frame": frame["number"]}
         variable = self._ask(question)["variables"][0]
         if "error" in variable:
             raise ValueError(variable["error"])

@@ -80,6 +80,8 @@ class Debuggee(Protocol):
     """The name of the language, such as "ARP BASIC" or "IEC 61131-3"."""
     on_stop: Callable[[], None]
     """Called when a thread stops at a breakpoint, after a step, or because of a fault; set by the service."""
+    on_load: Callable[[], None]
+    """Called when another program has been loaded, or the present one has been changed; set by the service."""
     on_sample: Callable[[], None] | None
     """Called at the end of every cycle of the program while it is set; set by the service for a trace."""
 
@@ -121,10 +123,13 @@ class Debuggee(Protocol):
         """Run to the next source line; `on_stop` is called when it is reached."""
 
     def variables(self, path: str) -> Sequence[Variable]:
-        """Return the children of a group; the roots for an empty path.  ValueError for an unknown path."""
+        """Return the children of a group; the roots for an empty path.  ValueError for an unknown path.
 
-    def evaluate(self, text: str, thread: int | None = None) -> Variable:
-        """Return a variable, or the value of an expression in the scope of a thread's place."""
+        `@1:2` is the group of the variables of frame 2 of thread 1, if the language has such variables.
+        """
+
+    def evaluate(self, text: str, thread: int | None = None, frame: int = 0) -> Variable:
+        """Return a variable, or the value of an expression in the scope of a frame of a thread, 0 for the innermost."""
 
     def write(self, path: str, value: Value) -> None:
         """Write a variable.  A text may be a literal of the language, as people type it: `T#5s`, `16#FF`, `TRUE`."""

@@ -50,6 +50,7 @@ class Debugger:
             "where": self._where,
             "threads": self._threads,
             "print": self._print,
+            "locals": self._locals,
             "set": lambda arguments: self._say_all(values.assign(ask, "write", arguments)),
             "force": lambda arguments: self._say_all(values.assign(ask, "force", arguments)),
             "release": lambda arguments: self._say_all(values.release(ask, arguments)),
@@ -191,6 +192,15 @@ class Debugger:
 
     def _print(self, arguments: list[str]) -> None:
         self._say_all(values.printed(self._ask, arguments, self._chosen))
+
+    def _locals(self, arguments: list[str]) -> None:
+        """Show the variables of a frame; 0 is the innermost one."""
+        if len(arguments) > 1 or not all(argument.isdecimal() for argument in arguments):
+            raise ValueError(f"unexpected {' '.join(arguments)!r}\nexpected the number of a caller")
+        if self._chosen is None:
+            raise ValueError("no task is paused\nexpected a breakpoint first")
+        frame = arguments[0] if arguments else "0"
+        self._say_all(values.inside(self._ask, f"@{self._chosen}:{frame}") or ["there are no variables"])
 
     def _forced(self, arguments: list[str]) -> None:
         none(arguments)

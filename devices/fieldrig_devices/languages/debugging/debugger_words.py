@@ -20,6 +20,7 @@ WORDS: Final = Words(
         Help(("where", "w"), "", "show the next line and its callers"),
         Help(("threads", "t"), "[NUMBER]", "list tasks; with a number, choose the one that is looked at"),
         Help(("print", "p"), "[NAME]...", "show values or expressions without blanks; without arguments, all roots"),
+        Help(("locals",), "[N]", "show the variables of the routine, or of its N-th caller"),
         Help(("set",), "NAME=VALUE...", "write values"),
         Help(("force",), "NAME=VALUE...", "hold values until they are released"),
         Help(("release",), "[NAME]...", "release forced values; without arguments, all of them"),

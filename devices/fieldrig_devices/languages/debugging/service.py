@@ -12,6 +12,7 @@ from typing import Any, Final
 from fieldrig.clock import Clock
 from fieldrig.device import Value
 from fieldrig.untrusted import MalformedError, field, items, shown, typed
+from fieldrig_devices.languages.debugging.breakpoints import Breakpoints
 from fieldrig_devices.languages.debugging.debuggee import Debuggee, ProgramState, Reset, Step, Variable
 from fieldrig_devices.languages.debugging.recorder import Edge, Recorder, RecorderState, Trigger
 
@@ -30,12 +31,12 @@ class DebugService:
 
     def __init__(self, clock: Clock, debuggee: Debuggee) -> None:
         self._clock, self._debuggee = clock, debuggee
-        self._stops = 0
-        self._conditions: dict[tuple[str, int], str] = {}
+        self._stops = self._loads = 0
+        self._places = Breakpoints()
         self._recorder: Recorder | None = None
         self._names: list[str] = []
         self._parts: dict[str, str] = {}
-        debuggee.on_stop = self._on_stop
+        debuggee.on_stop, debuggee.on_load = self._on_stop, self._on_load
         self._commands: dict[str, Callable[[Mapping[str, Any]], Answer]] = {
             "state": self._state,
             "files": self._files,
@@ -76,6 +77,7 @@ class DebugService:
             "language": debuggee.language,
             "state": debuggee.state.value,
             "stops": self._stops,
+            "loads": self._loads,
             "progress": debuggee.progress,
             "problem": debuggee.problem,
             "now_ns": self._clock.now_ns(),
@@ -105,23 +107,23 @@ class DebugService:
     # ---- places
 
     def _breakpoints(self, message: Mapping[str, Any]) -> Answer:
-        """Replace the breakpoints of one file.  A line without an instruction is not in the answer."""
+        """Replace the breakpoints of one file, or only say where they are.
+
+        A line without an instruction is not in the answer.  `moves` are the lines after the last load by those before.
+        """
         name = field(message, "file", str)
+        if "breakpoints" not in message:
+            moves = {str(line): after for (file, line), after in self._places.moves.items() if file == name}
+            return {"lines": sorted(self._places.lines(name)), "moves": moves}
         wanted: dict[int, str] = {}
         for entry in items(field(message, "breakpoints", list), dict, MOST_BREAKPOINTS, "breakpoints"):
             condition = typed(entry.get("condition", ""), str, "condition")
             wanted[field(entry, "line", int)] = condition
-        self._conditions = {place: text for place, text in self._conditions.items() if place[0] != name}
-        self._conditions |= {(name, line): condition for line, condition in wanted.items()}
-        places: dict[str, set[int]] = {}
-        for file, line in self._conditions:
-            places.setdefault(file, set()).add(line)
-        found = self._debuggee.break_at(places)
-        lines = found.get(name, set())
-        self._conditions = {
-            (file, line): text for (file, line), text in self._conditions.items() if line in found[file]
-        }
-        return {"lines": sorted(lines)}
+        return {"lines": sorted(self._places.replace(self._debuggee, name, wanted))}
+
+    def _on_load(self) -> None:
+        self._loads += 1
+        self._places.reload(self._debuggee)
 
     def _step(self, message: Mapping[str, Any]) -> Answer:
         kind = _choice(Step, message.get("kind", Step.INTO.value), "kind")
@@ -152,7 +154,7 @@ class DebugService:
         if len(paused) == 1:
             thread = paused[0].number
             frame = debuggee.stack(thread)[0]
-            condition = self._conditions.get((frame.file, frame.line), "")
+            condition = self._places.conditions.get((frame.file, frame.line), "")
             if condition and not self._holds(condition, thread):
                 debuggee.go_on()
                 return
@@ -175,11 +177,12 @@ class DebugService:
         """Read variables or expressions; one that can't be read has an `error` instead of a value."""
         names = items(field(message, "names", list), str, MOST_NAMES, "names")
         thread = self._thread(message) if "thread" in message else None
-        return {"variables": [self._value_of(name, thread) for name in names]}
+        frame = typed(message.get("frame", 0), int, "frame")
+        return {"variables": [self._value_of(name, thread, max(frame, 0)) for name in names]}
 
-    def _value_of(self, name: str, thread: int | None) -> Answer:
+    def _value_of(self, name: str, thread: int | None, frame: int = 0) -> Answer:
         try:
-            return _shown(self._debuggee.evaluate(name, thread))
+            return _shown(self._debuggee.evaluate(name, thread, frame))
         except ValueError as wrong:
             return {"path": name, "name": name, "error": str(wrong)}
 

@@ -39,6 +39,12 @@ def printed(ask: Ask, names: Sequence[str], thread: int | None) -> list[str]:
     return lines
 
 
+def inside(ask: Ask, path: str) -> list[str]:
+    """Return the values in a group."""
+    found = ask({"command": "variables", "path": path})["variables"]
+    return [_shown(variable) for variable in found[:MOST_SHOWN]]
+
+
 def assign(ask: Ask, command: str, arguments: Sequence[str]) -> list[str]:
     """Write or force the values of NAME=VALUE, and return what they are then."""
     if not arguments:
@@ -72,8 +78,9 @@ def _forced(ask: Ask) -> list[Mapping[str, Any]]:
 def _shown(variable: Mapping[str, Any]) -> str:
     if "error" in variable:
         return f"{variable['name']}: {variable['error']}"
+    path = variable["path"].partition(".")[2] if variable["path"].startswith("@") else variable["path"]
     mark = " (forced)" if variable["is_forced"] else ""
     about = f"  {variable['about']}" if variable["about"] else ""
     if variable["value"] is None:
-        return f"{variable['path']}: {variable['type']}{about}"
-    return f"{variable['path']} = {text_of(variable['value'])}{mark}{about}"
+        return f"{path}: {variable['type']}{about}"
+    return f"{path} = {text_of(variable['value'])}{mark}{about}"

@@ -53,6 +53,7 @@ class Configuration(Settings):
     outputs: list[Symbol] = Field(default_factory=list, description="digital outputs")
     measuring_inputs: list[Symbol] = Field(default_factory=list, description="touch probe inputs")
     iec_tasks: list[Symbol] = Field(default_factory=list, description="IEC Task objects")
+    modems: list[Symbol] = Field(default_factory=list, max_length=1, description="the Modem object, at COM1")
 
     @property
     def symbols(self) -> list[str]:
@@ -63,6 +64,7 @@ class Configuration(Settings):
             self.outputs,
             self.measuring_inputs,
             self.iec_tasks,
+            self.modems,
         )
         return [*self.drives, *(name for names in lists for name in names)]
 

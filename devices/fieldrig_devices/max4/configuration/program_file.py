@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final, Self
 
 from fieldrig.untrusted import MalformedError, field, items, read_json
-from fieldrig_devices.iec.source_text import decoded
+from fieldrig_devices.iec.source_file import SourceFile, decoded
 
 PROGRAM_FILE: Final = "\\DEFAULT.PRG"
 FORMAT: Final = "IEC sources"
@@ -21,18 +21,10 @@ MOST_FILES: Final = 1_000
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
-    """One file of the project."""
-
-    name: str
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
 class Container:
     """The content of DEFAULT.PRG."""
 
-    files: tuple[Source, ...]
+    files: tuple[SourceFile, ...]
     dialect: str
 
     def encode(self) -> bytes:
@@ -47,7 +39,7 @@ class Container:
             if field(found, "format", str) != FORMAT:
                 raise MalformedError(f"expected the format {FORMAT!r}")
             files = tuple(
-                Source(field(file, "name", str), field(file, "text", str))
+                SourceFile(field(file, "name", str), field(file, "text", str))
                 for file in items(field(found, "files", list), dict, MOST_FILES, "files")
             )
             return cls(files, field(found, "dialect", str))
@@ -56,5 +48,12 @@ class Container:
 
 
 def container_of(paths: Sequence[Path], dialect: str) -> Container:
-    """Read the sources of a project."""
-    return Container(tuple(Source(path.name, decoded(path.read_bytes())) for path in paths), dialect)
+    """Read the sources of a project.  ValueError, with the name, for a file that is too long."""
+    return Container(tuple(SourceFile(path.name, _text(path)) for path in paths), dialect)
+
+
+def _text(path: Path) -> str:
+    try:
+        return decoded(path.read_bytes())
+    except ValueError as cause:
+        raise ValueError(f"{path.name}: {cause}") from cause

@@ -62,6 +62,7 @@ class Parameter:
         "address",
         "first",
         "high",
+        "is_secret",
         "kind",
         "low",
         "name",
@@ -85,8 +86,10 @@ class Parameter:
         about: str = "",
         read: Callable[[], Value] | None = None,
         write: Callable[[Value], None] | None = None,
+        is_secret: bool = False,
     ) -> None:
         """`first` is the value after a boot; `low`, `high` and `only` restrict the values of the type."""
+        self.is_secret = is_secret
         self.name, self.type, self.kind, self.unit, self.about = name, type, kind, unit, about
         self.low = type.low if low is None else low
         self.high = type.high if high is None else high
@@ -106,6 +109,11 @@ class Parameter:
     @property
     def value(self) -> Value:
         return self._value if self._read is None else self._read()
+
+    @property
+    def shown(self) -> Value:
+        """The value as anybody outside may read it: stars instead of a secret."""
+        return "*" * 8 if self.is_secret and self.value else self.value
 
     def set(self, value: Value) -> None:
         """Write a value from outside or from the program.  ValueError if the parameter cannot have this value."""

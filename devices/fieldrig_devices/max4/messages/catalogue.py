@@ -3,8 +3,8 @@
 Source: PacDrive manual 3246-3261, 4093-4110, 4163-4196, 4317-4337 (the catalogue of digest 1.5), in the words of the
 manual, with English texts beside them.  117 has two meanings there (digest X4), so the keys of the table are whole
 codes, whose first digit is the default class.  Our own numbers, where the manual has none: 190 for the division error
-and up to 198 for other faults of programs, 560 and up for the ring, 570 and up for field buses; 507 is the base number
-of the successor.  505 and 506 are reserved (digest X3).  The codes of drives are in `mc4.diagnosis`.
+and up to 198 for other faults of programs, 560 and up for the ring, 570 and up for field buses, 574 for logins; 507 is
+the base number of the successor.  505 and 506 are reserved (digest X3).  The codes of drives are in `mc4.diagnosis`.
 """
 
 from collections.abc import Mapping
@@ -56,6 +56,7 @@ class Code(IntEnum):
     RING_UP = 8568
     FIELD_BUS_BACK = 8571
     EMERGENCY = 8572
+    LOGIN_REFUSED = 8574
     PROGRAM_REFUSED = 8198
 
 
@@ -105,6 +106,7 @@ MESSAGES: Final[Mapping[int, Message]] = {
     Code.PROGRAM_REFUSED: Message("IEC-Programm abgewiesen", "IEC program refused", EXTENDED),
     Code.FIELD_BUS_LOST: Message("Feldbus-Teilnehmer fehlt", "field bus node is missing", FIELD_BUS),
     Code.FIELD_BUS_BACK: Message("Feldbus-Teilnehmer wieder da", "field bus node is back", FIELD_BUS),
+    Code.LOGIN_REFUSED: Message("Anmeldung mehrfach abgewiesen", "login refused several times", GENERAL),
     Code.EMERGENCY: Message("Feldbus-Teilnehmer meldet Fehler", "field bus node reports an error", FIELD_BUS),
 }
 

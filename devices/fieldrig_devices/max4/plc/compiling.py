@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 from fieldrig.background import Report
 from fieldrig_devices.iec.beside import HostFacts, Refused, duration_of
-from fieldrig_devices.iec.compiler import Compiled, SourceFile, compile_project
+from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Host
+from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.max4.configuration.program_file import Container
 from fieldrig_devices.max4.plc.retain import RetainMap, leaves_of
@@ -24,6 +25,7 @@ class Order:
     container: Container
     facts: HostFacts
     retain: RetainKind
+    limits: Limits
     previous: Compiled | None = None
     """The running program, for an online change."""
 
@@ -36,7 +38,7 @@ class Order:
 def compile_order(order: Order, report: Report) -> Compiled | Refused:
     """Compile a program in a process beside the controller."""
     try:
-        return compile_container(order.container, order.facts, order.retain, order.previous, report)
+        return compile_container(order.container, order.facts, order.retain, order.limits, order.previous, report)
     except CompileError as wrong:
         return Refused(tuple(wrong.mistakes))
 
@@ -45,33 +47,36 @@ def compile_container(
     container: Container,
     host: Host,
     retain: RetainKind,
+    limits: Limits,
     previous: Compiled | None = None,
     report: Report = lambda what, done, steps: None,
 ) -> Compiled:
     """Compile the sources; CompileError with all mistakes.  `previous` is the running program for an online change."""
-    files = [SourceFile(source.name, source.text) for source in container.files]
     dialect = DIALECTS.get(container.dialect)
     if dialect is None:
         known = ", ".join(DIALECTS)
         raise CompileError([Mistake(1, 1, f"the dialect {container.dialect!r} is not known", known)])
-    compiled = compile_project(files, host, dialect, previous=previous, on_progress=report)
+    compiled = compile_project(container.files, host, dialect, limits=limits, previous=previous, on_progress=report)
     _check_retain(compiled, SIZES[retain])
     return compiled
 
 
 def _check_retain(compiled: Compiled, size: int) -> None:
     program = compiled.program
-    variables = [*program.globals.values(), *(one for pou in program.pous.values() for one in pou.variables.values())]
+    variables = [
+        *program.globals.values(),
+        *(variable for pou in program.pous.values() for variable in pou.variables.values()),
+    ]
     located = [
         Mistake(
-            one.place.line,
-            one.place.column,
-            f"{one.name} is at an address, and the controller keeps no area of inputs, outputs or markers",
+            variable.place.line,
+            variable.place.column,
+            f"{variable.name} is at an address, and the controller keeps no area of inputs, outputs or markers",
             "a RETAIN variable without AT",
-            file=one.file,
+            file=variable.file,
         )
-        for one in variables
-        if one.is_retain and one.location is not None
+        for variable in variables
+        if variable.is_retain and variable.location is not None
     ]
     if located:
         raise CompileError(located)

@@ -8,8 +8,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec.debuggee import IecDebuggee
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.debugging.debuggee import Reset
-from fieldrig_devices.max4.configuration.program_file import Container, Source
+from fieldrig_devices.max4.configuration.program_file import Container
 from fieldrig_devices.max4.plc.loaded import RetainingProgram
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ class PlcDebuggee(IecDebuggee):
         self._controller, self._plc = controller, controller.plc
         self._sample: Callable[[], None] | None = None
         self._is_sampled = False
+        self._plc.on_load = lambda: self.on_load()
         self._plc.on_stop = lambda _task: self.on_stop()
 
     @property
@@ -72,7 +74,7 @@ class PlcDebuggee(IecDebuggee):
 
     def download(self, files: Mapping[str, str], *, is_online: bool) -> None:
         controller = self._powered()
-        sources = tuple(Source(name, text) for name, text in files.items())
+        sources = tuple(SourceFile(name, text) for name, text in files.items())
         container = Container(sources, controller.settings.dialect)
 
         def on_done(problem: str) -> None:

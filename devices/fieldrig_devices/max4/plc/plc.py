@@ -10,20 +10,24 @@ What an online change cannot do is what CoDeSys V2.3 refuses: a changed task con
 
 import logging
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from fieldrig.background import Background
-from fieldrig.clock import US, Clock
+from fieldrig.clock import MS, US, Clock
 from fieldrig.device import Point, Value
 from fieldrig_devices.iec.beside import Beside, HostFacts, text_of
-from fieldrig_devices.iec.compiler import Compiled, SourceFile
+from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.limits import Limits
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.symbol_list import symbol_list
 from fieldrig_devices.iec.task_points import refused, state_of, task_forms, task_points
 from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, TCP_PRIORITY, SystemWork
 from fieldrig_devices.iec.tasks.task import Task
 from fieldrig_devices.iec.thread import Fault, call_hierarchy
 from fieldrig_devices.languages.mistakes import CompileError
-from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container, Source, container_of
+from fieldrig_devices.max4.configuration.limits import limits_of
+from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container, container_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
 from fieldrig_devices.max4.plc.compiling import Order, compile_container, compile_order
@@ -39,6 +43,12 @@ log = logging.getLogger(__name__)
 
 OnDone = Callable[[str], None]
 NO_PROGRAM: Final = "there is no program to start: expected a download first"
+LONGEST_WAIT_NS: Final = 10_000 * MS
+"""How long an online change waits for an instant at which no task is within a cycle; the manual gives no limit."""
+NO_GAP: Final = (
+    f"some task was within a cycle at every instant of {LONGEST_WAIT_NS // (1_000 * MS)} s: "
+    "expected less load, no task at a breakpoint, or a download"
+)
 _EXT: Final = 48
 """Longest external diagnosis of an entry in the log."""
 
@@ -61,6 +71,8 @@ class Plc:
         self.last_fault: Fault | None = None
         self.on_cycle_end: Callable[[Task], None] | None = None
         """Called at the end of each cycle of a task, for a recorder."""
+        self.on_load: Callable[[], None] = lambda: None
+        """Called when another program has been loaded, or the present one has been changed."""
         self.on_stop: Callable[[Task], None] | None = None
         """Called when a task has reached a breakpoint or has been stopped by a fault."""
         self._compiled: tuple[Container, object, Compiled] | None = None
@@ -130,7 +142,7 @@ class Plc:
         called with an empty text when the program has been loaded, and has to store it.
         """
         host = self._host()
-        order = Order(container, HostFacts.of(host), self._controller.settings.retain)
+        order = self._order(container, host)
 
         def load(compiled: Compiled) -> None:
             self._compiled = container, (host.objects, host.object_types), compiled
@@ -143,13 +155,14 @@ class Plc:
     def change(self, container: Container, on_done: OnDone = _nothing) -> None:
         """Change the running program at the end of a cycle; its variables keep their values (PD-225).
 
-        `on_done` is called as for `download`.  ValueError if there is no program.
+        `on_done` is called as for `download`, with the reason too if there is no instant between the cycles of all
+        tasks within LONGEST_WAIT_NS.  ValueError if there is no program.
         """
         program = self.program
         if program is None:
             raise ValueError("an online change needs a program in the controller: expected a download first")
         host = program.host
-        order = Order(container, HostFacts.of(host), self._controller.settings.retain, program.compiled)
+        order = self._order(container, host, program.compiled)
 
         def load(compiled: Compiled) -> None:
             if self.program is not program:
@@ -161,10 +174,18 @@ class Plc:
             else:
                 self._compiled = container, (host.objects, host.object_types), compiled
                 self._is_changing = True
-                program.change(compiled, changed)
+                withdraw = program.change(compiled, changed)
+                if self._is_changing:
+                    self._clock.call_at(self._clock.now_ns() + LONGEST_WAIT_NS, partial(give_up, withdraw))
+
+        def give_up(withdraw: Callable[[], bool]) -> None:
+            if withdraw():
+                self._is_changing = False
+                self._refuse(NO_GAP, on_done)
 
         def changed() -> None:
             self._is_changing = False
+            self.on_load()
             self._controller.renew_points()
             on_done("")
 
@@ -193,6 +214,13 @@ class Plc:
         self._controller.report(Code.PROGRAM_REFUSED, LZS, problem.partition(": ")[0][:_EXT])
         on_done(problem)
 
+    def _order(self, container: Container, host: PlcHost, previous: Compiled | None = None) -> Order:
+        return Order(container, HostFacts.of(host), self._controller.settings.retain, self._limits, previous)
+
+    @property
+    def _limits(self) -> Limits:
+        return limits_of(self._controller.version)
+
     def _host(self) -> PlcHost:
         controller = self._controller
         libraries = self._functions.libraries(controller.system)
@@ -203,7 +231,7 @@ class Plc:
         known, objects = self._compiled, (host.objects, host.object_types)
         if known is not None and known[:2] == (container, objects):
             return known[2]
-        compiled = compile_container(container, host, self._controller.settings.retain)
+        compiled = compile_container(container, host, self._controller.settings.retain, self._limits)
         self._compiled = container, objects, compiled
         return compiled
 
@@ -221,14 +249,15 @@ class Plc:
             self.program.warm()
         self.problem, self.last_fault = "", None
         controller.system.process.take = self.program.scheduler.take
+        self.on_load()
 
     # ---- for tools
 
     def compile_sources(self, files: Sequence[SourceFile]) -> Compiled:
         """Compile a program for this controller without loading it.  CompileError with every mistake."""
         settings = self._controller.settings
-        container = Container(tuple(Source(file.name, file.text) for file in files), settings.dialect)
-        return compile_container(container, self._host(), settings.retain)
+        container = Container(tuple(files), settings.dialect)
+        return compile_container(container, self._host(), settings.retain, self._limits)
 
     def symbol_list(self) -> bytes:
         """The symbols of the loaded program in XML.  ValueError if there is none."""

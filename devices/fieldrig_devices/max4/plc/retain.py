@@ -83,13 +83,11 @@ def _leaves(source: Variable, path: str, address: int, type: Type, is_retain: bo
                     name = f"{path}[{type.low + index}]"
                     yield from _leaves(source, name, address + index * type.element.size, type.element, is_retain)
         case StructType():
-            for field in type.fields.values():
+            for field in type.stored_fields:
                 yield from _leaves(source, f"{path}.{field.name}", address + field.offset, field.type, is_retain)
         case Elementary() if is_retain:
             yield Leaf(path, address, type.value, source)
-        case EnumType() if is_retain:
-            yield Leaf(path, address, "INT", source)
-        case SubrangeType() if is_retain:
+        case EnumType() | SubrangeType() if is_retain:
             yield Leaf(path, address, type.base.value, source)
         case StringType() if is_retain:
             yield Leaf(path, address, f"STRING({type.length})", source)

@@ -68,6 +68,13 @@ class FlashDisk:
         known = self._known(name)
         self._change({other: data for other, data in self._files.items() if other != known})
 
+    def rename(self, name: str, new: str) -> None:
+        """Rename a file; a file of the new name is replaced.  ValueError as for `read` and `write`."""
+        known, new = self._known(name), file_name(new)
+        data = self._files[known]
+        self._change({**{other: kept for other, kept in self._files.items() if other != known}, new: data})
+        self.on_write(new)
+
     def section(self, name: str) -> Store:
         """Memory for a part of the controller, in a hidden file."""
         return _Section(self, _HIDDEN + name)

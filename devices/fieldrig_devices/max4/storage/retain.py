@@ -9,7 +9,7 @@ import logging
 from typing import TYPE_CHECKING, Final, Literal
 
 from fieldrig.store import Store, StoreError
-from fieldrig_devices.max4.configuration.limits import KB
+from fieldrig_devices.iec.limits import KB
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.storage.buffered_ram import BufferedRam

@@ -11,8 +11,9 @@ from iec_trees import UNITS
 from fieldrig.clock import VirtualClock
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import check
-from fieldrig_devices.iec.compiler import SourceFile, compile_project
+from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4, Dialect
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 

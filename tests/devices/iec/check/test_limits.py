@@ -5,7 +5,44 @@ from dataclasses import replace
 import pytest
 from iec_check import messages, program
 
-from fieldrig_devices.iec.check.limits import BELOW_V00_12, MAX_4
+from fieldrig.clock import VirtualClock
+from fieldrig_devices.iec import compiler
+from fieldrig_devices.iec.compiler import compile_project
+from fieldrig_devices.iec.limits import MAX_4
+from fieldrig_devices.iec.source_file import SourceFile
+from fieldrig_devices.iec.standalone import StandaloneHost
+from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.max4.configuration.limits import limits_of
+from fieldrig_devices.max4.configuration.version import Version
+
+
+@pytest.mark.parametrize(
+    ("texts", "message"),
+    [
+        (
+            ["(* " + "x" * 60, "x" * 60],
+            "2.st:1:1: the sources are too long up to here; expected at most 100",
+        ),
+        ([";" * 6, ";" * 6], "2.st:1:1: there are too many statements up to here; expected at most 10 together"),
+    ],
+)
+def test_sources_that_are_far_too_large_are_refused_at_once(
+    monkeypatch: pytest.MonkeyPatch, texts: list[str], message: str
+) -> None:
+    monkeypatch.setattr(compiler, "MOST_CHARACTERS", 100)
+    monkeypatch.setattr(compiler, "MOST_STATEMENTS", 10)
+    files = [SourceFile(f"{number}.st", text) for number, text in enumerate(texts, 1)]
+    with pytest.raises(CompileError, match=message) as refused:
+        compile_project(files, StandaloneHost(VirtualClock()))
+    assert len(refused.value.mistakes) == 1
+
+
+@pytest.mark.parametrize("part", ["? ", "yy := zz;\n", "x := TRUE;\n", "IF x THEN ) END_IF;\n"])
+def test_messages_end_after_a_thousand(part: str) -> None:
+    text = program("x : INT;", "".join(part.replace("zz", f"zz{number}") for number in range(3_000)))
+    with pytest.raises(CompileError) as refused:
+        compile_project([SourceFile("a.st", text)], StandaloneHost(VirtualClock()))
+    assert 1_000 <= len(refused.value.mistakes) <= 2_002
 
 
 def arrays(count: int, size: int) -> str:
@@ -24,7 +61,7 @@ def test_an_array_has_at_most_128_kbyte(size: int) -> None:
 def test_an_array_has_at_most_32_kbyte_in_older_firmware() -> None:
     text = program("a : ARRAY[1..32769] OF BYTE;")
     assert messages(text) == []
-    assert messages(text, limits=BELOW_V00_12) == ["1:22 a has 32769 bytes; at most 32768 bytes (PD-316)"]
+    assert messages(text, limits=limits_of(Version(0, 11))) == ["1:22 a has 32769 bytes; at most 32768 bytes (PD-316)"]
 
 
 @pytest.mark.manual("PD-316")

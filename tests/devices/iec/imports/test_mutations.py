@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from iec_program import PlainHost
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.compiler import SourceFile, compile_project
+from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4, Dialect
 from fieldrig_devices.iec.imports import read_source
 from fieldrig_devices.iec.printer import print_unit
+from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.mistakes import CompileError
 
 _PARTS = re.compile(r"<[^>]*>|[^<]+")

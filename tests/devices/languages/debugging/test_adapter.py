@@ -69,7 +69,7 @@ def test_initialize_as_bytes() -> None:
 def test_a_breakpoint_stops_the_program_and_shows_where(editor: Editor) -> None:
     source = {"path": "/work/count.txt"}
     answer = editor.request("setBreakpoints", source=source, breakpoints=[{"line": 2}, {"line": 8}])
-    assert answer["breakpoints"] == [{"verified": True, "line": 2}, {"verified": False, "line": 8}]
+    assert answer["breakpoints"] == [{"id": 1, "verified": True, "line": 2}, {"verified": False, "line": 8}]
     assert editor.events() == []
     editor.program.run_line()
     assert editor.events() == [("stopped", {"reason": "breakpoint", "threadId": 1, "allThreadsStopped": False})]

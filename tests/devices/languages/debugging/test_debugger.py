@@ -57,6 +57,8 @@ def test_to_a_breakpoint_and_on_by_steps(session: Session) -> None:
     assert session.do("step") == [f"T paused at Twice, plc.st:{IN_FUNCTION}: Twice := x * 2;"]
     assert session.do("where")[1] == f"called at Main, plc.st:{CALL}: b := Twice(a);"
     assert session.do("print x x*10+1") == ["x = 41", "x*10+1 = 411"]
+    assert session.do("locals")[1] == "x = 41"
+    assert "Main.a = 41" in session.do("locals 1")
     assert session.do("out") == [f"T paused at Main, plc.st:{CALL}: b := Twice(a);"], "the result is not assigned yet"
     assert session.do("next") == [f"T paused at Main, plc.st:{LAST}: on := a > 100;"]
     assert session.do("print Main.b") == ["Main.b = 82"]

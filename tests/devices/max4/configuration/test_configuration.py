@@ -9,6 +9,7 @@ from max4_bench import Bench
 
 from fieldrig.errors import ConfigError, ControlError, RigError
 from fieldrig.store import MemoryStore
+from fieldrig_devices.iec.dialect import EPAS_4
 from fieldrig_devices.max4.configuration.files import configuration_of_file, parameters_of_file
 from fieldrig_devices.max4.configuration.limits import SYSTEM_CLOCK_US, limits_of
 from fieldrig_devices.max4.configuration.tree import Kind, Object
@@ -346,8 +347,8 @@ def test_a_tool_that_is_too_old_is_refused(upper: str, lower: str, fits: bool) -
 
 def test_system_data_of_chapter_9() -> None:
     limits = limits_of(Version(0, 15))
-    assert (limits.tasks, limits.code_bytes, limits.variable_area_bytes) == (64, 2_097_152, 1_900_544)
-    assert (limits.area_bytes, limits.stack_bytes, limits.if_depth, limits.bit_bytes) == (65_536, 10_240, 15, 4096)
+    assert (limits.tasks, limits.code, limits.variables) == (64, 2_097_152, 1_900_544)
+    assert (limits.area, limits.stack, limits.if_depth, EPAS_4.bit_address_bytes) == (65_536, 10_240, 15, 4096)
     assert SYSTEM_CLOCK_US == 250
 
 
@@ -363,7 +364,7 @@ def test_system_data_of_chapter_9() -> None:
 )
 def test_limits_that_came_with_versions(version: tuple[int, int, int], data: int, variable: int) -> None:
     limits = limits_of(Version(*version))
-    assert (limits.data_bytes, limits.variable_bytes) == (data, variable)
+    assert (limits.data, limits.variable) == (data, variable)
 
 
 @pytest.mark.manual("PD-043")

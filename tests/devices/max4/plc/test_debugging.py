@@ -7,6 +7,9 @@ from typing import Any
 import pytest
 from plc_bench import PlcBench, task_of
 
+from fieldrig_devices.languages.debugging.adapter import Adapter
+from fieldrig_devices.languages.debugging.framing import Framer, framed
+
 TEXT = (
     """\
 FUNCTION Twice : INT
@@ -122,6 +125,63 @@ def test_names_are_looked_up_where_the_task_stands(bench: PlcBench) -> None:
     assert x["value"] == int(bench.value("Main.a")) + 1
 
 
+NESTED = """\
+FUNCTION Inner : INT
+VAR_INPUT x : INT; END_VAR
+VAR list : ARRAY[1..2] OF INT := 3, 4; END_VAR
+list[1] := 5;
+Inner := x + list[2];
+END_FUNCTION
+FUNCTION Outer : INT
+VAR_INPUT x : INT; END_VAR
+VAR_IN_OUT sum : INT; END_VAR
+Outer := Inner(x + 1);
+END_FUNCTION
+FUNCTION_BLOCK Block
+VAR n : INT := 20; s : INT := 30; END_VAR
+n := Outer(n, s);
+END_FUNCTION_BLOCK
+PROGRAM Main
+VAR one : INT; b : ARRAY[1..2] OF Block; END_VAR
+b[2]();
+END_PROGRAM
+""" + task_of("Main")
+
+
+def test_the_variables_of_every_frame_are_shown(tmp_path: Path) -> None:
+    bench = PlcBench(tmp_path, NESTED).run(89)
+    stop_at(bench, 5)
+    assert [name for name, _ in place(bench)] == ["Inner", "Outer", "Block", "Main"]
+    inside = [ask(bench, "variables", path=f"@1:{frame}")["variables"] for frame in range(4)]
+    assert [[(part["path"], part["value"]) for part in frame] for frame in inside] == [
+        [("@1:0.Inner", 0), ("@1:0.x", 21), ("@1:0.list", None)],
+        [("@1:1.Outer", 0), ("@1:1.x", 20), ("@1:1.sum", 30)],
+        [("Main.b[2].n", 20), ("Main.b[2].s", 30)],
+        [("Main.one", 0), ("Main.b", None)],
+    ]
+    parts = ask(bench, "variables", path="@1:0.list")["variables"]
+    assert [(part["path"], part["value"]) for part in parts] == [("@1:0.list[1]", 5), ("@1:0.list[2]", 4)]
+    read = ask(bench, "read", names=["x + sum", "n"], thread=1, frame=1)["variables"]
+    assert (read[0]["value"], "not a variable" in read[1]["error"]) == (50, True)
+    ask(bench, "write", values={"@1:0.x": 100, "@1:1.sum": 31})
+    assert bench.value("Main.b[2].s") == 31
+    ask(bench, "breakpoints", file=FILE, breakpoints=[{"line": 18}])
+    ask(bench, "continue")
+    bench.run(20)
+    assert bench.value("Main.b[2].n") == 104
+
+
+@pytest.mark.parametrize("path", ["@1:9", "@2:0", "@1:0.nothing", "@1:0.list[7]", "@", "@1", "@1:x", "@1:0x"])
+def test_a_frame_or_variable_that_is_not_there_is_refused(tmp_path: Path, path: str) -> None:
+    bench = PlcBench(tmp_path, NESTED).run(89)
+    stop_at(bench, 4)
+    for command in ({"command": "variables", "path": path}, {"command": "write", "values": {path: 1}}):
+        with pytest.raises(ValueError, match=r"expected|not a variable"):
+            bench.max4.answer("debug", command)
+    with pytest.raises(ValueError, match="expected"):
+        bench.max4.answer("debug", {"command": "force", "values": {"@1:0.x": 1}})
+
+
 def test_the_tree_of_variables(bench: PlcBench) -> None:
     roots = ask(bench, "variables", path="")["variables"]
     assert {root["name"]: root["value"] for root in roots} == {"Main": None, "Other": None}
@@ -183,6 +243,39 @@ def test_a_trace_has_a_sample_in_every_cycle_of_the_real_time_process(bench: Plc
     times = [sample[0] for sample in answer["samples"]]
     assert {after - before for before, after in pairwise(times)} == {4_000_000}
     assert answer["samples"][0][1] == 13
+
+
+@pytest.mark.parametrize("is_online", [True, False])
+def test_breakpoints_go_with_their_lines_into_a_changed_program(bench: PlcBench, is_online: bool) -> None:
+    bench.run(5)
+    lines = [FIRST, CALL_BLOCK, CALL_FUNCTION]
+    breakpoints = [{"line": line, "condition": "a < 0"} for line in lines]
+    ask(bench, "breakpoints", file=FILE, breakpoints=breakpoints)
+    editor = Adapter(lambda question: bench.max4.answer("debug", question))
+    request = {"seq": 1, "type": "request"}
+    editor.feed(framed({**request, "command": "attach"}))
+    asked = {"source": {"name": FILE}, "breakpoints": [{"line": line, "condition": "a < 0"} for line in lines]}
+    editor.feed(framed({**request, "command": "setBreakpoints", "arguments": asked}))
+    text = bench.file.read_text()
+    changed = text.replace("PROGRAM Main\n", "(* more *)\nPROGRAM Main\n").replace("c(inc := 2);", "c(inc := 3);")
+    ask(bench, "part", file=FILE, text=changed, is_first=True)
+    loads = ask(bench, "state")["loads"]
+    ask(bench, "download", online=is_online)
+    bench.run(500)
+    assert ask(bench, "state")["loads"] == loads + 1
+    answer = ask(bench, "breakpoints", file=FILE)
+    assert answer["lines"] == [FIRST + 1, CALL_FUNCTION + 1]
+    assert answer["moves"] == {str(FIRST): FIRST + 1, str(CALL_BLOCK): None, str(CALL_FUNCTION): CALL_FUNCTION + 1}
+    events = [message["body"] for message in Framer().feed(editor.poll()) if message.get("event") == "breakpoint"]
+    assert [(body["breakpoint"]["line"], body["breakpoint"]["verified"]) for body in events] == [
+        (FIRST + 1, True),
+        (CALL_BLOCK, False),
+        (CALL_FUNCTION + 1, True),
+    ]
+    ask(bench, "start")
+    ask(bench, "write", values={"Main.a": -9})
+    bench.run(40)
+    assert place(bench) == [("Main", FIRST + 1)]
 
 
 @pytest.mark.manual("PD-225", "PD-220")

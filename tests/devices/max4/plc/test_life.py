@@ -255,6 +255,31 @@ def test_an_online_change_waits_for_the_end_of_the_cycle(tmp_path: Path) -> None
     assert (bench.value("PLC_PRG.lFirst"), bench.value("PLC_PRG.lSecond")) == (1001, 1001)
 
 
+def test_an_online_change_gives_up_where_some_task_is_always_within_a_cycle(tmp_path: Path) -> None:
+    text = """
+    PROGRAM PLC_PRG
+    VAR lCount : DINT; t : TON; r : DINT; END_VAR
+    t(IN := TRUE, PT := T#100ms);
+    WHILE t.Q AND lCount < 1000 DO  (* longer than any limit *)
+        r := WAITT(T#60s);
+    END_WHILE;
+    lCount := lCount + 1;
+    END_PROGRAM"""
+    tasks = """
+    CONFIGURATION c RESOURCE r ON PLC
+    TASK Free(PRIORITY := 20);
+    PROGRAM q WITH Free : PLC_PRG;
+    END_RESOURCE END_CONFIGURATION"""
+    bench = PlcBench(tmp_path, text + tasks).run(200)
+    bench.write(text.replace("+ 1", "+ 1000") + tasks).do("online change").run(9_000)
+    assert bench.get("plc/progress") == "waiting for the end of a cycle"
+    assert bench.get("plc/problem") == ""
+    bench.run(2_000)
+    assert bench.get("plc/progress") == ""
+    assert "some task was within a cycle at every instant of 10 s: expected less load" in str(bench.get("plc/problem"))
+    assert bench.get("plc/state") == "running", "the present program goes on"
+
+
 @pytest.mark.manual("PD-225")
 def test_a_changed_task_configuration_needs_a_download(bench: PlcBench) -> None:
     bench.write(COUNTER + task_of("PLC_PRG", 20)).do("online change").run(10)
@@ -272,6 +297,30 @@ def test_a_program_that_does_not_compile_is_refused_at_the_start_with_file_line_
     assert first.file.startswith(f"{tmp_path / 'plc.st'}:7:")
     assert second.file.startswith(f"{tmp_path / 'plc.st'}:8:")
     assert "program" in first.key
+
+
+@pytest.mark.manual("PD-312", "PD-316")
+@pytest.mark.parametrize(
+    ("version", "kilobytes", "arrays", "refusal"),
+    [
+        ("V00.12.00", 33, 1, ""),
+        ("V00.11.99", 33, 1, "at most 32768 bytes"),
+        ("V00.07.00", 32, 31, ""),
+        ("V00.06.99", 32, 31, "at most 851968 bytes"),  # 1 MByte without the three areas of 64 kByte
+    ],
+)
+def test_the_version_of_the_controller_decides_how_much_a_program_may_need(
+    tmp_path: Path, version: str, kilobytes: int, arrays: int, refusal: str
+) -> None:
+    lists = "".join(
+        f"VAR_GLOBAL a{number} : ARRAY[1..{kilobytes * 1024}] OF BYTE; END_VAR\n" for number in range(arrays)
+    )
+    text = lists + COUNTER + TASK
+    if not refusal:
+        assert PlcBench(tmp_path, text, version=version).run(200).get("plc/state") == "running"
+        return
+    with pytest.raises(ConfigError, match=refusal):
+        PlcBench(tmp_path, text, version=version)
 
 
 @pytest.mark.manual("PD-033")

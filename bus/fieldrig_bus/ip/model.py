@@ -1,0 +1,119 @@
+"""The way of messages between the ends of channels, which takes no time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from fieldrig.bus import BusModel, Delivery
+from fieldrig_bus.ip.message import Closed, Consumed, Ended, Offered, Opened, Portion, RelayMessage
+
+RELAY: Final = "ip:relay"
+"""The sender of refusals."""
+REFUSED: Final = "no member offers this port"
+UNKNOWN: Final = "there is no such channel"
+LEFT: Final = "the other end has left"
+
+
+@dataclass(slots=True)
+class _Channel:
+    opener: str
+    service: str
+    ended: set[str] = field(default_factory=set)
+
+    def other(self, member: str) -> str:
+        return self.service if member == self.opener else self.opener
+
+
+class RelayModel(BusModel[RelayMessage]):
+    def __init__(self) -> None:
+        self._members: list[str] = []
+        self._due: list[Delivery[RelayMessage]] = []
+        self._latest_ns = 0
+        self._offers: dict[str, Offered] = {}
+        self._channels: dict[tuple[str, int], _Channel] = {}
+        self._opened = self._refused = self._bytes = 0
+
+    def join(self, member: str) -> None:
+        self._members.append(member)
+
+    def leave(self, member: str) -> None:
+        self._members.remove(member)
+        self._offers.pop(member, None)
+        self._due = [delivery for delivery in self._due if delivery.sender != member]
+        for (opener, number), channel in list(self._channels.items()):
+            if member in (channel.opener, channel.service):
+                del self._channels[opener, number]
+                self._refuse(channel.other(member), opener, number, LEFT)
+
+    def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
+        """Deliver the offers that were made before; all other messages name their channel."""
+        self._latest_ns = max(self._latest_ns, now_ns)
+        for sender, offer in self._offers.items():
+            if sender != member:
+                self._deliver(sender, offer, member)
+
+    def submit(self, now_ns: int, member: str, message: RelayMessage) -> None:
+        self._latest_ns = max(self._latest_ns, now_ns)
+        match message:
+            case Offered():
+                self._offers[member] = message
+                self._deliver(member, message, *(other for other in self._members if other != member))
+            case Opened():
+                self._open(member, message)
+            case _:
+                self._pass_on(member, message)
+
+    def next_ns(self) -> int | None:
+        return self._due[0].time_ns if self._due else None
+
+    def collect(self, now_ns: int) -> list[Delivery[RelayMessage]]:
+        found = [delivery for delivery in self._due if delivery.time_ns <= now_ns]
+        self._due = self._due[len(found) :]
+        return found
+
+    def statistics(self, now_ns: int) -> dict[str, float]:
+        return {
+            "channels": float(len(self._channels)),
+            "opened": float(self._opened),
+            "refused": float(self._refused),
+            "bytes": float(self._bytes),
+        }
+
+    def _open(self, member: str, message: Opened) -> None:
+        key = message.opener, message.number
+        offering = (other for other in self._members if other in self._offers and other != member)
+        service = next((other for other in offering if message.port in self._offers[other].ports), None)
+        if message.opener != member:  # a channel in the name of another member
+            self._deliver(member, message)
+        elif service is None or key in self._channels:
+            self._refused += 1
+            self._deliver(member, message)
+            self._refuse(member, *key, REFUSED)
+        else:
+            self._opened += 1
+            self._channels[key] = _Channel(member, service)
+            self._deliver(member, message, service)
+
+    def _pass_on(self, member: str, message: Portion | Consumed | Ended | Closed) -> None:
+        key = message.opener, message.number
+        channel = self._channels.get(key)
+        sender = None if channel is None else channel.service if message.is_answer else channel.opener
+        if channel is None or sender != member:
+            self._deliver(member, message)
+            if isinstance(message, Portion):
+                self._refuse(member, *key, UNKNOWN, not message.is_answer)
+            return
+        self._deliver(member, message, channel.other(member))
+        if isinstance(message, Portion):
+            self._bytes += len(message.data)
+        if isinstance(message, Ended):
+            channel.ended.add(member)
+        if isinstance(message, Closed) or len(channel.ended) == 2:
+            del self._channels[key]
+
+    def _refuse(self, receiver: str, opener: str, number: int, why: str, is_answer: bool | None = None) -> None:
+        direction = receiver == opener if is_answer is None else is_answer
+        self._deliver(RELAY, Closed(opener, number, direction, why), receiver)
+
+    def _deliver(self, sender: str, message: RelayMessage, *receivers: str) -> None:
+        self._due.append(Delivery(self._latest_ns, sender, message, receivers))

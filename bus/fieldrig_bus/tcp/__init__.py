@@ -1,0 +1,1 @@
+"""TCP connections of outside clients to the services of devices, such as HTTP and FTP."""

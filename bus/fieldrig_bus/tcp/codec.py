@@ -1,0 +1,74 @@
+"""Messages of TCP as bytes, for other processes and traces, and as a line of text.
+
+The first byte is the place of the message in `KINDS`, and the connection follows in 32 bits, little endian.
+"""
+
+import struct
+from typing import Final
+
+from fieldrig_bus.tcp.message import KINDS, Connected, Data, Ended, Listening, Taken, TcpMessage, check_sent
+
+_HEAD: Final = struct.Struct("<BI")
+_NUMBER: Final = struct.Struct("<I")
+_LONGEST_SHOWN: Final = 40
+_SEPARATOR: Final = "\n"
+
+
+def encode(message: TcpMessage) -> bytes:
+    head = _HEAD.pack(KINDS.index(type(message)), message.connection)
+    match message:
+        case Connected(service=service, peer=peer, local=local, origin=origin):
+            return head + _NUMBER.pack(origin) + _SEPARATOR.join((service, peer, local)).encode()
+        case Data(data=data):
+            return head + data
+        case Taken(count=number) | Listening(port=number):
+            return head + _NUMBER.pack(number)
+        case Ended(is_lost=is_lost):
+            return head + bytes((is_lost,))
+    return head
+
+
+def decode(data: bytes) -> TcpMessage:
+    """Return the message of `encode`'s bytes.  ValueError for anything else."""
+    try:
+        message = _decoded(data)
+        check_sent(message)
+    except (struct.error, LookupError, TypeError, UnicodeDecodeError) as cause:
+        raise ValueError(f"not a message of TCP: {data[:_LONGEST_SHOWN].hex(' ')}") from cause
+    return message
+
+
+def _decoded(data: bytes) -> TcpMessage:
+    place, connection = _HEAD.unpack_from(data)
+    kind, body = KINDS[place], data[_HEAD.size :]
+    if kind is Connected:
+        (origin,) = _NUMBER.unpack_from(body)
+        service, peer, local = body[_NUMBER.size :].decode().split(_SEPARATOR)
+        return Connected(connection, service, peer, local, origin)
+    if kind is Data:
+        return Data(connection, body)
+    if kind in (Taken, Listening):
+        message: TcpMessage = kind(connection, *_NUMBER.unpack(body))
+        return message
+    if kind is Ended:
+        return Ended(connection, {b"\0": False, b"\1": True}[body])
+    if body:
+        raise IndexError(len(body))
+    plain: TcpMessage = kind(connection)
+    return plain
+
+
+def show(message: TcpMessage) -> str:
+    """Return a message as one line."""
+    place = f"connection {message.connection}"
+    match message:
+        case Connected(service=service, peer=peer, origin=origin):
+            return f"{place}: {peer} connected to {service or f'the extra port of connection {origin}'}"
+        case Data(data=data):
+            rest = f" … {len(data)} bytes" if len(data) > _LONGEST_SHOWN else ""
+            return f"{place}: {repr(data[:_LONGEST_SHOWN])[1:]}{rest}"
+        case Taken(count=count):
+            return f"{place}: {count} bytes taken"
+        case Listening(port=port):
+            return f"{place}: listening at port {port}"
+    return f"{place}: {type(message).__name__.lower()}"

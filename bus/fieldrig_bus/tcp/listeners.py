@@ -1,0 +1,213 @@
+"""The port of `tcp.server`: listeners, and the connections that they accept."""
+
+import asyncio
+import logging
+from collections.abc import Callable, Coroutine, Iterable, Mapping
+from ipaddress import ip_address
+from typing import Any, Final
+
+from fieldrig.bus import Hub, Port
+from fieldrig.errors import BusError
+from fieldrig.link import Link
+from fieldrig_bus.net import Connection, TcpServer
+from fieldrig_bus.tcp.message import (
+    MOST_DATA,
+    Close,
+    Connected,
+    Data,
+    Ended,
+    Listen,
+    Listening,
+    Taken,
+    TcpMessage,
+    Unlisten,
+)
+from fieldrig_bus.tcp.model import PORT
+
+log = logging.getLogger(__name__)
+
+LINGER_S: Final = 30.0
+"""Time for which a closed connection waits for a client that does not read."""
+
+
+class TcpPort(Port):
+    """Listens at the addresses of the services, and at the extra ports."""
+
+    def __init__(self, listen: Mapping[str, str], most: int, extra_ports: tuple[int, int] | None) -> None:
+        self._most, self._extra_ports = most, extra_ports
+        self._servers = {service: TcpServer(address, self._accepting(service)) for service, address in listen.items()}
+        self._extra: dict[int, TcpServer] = {}
+        self._connections: dict[int, _Client] = {}
+        self._numbers = 0
+        self._hub: Hub | None = None
+        self._link: Link[TcpMessage] | None = None
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def number(self, service: str) -> int:
+        """The TCP port at which the service listens."""
+        return self._servers[service].port
+
+    async def open(self, hub: Hub) -> None:
+        self._hub = hub
+        self._link = hub.join(PORT)
+        self._link.on_receive(self._on_message)
+        for server in self._servers.values():
+            await server.open()
+
+    async def close(self) -> None:
+        for task in self._tasks:
+            task.cancel()
+        clients = list(self._connections.values())
+        for client in clients:
+            client.transport.abort()
+        await asyncio.gather(*(client.lost for client in clients))
+        for server in (*self._servers.values(), *self._extra.values()):
+            await server.close()
+        if self._hub is not None:
+            self._hub.leave(PORT)
+            self._hub = self._link = None
+
+    # ---- for the connections
+
+    def arrived(self, client: "_Client", service: str, origin: int) -> None:
+        """Take a connection and give it its number, unless there are too many."""
+        if len(self._connections) >= self._most:
+            log.debug("%s refused: %d connections", client.peer, self._most)
+            return
+        origin_client = self._connections.get(origin)
+        if origin and (origin_client is None or origin_client.peer != client.peer):
+            return  # an extra port is for its client only
+        self._numbers += 1
+        client.number = self._numbers  # before the message, to which the device may answer at once
+        self._connections[client.number] = client
+        self.send(Connected(client.number, service, client.peer, client.local, origin))
+
+    def left(self, number: int) -> None:
+        if self._connections.pop(number, None) is not None:
+            self._close_extra(number)
+
+    def send(self, message: TcpMessage) -> None:
+        if self._link is not None:
+            self._link.send(message)
+
+    # ---- from the devices
+
+    def _on_message(self, message: TcpMessage) -> None:
+        client = self._connections.get(message.connection)
+        if client is None:
+            return
+        match message:
+            case Data(data=data):
+                client.put(data)
+            case Close():
+                client.finish()
+            case Listen():
+                self._start(self._listen(message.connection, client))
+            case Unlisten():
+                self._close_extra(message.connection)
+
+    def _close_extra(self, connection: int) -> None:
+        server = self._extra.pop(connection, None)
+        if server is not None:
+            server.stop_listening()
+
+    async def _listen(self, connection: int, client: "_Client") -> None:
+        self._close_extra(connection)
+        first, last = self._extra_ports or (0, 0)
+        host = f"[{client.local}]" if ":" in client.local else client.local
+        for port in range(first, last + 1):
+            server = TcpServer(f"{host}:{port}", self._accepting("", connection))
+            try:
+                await server.open()
+            except BusError:
+                continue
+            if connection not in self._connections:
+                await server.close()
+                return
+            self._extra[connection] = server
+            self.send(Listening(connection, server.port))
+            return
+        self.send(Listening(connection, 0))
+
+    def _accepting(self, service: str, origin: int = 0) -> Callable[[TcpServer], Connection]:
+        return lambda server: _Client(server, self, service, origin)
+
+    def _start(self, coroutine: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.get_running_loop().create_task(coroutine)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+
+class _Client(Connection):
+    """One connection."""
+
+    def __init__(self, server: TcpServer, port: TcpPort, service: str, origin: int) -> None:
+        super().__init__(server)
+        self._port, self._service, self._origin = port, service, origin
+        self.number = 0
+        """The number of the connection; 0 before it has one, and if it was refused."""
+        self.peer = self.local = "0.0.0.0"
+        self._untold = 0  # bytes written whose `Taken` waits until the client reads
+        self._has_ended = False
+        self._linger: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        peer, local = transport.get_extra_info("peername"), transport.get_extra_info("sockname")
+        if peer is not None and local is not None:  # None: the connection is closed already
+            self.peer, self.local = _plain(peer[0]), _plain(local[0])
+            self._port.arrived(self, self._service, self._origin)
+        if not self.number:
+            self.transport.abort()
+
+    def data_received(self, data: bytes) -> None:
+        for part in _parts(data):
+            self._port.send(Data(self.number, part))
+
+    def eof_received(self) -> bool:
+        """The client has finished sending, as `nc -N` does; the device may still answer."""
+        self._has_ended = True
+        self._port.send(Ended(self.number))
+        return True
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        if self._linger is not None:
+            self._linger.cancel()
+        if self.number:
+            if not self._has_ended:
+                self._port.send(Ended(self.number, is_lost=True))
+            self._port.left(self.number)
+        super().connection_lost(exc)
+
+    def put(self, data: bytes) -> None:
+        """Send data of the device; it sends no more than a window ahead, so nothing is dropped."""
+        if self.transport.is_closing():
+            return
+        self.transport.write(data)
+        self._untold += len(data)
+        if not self.is_full:
+            self._tell()
+
+    def resume_writing(self) -> None:
+        super().resume_writing()
+        self._tell()
+
+    def finish(self) -> None:
+        """Close when the client has read everything, or does not read for a while."""
+        if not self.transport.is_closing():
+            self._linger = asyncio.get_running_loop().call_later(LINGER_S, self.transport.abort)
+            self.transport.close()
+
+    def _tell(self) -> None:
+        if self._untold and self.number:
+            self._port.send(Taken(self.number, self._untold))
+            self._untold = 0
+
+
+def _parts(data: bytes) -> Iterable[bytes]:
+    return (data[at : at + MOST_DATA] for at in range(0, len(data), MOST_DATA))
+
+
+def _plain(address: str) -> str:
+    """The address without a zone."""
+    return str(ip_address(address.partition("%")[0]))

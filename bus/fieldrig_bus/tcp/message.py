@@ -1,0 +1,130 @@
+"""Messages between the port that accepts TCP connections and the devices that serve them.
+
+A connection has a number, which the port gives it and does not use again.  `Connected`, `Data`, `Taken`, `Ended` and
+`Listening` come from the port.  A device sends `Data`, `Close`, `Listen` and `Unlisten`.
+"""
+
+import re
+from dataclasses import dataclass
+from ipaddress import ip_address
+from typing import Any, Final
+
+MOST_DATA: Final = 16 * 1024
+"""Longest data of a message, in bytes."""
+SERVICE: Final = re.compile("[a-z][a-z0-9_-]{0,31}")
+"""Names of services."""
+HIGHEST_NUMBER: Final = 0xFFFF_FFFF
+
+
+@dataclass(frozen=True, slots=True)
+class Connected:
+    """A client has connected to a service."""
+
+    connection: int
+    service: str
+    """Name of the service; empty for a connection to the extra port of `origin`."""
+    peer: str
+    """IP address of the client."""
+    local: str
+    """IP address that the client used."""
+    origin: int = 0
+    """The connection for which the port listened; 0 for a connection to a service."""
+
+
+@dataclass(frozen=True, slots=True)
+class Data:
+    """Bytes in either direction, at most `MOST_DATA`."""
+
+    connection: int
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """The network has taken this many more bytes of the device."""
+
+    connection: int
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """The client has sent everything, or is gone."""
+
+    connection: int
+    is_lost: bool = False
+    """True if the connection was lost before the client had said that this is all."""
+
+
+@dataclass(frozen=True, slots=True)
+class Close:
+    """Close the connection when the client has taken everything, with its extra port."""
+
+    connection: int
+
+
+@dataclass(frozen=True, slots=True)
+class Listen:
+    """Open an extra port for the client of this connection, instead of an earlier one."""
+
+    connection: int
+
+
+@dataclass(frozen=True, slots=True)
+class Listening:
+    """The extra port of this connection is open."""
+
+    connection: int
+    port: int
+    """The TCP port; 0 if none is free."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unlisten:
+    """Close the extra port of this connection; connections to it stay."""
+
+    connection: int
+
+
+TcpMessage = Connected | Data | Taken | Ended | Close | Listen | Listening | Unlisten
+KINDS: Final[tuple[type[Any], ...]] = (Connected, Data, Taken, Ended, Close, Listen, Listening, Unlisten)
+
+
+def check_sent(message: Any) -> None:
+    """Raise TypeError or ValueError for a message that no bus of this family carries."""
+    if type(message) not in KINDS:
+        raise TypeError(f"expected a message of TCP, found {type(message).__name__}")
+    _check_number("connection", message.connection, 1)
+    match message:
+        case Connected(service=service, peer=peer, local=local, origin=origin):
+            _check_text("service", service)
+            if service and SERVICE.fullmatch(service) is None:
+                raise ValueError(f"service {service!r}: expected a name such as http")
+            for name, address in (("peer", peer), ("local", local)):
+                _check_text(name, address)
+                ip_address(address)
+            _check_number("origin", origin, 0)
+        case Data(data=data):
+            if type(data) is not bytes:
+                raise TypeError(f"data: expected bytes, found {type(data).__name__}")
+            if not 1 <= len(data) <= MOST_DATA:
+                raise ValueError(f"{len(data)} bytes, expected 1 to {MOST_DATA}")
+        case Taken(count=count):
+            _check_number("count", count, 1)
+        case Ended(is_lost=is_lost):
+            if type(is_lost) is not bool:
+                raise TypeError(f"is_lost: expected bool, found {type(is_lost).__name__}")
+        case Listening(port=port):
+            _check_number("port", port, 0, 0xFFFF)
+
+
+def _check_text(name: str, value: Any) -> None:
+    if type(value) is not str:
+        raise TypeError(f"{name}: expected a text, found {type(value).__name__}")
+
+
+def _check_number(name: str, value: Any, low: int, high: int = HIGHEST_NUMBER) -> None:
+    if type(value) is not int:
+        raise TypeError(f"{name}: expected int, found {type(value).__name__}")
+    if not low <= value <= high:
+        raise ValueError(f"{name} {value}: expected {low} to {high}")

@@ -1,0 +1,57 @@
+"""A TCP connection and the session that a service has on it.
+
+A service such as HTTP or FTP makes a session for each connection.  The session only reacts, to bytes, the end, and
+room for more bytes.
+"""
+
+from collections.abc import Callable
+from typing import Protocol
+
+
+class Connection(Protocol):
+    """The end of the service."""
+
+    @property
+    def peer(self) -> str:
+        """IP address of the client."""
+
+    @property
+    def local(self) -> str:
+        """IP address that the client used."""
+
+    @property
+    def unsent(self) -> int:
+        """Number of bytes written that the network has not taken yet."""
+
+    def write(self, data: bytes) -> None:
+        """Send bytes; any number of them is kept until the network takes them."""
+
+    def close(self) -> None:
+        """Close the connection after everything written; the session hears nothing more."""
+
+    def listen(self, on_port: Callable[[int], None], on_connection: "Serve") -> None:
+        """Open an extra port for this client, instead of an earlier one.
+
+        `on_port` is called with its number, 0 if there is none, and `on_connection` with each connection to it.
+        """
+
+    def stop_listening(self) -> None:
+        """Close the extra port; connections to it stay."""
+
+
+class Session(Protocol):
+    """The part of a service that handles one connection."""
+
+    def received(self, data: bytes) -> None: ...
+
+    def drained(self) -> None:
+        """Everything written has been taken by the network."""
+
+    def ended(self) -> None:
+        """The client has sent everything.  What is written still reaches it; the session closes the connection."""
+
+    def lost(self) -> None:
+        """The connection was lost, perhaps in the middle of what the client sends.  It is closed already."""
+
+
+Serve = Callable[[Connection], Session]

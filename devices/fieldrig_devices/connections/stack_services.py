@@ -1,0 +1,135 @@
+"""The services of a device at the end of an IP stack of its own, such as that of a telephone line."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Final
+
+from fieldrig_devices.connections.connection import Serve, Session
+from fieldrig_devices.ip.stack import Stack
+from fieldrig_devices.ip.tcp.connection import Connection, Ending
+
+EXTRA_PORTS: Final = range(50_000, 50_032)
+"""Ports for the data of passive FTP; as many connections can have one at a time."""
+
+
+class StackServices:
+    """Serves one stack, as long as its link is up."""
+
+    def __init__(
+        self,
+        stack: Stack,
+        services: Mapping[int, Serve],
+        wake: Callable[[], None],
+        on_connected: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        """`services` are by TCP port; `wake` is called after calls to the stack from outside of its handlers."""
+        self.wake = wake
+        self.local = str(stack.address)
+        self._on_connected = on_connected
+        self._extra: dict[int, tuple[_StackConnection, Serve]] = {}
+        self._ports = 0
+        for port, serve in services.items():
+            stack.listen(port, partial(self._accept, serve))
+        for port in EXTRA_PORTS:
+            stack.listen(port, partial(self._accept_extra, port))
+
+    def listen(self, owner: "_StackConnection", serve: Serve) -> int:
+        """Return an extra port for the client of this connection; 0 if none is free."""
+        self.stop_listening(owner)
+        for _ in EXTRA_PORTS:
+            port = EXTRA_PORTS[self._ports % len(EXTRA_PORTS)]
+            self._ports += 1
+            if port not in self._extra:
+                self._extra[port] = owner, serve
+                return port
+        return 0
+
+    def stop_listening(self, owner: "_StackConnection") -> None:
+        self._extra = {port: entry for port, entry in self._extra.items() if entry[0] is not owner}
+
+    def _accept(self, serve: Serve, connection: Connection) -> None:
+        own = _StackConnection(self, connection)
+        self._on_connected(own.peer)
+        own.begin(serve)
+
+    def _accept_extra(self, port: int, connection: Connection) -> None:
+        entry = self._extra.get(port)
+        if entry is None:
+            connection.abort()
+        else:
+            _StackConnection(self, connection).begin(entry[1])
+
+
+class _StackConnection:
+    """The `Connection` of one client of the stack."""
+
+    def __init__(self, services: StackServices, connection: Connection) -> None:
+        self._services, self._connection = services, connection
+        self._session: Session | None = None
+        self._waiting = bytearray()
+        self._is_closing = False
+        self.peer = str(connection.key.remote_address)
+        self.local = services.local
+
+    def begin(self, serve: Serve) -> None:
+        connection = self._connection
+        connection.on_data = self._on_data
+        connection.on_end = self._on_end
+        connection.on_close = self._on_close
+        connection.on_room = self._on_room
+        self._session = serve(self)
+
+    # ---- for the session
+
+    @property
+    def unsent(self) -> int:
+        return len(self._waiting)
+
+    def write(self, data: bytes) -> None:
+        if not self._is_closing:
+            self._waiting += data
+            self._feed()
+
+    def close(self) -> None:
+        self._session = None
+        self._is_closing = True
+        self._services.stop_listening(self)
+        self._feed()
+
+    def listen(self, on_port: Callable[[int], None], on_connection: Serve) -> None:
+        on_port(self._services.listen(self, on_connection))
+
+    def stop_listening(self) -> None:
+        self._services.stop_listening(self)
+
+    # ---- for the stack
+
+    def _on_data(self, data: bytes) -> None:
+        if self._session is not None:
+            self._session.received(data)
+
+    def _on_end(self) -> None:
+        if self._session is not None:
+            self._session.ended()
+
+    def _on_close(self, _ending: Ending) -> None:
+        session, self._session = self._session, None
+        if session is not None:
+            session.lost()
+            self.close()
+
+    def _on_room(self) -> None:
+        self._feed()
+        if not self._waiting and self._session is not None:
+            self._session.drained()
+
+    def _feed(self) -> None:
+        if not self._connection.is_open:
+            self._waiting.clear()
+        room = self._connection.room
+        if self._waiting and room:
+            self._connection.send(bytes(self._waiting[:room]))
+            del self._waiting[:room]
+        if self._is_closing and not self._waiting:
+            self._connection.close()
+        self._services.wake()

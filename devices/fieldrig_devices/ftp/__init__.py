@@ -1,0 +1,1 @@
+"""An FTP server for the files of a device."""

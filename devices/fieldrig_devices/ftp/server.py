@@ -1,0 +1,210 @@
+"""FTP on one control connection, as a function of bytes and time.
+
+Source: RFC 959, RFC 1123 chapter 4.1, RFC 2389, RFC 2428, RFC 3659 (SIZE).  Data connections are passive: the server
+connects to no address that a client names.  Files are sent as they are, also with TYPE A.
+Left out: active mode, restart, append, folders, dates, TLS.
+"""
+
+from collections import deque
+from functools import partial
+from typing import Final
+
+from fieldrig.clock import Clock, S, Timer
+from fieldrig_devices.connections.connection import Connection, Serve
+from fieldrig_devices.ftp.commands import Command, FileCommands
+from fieldrig_devices.ftp.files import Files
+from fieldrig_devices.ftp.login import LoginGuard
+from fieldrig_devices.ftp.replies import Reply
+from fieldrig_devices.ftp.transfer import DataPort
+
+LONGEST_LINE: Final = 1024
+MOST_LINES: Final = 64
+"""Commands that may wait while a login is delayed."""
+MOST_UNSENT: Final = 64 * 1024
+IDLE_NS: Final = 300 * S
+MOST_FAILURES: Final = 3
+"""Failed logins after which a connection is closed."""
+FEATURES: Final = ("EPSV", "PASV", "SIZE", "UTF8")
+TELNET_SIGNALS: Final = (b"\xff\xf4", b"\xff\xf2")  # RFC 959, 4.1.3: before ABOR
+
+
+def serving(clock: Clock, files: Files, guard: LoginGuard) -> Serve:
+    """Return the service for these files."""
+    return lambda connection: FtpSession(clock, connection, files, guard)
+
+
+class FtpSession:
+    """One control connection."""
+
+    def __init__(self, clock: Clock, connection: Connection, files: Files, guard: LoginGuard) -> None:
+        self._clock, self._connection, self._files, self._guard = clock, connection, files, guard
+        self._data = DataPort(clock, self._reply)
+        self._partial = b""
+        self._lines: deque[bytes] = deque()
+        self._user_name: str | None = None
+        self._is_logged_in = self._is_closed = False
+        self._failures = 0
+        self._idle: Timer | None = None
+        self._delay: Timer | None = None
+        self._free: dict[str, Command] = {
+            "USER": self._user,
+            "PASS": self._pass,
+            "QUIT": self._quit,
+            "SYST": lambda _: self._reply(Reply.SYSTEM),
+            "FEAT": lambda _: self._features(),
+            "NOOP": lambda _: self._reply(Reply.OKAY),
+            "OPTS": self._options,
+        }
+        self._commands = FileCommands(connection, files, self._data, self._reply)
+        self._reply(Reply.READY)
+        self._wait()
+
+    # ---- events
+
+    def received(self, data: bytes) -> None:
+        if self._is_closed:
+            return
+        *lines, self._partial = (self._partial + data).split(b"\n")
+        self._lines += lines
+        if len(self._lines) > MOST_LINES and self._delay is not None:
+            self._close(Reply.CLOSING)
+        elif len(self._partial) > LONGEST_LINE:
+            self._close(Reply.TOO_LONG)
+        else:
+            self._run()
+
+    def drained(self) -> None: ...
+
+    def ended(self) -> None:
+        """End with the client; a file that has not arrived completely by then is dropped."""
+        if not self._is_closed:
+            self._end()
+            self._connection.close()
+
+    def lost(self) -> None:
+        self._end()
+
+    # ---- commands
+
+    def _run(self) -> None:
+        while self._lines and self._delay is None and not self._is_closed:
+            self._wait()
+            self._on_line(self._lines.popleft())
+
+    def _on_line(self, line: bytes) -> None:
+        if len(line) > LONGEST_LINE:
+            self._reply(Reply.TOO_LONG)
+            return
+        for signal in TELNET_SIGNALS:
+            line = line.replace(signal, b"")
+        word, _, argument = line.decode("utf-8", "replace").strip("\r\n").partition(" ")
+        verb = word.upper()
+        verb = ALIASES.get(verb, verb)
+        if verb != "RNTO":
+            self._commands.forget_name()
+        if verb in self._free:
+            self._free[verb](argument)
+        elif verb not in self._commands and verb not in NOT_IMPLEMENTED:
+            self._reply(Reply.UNKNOWN)
+        elif not self._is_logged_in:
+            self._reply(Reply.NOT_LOGGED_IN)
+        elif verb in NOT_IMPLEMENTED:
+            self._reply(Reply.NOT_IMPLEMENTED)
+        else:
+            self._commands.run(verb, argument)
+
+    def _user(self, name: str) -> None:
+        self._is_logged_in = False
+        self._data.abort()
+        self._user_name = name
+        self._reply(Reply.NEED_PASSWORD)
+
+    def _pass(self, password: str) -> None:
+        name, self._user_name = self._user_name, None
+        if name is None:
+            self._reply(Reply.WRONG_ORDER)
+            return
+        is_right = self._guard.is_right(name, password)
+        delay_ns = 0 if is_right else self._guard.delay_ns
+        if delay_ns:
+            self._delay = self._clock.call_at(self._clock.now_ns() + delay_ns, partial(self._answer_login, is_right))
+        else:
+            self._answer_login(is_right)
+
+    def _answer_login(self, is_right: bool) -> None:
+        self._delay = None
+        self._is_logged_in = is_right
+        self._failures += not is_right
+        if is_right:
+            self._reply(Reply.LOGGED_IN)
+        elif self._failures < MOST_FAILURES:
+            self._reply(Reply.LOGIN_REFUSED)
+        else:
+            self._close(Reply.CLOSING)
+        self._run()
+
+    def _quit(self, _argument: str) -> None:
+        self._close(Reply.GOODBYE)
+
+    def _features(self) -> None:
+        self._reply("211-Extensions supported:\r\n" + "".join(f" {name}\r\n" for name in FEATURES) + "211 End")
+
+    def _options(self, argument: str) -> None:
+        self._reply(Reply.OKAY if argument.upper() in ("UTF8 ON", "UTF8") else Reply.WRONG_ARGUMENT)
+
+    # ---- replies and the end
+
+    def _reply(self, text: str) -> None:
+        if not self._is_closed:
+            self._connection.write(f"{text}\r\n".encode("utf-8", "replace"))
+            if self._connection.unsent > MOST_UNSENT:
+                self._end()
+                self._connection.close()
+
+    def _wait(self) -> None:
+        if self._idle is not None:
+            self._idle.cancel()
+        self._idle = self._clock.call_at(self._clock.now_ns() + IDLE_NS, self._on_idle)
+
+    def _on_idle(self) -> None:
+        if self._data.is_busy:
+            self._wait()
+        else:
+            self._close(Reply.CLOSING)
+
+    def _close(self, reply: str) -> None:
+        self._reply(reply)
+        if not self._is_closed:
+            self._end()
+            self._connection.close()
+
+    def _end(self) -> None:
+        self._is_closed = True
+        self._data.abort()
+        for timer in (self._idle, self._delay):
+            if timer is not None:
+                timer.cancel()
+
+
+ALIASES: Final = {"XPWD": "PWD", "XCWD": "CWD", "XCUP": "CDUP", "XMKD": "MKD", "XRMD": "RMD"}
+"""RFC 1123, 4.1.3.1."""
+NOT_IMPLEMENTED: Final = frozenset(
+    (
+        "PORT",
+        "EPRT",
+        "REST",
+        "APPE",
+        "STOU",
+        "ACCT",
+        "REIN",
+        "SMNT",
+        "SITE",
+        "STAT",
+        "HELP",
+        "MLST",
+        "MLSD",
+        "MDTM",
+        "AUTH",
+    )
+)
+"""Commands that the server knows and refuses with 502."""

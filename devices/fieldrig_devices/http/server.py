@@ -1,0 +1,176 @@
+"""HTTP/1.1 on one connection, as a function of bytes and time.
+
+Source: RFC 9110 and 9112; the protocol itself is that of h11.  GET and HEAD are answered, with persistent connections
+and pipelining.  A connection without a complete request within `IDLE_NS` is closed, and so is one on which nothing is
+taken for so long, and one whose client sends more than `MOST_HELD` bytes ahead without taking its responses.
+Left out: TLS, content of requests beyond skipping it, ranges, compression, conditions.
+"""
+
+import logging
+from http import HTTPStatus
+from typing import Final
+
+import h11
+
+from fieldrig.clock import Clock, S, Timer
+from fieldrig_devices.connections.connection import Connection, Serve
+from fieldrig_devices.http.messages import Answer, Request, Response, refusal
+
+log = logging.getLogger(__name__)
+
+LONGEST_HEAD: Final = 16 * 1024
+"""Longest head of a request, in bytes (431 for a longer one)."""
+MOST_HELD: Final = 64 * 1024
+"""Bytes of further requests that are kept while a response is not taken."""
+MOST_CONTENT: Final = 64 * 1024
+"""Content of a request that is skipped, in bytes (413 for more)."""
+IDLE_NS: Final = 30 * S
+METHODS: Final = (b"GET", b"HEAD")
+HEADERS: Final = (
+    ("Cache-Control", "no-store"),
+    ("X-Content-Type-Options", "nosniff"),
+    ("Content-Security-Policy", "default-src 'self' 'unsafe-inline'; form-action 'none'; frame-ancestors 'none'"),
+)
+
+
+def serving(clock: Clock, answer: Answer) -> Serve:
+    """Return the service that answers each request with `answer`."""
+    return lambda connection: HttpSession(clock, connection, answer)
+
+
+class HttpSession:
+    """One connection."""
+
+    def __init__(self, clock: Clock, connection: Connection, answer: Answer) -> None:
+        self._clock, self._connection, self._answer = clock, connection, answer
+        self._http = h11.Connection(h11.SERVER, max_incomplete_event_size=LONGEST_HEAD)
+        self._held = bytearray()
+        self._content = 0
+        self._request: h11.Request | None = None
+        self._is_closed = self._has_ended = False
+        self._unsent = 0
+        self._timer: Timer | None = None
+        self._wait()
+
+    # ---- events
+
+    def received(self, data: bytes) -> None:
+        if self._is_closed:
+            return
+        self._held += data
+        if self._connection.unsent and len(self._held) > MOST_HELD:
+            self._close()
+            return
+        self._read()
+
+    def drained(self) -> None:
+        self._wait()
+        self._read()
+
+    def ended(self) -> None:
+        self._has_ended = True
+        self._read()
+
+    def lost(self) -> None:
+        self._is_closed = True
+        self._stop_waiting()
+
+    # ---- requests
+
+    def _read(self) -> None:
+        """Answer what has arrived, one response at a time."""
+        try:
+            while not self._is_closed and not self._connection.unsent:
+                event = self._http.next_event()
+                if event is h11.NEED_DATA:
+                    if not self._held:
+                        self._close_if_ended()
+                        return
+                    data, self._held = bytes(self._held), bytearray()
+                    self._http.receive_data(data)
+                else:
+                    self._take(event)
+        except h11.RemoteProtocolError as wrong:
+            log.debug("%s: %s", self._connection.peer, wrong)
+            self._refuse(HTTPStatus(wrong.error_status_hint))
+
+    def _take(self, event: object) -> None:
+        match event:
+            case h11.Request():
+                self._request, self._content = event, 0
+                if event.method not in METHODS:
+                    self._refuse(HTTPStatus.METHOD_NOT_ALLOWED)
+            case h11.Data():
+                self._content += len(event.data)
+                if self._content > MOST_CONTENT:
+                    self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+            case h11.EndOfMessage():
+                self._respond(self._response())
+            case h11.ConnectionClosed():
+                self._close()
+            case _:  # an upgrade, which the server never takes
+                self._close()
+
+    def _response(self) -> Response:
+        assert self._request is not None, "h11 gives a request before its end"
+        try:
+            request = Request.of_target(self._request.target.decode("ascii"))
+        except ValueError:
+            return refusal(HTTPStatus.BAD_REQUEST)
+        return self._answer(request)
+
+    def _close_if_ended(self) -> None:
+        if self._has_ended:
+            self._close()
+
+    # ---- responses
+
+    def _refuse(self, status: HTTPStatus) -> None:
+        """Send a refusal, and close the connection, because what follows in it can't be trusted."""
+        if self._http.our_state in (h11.IDLE, h11.SEND_RESPONSE):
+            self._respond(refusal(status), ("Connection", "close"), ("Allow", "GET, HEAD"))
+        self._close()
+
+    def _respond(self, response: Response, *further: tuple[str, str]) -> None:
+        headers = [
+            ("Content-Type", response.content_type),
+            ("Content-Length", str(len(response.content))),
+            *HEADERS,
+            *further,
+        ]
+        head = h11.Response(status_code=response.status, headers=headers, reason=response.status.phrase)
+        is_head = self._request is not None and self._request.method == b"HEAD"
+        body = b"" if is_head else response.content
+        parts = (head, h11.Data(data=body), h11.EndOfMessage())
+        self._request = None
+        self._connection.write(b"".join(self._http.send(part) or b"" for part in parts))
+        self._wait()
+        if self._http.our_state is h11.DONE and self._http.their_state is h11.DONE:
+            self._http.start_next_cycle()
+        else:
+            self._close()
+
+    # ---- limits of time
+
+    def _wait(self) -> None:
+        self._stop_waiting()
+        self._unsent = self._connection.unsent
+        if not self._is_closed:
+            self._timer = self._clock.call_at(self._clock.now_ns() + IDLE_NS, self._on_timer)
+
+    def _stop_waiting(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+
+    def _on_timer(self) -> None:
+        """Close the connection, unless the client goes on taking its response."""
+        if 0 < self._connection.unsent < self._unsent:
+            self._wait()
+        else:
+            self._close()
+
+    def _close(self) -> None:
+        if not self._is_closed:
+            self._is_closed = True
+            self._stop_waiting()
+            self._connection.close()

@@ -1,0 +1,95 @@
+"""REFERENCE TO of today's tools, and the functions REF and __ISVALIDREF.
+
+Wherever a reference is named, what it refers to is meant (`places.meaning`); only REF= and __ISVALIDREF mean the
+reference itself.  A reference to nothing is a fault at run time, like a pointer to nothing.
+"""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import places
+from fieldrig_devices.iec.check.texts import a, text
+from fieldrig_devices.iec.program import (
+    AddressOf,
+    Assign,
+    Binary,
+    Constant,
+    Convert,
+    Expression,
+    Load,
+    Operator,
+    Place,
+)
+from fieldrig_devices.iec.types import Elementary, PointerType
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.check.expressions import Expressions
+
+
+def assignment(of: "Expressions", node: tree.Assign) -> Assign | None:
+    """`x REF= y` lets x refer to y, and `x REF= 0` to nothing."""
+    target = _reference(of, node.target)
+    if target is None or not places.is_writable(of.context, target, node.target):
+        return None
+    assert isinstance(target.type, PointerType)
+    value: Expression | None
+    if isinstance(node.value, tree.Literal) and node.value.value == 0:
+        value = Constant(0, target.type)
+    else:
+        value = reference_to(of, node.value, target.type)
+    return Assign(target, value, line=node.place.line) if value is not None else None
+
+
+def reference_to(of: "Expressions", node: tree.Expression, kind: PointerType) -> Expression | None:
+    """Return a reference to a variable, for REF= and for an input; None after a message."""
+    place = of.place(node)
+    if place is None:
+        return None
+    if not places.has_cell(place):
+        of.context.say(node, f"{text(node)} has no address of its own", "a variable", "copy it into a variable first")
+        return None
+    if place.type != kind.to:
+        of.context.say(node, f"{text(node)} is {a(place.type)}", f"a variable of type {kind.to} for the {kind}")
+        return None
+    return AddressOf(place, kind)
+
+
+def _reference(of: "Expressions", node: tree.Expression) -> Place | None:
+    """Return the place of the reference itself; None after a message."""
+    found = places.itself(of, node)
+    if found is None:
+        return None
+    if isinstance(found, Place) and isinstance(found.type, PointerType) and found.type.is_reference:
+        return found
+    of.context.say(node, f"{text(node)} is not a reference", "a variable that is declared as REFERENCE TO")
+    return None
+
+
+def _is_valid(of: "Expressions", node: tree.Call) -> Expression | None:
+    given = _argument(of, node)
+    found = _reference(of, given) if given is not None else None
+    if found is None:
+        return None
+    number = Convert(Load(found), Elementary.DWORD)
+    return Binary(Operator.NE, number, Constant(0, Elementary.DWORD), Elementary.BOOL)
+
+
+def _ref(of: "Expressions", node: tree.Call) -> Expression | None:
+    """REF of the standard is the address of a variable, with its type."""
+    given = _argument(of, node)
+    place = of.place(given) if given is not None else None
+    return reference_to(of, given, PointerType(place.type)) if place is not None and given is not None else None
+
+
+def _argument(of: "Expressions", node: tree.Call) -> tree.Expression | None:
+    if len(node.arguments) == 1 and node.arguments[0].value is not None:
+        return node.arguments[0].value
+    of.context.say(node, f"{text(node.called)} with {len(node.arguments)} arguments", "one argument")
+    return None
+
+
+FUNCTIONS: Final[dict[str, Callable[["Expressions", tree.Call], Expression | None]]] = {
+    "REF": _ref,
+    "__ISVALIDREF": _is_valid,
+}

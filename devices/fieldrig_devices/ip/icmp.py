@@ -1,0 +1,50 @@
+"""ICMP messages (RFC 792): the answer to an echo, and the refusal of a packet.
+
+Left out: every message about a packet of ours, such as a redirect or a source quench, which is ignored.
+"""
+
+import struct
+from ipaddress import IPv4Address
+from typing import Final
+
+from fieldrig_devices.ip.checksum import checksum
+from fieldrig_devices.ip.ipv4 import Packet, Protocol
+
+ECHO_REPLY: Final = 0
+UNREACHABLE: Final = 3
+ECHO: Final = 8
+PROTOCOL_UNREACHABLE: Final = 2
+PORT_UNREACHABLE: Final = 3
+
+_WIRE: Final = struct.Struct("!BBH")
+_QUOTED_BYTES: Final = 8
+
+
+def answer(message: bytes) -> bytes | None:
+    """Return the reply to an undamaged echo message, or None for all other bytes."""
+    if len(message) < 8 or checksum(message) != 0:
+        return None
+    kind, code, _ = _WIRE.unpack_from(message)
+    if (kind, code) != (ECHO, 0):
+        return None
+    return _message(ECHO_REPLY, 0, message[4:])
+
+
+def unreachable(code: int, refused: Packet) -> bytes:
+    """Return the message that refuses a packet, with its header and its first 8 bytes (RFC 1122, 3.2.2)."""
+    return _message(UNREACHABLE, code, bytes(4) + refused.encode()[: 20 + _QUOTED_BYTES])
+
+
+def is_unicast(source: IPv4Address) -> bool:
+    """True for an address that a host on a link may have, and to which an answer may go."""
+    return not (source.is_multicast or source.is_unspecified or source.is_loopback or source.is_reserved)
+
+
+def is_refusable(packet: Packet) -> bool:
+    """True if a refusal of the packet may be sent: never about ICMP, nor to many (RFC 1122, 3.2.2)."""
+    return packet.protocol != Protocol.ICMP and is_unicast(packet.source)
+
+
+def _message(kind: int, code: int, rest: bytes) -> bytes:
+    check = checksum(_WIRE.pack(kind, code, 0) + rest)
+    return _WIRE.pack(kind, code, check) + rest

@@ -1,0 +1,68 @@
+"""The breakpoints of a program, which stay where they are when another program is loaded.
+
+A breakpoint goes with the text of its line: after a load it is at the nearest line of the same text in the same file,
+and it is removed where there is none.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from fieldrig_devices.languages.debugging.debuggee import Debuggee
+
+Place = tuple[str, int]
+"""A file and a line."""
+
+
+@dataclass(slots=True)
+class Breakpoints:
+    """`conditions` are the conditions by place; an empty one always holds."""
+
+    conditions: dict[Place, str] = field(default_factory=dict)
+    moves: dict[Place, int | None] = field(default_factory=dict)
+    """The lines of breakpoints after the last load by their places before; None for one that is gone."""
+    _texts: dict[Place, str] = field(default_factory=dict)
+
+    def replace(self, debuggee: Debuggee, file: str, wanted: Mapping[int, str]) -> set[int]:
+        """Replace the breakpoints of one file; return the lines that have an instruction to stop at."""
+        others = {place: text for place, text in self.conditions.items() if place[0] != file}
+        self._set(debuggee, others | {(file, line): condition for line, condition in wanted.items()})
+        return self.lines(file)
+
+    def lines(self, file: str) -> set[int]:
+        return {line for name, line in self.conditions if name == file}
+
+    def reload(self, debuggee: Debuggee) -> None:
+        """Set the breakpoints in a program that has just been loaded."""
+        if not self.conditions:
+            self.moves = {}
+            return
+        texts = {name: text.splitlines() for name, text in debuggee.files.items()}
+        before, moved = self.conditions, dict[Place, Place]()
+        for place in before:
+            line = nearest(texts.get(place[0], []), self._texts.get(place, ""), place[1])
+            if line:
+                moved[place] = place[0], line
+        self._set(debuggee, {after: before[place] for place, after in moved.items()})
+        self.moves = {
+            place: moved[place][1] if place in moved and moved[place] in self.conditions else None for place in before
+        }
+
+    def _set(self, debuggee: Debuggee, conditions: Mapping[Place, str]) -> None:
+        places: dict[str, set[int]] = {}
+        for file, line in conditions:
+            places.setdefault(file, set()).add(line)
+        found = debuggee.break_at(places)
+        self.conditions = {place: text for place, text in conditions.items() if place[1] in found.get(place[0], ())}
+        texts = {file: debuggee.files.get(file, "").splitlines() for file, _ in self.conditions}
+        self._texts = {(file, line): _line(texts[file], line) for file, line in self.conditions}
+
+
+def nearest(lines: list[str], text: str, line: int) -> int:
+    """Return the line, from 1, with this text that is nearest to a line; 0 if there is none."""
+    wanted = text.strip()
+    found = [number for number, other in enumerate(lines, 1) if other.strip() == wanted]
+    return min(found, key=lambda number: abs(number - line), default=0)
+
+
+def _line(lines: list[str], line: int) -> str:
+    return lines[line - 1] if 0 < line <= len(lines) else ""

@@ -1,0 +1,114 @@
+"""The states of COM1 and of its modem, with all transitions.
+
+Source: PacDrive manual 4634-4689 (digest PD-251 to PD-257).  The manual gives EPAS-4 and None no numbers as
+values of Com1User; 0 and 3 are our choice.  Our reading is that a modem is found by its DSR, which is always on when
+it is ready (PD-248).  With Auto, a port that was released is searched again only when DSR comes on, because a serial
+EPAS-4 may use it.
+"""
+
+from enum import Enum, IntEnum, auto
+from typing import Final
+
+
+class User(IntEnum):
+    """Values of Com1User."""
+
+    EPAS_4 = 0
+    MODEM = 1
+    AUTO = 2
+    NONE = 3
+
+
+class State(IntEnum):
+    """Values of Com1UserState (manual table 7-4)."""
+
+    INIT = 0
+    EPAS_4 = 1
+    MODEM_EPAS_4 = 2
+    AUTO_SEARCH = 3
+    MODEM_SEARCH = 4
+    MODEM_TEST = 5
+    MODEM_OFFLINE = 6
+    MODEM_ONLINE = 7
+    NONE = 8
+    AUTO_TEST = 9
+    AUTO_EPAS_4 = 10
+    AUTO_OFFLINE = 11
+    AUTO_ONLINE = 12
+
+
+class ModemState(IntEnum):
+    """Values of the parameter State of the Modem object (manual table 7-3)."""
+
+    INIT = 0
+    NO_MODEM = 1
+    OFFLINE = 2
+    ONLINE = 3
+    INIT_STRING_OK = 4
+    INIT_STRING_ERROR = 5
+    INIT_STRING_TIMEOUT = 6
+    EXP_INIT_STRING_OK = 7
+    EXP_INIT_STRING_ERROR = 8
+    EXP_INIT_STRING_TIMEOUT = 9
+
+
+class Event(Enum):
+    """An event at the port."""
+
+    MODEM_CHOSEN = auto()
+    """The line has been cleared, and Com1User is Modem."""
+    AUTO_CHOSEN = auto()
+    """The line has been cleared, and Com1User is Auto."""
+    NOTHING_FOUND = auto()
+    SEARCH_DUE = auto()
+    READY = auto()
+    """DSR of the modem is on."""
+    GONE = auto()
+    """DSR of the modem has gone off."""
+    INITIALISED = auto()
+    REFUSED = auto()
+    """An init string was answered with ERROR, or not at all."""
+    CALL = auto()
+    CALL_ENDED = auto()
+
+
+# Manual table 7-4, row by row.  An event that is not listed changes nothing.
+NEXT: Final = {
+    (State.INIT, Event.MODEM_CHOSEN): State.MODEM_SEARCH,
+    (State.INIT, Event.AUTO_CHOSEN): State.AUTO_SEARCH,
+    (State.MODEM_SEARCH, Event.READY): State.MODEM_TEST,
+    (State.MODEM_SEARCH, Event.NOTHING_FOUND): State.MODEM_EPAS_4,
+    (State.MODEM_EPAS_4, Event.SEARCH_DUE): State.MODEM_SEARCH,
+    (State.MODEM_EPAS_4, Event.READY): State.MODEM_TEST,
+    (State.MODEM_TEST, Event.INITIALISED): State.MODEM_OFFLINE,
+    (State.MODEM_TEST, Event.REFUSED): State.MODEM_EPAS_4,
+    (State.MODEM_TEST, Event.GONE): State.MODEM_SEARCH,
+    (State.MODEM_OFFLINE, Event.CALL): State.MODEM_ONLINE,
+    (State.MODEM_OFFLINE, Event.GONE): State.MODEM_SEARCH,
+    (State.MODEM_ONLINE, Event.CALL_ENDED): State.MODEM_OFFLINE,
+    (State.MODEM_ONLINE, Event.GONE): State.MODEM_SEARCH,
+    (State.AUTO_SEARCH, Event.READY): State.AUTO_TEST,
+    (State.AUTO_SEARCH, Event.NOTHING_FOUND): State.AUTO_EPAS_4,
+    (State.AUTO_EPAS_4, Event.READY): State.AUTO_TEST,
+    (State.AUTO_TEST, Event.INITIALISED): State.AUTO_OFFLINE,
+    (State.AUTO_TEST, Event.REFUSED): State.AUTO_EPAS_4,
+    (State.AUTO_TEST, Event.GONE): State.AUTO_SEARCH,
+    (State.AUTO_OFFLINE, Event.CALL): State.AUTO_ONLINE,
+    (State.AUTO_OFFLINE, Event.GONE): State.AUTO_SEARCH,
+    (State.AUTO_ONLINE, Event.CALL_ENDED): State.AUTO_OFFLINE,
+    (State.AUTO_ONLINE, Event.GONE): State.AUTO_SEARCH,
+}
+
+SEARCHING: Final = (State.MODEM_SEARCH, State.AUTO_SEARCH)
+RELEASED: Final = (State.MODEM_EPAS_4, State.AUTO_EPAS_4)
+TESTING: Final = (State.MODEM_TEST, State.AUTO_TEST)
+OFFLINE: Final = (State.MODEM_OFFLINE, State.AUTO_OFFLINE)
+ONLINE: Final = (State.MODEM_ONLINE, State.AUTO_ONLINE)
+CHOSEN: Final = {User.MODEM: Event.MODEM_CHOSEN, User.AUTO: Event.AUTO_CHOSEN}
+RELEASED_TO: Final = {
+    User.EPAS_4: State.EPAS_4,
+    User.NONE: State.NONE,
+    User.MODEM: State.MODEM_EPAS_4,
+    User.AUTO: State.AUTO_EPAS_4,
+}
+"""The state in which no modem is looked for, for lack of a Modem object or because of the value."""

@@ -1,0 +1,60 @@
+"""The services of the controller over TCP: HTTP with the diagnosis pages, FTP to the flash disk.
+
+Source: PacDrive manual 3219, 4319, 5188-5217 (digest PD-076, PD-281 to PD-283).  Whatever arrives takes
+processor time at the priority of TCP/IP, and each new connection is entry 8013.  The manual gives no login of FTP; here
+FTP exists only with one.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Final
+
+from fieldrig.clock import Clock
+from fieldrig_devices.connections.connection import Connection, Serve, Session
+from fieldrig_devices.ftp import server as ftp
+from fieldrig_devices.ftp.login import LoginGuard
+from fieldrig_devices.http import server as http
+from fieldrig_devices.iec.tasks.system_work import TCP_PRIORITY
+from fieldrig_devices.max4.core import Controller
+from fieldrig_devices.max4.pages.site import Site
+from fieldrig_devices.max4.storage.disk import FlashDisk
+from fieldrig_devices.max4.storage.ftp_files import FtpFiles
+
+PORTS: Final = {"http": 80, "ftp": 21}
+"""TCP ports of the services at the controller's own address (manual 5597-5611)."""
+
+
+def services_of(
+    clock: Clock, controller: Controller, disk: FlashDisk, tcp_us: int, login: LoginGuard | None
+) -> Mapping[str, Serve]:
+    """Return the services by name; `tcp_us` is the processor time of a request, `login` that of FTP."""
+    serves = {"http": http.serving(clock, Site(controller, disk).answer)}
+    if login is not None:
+        serves["ftp"] = ftp.serving(clock, FtpFiles(disk), login)
+    at_priority = partial(controller.at_priority, TCP_PRIORITY, tcp_us)
+    return {name: partial(_Prioritised, serve, at_priority) for name, serve in serves.items()}
+
+
+def at_own_ports(services: Mapping[str, Serve]) -> dict[int, Serve]:
+    """Return the services by their TCP ports at the controller's own address."""
+    return {PORTS[name]: serve for name, serve in services.items()}
+
+
+class _Prioritised:
+    """A session that handles what arrives when it is the turn of TCP/IP."""
+
+    def __init__(self, serve: Serve, at_priority: Callable[[Callable[[], None]], None], connection: Connection) -> None:
+        self._session: Session = serve(connection)
+        self._at_priority = at_priority
+
+    def received(self, data: bytes) -> None:
+        self._at_priority(partial(self._session.received, data))
+
+    def drained(self) -> None:
+        self._at_priority(self._session.drained)
+
+    def ended(self) -> None:
+        self._at_priority(self._session.ended)
+
+    def lost(self) -> None:
+        self._at_priority(self._session.lost)

@@ -1,0 +1,1 @@
+"""A telephone modem with the Hayes command set."""

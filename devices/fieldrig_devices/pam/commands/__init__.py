@@ -1,0 +1,21 @@
+"""`fieldrig pam`: commands for applications of the PAM."""
+
+from fieldrig.cli.common import command_group
+from fieldrig_devices.pam.commands.checking import check
+from fieldrig_devices.pam.commands.formatting import fmt
+
+app = command_group()
+
+
+@app.callback()
+def pam() -> None:
+    """Check and format applications of the Socapel PAM.
+
+    \b
+        fieldrig pam check packer.pam
+        fieldrig pam fmt packer.pam
+    """
+
+
+app.command()(check)
+app.command()(fmt)

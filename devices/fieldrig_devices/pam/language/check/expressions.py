@@ -1,0 +1,256 @@
+"""The types of expressions: a flag, an integer, a real or a text (section 1.5 of the digest).
+
+An expression whose type cannot be known, because something in it is wrong or a formal parameter, is None, which fits
+everywhere.
+"""
+
+from typing import Final
+
+from fieldrig_devices.pam.language.check.symbols import TYPE_NAMES, Context, Names, Symbol, listed, with_article
+from fieldrig_devices.pam.language.functions import EXECUTIVE, INQUIRIES, MATHEMATICS, VALUES, Function, Type
+from fieldrig_devices.pam.language.objects import KINDS, Rule
+from fieldrig_devices.pam.language.tree import (
+    Binary,
+    Expression,
+    Inquiry,
+    Number,
+    ParameterOf,
+    Reduction,
+    Reference,
+    Text,
+    Unary,
+    Word,
+)
+
+NUMERIC: Final = ("integer", "real")
+_COMPARISONS: Final = ("=", "<>", "<", "<=", ">", ">=")
+
+
+def type_of(expression: Expression, names: Names, context: Context) -> Type | None:
+    """Return the type of an expression.  Everything that is wrong in it is reported."""
+    match expression:
+        case Number(value=value):
+            return "integer" if isinstance(value, int) else "real"
+        case Text():
+            return "text"
+        case Word():
+            return _word(expression, names)
+        case Reference():
+            return _value(expression, names, context)
+        case ParameterOf():
+            return _parameter(expression, names, context)
+        case Unary():
+            return _unary(expression, names, context)
+        case Binary():
+            return _binary(expression, names, context)
+        case Inquiry():
+            return _inquiry(expression, names, context)
+        case Reduction(operand=operand):
+            need(operand, "flag", names, context.reduced())
+            return "flag"
+
+
+def need(expression: Expression, wanted: Type, names: Names, context: Context) -> None:
+    """Report an expression that is not of the wanted type.  Integers and reals are converted (PAML-227)."""
+    found = type_of(expression, names, context)
+    if found is None or found == wanted or (found in NUMERIC and wanted in NUMERIC):
+        return
+    if wanted == "flag" and is_bit(expression):
+        return
+    names.wrong(expression.place, f"this is {TYPE_NAMES[found]}", TYPE_NAMES[wanted])
+
+
+def is_bit(expression: Expression) -> bool:
+    """True for the numbers 0 and 1, which listings use for flags (manual line 5775)."""
+    return isinstance(expression, Number) and expression.value in (0, 1) and isinstance(expression.value, int)
+
+
+def indexed(reference: Reference, symbol: Symbol, names: Names, context: Context, *, is_target: bool = False) -> None:
+    """Report an index that does not fit the object or the place (PAML-245, PAML-246, G-42)."""
+    index = reference.index
+    if not symbol.is_multiple:
+        if index is not None:
+            names.wrong(reference.place, f"{symbol.name} has one item only", f"{symbol.name} without [{index}]")
+        return
+    if index is None:
+        hint = "[i] is the present item, [all] means each of them, [all+] is OR and [all*] is AND."
+        names.wrong(reference.place, f"{symbol.name} has several items", "an index", hint)
+    elif index == "i" and not (context.is_multiple or context.is_reduced):
+        hint = "The task, actions or equation around it needs NUMBER, NODES_GROUP or [i]."
+        names.wrong(
+            reference.place, "[i] stands where there is no present item", "[all]" if is_target else "[all+]", hint
+        )
+    elif is_target and index in ("all+", "all*"):
+        names.wrong(reference.place, f"[{index}] cannot be changed", "[i] or [all]")
+    elif not is_target and index == "all":
+        names.wrong(reference.place, "[all] is no value", "[all+] or [all*]", "[all+] is OR, [all*] is AND.")
+
+
+def _word(word: Word, names: Names) -> Type | None:
+    if word.name == "TIMEOUT":
+        return "flag"
+    if word.name == "PI":
+        return "real"
+    names.wrong(word.place, f"{word.name} is no value of an expression", "a number, a flag or an object")
+    return None
+
+
+def _value(reference: Reference, names: Names, context: Context) -> Type | None:
+    if reference.name in context.formals:
+        return None
+    symbol = names.object(reference)
+    if symbol is None:
+        return None
+    indexed(reference, symbol, names, context)
+    found = VALUES.get(symbol.kind)
+    if found is None:
+        asked = sorted(INQUIRIES.get(symbol.kind, {}))
+        hint = f"Ask it with ?: {listed(asked)}." if asked else ""
+        names.wrong(reference.place, f"{with_article(symbol.kind)} has no value of its own", "an inquiry", hint)
+    elif reference.index in ("all+", "all*") and found != "flag":
+        names.wrong(reference.place, f"[{reference.index}] joins flags; {symbol.name} is {TYPE_NAMES[found]}", "a flag")
+    return found
+
+
+def rule_of(parameter: ParameterOf, symbol: Symbol, names: Names) -> Rule | None:
+    """Return the rule of a parameter.  One that the kind does not have is reported, and is None."""
+    rules = KINDS.get(symbol.kind, {})
+    found = rules.get(parameter.parameter)
+    if found is None:
+        what = f"{with_article(symbol.kind)} has no parameter {parameter.parameter}"
+        names.wrong(parameter.place, what, listed(list(rules)) if rules else "an object with parameters")
+    return found
+
+
+def _parameter(parameter: ParameterOf, names: Names, context: Context) -> Type | None:
+    symbol = names.object(parameter.subject)
+    rule = rule_of(parameter, symbol, names) if symbol is not None else None
+    if symbol is None or rule is None:
+        return None
+    indexed(parameter.subject, symbol, names, context)
+    if rule.access not in ("RO", "RW"):
+        what = f"{rule.name} of {with_article(symbol.kind)} cannot be read by a program"
+        names.wrong(parameter.place, what, "a parameter with the access RO or RW")
+        return None
+    return "integer" if rule.holds[0] == "integer" else "real"
+
+
+def _unary(unary: Unary, names: Names, context: Context) -> Type | None:
+    if unary.operator == "!":
+        need(unary.operand, "flag", names, context)
+        return "flag"
+    found = type_of(unary.operand, names, context)
+    if found is not None and found not in NUMERIC:
+        names.wrong(unary.place, f"{unary.operator} stands before {TYPE_NAMES[found]}", "a number")
+    return found if found in NUMERIC else None
+
+
+def _binary(binary: Binary, names: Names, context: Context) -> Type | None:
+    left = type_of(binary.left, names, context)
+    right = type_of(binary.right, names, context)
+    if binary.operator in _COMPARISONS:
+        _compared(binary, left, right, names)
+        return "flag"
+    if left is None or right is None:
+        return left or right
+    if left == right == "flag" and binary.operator in ("+", "*"):
+        return "flag"
+    for side, found in ((binary.left, left), (binary.right, right)):
+        if found not in NUMERIC:
+            hint = "Comparisons bind looser than + and *: put them in parentheses." if found == "flag" else ""
+            names.wrong(
+                side.place, f"{binary.operator} joins {TYPE_NAMES[left]} and {TYPE_NAMES[right]}", "numbers", hint
+            )
+            return None
+    return "real" if "real" in (left, right) else "integer"
+
+
+def _compared(binary: Binary, left: Type | None, right: Type | None, names: Names) -> None:
+    if left is None or right is None or (left in NUMERIC and right in NUMERIC):
+        return
+    if binary.operator in ("=", "<>"):
+        if left == right == "flag":
+            return
+        if (left == "flag" and is_bit(binary.right)) or (right == "flag" and is_bit(binary.left)):
+            return
+    what = f"{binary.operator} compares {TYPE_NAMES[left]} with {TYPE_NAMES[right]}"
+    hint = "Comparisons bind looser than + and *: put them in parentheses." if "flag" in (left, right) else ""
+    names.wrong(binary.place, what, "numbers", hint)
+
+
+def _inquiry(inquiry: Inquiry, names: Names, context: Context) -> Type | None:
+    subject = inquiry.subject
+    if inquiry.function in MATHEMATICS:
+        return _mathematics(inquiry, names, context)
+    if not isinstance(subject, Reference):
+        hint = f"Write {subject.operator}(object ? {inquiry.function})." if isinstance(subject, Unary) else ""
+        names.wrong(inquiry.place, f"{inquiry.function} is asked of an expression", "an object", hint)
+        return None
+    if subject.name in context.formals:
+        names.wrong(subject.place, f"{subject.name} is a parameter with a value", "an object")
+        return None
+    symbol = names.object(subject)
+    if symbol is None:
+        return None
+    indexed(subject, symbol, names, context)
+    forms = INQUIRIES.get(symbol.kind, {}).get(inquiry.function)
+    if forms is None:
+        _unknown_inquiry(inquiry, symbol, names)
+        return None
+    return fitting(inquiry.function, forms, inquiry.arguments, inquiry, names, context)
+
+
+def _unknown_inquiry(inquiry: Inquiry, symbol: Symbol, names: Names) -> None:
+    known = sorted(INQUIRIES.get(symbol.kind, {}))
+    what = f"{with_article(symbol.kind)} does not know the inquiry {inquiry.function}"
+    is_order = inquiry.function in EXECUTIVE.get(symbol.kind, {})
+    hint = f"{inquiry.function} is an order: write {symbol.name} <- {inquiry.function}." if is_order else ""
+    names.wrong(inquiry.place, what, listed(known) if known else "an object that answers inquiries", hint)
+
+
+def _mathematics(inquiry: Inquiry, names: Names, context: Context) -> Type | None:
+    if inquiry.arguments:
+        names.wrong(inquiry.place, f"{inquiry.function} takes no arguments", f"number ? {inquiry.function}")
+    found = type_of(inquiry.subject, names, context)
+    if found is not None and found not in NUMERIC:
+        names.wrong(inquiry.place, f"{inquiry.function} is asked of {TYPE_NAMES[found]}", "a number")
+    return found if inquiry.function == "abs" else "real"
+
+
+def fitting(
+    name: str,
+    forms: tuple[Function, ...],
+    arguments: tuple[Expression, ...],
+    at: Inquiry | Expression,
+    names: Names,
+    context: Context,
+) -> Type | None:
+    """Return the answer of the form that fits the number of arguments.  Wrong arguments are reported."""
+    form = next((form for form in forms if form.fewest <= len(arguments) <= len(form.arguments)), None)
+    if form is None:
+        counts = sorted({count for form in forms for count in range(form.fewest, len(form.arguments) + 1)})
+        names.wrong(
+            at.place, f"{name} has {len(arguments)} arguments", f"{listed([str(count) for count in counts])} of them"
+        )
+        return forms[0].answer
+    for argument, wanted in zip(arguments, form.arguments, strict=False):
+        check_argument(argument, wanted.rstrip("?"), names, context)
+    return form.answer
+
+
+def check_argument(argument: Expression, wanted: str, names: Names, context: Context) -> None:
+    """Report an argument that is not what a function takes."""
+    if wanted[0] == "(":
+        words = wanted[1:-1].split("|")
+        if not (isinstance(argument, Word) and argument.name in words):
+            names.wrong(argument.place, "the argument is wrong", listed(words))
+    elif wanted[0] == "<":
+        symbol = names.object(argument) if isinstance(argument, Reference) else None
+        if not isinstance(argument, Reference) or (symbol is not None and symbol.kind != wanted[1:-1]):
+            names.wrong(argument.place, "the argument is wrong", with_article(wanted[1:-1]))
+        elif symbol is not None:
+            indexed(argument, symbol, names, context, is_target=True)
+    elif wanted == "text":
+        need(argument, "text", names, context)
+    else:
+        need(argument, "integer" if wanted == "integer" else "real", names, context)

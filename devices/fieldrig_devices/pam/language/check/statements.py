@@ -1,0 +1,231 @@
+"""Statements: what they may do to an object, and where they may stand (sections 1.4 and 2.13 to 2.17 of the digest)."""
+
+from collections.abc import Iterable
+
+from fieldrig_devices.pam.language.check.expressions import check_argument, fitting, indexed, need, rule_of, type_of
+from fieldrig_devices.pam.language.check.pipes import check_pipe
+from fieldrig_devices.pam.language.check.symbols import (
+    Context,
+    Names,
+    Symbol,
+    is_multiple,
+    listed,
+    sequence_of,
+    with_article,
+)
+from fieldrig_devices.pam.language.functions import EXECUTIVE, REPLACED, VALUES, WRITABLE
+from fieldrig_devices.pam.language.tree import (
+    ArmException,
+    Ask,
+    Assign,
+    Branch,
+    Call,
+    Case,
+    Condition,
+    Connect,
+    DuplicateStart,
+    EntryAction,
+    ExceptionAction,
+    ExceptionEntry,
+    Execute,
+    Expression,
+    If,
+    Loop,
+    Modify,
+    Number,
+    Reference,
+    RemoveException,
+    RoutineCall,
+    SequenceRef,
+    StartSequence,
+    StartTask,
+    Statement,
+    Wait,
+    Word,
+)
+
+SERVICE = (Condition, DuplicateStart, Wait, Case, ArmException, ExceptionEntry, RemoveException)
+
+
+def check_statements(statements: Iterable[Statement], names: Names, context: Context) -> None:
+    for statement in statements:
+        if isinstance(statement, SERVICE) and not context.allows_service:
+            names.wrong(statement.place, f"{context.where} must not wait", "a statement that takes no time")
+        _check(statement, names, context)
+
+
+def _check(statement: Statement, names: Names, context: Context) -> None:
+    match statement:
+        case Assign():
+            _assign(statement, names, context)
+        case Execute():
+            _execute(statement, names, context)
+        case Modify():
+            _modify(statement, names, context)
+        case Ask(inquiry=inquiry):
+            type_of(inquiry, names, context)
+        case Connect():
+            check_pipe(statement, names)
+        case Call(call=call):
+            check_routine_call(call, names, context)
+        case If(condition=condition, then=then, otherwise=otherwise):
+            need(condition, "flag", names, context)
+            check_statements(then, names, context)
+            check_statements(otherwise, names, context)
+        case Loop(body=body, until=until):
+            check_statements(body, names, context)
+            need(until, "flag", names, context)
+        case StartSequence() | StartTask():
+            _check_action(statement, names, context)
+        case Condition(condition=condition, timeout=timeout):
+            need(condition, "flag", names, context)
+            check_timeout(timeout, names, context)
+        case Wait(duration=duration):
+            check_timeout(duration, names, context)
+        case Case(branches=branches, timeout=timeout):
+            _case(branches, timeout, names, context)
+        case ArmException(condition=condition, timeout=timeout, action=action):
+            need(condition, "flag", names, context)
+            check_timeout(timeout, names, context)
+            _check_action(action, names, context)
+        case DuplicateStart() | ExceptionEntry() | RemoveException():
+            pass
+
+
+def check_timeout(timeout: Expression | None, names: Names, context: Context) -> None:
+    """Report a time in milliseconds that is no number."""
+    if timeout is not None:
+        need(timeout, "real", names, context)
+
+
+def _target(reference: Reference, names: Names, context: Context) -> Symbol | None:
+    if reference.name in context.formals:
+        names.wrong(reference.place, f"{reference.name} is a parameter of the routine", "an object")
+        return None
+    symbol = names.object(reference)
+    if symbol is not None:
+        indexed(reference, symbol, names, context, is_target=True)
+    return symbol
+
+
+def _assign(statement: Assign, names: Names, context: Context) -> None:
+    symbol = _target(statement.target, names, context)
+    value = statement.value
+    if symbol is None:
+        type_of(value, names, context)
+    elif symbol.kind not in WRITABLE:
+        known = sorted(EXECUTIVE.get(symbol.kind, {}))
+        expected = listed(known) if known else "an object that can be changed"
+        names.wrong(statement.place, f"{with_article(symbol.kind)} takes no value", expected)
+    elif (
+        isinstance(value, Reference)
+        and value.name.islower()
+        and value.name not in names.symbols | dict.fromkeys(context.formals)
+    ):
+        known = sorted(EXECUTIVE.get(symbol.kind, {}))
+        names.wrong(value.place, f"{with_article(symbol.kind)} has no function {value.name}", listed(known))
+    else:
+        need(value, VALUES[symbol.kind], names, context)
+
+
+def _execute(statement: Execute, names: Names, context: Context) -> None:
+    symbol = _target(statement.target, names, context)
+    if symbol is None:
+        return
+    forms = EXECUTIVE.get(symbol.kind, {}).get(statement.function)
+    if forms is not None:
+        fitting(statement.function, forms, statement.arguments, statement.target, names, context)
+    elif statement.function in REPLACED and len(statement.arguments) == 1:
+        parameter = REPLACED[statement.function]
+        hint = f"Release 2.5 writes {symbol.name}:{parameter} <- value."
+        names.note(statement.place, f"{statement.function} is a function of an earlier release", hint)
+        check_argument(statement.arguments[0], "number", names, context)
+    else:
+        known = sorted(EXECUTIVE.get(symbol.kind, {}))
+        what = f"{with_article(symbol.kind)} has no function {statement.function}"
+        names.wrong(statement.place, what, listed(known) if known else "an object with functions")
+
+
+def _modify(statement: Modify, names: Names, context: Context) -> None:
+    symbol = _target(statement.target.subject, names, context)
+    rule = rule_of(statement.target, symbol, names) if symbol is not None else None
+    if symbol is None or rule is None:
+        return
+    if rule.access not in ("WO", "RW"):
+        expected = "a parameter with WO or RW"
+        names.wrong(statement.place, f"{rule.name} of {symbol.kind} cannot be changed by a program", expected)
+        return
+    value = statement.value
+    if isinstance(value, RoutineCall):
+        check_routine_call(value, names, context)
+    elif rule.holds[0][0] == "<":
+        check_argument(value, rule.holds[0], names, context)
+    elif isinstance(value, Word) and value.name in "|".join(rule.holds):
+        pass
+    elif rule.holds[0][0] == "(":
+        names.wrong(value.place, f"{rule.name} is wrong", listed(list(rule.words)))
+    elif len(rule.holds) > 1:
+        names.wrong(statement.place, f"{rule.name} has two values", "a parameter with a single value")
+    else:
+        need(value, "real", names, context)
+
+
+def check_routine_call(call: RoutineCall, names: Names, context: Context, *, is_constant: bool = False) -> None:
+    """Report a routine that does not exist, calls itself, or gets the wrong arguments (PAML-271, PAML-276)."""
+    for argument in call.arguments:
+        if is_constant and not isinstance(argument, Number):
+            names.wrong(argument.place, "the argument of a routine is no constant here", "a number")
+        elif not is_constant:
+            type_of(argument, names, context)
+    if not call.routine:
+        return
+    if call.routine == context.routine:
+        names.wrong(call.place, f"{call.routine} calls itself", "another routine")
+        return
+    symbol = names.object(Reference(call.place, call.routine))
+    if symbol is None:
+        return
+    if symbol.routine is None:
+        names.wrong(call.place, f"{call.routine} is {with_article(symbol.kind)}", "a routine")
+    elif len(symbol.routine.formals) != len(call.arguments):
+        what = f"{call.routine} is called with {len(call.arguments)} arguments"
+        names.wrong(call.place, what, f"{len(symbol.routine.formals)} of them")
+
+
+def _case(branches: Iterable[Branch], timeout: Branch | None, names: Names, context: Context) -> None:
+    for branch in branches:
+        need(branch.condition, "flag", names, context)
+        check_sequence(branch.sequence, names, context)
+    if timeout is not None:
+        check_timeout(timeout.condition, names, context)
+        check_sequence(timeout.sequence, names, context)
+
+
+def check_sequence(reference: SequenceRef, names: Names, context: Context) -> None:
+    """Report a sequence that the task does not have, or with a wrong index."""
+    task = context.task
+    if task is None:
+        names.wrong(reference.place, f"{context.where} has no sequences", "a statement without a sequence")
+        return
+    found = sequence_of(task, reference.name)
+    if found is None:
+        expected = listed([sequence.name for sequence in task.sequences])
+        names.wrong(reference.place, f"{task.name} has no sequence {reference.name}", expected)
+    elif reference.is_indexed != is_multiple(task):
+        expected = reference.name + ("" if reference.is_indexed else "[i]")
+        names.wrong(reference.place, f"the index of {reference.name} does not fit its task", expected)
+
+
+def _check_action(action: ExceptionAction, names: Names, context: Context) -> None:
+    if isinstance(action, StartSequence):
+        check_sequence(action.sequence, names, context)
+    elif isinstance(action, EntryAction):
+        if action.label not in context.labels:
+            expected = f"EXCEPTION_ENTRY {action.label} in the same sequence"
+            names.wrong(action.place, f"there is no entry {action.label}", expected)
+    elif isinstance(action, StartTask):
+        task = names.tasks.get(action.task)
+        if task is None:
+            names.wrong(action.place, f"there is no task {action.task}", listed(sorted(names.tasks)))
+        else:
+            check_sequence(action.sequence, names, Context(task=task))

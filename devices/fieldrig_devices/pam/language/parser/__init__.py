@@ -1,0 +1,71 @@
+"""Make a tree from the text of an application."""
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from fieldrig_devices.languages.mistakes import Mistake
+from fieldrig_devices.pam.language.items import Item, Program
+from fieldrig_devices.pam.language.parser import declarations, programs
+from fieldrig_devices.pam.language.parser.cursor import Cursor, UnexpectedError
+from fieldrig_devices.pam.language.preprocessor import Preprocessor, Reader, no_files
+from fieldrig_devices.pam.language.tokens import LONGEST_SOURCE, Token, mistake, split
+from fieldrig_devices.pam.language.tree import Place
+
+_PROGRAMS: Final[Mapping[str, Callable[[Cursor], Item]]] = {
+    "APPLICATION": declarations.application,
+    "BOOLEAN": declarations.equation,
+    "ACTIONS": programs.actions,
+    "ROUTINES": programs.routines,
+    "TASK": programs.task,
+}
+_PORTS: Final = ("VME", "DUAL_PORT", "DUALPORT_IN", "DUALPORT_OUT", "RS422")
+MOST_MISTAKES: Final = 500
+
+
+def parse(text: str, file: str, read: Reader = no_files) -> tuple[Program, list[Mistake]]:
+    """Return the tree of an application, and every mistake and note in its order.
+
+    `read` returns the text of an included file.  A program with mistakes has a tree as well, without the wrong items.
+    """
+    if len(text) > LONGEST_SOURCE:
+        start = Place(file, 1, 1)
+        return Program(()), [mistake(start, "the source is too long", f"at most {LONGEST_SOURCE} characters")]
+    preprocessor = Preprocessor(read)
+    source = split(text, file)
+    preprocessor.file(source)
+    cursor = Cursor([*preprocessor.tokens, Token("end", "the end of the text", source.tokens[-1].place)])
+    items: list[Item] = []
+    while not cursor.is_at_end and len(cursor.mistakes) < MOST_MISTAKES:
+        begin = cursor.i
+        cursor.depth = 0
+        try:
+            items.append(_item(cursor))
+        except UnexpectedError:
+            cursor.i = max(cursor.i, begin + 1)
+            _skip_to_item(cursor)
+    found = sorted([*preprocessor.mistakes, *cursor.mistakes], key=lambda wrong: (wrong.file, wrong.line, wrong.column))
+    return Program(tuple(items), tuple(preprocessor.comments)), found
+
+
+def _item(cursor: Cursor) -> Item:
+    word = cursor.token.text.upper()
+    if word in _PROGRAMS:
+        return _PROGRAMS[word](cursor)
+    if word in declarations.ITEMS:
+        return declarations.declaration(cursor)
+    if word in _PORTS:
+        hint = "The ports to a PLC are not built yet; a program without them runs with INTERNAL variables."
+        raise cursor.unexpected("an item of a program without ports", hint)
+    raise cursor.unexpected("the kind of an object, such as NODE, AXIS or TASK")
+
+
+def _skip_to_item(cursor: Cursor) -> None:
+    """Go on behind the END of what could not be read, or at the next item that begins a line."""
+    while not cursor.is_at_end:
+        line = cursor.tokens[cursor.i - 1].place.line
+        if cursor.is_word("END") or cursor.token.text.upper() in ("END_TASK", "END_ACTIONS", "END_ROUTINES"):
+            cursor.i += 1
+            return
+        if cursor.place.line != line and cursor.is_word(*declarations.ITEMS) and not cursor.is_next("="):
+            return
+        cursor.i += 1

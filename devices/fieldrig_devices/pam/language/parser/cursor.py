@@ -1,0 +1,149 @@
+"""The position of the parser in the tokens, and its messages."""
+
+from typing import Final
+
+from fieldrig_devices.languages.mistakes import Mistake
+from fieldrig_devices.pam.language.items import Parameter
+from fieldrig_devices.pam.language.tokens import Token, mistake
+from fieldrig_devices.pam.language.tree import Index, Place
+from fieldrig_devices.pam.language.words import LABEL_KEYWORDS
+
+DEEPEST: Final = 60
+"""Levels of statements or of expressions in each other."""
+_INDICES: Final[dict[str, Index]] = {"[i]": "i", "[all]": "all", "[all+]": "all+", "[all*]": "all*"}
+
+
+class UnexpectedError(Exception):
+    """The mistake that stops the parser in a statement or declaration.  It has been reported."""
+
+
+class Cursor:
+    """Reads tokens one by one.  Keywords are read in any case, names are not (section 1.1)."""
+
+    def __init__(self, tokens: list[Token]) -> None:
+        self.tokens = tokens
+        self.i = 0
+        self.depth = 0
+        self.mistakes: list[Mistake] = []
+        self._reported = -1
+        """The last token that a mistake was reported for; a second one for it follows from the first."""
+
+    @property
+    def token(self) -> Token:
+        return self.tokens[self.i]
+
+    @property
+    def place(self) -> Place:
+        return self.tokens[self.i].place
+
+    @property
+    def is_at_end(self) -> bool:
+        return self.token.kind == "end"
+
+    def is_word(self, *words: str) -> bool:
+        return self.token.kind == "name" and self.token.text.upper() in words
+
+    def is_next(self, *words: str) -> bool:
+        """True if the token behind the present one is one of these words or signs."""
+        following = self.tokens[min(self.i + 1, len(self.tokens) - 1)]
+        return following.text.upper() in words
+
+    def accept(self, text: str) -> bool:
+        """Pass over a word or sign if it is the present token."""
+        if self.token.kind in ("name", "sign") and self.token.text.upper() == text:
+            self.i += 1
+            return True
+        return False
+
+    def expect(self, text: str, hint: str = "") -> None:
+        if not self.accept(text):
+            raise self.unexpected(text, hint)
+
+    def close(self, text: str) -> None:
+        """Pass over the word or sign that ends something; report it if it is missing, and go on."""
+        if not self.accept(text):
+            self.missing(text)
+
+    def semicolon(self, *, is_optional: bool = False) -> None:
+        """Pass over a semicolon.  The listings leave some out, which is worth a note where that is known."""
+        if self.accept(";"):
+            return
+        if is_optional:
+            self._say(self.i, "a semicolon is missing", "", is_note=True)
+        else:
+            self.missing(";")
+
+    def name(self, what: str) -> str:
+        """Read a name; `what` says what it is the name of."""
+        if self.token.kind != "name":
+            raise self.unexpected(what)
+        if self.token.text.upper() in LABEL_KEYWORDS:
+            raise self.unexpected(what, f"{self.token.text} is a reserved word. Choose another name.")
+        self.i += 1
+        return self.tokens[self.i - 1].text
+
+    def index(self) -> Index | None:
+        found = _INDICES.get(self.token.text)
+        if found is not None:
+            self.i += 1
+        return found
+
+    def item_index(self) -> bool:
+        """Pass over [i], which marks a sequence or equation of several items."""
+        if self.token.text in ("[all]", "[all+]", "[all*]"):
+            raise self.unexpected("[i]")
+        return self.index() is not None
+
+    # ---- mistakes
+
+    def unexpected(self, expected: str, hint: str = "") -> UnexpectedError:
+        """Report that the present token is not what was expected.  The caller raises what this returns."""
+        self._say(self.i, f"got {self.shown(self.i)}", expected, hint=hint)
+        return UnexpectedError()
+
+    def missing(self, what: str) -> None:
+        """Report that something is missing behind the last token."""
+        if self._reported >= self.i or self.i == 0:
+            return
+        last = self.tokens[self.i - 1]
+        self._reported = self.i
+        place = Place(last.place.file, last.place.line, last.place.column + len(last.text))
+        self.mistakes.append(mistake(place, f"{what} is missing behind {self.shown(self.i - 1)}"))
+
+    def note(self, place: Place, what: str, hint: str = "") -> None:
+        """Say something about a program that compiles all the same."""
+        self.mistakes.append(mistake(place, what, "", hint, is_note=True))
+
+    def wrong(self, place: Place, what: str, expected: str = "", hint: str = "") -> None:
+        self.mistakes.append(mistake(place, what, expected, hint))
+
+    def shown(self, at: int) -> str:
+        text = self.tokens[at].text
+        return text if len(text) <= 40 else f"{text[:37]}..."
+
+    def _say(self, at: int, what: str, expected: str, hint: str = "", *, is_note: bool = False) -> None:
+        if at > self._reported or is_note:
+            self._reported = max(at, self._reported) if not is_note else self._reported
+            self.mistakes.append(mistake(self.tokens[at].place, what, expected, hint, is_note=is_note))
+
+    # ---- levels and recovery
+
+    def deeper(self) -> None:
+        """Enter another level.  UnexpectedError beyond the limit."""
+        self.depth += 1
+        if self.depth > DEEPEST:
+            self.depth -= 1
+            raise self.unexpected(f"at most {DEEPEST} levels in each other")
+
+    def higher(self) -> None:
+        self.depth -= 1
+
+    def skip_to(self, *words: str) -> None:
+        """Go to the next of these words or signs, or to the end, without passing over it."""
+        while not self.is_at_end and self.token.text.upper() not in words:
+            self.i += 1
+
+    def checked_once(self, parameters: list[Parameter], added: Parameter) -> None:
+        """Report a parameter that stands twice."""
+        if any(known.name == added.name for known in parameters):
+            self.wrong(added.place, f"{added.name} stands twice", "each parameter once")

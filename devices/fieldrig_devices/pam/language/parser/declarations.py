@@ -1,0 +1,221 @@
+"""Declarations of objects that consist of parameters, by the table of their kinds (section 1.3)."""
+
+from collections.abc import Mapping
+from typing import Final
+
+from fieldrig_devices.pam.language.items import Application, BooleanEquation, Declaration, Parameter
+from fieldrig_devices.pam.language.objects import KINDS, OLD_NAMES, SPECS, Rule
+from fieldrig_devices.pam.language.parser.cursor import Cursor, UnexpectedError
+from fieldrig_devices.pam.language.parser.expressions import expression, reference, routine_call
+from fieldrig_devices.pam.language.tree import Expression, Number, RoutineCall, Word
+
+ITEMS: Final = frozenset({kind.partition(" ")[0] for kind in KINDS} - {"TRACE"}) | {
+    "APPLICATION",
+    "ACTIONS",
+    "ROUTINES",
+    "TASK",
+    "BOOLEAN",
+}
+"""The words that an item of a program begins with."""
+MANY: Final = "many"
+
+
+def declaration(cursor: Cursor) -> Declaration:
+    """Read an object whose kind is the present word."""
+    place = cursor.place
+    kind = _kind(cursor)
+    name = cursor.name(f"the name of the {kind}")
+    cursor.semicolon()
+    is_variable = kind.endswith("_VAR")
+    if is_variable and not cursor.is_word("NUMBER", "NODES_GROUP", "END"):
+        return Declaration(place, kind, name, (), (), has_end=False)
+    parts: list[Declaration] = []
+    found = parameters(cursor, kind, KINDS[kind], ("END",), parts)
+    cursor.close("END")
+    cursor.accept(";")
+    return Declaration(place, kind, name, found, tuple(parts))
+
+
+def _kind(cursor: Cursor) -> str:
+    kind = cursor.token.text.upper()
+    cursor.i += 1
+    if kind not in ("INTERNAL", "COMMON"):
+        return kind
+    variable = cursor.token.text.upper()
+    if f"{kind} {variable}" not in KINDS:
+        raise cursor.unexpected("FLAG_VAR, WORD_VAR or REAL_VAR")
+    cursor.i += 1
+    return f"{kind} {variable}"
+
+
+def parameters(
+    cursor: Cursor, kind: str, rules: Mapping[str, Rule], ends: tuple[str, ...], parts: list[Declaration]
+) -> tuple[Parameter, ...]:
+    """Read parameters up to a word that ends them.  Traces among them are put into `parts`."""
+    found: list[Parameter] = []
+    while not cursor.is_at_end and not cursor.is_word(*ends):
+        if cursor.accept(";"):
+            continue
+        begin = cursor.i
+        try:
+            if kind == "MULTI_COMPARATOR" and cursor.is_word("TRACE"):
+                parts.append(declaration(cursor))
+                continue
+            read = _parameter(cursor, kind, rules)
+        except UnexpectedError:
+            cursor.i = max(cursor.i, begin + (cursor.i == begin))
+            if cursor.is_word(*_outside(rules)):
+                break
+            cursor.skip_to(";", *ends, *_outside(rules))
+            continue
+        if rules[read.name].need != MANY:
+            cursor.checked_once(found, read)
+        found.append(read)
+    return tuple(found)
+
+
+def _outside(rules: Mapping[str, Rule]) -> frozenset[str]:
+    """Return the words that begin another item, so that the END of this one is missing."""
+    return ITEMS - rules.keys()
+
+
+def _parameter(cursor: Cursor, kind: str, rules: Mapping[str, Rule]) -> Parameter:
+    place = cursor.place
+    written = cursor.token.text.upper()
+    name = OLD_NAMES.get((kind, written), written)
+    if cursor.token.kind != "name" or name not in rules:
+        raise cursor.unexpected(f"a parameter of {kind}: {', '.join(rules)}")
+    if name != written:
+        cursor.note(place, f"{written} is an old name", f"Release 2.5 calls it {name}.")
+    cursor.i += 1
+    if name == "ON":
+        return Parameter(place, name, (_word(cursor, rules[name]),))
+    cursor.expect("=")
+    found = Parameter(place, name, _values(cursor, rules[name]))
+    cursor.semicolon()
+    return found
+
+
+def _values(cursor: Cursor, rule: Rule) -> tuple[Expression | RoutineCall, ...]:
+    if rule.holds[0] == "routine":
+        return (routine_call(cursor),)
+    if rule.holds[0] == "file":
+        return (reference(cursor),)
+    if rule.need == MANY:
+        return _axis_of_set(cursor)
+    found: list[Expression | RoutineCall] = []
+    for holds in rule.holds:
+        is_listed = any(cursor.is_word(word) for word in rule.words) or (
+            "/" in holds and cursor.is_word(holds.partition("(")[2].rstrip(")"))
+        )
+        found.append(_symbol(cursor) if is_listed or holds[0] == "(" else _operand(cursor))
+    return tuple(found)
+
+
+def _operand(cursor: Cursor) -> Expression:
+    """Read a number with its sign, or the name of an object."""
+    place = cursor.place
+    if cursor.token.kind == "sign" and cursor.token.text in ("+", "-"):
+        is_negative = cursor.token.text == "-"
+        cursor.i += 1
+        number = _operand(cursor)
+        if not isinstance(number, Number):
+            raise cursor.unexpected("a number")
+        spelling = f"-{number.spelling}" if is_negative else number.spelling
+        return Number(place, -number.value if is_negative else number.value, spelling)
+    if cursor.token.kind in ("integer", "real", "text"):
+        token = cursor.token
+        cursor.i += 1
+        if isinstance(token.value, str):
+            cursor.wrong(place, "a text is no value of a parameter", "a number")
+            return Number(place, 0, "0")
+        return Number(place, token.value, token.text)
+    return reference(cursor)
+
+
+def _symbol(cursor: Cursor) -> Word:
+    place = cursor.place
+    cursor.i += 1
+    return Word(place, cursor.tokens[cursor.i - 1].text.upper())
+
+
+def _word(cursor: Cursor, rule: Rule) -> Word:
+    if not cursor.is_word(*rule.words):
+        raise cursor.unexpected(" or ".join(rule.words))
+    return _symbol(cursor)
+
+
+def _axis_of_set(cursor: Cursor) -> tuple[Expression, ...]:
+    """Read an axis of an axes set with its subset."""
+    axis = reference(cursor)
+    place = cursor.place
+    if cursor.accept("SHIFT"):
+        cursor.note(place, "SHIFT is an old name", "Release 2.5 calls it SUBSET.")
+    elif not cursor.accept("SUBSET"):
+        return (axis,)
+    cursor.expect("=")
+    return axis, _operand(cursor)
+
+
+def application(cursor: Cursor) -> Application:
+    """Read the header with the name and version."""
+    place = cursor.place
+    cursor.expect("APPLICATION")
+    cursor.expect("NAME")
+    cursor.expect("=")
+    name = cursor.name("the name of the application")
+    version = _version(cursor)
+    cursor.semicolon()
+    found = parameters(cursor, "APPLICATION", SPECS["APPLICATION"], ("END",), [])
+    cursor.close("END")
+    cursor.accept(";")
+    return Application(place, name, version, found)
+
+
+def _version(cursor: Cursor) -> str:
+    """Read V 1.00 or V1.00 (manual lines 846 and 858)."""
+    expected = "a version such as V1.00, with up to three digits before the point and two behind it"
+    text = cursor.token.text
+    if text[:1] not in ("V", "v") or (len(text) > 1 and not text[1:].isdecimal()):
+        raise cursor.unexpected(expected)
+    cursor.i += 1
+    version = f"{text[1:]}{_digits(cursor, expected)}" if len(text) > 1 else _real(cursor, expected)
+    whole, _, part = version.partition(".")
+    if len(whole) > 3 or len(part) != 2:
+        cursor.wrong(cursor.tokens[cursor.i - 1].place, f"the version {version} is wrong", expected)
+    return version
+
+
+def _real(cursor: Cursor, expected: str) -> str:
+    if cursor.token.kind != "real":
+        raise cursor.unexpected(expected)
+    cursor.i += 1
+    return cursor.tokens[cursor.i - 1].text
+
+
+def _digits(cursor: Cursor, expected: str) -> str:
+    cursor.expect(".")
+    if cursor.token.kind != "integer":
+        raise cursor.unexpected(expected)
+    cursor.i += 1
+    return f".{cursor.tokens[cursor.i - 1].text}"
+
+
+def equation(cursor: Cursor) -> BooleanEquation:
+    place = cursor.place
+    cursor.expect("BOOLEAN")
+    name = cursor.name("the name of the equation")
+    is_multiple = cursor.item_index()
+    cursor.semicolon()
+    linked = None
+    if cursor.accept("LINKED_OUTPUT"):
+        cursor.expect("=")
+        linked = reference(cursor)
+        cursor.semicolon()
+    cursor.expect("EQUATION")
+    cursor.accept("=")
+    found = expression(cursor)
+    cursor.semicolon()
+    cursor.close("END_BOOLEAN")
+    cursor.accept(";")
+    return BooleanEquation(place, name, is_multiple, linked, found)

@@ -1,0 +1,131 @@
+"""Actions, routines, tasks and sequences (chapter 3 of the manual)."""
+
+from fieldrig_devices.pam.language.items import Actions, Event, Parameter, Reaction, Routine, Routines, Sequence, Task
+from fieldrig_devices.pam.language.objects import SPECS
+from fieldrig_devices.pam.language.parser.cursor import Cursor
+from fieldrig_devices.pam.language.parser.declarations import parameters
+from fieldrig_devices.pam.language.parser.expressions import expression
+from fieldrig_devices.pam.language.parser.statements import sequence_name, statements
+from fieldrig_devices.pam.language.tree import Statement
+
+
+def actions(cursor: Cursor) -> Actions:
+    place = cursor.place
+    cursor.expect("ACTIONS")
+    name = cursor.name("the name of the actions")
+    cursor.semicolon()
+    specs = _specs(cursor, "ACTIONS")
+    reactions: list[Reaction] = []
+    while cursor.is_word("ON_EVENT", "ON_STATE"):
+        reactions.append(_reaction(cursor))
+    power_on = _power_on(cursor)
+    cursor.close("END_ACTIONS")
+    cursor.accept(";")
+    return Actions(place, name, specs, tuple(reactions), power_on)
+
+
+def _specs(cursor: Cursor, kind: str) -> tuple[Parameter, ...]:
+    if not cursor.accept("SPECS"):
+        return ()
+    found = parameters(cursor, kind, SPECS[kind], ("END_SPECS",), [])
+    cursor.close("END_SPECS")
+    cursor.accept(";")
+    return found
+
+
+def _reaction(cursor: Cursor) -> Reaction:
+    place = cursor.place
+    is_event = cursor.is_word("ON_EVENT")
+    cursor.i += 1
+    condition = expression(cursor)
+    cursor.expect("ACTION")
+    cursor.accept(";")
+    body = statements(cursor)
+    cursor.close("END_ACTION")
+    cursor.accept(";")
+    return Reaction(place, "ON_EVENT" if is_event else "ON_STATE", condition, body)
+
+
+def _power_on(cursor: Cursor) -> tuple[Statement, ...] | None:
+    if not cursor.accept("POWERON"):
+        return None
+    cursor.item_index()
+    cursor.accept(";")
+    body = statements(cursor)
+    cursor.close("END_POWERON")
+    cursor.accept(";")
+    return body
+
+
+def routines(cursor: Cursor) -> Routines:
+    place = cursor.place
+    cursor.expect("ROUTINES")
+    name = cursor.name("the name of the routines")
+    cursor.semicolon()
+    found: list[Routine] = []
+    while cursor.is_word("ROUTINE"):
+        found.append(_routine(cursor))
+    power_on = _power_on(cursor)
+    cursor.close("END_ROUTINES")
+    cursor.accept(";")
+    return Routines(place, name, tuple(found), power_on)
+
+
+def _routine(cursor: Cursor) -> Routine:
+    place = cursor.place
+    cursor.expect("ROUTINE")
+    name = cursor.name("the name of the routine")
+    formals: list[str] = []
+    if cursor.accept("WITH"):
+        formals.append(cursor.name("the name of a parameter"))
+        while cursor.accept(","):
+            formals.append(cursor.name("the name of a parameter"))
+    cursor.semicolon()
+    body = statements(cursor)
+    cursor.close("END_ROUTINE")
+    cursor.accept(";")
+    return Routine(place, name, tuple(formals), body)
+
+
+def task(cursor: Cursor) -> Task:
+    place = cursor.place
+    cursor.expect("TASK")
+    name = cursor.name("the name of the task")
+    cursor.semicolon()
+    specs = _specs(cursor, "TASK")
+    events: list[Event] = []
+    if cursor.accept("EVENTS"):
+        while cursor.is_word("ON_EVENT"):
+            events.append(_event(cursor))
+        cursor.close("END_EVENTS")
+        cursor.accept(";")
+    sequences: list[Sequence] = []
+    while cursor.is_word("SEQUENCE"):
+        sequences.append(_sequence(cursor))
+    power_on = _power_on(cursor)
+    cursor.close("END_TASK")
+    cursor.accept(";")
+    return Task(place, name, specs, tuple(events), tuple(sequences), power_on)
+
+
+def _event(cursor: Cursor) -> Event:
+    place = cursor.place
+    cursor.i += 1
+    condition = expression(cursor)
+    cursor.expect("XEQ_SEQUENCE")
+    found = Event(place, condition, sequence_name(cursor))
+    cursor.semicolon()
+    return found
+
+
+def _sequence(cursor: Cursor) -> Sequence:
+    place = cursor.place
+    cursor.expect("SEQUENCE")
+    name = cursor.name("the name of the sequence")
+    is_multiple = cursor.item_index()
+    cursor.semicolon(is_optional=True)
+    specs = _specs(cursor, "SEQUENCE")
+    body = statements(cursor)
+    cursor.close("END_SEQUENCE")
+    cursor.accept(";")
+    return Sequence(place, name, is_multiple, specs, body)

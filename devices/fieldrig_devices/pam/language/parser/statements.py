@@ -1,0 +1,277 @@
+"""Statements: object access, flow control, and the service statements that suspend a sequence (section 1.4)."""
+
+from collections.abc import Callable, Mapping
+from typing import Final, Literal
+
+from fieldrig_devices.pam.language.functions import EXECUTIVE_NAMES, REPLACED
+from fieldrig_devices.pam.language.parser.cursor import Cursor, UnexpectedError
+from fieldrig_devices.pam.language.parser.expressions import (
+    arguments,
+    expression,
+    function_name,
+    object_or_parameter,
+    reference,
+    routine_call,
+)
+from fieldrig_devices.pam.language.tree import (
+    AbortAction,
+    ArmException,
+    Ask,
+    Assign,
+    Branch,
+    Call,
+    Case,
+    Condition,
+    Connect,
+    DuplicateStart,
+    EntryAction,
+    ExceptionAction,
+    ExceptionEntry,
+    Execute,
+    If,
+    Inquiry,
+    Loop,
+    Modify,
+    ParameterOf,
+    Reference,
+    RemoveException,
+    SequenceRef,
+    StartSequence,
+    StartTask,
+    Statement,
+    Wait,
+)
+from fieldrig_devices.pam.language.words import STRUCTURE
+
+_ENDS: Final = frozenset(word for word in STRUCTURE if word.startswith("END")) | {
+    "ELSE",
+    "POWERON",
+    "SEQUENCE",
+    "ROUTINE",
+    "ON_EVENT",
+    "ON_STATE",
+}
+"""Words that end a list of statements, also where one is missing."""
+MOST_STATEMENTS: Final = 20_000
+"""Statements of one list."""
+
+
+def statements(cursor: Cursor) -> tuple[Statement, ...]:
+    """Read statements up to a word that ends them.  A mistake in one does not hide those in the next."""
+    found: list[Statement] = []
+    while not cursor.is_at_end and not cursor.is_word(*_ENDS):
+        if cursor.accept(";"):
+            continue
+        if len(found) >= MOST_STATEMENTS:
+            raise cursor.unexpected(f"at most {MOST_STATEMENTS} statements in one list")
+        begin = cursor.i
+        try:
+            found.append(statement(cursor))
+        except UnexpectedError:
+            cursor.i = max(cursor.i, begin + (cursor.i == begin))
+            cursor.skip_to(";", *_ENDS, *_STATEMENTS)
+            cursor.accept(";")
+    return tuple(found)
+
+
+def statement(cursor: Cursor) -> Statement:
+    cursor.deeper()
+    word = cursor.token.text.upper()
+    read = _STATEMENTS.get(word) if cursor.token.kind == "name" else None
+    found = read(cursor) if read is not None else _access(cursor)
+    cursor.higher()
+    return found
+
+
+def _access(cursor: Cursor) -> Statement:
+    """Read a statement that begins with the name of an object."""
+    place = cursor.place
+    target = object_or_parameter(cursor)
+    if isinstance(target, ParameterOf):
+        cursor.expect("<-")
+        is_routine = target.parameter.endswith("ROUTINE")
+        value = routine_call(cursor) if is_routine else expression(cursor)
+        cursor.semicolon()
+        return Modify(place, target, value)
+    if cursor.token.text == "<<":
+        return _pipe(cursor, target)
+    if cursor.accept("?"):
+        asked = Inquiry(cursor.place, target, function_name(cursor), arguments(cursor))
+        cursor.semicolon()
+        return Ask(place, asked)
+    cursor.expect("<-", "A statement is object <- value, object <- function, or object:PARAMETER <- value.")
+    word = cursor.token.text.lower()
+    if cursor.token.kind == "name" and word in EXECUTIVE_NAMES | REPLACED.keys() and cursor.is_next(";", "("):
+        found: Statement = Execute(place, target, function_name(cursor), arguments(cursor))
+    else:
+        found = Assign(place, target, expression(cursor))
+    cursor.semicolon()
+    return found
+
+
+def _pipe(cursor: Cursor, output: Reference) -> Connect:
+    blocks = [output]
+    while cursor.accept("<<"):
+        blocks.append(reference(cursor))
+    cursor.semicolon()
+    return Connect(output.place, tuple(blocks))
+
+
+def _call(cursor: Cursor) -> Call:
+    place = cursor.place
+    cursor.i += 1
+    called = routine_call(cursor)
+    cursor.semicolon()
+    return Call(place, called)
+
+
+def _if(cursor: Cursor) -> If:
+    place = cursor.place
+    cursor.i += 1
+    condition = expression(cursor)
+    cursor.close("THEN")
+    then = statements(cursor)
+    has_else = cursor.accept("ELSE")
+    otherwise = statements(cursor) if has_else else ()
+    cursor.close("END_IF")
+    cursor.accept(";")
+    return If(place, condition, then, otherwise, has_else)
+
+
+def _loop(cursor: Cursor) -> Loop:
+    place = cursor.place
+    cursor.i += 1
+    body = statements(cursor)
+    cursor.expect("END_LOOP")
+    until = expression(cursor)
+    cursor.semicolon()
+    return Loop(place, body, until)
+
+
+def sequence_name(cursor: Cursor) -> SequenceRef:
+    place = cursor.place
+    name = cursor.name("the name of a sequence")
+    return SequenceRef(place, name, cursor.item_index())
+
+
+def _start_sequence(cursor: Cursor) -> StartSequence:
+    place = cursor.place
+    cursor.i += 1
+    found = StartSequence(place, sequence_name(cursor))
+    cursor.semicolon(is_optional=True)
+    return found
+
+
+def _task_and_sequence(cursor: Cursor) -> StartTask:
+    place = cursor.place
+    cursor.i += 1
+    task = cursor.name("the name of a task")
+    cursor.expect("SEQUENCE")
+    sequence = sequence_name(cursor)
+    modes: tuple[Literal["WAIT", "ABORT"], ...] = ("WAIT", "ABORT")
+    mode: Literal["", "WAIT", "ABORT"] = next((word for word in modes if cursor.accept(word)), "")
+    return StartTask(place, task, sequence, mode)
+
+
+def _start_task(cursor: Cursor) -> StartTask:
+    found = _task_and_sequence(cursor)
+    cursor.semicolon()
+    return found
+
+
+def _condition(cursor: Cursor) -> Statement:
+    place = cursor.place
+    cursor.i += 1
+    if cursor.accept("DUPL_START"):
+        cursor.semicolon()
+        return DuplicateStart(place)
+    condition = expression(cursor)
+    timeout = expression(cursor) if cursor.accept("TIMEOUT") else None
+    cursor.semicolon()
+    return Condition(place, condition, timeout)
+
+
+def _wait(cursor: Cursor) -> Wait:
+    place = cursor.place
+    cursor.i += 1
+    found = Wait(place, expression(cursor))
+    cursor.semicolon()
+    return found
+
+
+def _case(cursor: Cursor) -> Case:
+    place = cursor.place
+    cursor.i += 1
+    branches: list[Branch] = []
+    while cursor.accept("CONDITION"):
+        branches.append(_branch(cursor))
+    if not branches:
+        raise cursor.unexpected("CONDITION")
+    timeout = _branch(cursor) if cursor.accept("TIMEOUT") else None
+    cursor.close("END_CASE")
+    cursor.accept(";")
+    return Case(place, tuple(branches), timeout)
+
+
+def _branch(cursor: Cursor) -> Branch:
+    place = cursor.place
+    condition = expression(cursor)
+    cursor.expect("XEQ_SEQUENCE")
+    found = Branch(place, condition, sequence_name(cursor))
+    cursor.semicolon()
+    return found
+
+
+def _exception(cursor: Cursor) -> ArmException:
+    place = cursor.place
+    cursor.i += 1
+    condition = expression(cursor)
+    has_timeout = cursor.accept("TIMEOUT")
+    is_inherited = not has_timeout or cursor.is_word("SEQUENCE", "ENTRY", "XEQ_TASK", "ABORT_SEQUENCE")
+    timeout = None if is_inherited else expression(cursor)
+    action = _exception_action(cursor)
+    cursor.semicolon()
+    return ArmException(place, condition, action, has_timeout, timeout)
+
+
+def _exception_action(cursor: Cursor) -> ExceptionAction:
+    place = cursor.place
+    if cursor.accept("SEQUENCE"):
+        return StartSequence(place, sequence_name(cursor))
+    if cursor.accept("ENTRY"):
+        return EntryAction(place, cursor.name("the label of an EXCEPTION_ENTRY"))
+    if cursor.accept("ABORT_SEQUENCE"):
+        return AbortAction(place)
+    if cursor.is_word("XEQ_TASK"):
+        return _task_and_sequence(cursor)
+    raise cursor.unexpected("SEQUENCE, ENTRY, XEQ_TASK or ABORT_SEQUENCE")
+
+
+def _exception_entry(cursor: Cursor) -> ExceptionEntry:
+    place = cursor.place
+    cursor.i += 1
+    found = ExceptionEntry(place, cursor.name("a label"))
+    cursor.semicolon()
+    return found
+
+
+def _remove_exception(cursor: Cursor) -> RemoveException:
+    place = cursor.place
+    cursor.i += 1
+    cursor.semicolon(is_optional=True)
+    return RemoveException(place)
+
+
+_STATEMENTS: Final[Mapping[str, Callable[[Cursor], Statement]]] = {
+    "CALL": _call,
+    "IF": _if,
+    "LOOP": _loop,
+    "XEQ_SEQUENCE": _start_sequence,
+    "XEQ_TASK": _start_task,
+    "CONDITION": _condition,
+    "WAIT_TIME": _wait,
+    "CASE": _case,
+    "EXCEPTION": _exception,
+    "EXCEPTION_ENTRY": _exception_entry,
+    "REMOVE_EXCEPTION": _remove_exception,
+}

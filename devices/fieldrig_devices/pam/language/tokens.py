@@ -1,0 +1,138 @@
+"""Split the text of an application into tokens, and set the comments aside (section 1.1 of the manual's digest).
+
+A comment is a block, from `/**` to the end of the line, or from `//` to the end of the line.  Blocks do not nest.  The
+sign # stands before hexadecimal digits, and before a directive at the beginning of a line.
+"""
+
+import re
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+from fieldrig_devices.languages.mistakes import Mistake
+from fieldrig_devices.pam.language.tree import Place
+
+Kind = Literal["name", "integer", "real", "text", "directive", "sign", "end"]
+
+LONGEST_SOURCE: Final = 4 << 20
+"""Characters of one source file.  A compiled application has at most 262,144 bytes (PAML-013)."""
+LARGEST_INTEGER: Final = 0xFFFF_FFFF
+"""Masks of errors use all 32 bits."""
+
+_PATTERN: Final = re.compile(
+    r"""(?P<blank>[ \t\r\f\v]+|\\[ \t\r]*\n)
+      | (?P<line>\n)
+      | (?P<comment>//[^\n]*|/\*\*(?!/)(?:(?!\*/)[^\n])*(?:\*/)?|/\*(?!\*)(?:[^*]|\*(?!/))*\*/|/\*\*/)
+      | (?P<directive>\#[ \t]*(?:define|set|undef|include)\b)
+      | (?P<hexadecimal>\#[0-9A-Fa-f]+(?!\w))
+      | (?P<real>[0-9]+\.[0-9]+(?![\w.])|[0-9]+\.(?![\w.]))
+      | (?P<integer>[0-9]+(?![\w]))
+      | (?P<name>[^\W\d]\w*)
+      | (?P<text>"[^"\n]*")
+      | (?P<index>\[[ \t]*(?:i|all[ \t]*[+*]?)[ \t]*\])
+      | (?P<sign><-|<<|<=|>=|<>|[-+*%^=<>!?:;,()|.]|/(?!\*))
+    """,
+    re.VERBOSE,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    kind: Kind
+    text: str
+    place: Place
+    value: int | float | str = 0
+    """The value of a number or text."""
+    begins_line: bool = False
+
+
+@dataclass(slots=True)
+class Tokens:
+    """The tokens of one file; the last is of the kind `end`."""
+
+    tokens: list[Token] = field(default_factory=list)
+    comments: list[tuple[Place, str]] = field(default_factory=list)
+    mistakes: list[Mistake] = field(default_factory=list)
+
+
+def split(text: str, file: str) -> Tokens:
+    """Return the tokens of a source text.  What is no token is reported once a line and passed over."""
+    found = Tokens()
+    line, line_start, at = 1, 0, 0
+    begins_line = True
+    last_wrong_line = 0
+    while at < len(text):
+        match = _PATTERN.match(text, at)
+        place = Place(file, line, at - line_start + 1)
+        if match is None:
+            if line != last_wrong_line:
+                found.mistakes.append(_wrong_character(text, at, place))
+                last_wrong_line = line
+            at += len(text) - at if text.startswith("/*", at) else 1
+            continue
+        kind, word = match.lastgroup, match.group()
+        if kind == "line":
+            begins_line = True
+        elif kind == "comment":
+            found.comments.append((place, word.rstrip()))
+        elif kind != "blank":
+            found.tokens.append(_token(kind or "", word, place, begins_line, found.mistakes))
+            begins_line = False
+        if "\n" in word:
+            line += word.count("\n")
+            line_start = at + word.rindex("\n") + 1
+        at = match.end()
+    found.tokens.append(Token("end", "the end of the text", Place(file, line, at - line_start + 1), begins_line=True))
+    return found
+
+
+def _token(kind: str, word: str, place: Place, begins_line: bool, mistakes: list[Mistake]) -> Token:
+    match kind:
+        case "hexadecimal":
+            return Token("integer", word, place, _limited(int(word[1:], 16), word, place, mistakes), begins_line)
+        case "integer":
+            return Token("integer", word, place, _limited(_decimal(word), word, place, mistakes), begins_line)
+        case "real":
+            return Token("real", word, place, float(word), begins_line)
+        case "text":
+            return Token("text", word, place, word[1:-1], begins_line)
+        case "directive":
+            return Token("directive", word[1:].strip(), place, 0, begins_line)
+        case "index":
+            return Token("sign", "".join(word.split()), place, 0, begins_line)
+        case "name":
+            return Token("name", word, place, 0, begins_line)
+    return Token("sign", word, place, 0, begins_line)
+
+
+def _decimal(word: str) -> int:
+    return int(word) if len(word) <= 20 else LARGEST_INTEGER + 1
+
+
+def _limited(value: int, word: str, place: Place, mistakes: list[Mistake]) -> int:
+    if value > LARGEST_INTEGER:
+        shown = word if len(word) <= 20 else f"{word[:17]}..."
+        mistakes.append(mistake(place, f"{shown} has more than 32 bits", f"at most {LARGEST_INTEGER}"))
+        return LARGEST_INTEGER
+    return value
+
+
+def _wrong_character(text: str, at: int, place: Place) -> Mistake:
+    if text.startswith("/*", at):
+        return mistake(place, "the comment has no end", "*/")
+    if text[at] == '"':
+        return mistake(place, "the text has no end", 'a second " in the same line')
+    if text[at] == "[":
+        return mistake(
+            place,
+            "an index is wrong",
+            "[i], [all], [all+] or [all*]",
+            "Items have no numbers in a program: [i] is the present item, [all] means each of them.",
+        )
+    if text[at] == "#":
+        return mistake(place, "# has no meaning here", "hexadecimal digits, define, set, undef or include")
+    return mistake(place, f"{text[at]!r} has no meaning here", "a name, a number, a text or a sign")
+
+
+def mistake(place: Place, what: str, expected: str = "", hint: str = "", *, is_note: bool = False) -> Mistake:
+    """Return the message about a place in the sources."""
+    return Mistake(place.line, place.column, what, expected, is_note, place.file, hint)

@@ -1,0 +1,121 @@
+"""The corrector: it moves the flow so that an event happens at the value where it must be (PAML-500 to PAML-518).
+
+The sign follows the manual's two examples: with the reference OUTPUT the correction is "must be" minus "is", with INPUT
+it is "is" minus "must be".  Corrections add up in the flow.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from fieldrig_devices.motion.profile import Limits, Profile, keep, move
+from fieldrig_devices.pam.pipes.block import Block, nearest
+
+State = Literal["standby", "wait event", "wait correction", "in correction"]
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """The parameters of a corrector that a program cannot change."""
+
+    is_immediate: bool
+    """CORRECTION_MODE: False is ON_REQUEST."""
+    is_output: bool
+    """CORRECTION_REFERENCE: False is INPUT."""
+    is_repetitive: bool
+    """TRIGGER_MODE: False is ONCE."""
+    value_period: float | None = None
+
+
+class Corrector(Block):
+    """`slope` is the acceleration of the correction in u/s2, `level` its speed in u/s, `delay_s` that of the sensor."""
+
+    def __init__(self, settings: Settings, slope: float, level: float, delay_s: float) -> None:
+        super().__init__()
+        self.settings = settings
+        self.slope, self.level, self.delay_s = slope, level, delay_s
+        self.state: State = "standby"
+        self.triggered = False
+        self.correction = 0.0
+        """The signed value of the present or last correction."""
+        self.latched = (0.0, 0.0, 0.0)
+        """The "is" value at the event, with its first and second derivative by time."""
+        self._must_be = 0.0
+        self._corrected = 0.0
+        self._way: Profile = keep(0.0)
+        self._periods = 0
+        self._flow: list[float] = []
+
+    @property
+    def ready(self) -> bool:
+        return self.state != "in correction"
+
+    def start(self, period_s: float) -> None:
+        super().start(period_s)
+        self.state, self.triggered, self._flow = "standby", False, []
+        self._corrected, self._way, self._periods = 0.0, keep(0.0), 0
+
+    def trigger(self, must_be: float) -> None:
+        """Wait for the event, which must find the flow at `must_be`; a running correction goes on first."""
+        self._must_be = must_be
+        self.triggered = False
+        if self.state != "in correction":
+            self.state = "wait event"
+
+    def trigger_off(self) -> None:
+        """Disable the corrector; a running correction is completed (G-33)."""
+        if self.state != "in correction":
+            self.state = "standby"
+
+    def start_correction(self, value: float | None = None) -> None:
+        """Correct by the computed value or by another one; only in the mode ON_REQUEST (PAML-509, PAML-510)."""
+        if self.state != "wait correction":
+            return
+        if value is not None:
+            self.correction = value
+        self._begin()
+
+    def event(self, age_s: float = 0.0) -> None:
+        """The trigger input has changed, `age_s` seconds before the last value of the flow.
+
+        The values of that instant are computed back with a constant acceleration (PAML-513).  An event during a
+        correction is ignored.
+        """
+        if self.state != "wait event" or not self._flow:
+            return
+        position, speed, acceleration = self._derivatives()
+        back = age_s + self.delay_s
+        seen = position - speed * back + acceleration * back * back / 2
+        self.latched = (seen, speed - acceleration * back, acceleration)
+        difference = self._must_be - seen if self.settings.is_output else seen - self._must_be
+        self.correction = nearest(difference, self.settings.value_period)
+        if self.settings.is_immediate:
+            self._begin()
+        else:
+            self.state = "wait correction"
+
+    def transform(self, value: float) -> float:
+        self._periods += 1
+        seconds = self._periods * self.period_s
+        if self.state == "in correction" and seconds >= self._way.duration_s:
+            self._corrected += self.correction
+            self._way = keep(0.0)
+            self.state = "wait event" if self.settings.is_repetitive else "standby"
+        found = value + self._corrected + (self._way.values_at(seconds)[0] if self.state == "in correction" else 0.0)
+        self._flow = [*self._flow[-2:], found if self.settings.is_output else value]
+        return found
+
+    def _begin(self) -> None:
+        self._way = move(self.correction, 0.0, Limits(self.level, self.slope, self.slope))
+        self._periods = 0
+        self.state = "in correction"
+        self.triggered = not self.settings.is_repetitive
+
+    def _derivatives(self) -> tuple[float, float, float]:
+        """Return the last value of the flow with its first and second difference by time."""
+        period, flow = self.settings.value_period, self._flow
+        last = nearest(flow[-1] - flow[-2], period) / self.period_s if len(flow) > 1 else 0.0
+        if len(flow) < 3:
+            return flow[-1], last, 0.0
+        before = nearest(flow[-2] - flow[-3], period) / self.period_s
+        acceleration = (last - before) / self.period_s
+        return flow[-1], last + acceleration * self.period_s / 2, acceleration

@@ -1,0 +1,20 @@
+"""The derivator: the change of the flow per second (PAML-530 to PAML-533)."""
+
+from fieldrig_devices.pam.pipes.block import Block, nearest
+
+
+class Derivator(Block):
+    """`value_period` is the period of the flow in its units, or None."""
+
+    def __init__(self, value_period: float | None) -> None:
+        super().__init__()
+        self.value_period = value_period
+        self._last: float | None = None
+
+    def start(self, period_s: float) -> None:
+        super().start(period_s)
+        self._last = None
+
+    def transform(self, value: float) -> float:
+        last, self._last = self._last, value
+        return 0.0 if last is None else nearest(value - last, self.value_period) / self.period_s

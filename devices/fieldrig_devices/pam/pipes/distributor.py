@@ -1,0 +1,18 @@
+"""The distributor: it lets a pipe compute only in one of several periods of its network (PAML-540 to PAML-542)."""
+
+from fieldrig_devices.pam.pipes.block import Block
+
+
+class Distributor(Block):
+    """`divisor` 0 and 1 compute in every period (E-23)."""
+
+    def __init__(self, divisor: int, shift: int) -> None:
+        super().__init__()
+        self.divisor, self.shift = max(divisor, 1), shift
+
+    def computes_in(self, number: int) -> bool:
+        """True if the pipe computes in this period of the network; the first has the number 0."""
+        return number % self.divisor == self.shift
+
+    def transform(self, value: float) -> float:
+        return value

@@ -1,0 +1,206 @@
+"""The PMP generator: moves with a limited jerk, also forward and backward without a stop (PAML-600 to PAML-608)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from fieldrig_devices.pam.pipes.block import wrapped
+
+_HALVINGS: Final = 80
+"""Steps of the searches by halving, beyond the digits of a float."""
+
+
+@dataclass(frozen=True, slots=True)
+class PmpLimits:
+    """Limits above 0: speeds in u/s of the way forward and back, acceleration in u/s2, jerk in u/s3."""
+
+    first_speed: float
+    last_speed: float
+    acceleration: float
+    jerk: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Piece:
+    seconds: float
+    position: float
+    speed: float
+    acceleration: float
+    jerk: float
+
+    def at(self, t: float) -> tuple[float, float, float]:
+        speed = self.speed + (self.acceleration + self.jerk * t / 2) * t
+        position = self.position + (self.speed + (self.acceleration / 2 + self.jerk * t / 6) * t) * t
+        return position, speed, self.acceleration + self.jerk * t
+
+
+class JerkProfile:
+    """Pieces of constant jerk, from rest at position 0."""
+
+    def __init__(self) -> None:
+        self.pieces: list[_Piece] = []
+        self.duration_s = 0.0
+        self._end = (0.0, 0.0, 0.0)
+
+    @property
+    def distance(self) -> float:
+        return self._end[0]
+
+    def ramp(self, speed: float, acceleration: float, jerk: float) -> None:
+        """Go from the present speed to another with an acceleration that is a trapezoid, or a triangle if short."""
+        change = speed - self._end[1]
+        sign = 1.0 if change >= 0 else -1.0
+        rise_s = min(acceleration / jerk, (abs(change) / jerk) ** 0.5)
+        hold_s = abs(change) / (rise_s * jerk) - rise_s if rise_s > 0 else 0.0
+        self._add(rise_s, sign * jerk)
+        self._add(max(hold_s, 0.0), 0.0)
+        self._add(rise_s, -sign * jerk)
+        self._end = (self._end[0], speed, 0.0)
+
+    def cruise(self, seconds: float) -> None:
+        self._add(seconds, 0.0)
+
+    def _add(self, seconds: float, jerk: float) -> None:
+        if seconds > 0:
+            piece = _Piece(seconds, *self._end, jerk)
+            self.pieces.append(piece)
+            self.duration_s += seconds
+            self._end = piece.at(seconds)
+
+    def at(self, seconds: float) -> tuple[float, float, float]:
+        """Return position, speed and acceleration."""
+        for piece in self.pieces:
+            if seconds < piece.seconds:
+                return piece.at(max(seconds, 0.0))
+            seconds -= piece.seconds
+        return self._end[0], 0.0, 0.0
+
+    def turning_position(self) -> float:
+        """Return the position at which the speed passes through zero."""
+        for piece in self.pieces:
+            if piece.speed > 0 and piece.at(piece.seconds)[1] <= 0:
+                low, high = 0.0, piece.seconds
+                for _ in range(_HALVINGS):
+                    middle = (low + high) / 2
+                    low, high = (middle, high) if piece.at(middle)[1] > 0 else (low, middle)
+                return piece.at(low)[0]
+        return self._end[0]
+
+
+def single(distance: float, limits: PmpLimits) -> JerkProfile:
+    """Return the motion over a distance above 0.  A short one does not reach the speed (PAML-604)."""
+
+    def motion(speed: float, cruise_s: float) -> JerkProfile:
+        found = JerkProfile()
+        found.ramp(speed, limits.acceleration, limits.jerk)
+        found.cruise(cruise_s)
+        found.ramp(0.0, limits.acceleration, limits.jerk)
+        return found
+
+    speed = limits.first_speed * _largest(lambda share: motion(limits.first_speed * share, 0.0).distance <= distance)
+    return motion(speed, (distance - motion(speed, 0.0).distance) / speed)
+
+
+def forward_backward(forward: float, backward: float, limits: PmpLimits) -> JerkProfile:
+    """Return the motion over `forward` and back over `backward`, both above 0, without a stop between them.
+
+    Both speeds are reduced by the same share if the distances are too short for them.
+    """
+
+    def motion(share: float, forward_s: float, backward_s: float) -> JerkProfile:
+        found = JerkProfile()
+        found.ramp(limits.first_speed * share, limits.acceleration, limits.jerk)
+        found.cruise(forward_s)
+        found.ramp(-limits.last_speed * share, limits.acceleration, limits.jerk)
+        found.cruise(backward_s)
+        found.ramp(0.0, limits.acceleration, limits.jerk)
+        return found
+
+    def left(share: float) -> tuple[float, float]:
+        """Return the distances that are left for both speeds."""
+        shortest = motion(share, 0.0, 0.0)
+        turning = shortest.turning_position()
+        return forward - turning, backward - (turning - shortest.distance)
+
+    share = _largest(lambda share: min(left(share)) >= 0)
+    first, last = left(share)
+    return motion(share, first / (limits.first_speed * share), last / (limits.last_speed * share))
+
+
+def _largest(fits: Callable[[float], bool]) -> float:
+    """Return the largest share from 0 to 1 that fits."""
+    if fits(1.0):
+        return 1.0
+    low, high = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return low or high
+
+
+class PmpGenerator:
+    """A command while a motion runs is ignored (PAML-603); one argument is a single move, two go there and back."""
+
+    def __init__(self, limits: PmpLimits, initial_position: float, position_period: float | None) -> None:
+        self.limits = limits
+        self.initial_position, self.position_period = initial_position, position_period
+        self.is_active = False
+        self.period_s = 0.0
+        self._base, self._sign = initial_position, 1.0
+        self._way = JerkProfile()
+        self._periods = 0
+
+    @property
+    def _seconds(self) -> float:
+        return self._periods * self.period_s
+
+    @property
+    def ready(self) -> bool:
+        return self._seconds >= self._way.duration_s
+
+    @property
+    def position(self) -> float:
+        """The present position, within the period; 0 while the block is not active."""
+        return wrapped(self._absolute, self.position_period) if self.is_active else 0.0
+
+    @property
+    def speed(self) -> float:
+        return self._sign * self._way.at(self._seconds)[1] if self.is_active else 0.0
+
+    @property
+    def _absolute(self) -> float:
+        return self._base + self._sign * self._way.at(self._seconds)[0]
+
+    def start(self, period_s: float) -> None:
+        self.period_s, self.is_active = period_s, True
+        self._base, self._way, self._periods = self.initial_position, JerkProfile(), 0
+
+    def stop(self) -> None:
+        self.is_active = False
+
+    def step(self) -> float:
+        """Go on for a period, and return the position."""
+        self._periods += 1
+        return self.position
+
+    def set_position(self, position: float) -> None:
+        """Call the present position `position`: a step of an active generator, else its next start (PAML-606)."""
+        if self.is_active:
+            self._base += position - self._absolute
+        else:
+            self.initial_position = position
+
+    def absolute_move(self, first: float, last: float | None = None) -> None:
+        """Move to `first`, and then to `last` if it is on the other side of it."""
+        self.relative_move(first - self.position, None if last is None else last - first)
+
+    def relative_move(self, first: float, last: float | None = None) -> None:
+        """Move by `first`, and then by `last`, which must have the opposite sign; otherwise nothing moves."""
+        if not self.is_active or not self.ready or first == 0 or (last is not None and first * last >= 0):
+            return
+        self._base, self._sign = self._absolute, 1.0 if first > 0 else -1.0
+        self._periods = 0
+        if last is None:
+            self._way = single(abs(first), self.limits)
+        else:
+            self._way = forward_backward(abs(first), abs(last), self.limits)

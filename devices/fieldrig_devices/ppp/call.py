@@ -1,0 +1,212 @@
+"""One call: the phases of a link from the carrier to its end (RFC 1661 chapter 3).
+
+Each phase lets only its protocols pass, so that no order of frames gets past the login.  LCP passes always.  A protocol
+that is unknown here, such as IPv6CP, CCP or compressed TCP headers, is answered by a Protocol-Reject once the logins
+are done, and before that it is dropped.
+"""
+
+import logging
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from ipaddress import IPv4Address
+from typing import Final, Protocol
+
+from fieldrig.clock import Timer, VirtualClock
+from fieldrig_devices.ppp.framing import ALL_CONTROLS, Deframer, FrameCounts, FrameFormat, framed, unpacked
+from fieldrig_devices.ppp.ipcp import Ipcp
+from fieldrig_devices.ppp.lcp import Lcp
+from fieldrig_devices.ppp.logins import Logins
+from fieldrig_devices.ppp.pap import LoginGuard
+from fieldrig_devices.ppp.phases import End, Phase
+from fieldrig_devices.ppp.protocols import ProtocolNumber
+from fieldrig_devices.ppp.settings import DEFAULT_MRU, UNSET, Login, PppSettings
+from fieldrig_devices.ppp.transitions import Event
+
+log = logging.getLogger(__name__)
+
+PASSES: Final[Mapping[Phase, frozenset[int]]] = {
+    Phase.AUTHENTICATE: frozenset({ProtocolNumber.PAP}),
+    Phase.NETWORK: frozenset({ProtocolNumber.PAP, ProtocolNumber.IPCP}),
+    Phase.RUNNING: frozenset({ProtocolNumber.PAP, ProtocolNumber.IPCP, ProtocolNumber.IP}),
+}
+"""The protocols beside LCP that pass in a phase (RFC 1661 3.4 to 3.7)."""
+PAST_LOGIN: Final = frozenset({Phase.NETWORK, Phase.RUNNING})
+REASONS: Final[Mapping[Event, End]] = {
+    Event.TERMINATE_REQUEST: End.PEER_CLOSED,
+    Event.FATAL_REJECT: End.PROTOCOL_REJECTED,
+}
+"""Reasons for the end by the event of LCP that caused it; `NO_ANSWER` for all others."""
+
+
+class User(Protocol):
+    """The receiver of the reports of a call."""
+
+    def transmit(self, data: bytes) -> None: ...
+    def on_ip(self, packet: bytes) -> None: ...
+    def on_phase(self, phase: Phase) -> None: ...
+    def on_login(self, login: Login, is_accepted: bool) -> None: ...
+
+
+@dataclass(slots=True)
+class CallState:
+    """The state of a call, for its user to read."""
+
+    phase: Phase = Phase.DEAD
+    ended_by: End | None = None
+    local_address: IPv4Address = UNSET
+    peer_address: IPv4Address = UNSET
+    peer_name: bytes | None = None
+
+
+class Call:
+    def __init__(
+        self, now_ns: int, settings: PppSettings, guard: LoginGuard, new_magic: Callable[[], int], user: User
+    ) -> None:
+        self.clock = VirtualClock(now_ns)
+        self.state = CallState()
+        self._settings, self._user = settings, user
+        self._format = FrameFormat()
+        self._deframer = Deframer()
+        self._lcp = Lcp(self.clock, settings, self, self._send, new_magic)
+        self._logins = Logins(self.clock, settings, guard, self, lambda data: self._send(ProtocolNumber.PAP, data))
+        self._ipcp = Ipcp(
+            self.clock,
+            settings,
+            self,
+            lambda data: self._send(ProtocolNumber.IPCP, data),
+            lambda: self._lcp.options.peer_mru,
+        )
+        self._setup_timer: Timer | None = None
+        self._takers: Mapping[int, Callable[[bytes], None]] = {
+            ProtocolNumber.PAP: self._logins.receive,
+            ProtocolNumber.IPCP: self._ipcp.receive,
+            ProtocolNumber.IP: user.on_ip,
+        }
+
+    @property
+    def mtu(self) -> int:
+        return min(self._lcp.options.peer_mru, DEFAULT_MRU)
+
+    @property
+    def counts(self) -> FrameCounts:
+        return self._deframer.counts
+
+    @property
+    def is_over(self) -> bool:
+        return self.state.phase is Phase.DEAD
+
+    def begin(self) -> None:
+        self._enter(Phase.ESTABLISH)
+        self._lcp.open()
+
+    def lose_line(self) -> None:
+        self._note_end(End.LINE_LOST)
+        self._enter(Phase.DEAD)
+
+    def frames(self, data: bytes) -> Iterator[bytes]:
+        """Yield the contents of the frames in `data`; take each before the next is read."""
+        return self._deframer.feed(data)
+
+    def take(self, content: bytes) -> None:
+        """Take the content of a frame."""
+        try:
+            protocol, payload = unpacked(content)
+        except ValueError as fault:
+            log.debug("dropped a frame: %s", fault)
+            return
+        phase = self.state.phase
+        if protocol == ProtocolNumber.LCP:
+            self._lcp.receive(payload)
+        elif protocol in PASSES.get(phase, ()):
+            self._takers[protocol](payload)
+        elif phase in PAST_LOGIN and protocol not in self._takers:
+            self._lcp.reject_protocol(protocol, payload)
+
+    def send_ip(self, packet: bytes) -> bool:
+        if self.state.phase is not Phase.RUNNING or len(packet) > self.mtu:
+            return False
+        self._send(ProtocolNumber.IP, packet)
+        return True
+
+    def _send(self, protocol: int, payload: bytes) -> None:
+        self._user.transmit(framed(protocol, payload, self._format))
+
+    # Phases.
+
+    def give_up(self, reason: End) -> None:
+        """End the call in order, unless it is ending already."""
+        if self._note_end(reason):
+            self._enter(Phase.TERMINATE)
+            self._lcp.close()
+
+    def _note_end(self, reason: End) -> bool:
+        """Keep the first reason for the end; return whether it was this one."""
+        is_first = self.state.ended_by is None
+        if is_first:
+            self.state.ended_by = reason
+        return is_first
+
+    def _enter(self, phase: Phase) -> None:
+        state = self.state
+        if phase is state.phase:
+            return
+        state.phase = phase
+        is_running = phase is Phase.RUNNING
+        state.local_address, state.peer_address = self._ipcp.addresses if is_running else (UNSET, UNSET)
+        if phase is Phase.ESTABLISH and self._setup_timer is None:
+            limit_ns = self.clock.now_ns() + self._settings.setup_limit_ns
+            self._setup_timer = self.clock.call_at(limit_ns, self._on_setup_limit)
+        elif phase in (Phase.RUNNING, Phase.DEAD) and self._setup_timer is not None:
+            self._setup_timer.cancel()
+            self._setup_timer = None
+        self._user.on_phase(phase)
+
+    def _on_setup_limit(self) -> None:
+        is_waiting = self.state.phase is Phase.AUTHENTICATE
+        self.give_up(End.LOGIN_TIMEOUT if is_waiting else End.NO_AGREEMENT)
+
+    # Reports of LCP.
+
+    def layer_up(self, event: Event) -> None:
+        self._format = self._lcp.format()
+        self._deframer.accm = self._lcp.options.accm
+        self._enter(Phase.AUTHENTICATE)
+        self._logins.begin(self._lcp.options.must_log_in)
+
+    def layer_down(self, event: Event) -> None:
+        self._format, self._deframer.accm = FrameFormat(), ALL_CONTROLS
+        self._logins.stop()
+        if event in REASONS:
+            self._note_end(REASONS[event])
+        self._enter(Phase.ESTABLISH if self.state.ended_by is None else Phase.TERMINATE)
+        self._ipcp.down()
+
+    def layer_finished(self, event: Event) -> None:
+        self._note_end(REASONS.get(event, End.NO_ANSWER))
+        self._enter(Phase.DEAD)
+
+    def on_protocol_reject(self, protocol: int) -> None:
+        if protocol == ProtocolNumber.IPCP:
+            self._ipcp.on_protocol_reject()
+        elif protocol == ProtocolNumber.IP:
+            self.give_up(End.PROTOCOL_REJECTED)
+        elif protocol == ProtocolNumber.PAP and self.state.phase is Phase.AUTHENTICATE:
+            self.give_up(End.NO_AUTHENTICATION if self._settings.demanded else End.LOGIN_REFUSED)
+
+    # Reports of the logins and of IPCP.
+
+    def on_peer_login(self, login: Login, is_accepted: bool) -> None:
+        if is_accepted:
+            self.state.peer_name = login.name
+        self._user.on_login(login, is_accepted)
+
+    def on_logins_done(self) -> None:
+        self._enter(Phase.NETWORK)
+        self._ipcp.up()
+
+    def on_ip_up(self) -> None:
+        self._enter(Phase.RUNNING)
+
+    def on_ip_down(self) -> None:
+        if self.state.phase is Phase.RUNNING:
+            self._enter(Phase.NETWORK)

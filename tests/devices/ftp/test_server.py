@@ -1,0 +1,356 @@
+"""FTP on one control connection, with the replies of RFC 959."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tcp_client import ServedConnection
+
+from fieldrig.clock import S, VirtualClock
+from fieldrig_devices.ftp.login import LoginGuard
+from fieldrig_devices.ftp.server import LONGEST_LINE, serving
+
+
+class Folder:
+    """Files in memory, with room for 1000 bytes."""
+
+    def __init__(self) -> None:
+        self.files = {"A.HTM": b"page a", "B.HTM": b"page b"}
+
+    @property
+    def names(self) -> list[str]:
+        return sorted(self.files)
+
+    @property
+    def free(self) -> int:
+        return 1000 - sum(map(len, self.files.values()))
+
+    def name_of(self, path: str) -> str:
+        name = path.removeprefix("/").upper()
+        if not name or "/" in name or ".." in name:
+            raise ValueError(f"expected a file name, got {path!r}")
+        return name
+
+    def read(self, name: str) -> bytes:
+        if name not in self.files:
+            raise ValueError(f"expected the name of a file, got {name}\nmore")
+        return self.files[name]
+
+    def write(self, name: str, data: bytes) -> None:
+        if len(data) - len(self.files.get(name, b"")) > self.free:
+            raise ValueError("the disk is full")
+        self.files[name] = data
+
+    def delete(self, name: str) -> None:
+        self.read(name)
+        del self.files[name]
+
+    def rename(self, name: str, new: str) -> None:
+        self.files[new] = self.read(name)
+        del self.files[name]
+
+
+class Client:
+    def __init__(self, *, is_logged_in: bool = True) -> None:
+        self.clock = VirtualClock()
+        self.folder = Folder()
+        self.refused: list[str] = []
+        self.serve = serving(self.clock, self.folder, LoginGuard("service", "pacdrive", self.refused.append))
+        self.control = self.connect()
+        if is_logged_in:
+            assert self.do("USER service") == "331"
+            assert self.do("PASS pacdrive") == "230"
+
+    def connect(self) -> ServedConnection:
+        control = ServedConnection(self.serve)
+        assert control.take() == b"220 Service ready.\r\n"
+        return control
+
+    def do(self, command: str) -> str:
+        """The codes of the replies to a command."""
+        return " ".join(line[:3] for line in self.ask(command).split("\r\n") if line[3:4] == " ")
+
+    def ask(self, command: str) -> str:
+        return self.control.send(f"{command}\r\n".encode()).decode()
+
+    def data(self) -> ServedConnection:
+        assert self.control.serve_extra is not None
+        return ServedConnection(self.control.serve_extra)
+
+    def run(self, seconds: float) -> None:
+        self.clock.advance_to(self.clock.now_ns() + round(seconds * S))
+
+    def codes(self) -> str:
+        return " ".join(line[:3] for line in self.control.take().decode().split("\r\n") if line)
+
+
+@pytest.mark.parametrize(
+    ("command", "code"),
+    [
+        ("NOOP", "200"), ("noop", "200"), ("SYST", "215"), ("PWD", "257"), ("XPWD", "257"), ("CWD /", "250"),
+        ("CWD ..", "250"), ("CWD etc", "550"), ("CDUP", "200"), ("TYPE I", "200"), ("TYPE A", "200"),
+        ("TYPE A N", "200"), ("TYPE E", "504"), ("MODE S", "200"), ("MODE B", "504"), ("STRU F", "200"),
+        ("STRU R", "504"), ("ALLO 9", "202"),
+        ("FEAT", "211"), ("OPTS UTF8 ON", "200"), ("OPTS X", "501"), ("SIZE a.htm", "213"), ("SIZE no", "550"),
+        ("DELE no", "550"), ("DELE /A.HTM", "250"), ("MKD x", "550"), ("RMD x", "550"), ("RNFR no", "550"),
+        ("RNTO x", "503"), ("PASV", "227"), ("EPSV", "229"), ("EPSV ALL", "229"), ("EPSV 3", "522"),
+        ("RETR A.HTM", "425"),
+        ("LIST", "425"), ("ABOR", "226"), ("PORT 10,0,0,7,1,1", "502"), ("EPRT |1|10.0.0.7|257|", "502"),
+        ("MLSD", "502"), ("REST 1", "502"), ("AUTH TLS", "502"), ("XYZZY", "500"), ("", "500"), ("PASS x", "503"),
+        ("QUIT", "221"),
+    ],
+)  # fmt: skip
+def test_a_command_has_its_reply(command: str, code: str) -> None:
+    assert Client().do(command) == code
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "PWD",
+        "CWD",
+        "TYPE",
+        "PASV",
+        "EPSV",
+        "LIST",
+        "NLST",
+        "RETR",
+        "STOR",
+        "SIZE",
+        "DELE",
+        "RNFR",
+        "RNTO",
+        "MKD",
+        "ABOR",
+    ],
+)
+def test_nothing_is_done_before_the_login(command: str) -> None:
+    client = Client(is_logged_in=False)
+    assert client.do(f"{command} A.HTM") == "530"
+    assert client.do("USER service") == "331"
+    assert client.do(f"{command} A.HTM") == "530"
+    assert client.control.serve_extra is None
+
+
+def test_passive_replies_name_address_and_port() -> None:
+    client = Client()
+    assert client.ask("PASV") == "227 Entering Passive Mode (10,0,0,1,195,81).\r\n"
+    assert client.ask("EPSV") == "229 Entering Extended Passive Mode (|||50001|)\r\n"
+    client.control.local = "fd00::1"
+    assert client.do("PASV") == "425"
+
+
+@pytest.mark.parametrize("connects_first", [True, False])
+def test_a_file_is_fetched(connects_first: bool) -> None:
+    client = Client()
+    client.do("EPSV")
+    if connects_first:
+        data = client.data()
+        assert client.do("RETR a.htm") == "150 226"
+    else:
+        assert client.do("RETR a.htm") == ""
+        data = client.data()
+        assert client.codes() == "150 226"
+    assert data.take() == b"page a"
+    assert data.is_closed
+    assert client.do("RETR a.htm") == "425"
+
+
+def test_lists() -> None:
+    client = Client()
+    client.do("PASV")
+    data = client.data()
+    client.do("NLST")
+    assert data.take() == b"A.HTM\r\nB.HTM\r\n"
+    client.do("PASV")
+    data = client.data()
+    client.do("LIST")
+    assert data.take().split(b"\r\n")[0].split() == b"-rw-rw-rw- 1 max4 max4 6 Jan 01 2003 A.HTM".split()
+
+
+def test_a_file_is_stored_when_it_is_complete() -> None:
+    client = Client()
+    client.do("EPSV")
+    data = client.data()
+    assert client.do("STOR new.htm") == "150"
+    data.send(b"new ")
+    data.send(b"page")
+    assert "NEW.HTM" not in client.folder.files
+    data.end()
+    assert client.codes() == "226"
+    assert client.folder.files["NEW.HTM"] == b"new page"
+
+
+def test_data_that_end_before_the_command_are_stored() -> None:
+    client = Client()
+    client.do("EPSV")
+    data = client.data()
+    data.send(b"early")
+    data.end()
+    assert client.do("STOR x") == "150 226"
+    assert client.folder.files["X"] == b"early"
+
+
+@pytest.mark.parametrize("how", ["the data connection breaks", "the control connection breaks", "control ends", "ABOR"])
+def test_half_a_file_leaves_the_old_one(how: str) -> None:
+    client = Client()
+    client.do("EPSV")
+    data = client.data()
+    client.do("STOR A.HTM")
+    data.send(b"half")
+    match how:
+        case "the data connection breaks":
+            data.lose()
+            assert client.codes() == "426"
+        case "the control connection breaks":
+            client.control.lose()
+        case "control ends":
+            client.control.end()
+        case "ABOR":
+            assert client.control.send(b"\xff\xf4\xff\xf2ABOR\r\n").startswith(b"426 ")
+    data.end()
+    assert client.folder.files["A.HTM"] == b"page a"
+    assert data.is_closed
+
+
+def test_a_file_that_does_not_fit_is_refused() -> None:
+    client = Client()
+    client.do("EPSV")
+    data = client.data()
+    client.do("STOR big")
+    data.send(bytes(1000))
+    data.end()
+    assert client.codes() == "552"
+    client.do("EPSV")
+    data = client.data()
+    client.do("STOR bigger")
+    data.send(bytes(10_000))
+    assert client.codes() == "552"
+    assert data.is_closed
+    assert client.folder.names == ["A.HTM", "B.HTM"]
+
+
+def test_a_file_is_renamed() -> None:
+    client = Client()
+    assert client.do("RNFR a.htm") == "350"
+    assert client.do("RNTO c.htm") == "250"
+    assert client.folder.names == ["B.HTM", "C.HTM"]
+    client.do("RNFR b.htm")
+    client.do("NOOP")
+    assert client.do("RNTO d.htm") == "503"
+
+
+@pytest.mark.parametrize("path", ["../x", "/etc/passwd", "", "/", "a/../../x"])
+def test_no_path_leads_out_of_the_folder(path: str) -> None:
+    client = Client()
+    client.do("EPSV")
+    data = client.data()
+    for verb in ("STOR", "RETR", "DELE", "SIZE", "RNFR"):
+        assert client.do(f"{verb} {path}") == "550"
+    data.end()
+    assert client.folder.names == ["A.HTM", "B.HTM"]
+
+
+def test_a_reason_in_a_reply_is_one_line() -> None:
+    assert Client().ask("DELE a\tb") == "550 expected the name of a file, got A?B\r\n"
+
+
+def test_a_client_that_does_not_connect_gets_425() -> None:
+    client = Client()
+    client.do("EPSV")
+    client.do("RETR A.HTM")
+    client.run(31)
+    assert client.codes() == "425"
+
+
+def test_a_stalled_transfer_ends_and_a_slow_one_does_not() -> None:
+    client = Client()
+    client.folder.files["A.HTM"] = bytes(500)
+    client.do("EPSV")
+    assert client.control.serve_extra is not None
+    data = ServedConnection(client.control.serve_extra, is_taking=False)
+    assert client.do("RETR A.HTM") == "150"
+    for _ in range(4):
+        client.run(50)
+        data.accept(100)
+    assert client.codes() == ""
+    client.run(130)
+    assert client.codes() == "426"
+
+
+def test_three_failed_logins_end_the_connection_are_reported_and_slow_down_others() -> None:
+    client = Client(is_logged_in=False)
+    for _ in range(2):
+        client.do("USER mallory")
+        assert client.do("PASS x") == "530"
+    assert client.refused == []
+    client.do("USER mallory")
+    assert client.do("PASS x") == ""
+    assert client.refused == ["mallory"]
+    client.run(10)
+    assert client.codes() == "421"
+    assert client.control.is_closed
+    client.control = client.connect()
+    client.do("USER eve")
+    assert client.do("PASS y") == ""
+    assert client.do("NOOP") == ""
+    client.run(10)
+    assert client.codes() == "530 200"
+    client.do("USER service")
+    assert client.do("PASS pacdrive") == "230"
+    client.do("USER mallory")
+    assert client.do("PASS x") == "530"
+
+
+def test_a_line_that_is_too_long_ends_the_connection() -> None:
+    client = Client()
+    assert client.control.send(b"x" * (LONGEST_LINE + 1)) == b"500 Command line too long.\r\n"
+    assert client.control.is_closed
+
+
+def test_an_idle_connection_is_closed() -> None:
+    client = Client()
+    client.run(301)
+    assert client.codes() == "421"
+    assert client.control.is_closed
+    assert client.clock.next_ns() is None
+
+
+def test_a_client_that_reads_no_replies_is_closed() -> None:
+    client = Client()
+    client.control.is_taking = False
+    for _ in range(10_000):
+        client.control.send(b"NOOP\r\n")
+    assert client.control.is_closed
+
+
+VERBS = [
+    "USER", "PASS", "QUIT", "SYST", "FEAT", "NOOP", "PWD", "CWD", "TYPE", "PASV", "EPSV", "LIST", "NLST", "RETR",
+    "STOR", "ABOR", "SIZE", "DELE", "RNFR", "RNTO", "MKD", "X",
+]  # fmt: skip
+ARGUMENTS = ["", "A.HTM", "service", "pacdrive", "../x", "\xff\x00", "I", "1"]
+STEPS = st.one_of(
+    st.binary(max_size=30),
+    st.tuples(st.sampled_from(VERBS), st.sampled_from(ARGUMENTS)).map(lambda pair: f"{' '.join(pair)}\r\n".encode()),
+    st.sampled_from(["connect", "data", "end", "lose", "wait"]),
+)
+
+
+@given(st.lists(STEPS, max_size=25), st.booleans())
+def test_no_bytes_raise_and_without_a_login_nothing_changes(steps: list[bytes | str], is_logged_in: bool) -> None:
+    client = Client(is_logged_in=is_logged_in)
+    datas: list[ServedConnection] = []
+    has_login = False
+    for step in steps:
+        if isinstance(step, bytes):
+            has_login |= b"230 " in client.control.send(step)
+        elif step == "connect" and client.control.serve_extra is not None:
+            datas.append(client.data())
+        elif step == "wait":
+            client.run(20)
+        elif datas and step == "data":
+            datas[-1].send(b"abc")
+        elif datas and step in ("end", "lose"):
+            (datas[-1].end if step == "end" else datas[-1].lose)()
+    if not is_logged_in and not has_login:
+        assert client.folder.files == Folder().files
+        assert not datas

@@ -1,0 +1,80 @@
+"""Enumerations of edition 3: their integer type, the order of their numbers, and names that occur twice."""
+
+import pytest
+from iec_check import messages
+from iec_program import IecBench, program
+
+from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
+
+TYPES = """
+TYPE
+    Big : (low := 40000, high) UINT := high;
+    Level : DINT (deep := -100000, flat := 0, tall);
+    Color : (red, green, blue := 5) BYTE;
+    Light : (off, green := 7, red := 3);
+END_TYPE
+"""
+
+
+@pytest.fixture
+def bench() -> IecBench:
+    body = """
+    size := SIZEOF(big) + 10 * SIZEOF(level) + 100 * SIZEOF(color);
+    number := big;
+    level := deep;
+    wide := level;
+    color := blue;
+    shown := Light.green;
+    lamp := shown;
+    FOR color := red TO green DO
+        passes := passes + 1;
+    END_FOR;
+    CASE shown OF
+        off: kind := 1;
+        Light.green: kind := 2;
+    END_CASE;
+    bits := color;
+    """
+    declarations = """big : Big; level : Level; color : Color; shown : Light; own : (up := 3, down := 2) SINT;
+    size, passes, kind, lamp : INT; number : UINT; wide : DINT; bits : BYTE;"""
+    bench = IecBench(TYPES + program(declarations, body), EDITION_3)
+    bench.cycle()
+    return bench
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("size", 2 + 40 + 100),
+        ("big", 40001),
+        ("number", 40001),
+        ("wide", -100_000),
+        ("lamp", 7),
+        ("passes", 2),
+        ("kind", 2),
+        ("bits", 2),
+        ("own", 3),
+    ],
+)
+def test_values_have_the_type_of_their_enumeration(bench: IecBench, name: str, value: int) -> None:
+    assert bench[name] == value
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("TYPE e : (a := 1, b := 256) BYTE; END_TYPE", "1:24 256 does not fit BYTE; 0 to 255"),
+        ("TYPE e : (a := 255, b) BYTE; END_TYPE", "1:21 b is 256; at most 255, as for a BYTE"),
+    ],
+)
+def test_a_number_that_the_type_does_not_hold_is_refused(text: str, message: str) -> None:
+    assert messages(text, dialect=EDITION_3) == [message]
+
+
+@pytest.mark.manual("PD-359")
+@pytest.mark.parametrize(
+    "text", ["TYPE e : (a := 2, b := 1); END_TYPE", "TYPE e : (a); f : (a); END_TYPE"], ids=["descending", "twice"]
+)
+def test_epas_wants_ascending_numbers_and_names_that_occur_once(text: str) -> None:
+    assert len(messages(text, dialect=EPAS_4)) == 1
+    assert messages(text, dialect=EDITION_3) == []

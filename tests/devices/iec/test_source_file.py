@@ -1,0 +1,38 @@
+"""The text of a source file, from the bytes that tools write."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fieldrig_devices.iec import source_file
+from fieldrig_devices.iec.source_file import decoded
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        "28 2a 20 c3 9c 20 2a 29",  # UTF-8
+        "ef bb bf 28 2a 20 c3 9c 20 2a 29",  # with a mark
+        "ff fe 28 00 2a 00 20 00 dc 00 20 00 2a 00 29 00",  # UTF-16, low byte first
+        "fe ff 00 28 00 2a 00 20 00 dc 00 20 00 2a 00 29",  # high byte first
+        "28 2a 20 dc 20 2a 29",  # the code page 1252 of Windows
+    ],
+)
+def test_every_encoding_of_the_tools_gives_the_same_text(data: str) -> None:
+    assert decoded(bytes.fromhex(data)) == "(* Ü *)"
+
+
+def test_a_dash_of_windows_is_a_dash() -> None:
+    assert decoded(b"(* 1\x965 \xfc *)") == "(* 1\N{EN DASH}5 ü *)"
+
+
+@given(st.binary(max_size=40))
+def test_no_bytes_are_refused(data: bytes) -> None:
+    assert len(decoded(data)) <= len(data)
+
+
+def test_a_file_that_is_too_long_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(source_file, "LONGEST", 4)
+    assert decoded(b"abcd") == "abcd"
+    with pytest.raises(ValueError, match="5 bytes are too long for a source file: expected at most 4"):
+        decoded(b"abcde")

@@ -1,0 +1,125 @@
+"""The reception path: RFC 9293, 3.8.6 and 3.10.7.4, and RFC 5681, 4.2."""
+
+from random import Random
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from ip_line import Peer, User
+
+from fieldrig_devices.ip.tcp.incoming import Incoming
+from fieldrig_devices.ip.tcp.segment import ACK, FIN, PSH
+
+
+def connected(window: int = 8192) -> tuple[Peer, User]:
+    peer = Peer(window=window)
+    return peer, peer.connect()
+
+
+def send(peer: Peer, place: int, data: bytes) -> None:
+    peer.send(ACK | PSH, 101 + place, peer.theirs + 1, data)
+
+
+def test_an_acknowledgment_waits_up_to_40_ms() -> None:
+    peer, user = connected()
+    send(peer, 0, b"abc")
+    assert bytes(user.received) == b"abc"
+    assert peer.take() == []
+    peer.wait(0.04)
+    assert [(segment.flags, segment.acknowledgment) for segment in peer.take()] == [(ACK, 104)]
+
+
+def test_every_second_segment_is_acknowledged_at_once() -> None:
+    peer, _ = connected()
+    send(peer, 0, b"abc")
+    send(peer, 3, b"def")
+    assert [segment.acknowledgment for segment in peer.take()] == [107]
+
+
+def test_an_answer_carries_the_acknowledgment() -> None:
+    peer, user = connected()
+    user.connection.on_data = lambda data: user.connection.send(b"answer")
+    send(peer, 0, b"abc")
+    assert [(segment.data, segment.acknowledgment) for segment in peer.take()] == [(b"answer", 104)]
+
+
+def test_a_gap_is_acknowledged_at_once_and_filled() -> None:
+    peer, user = connected()
+    send(peer, 3, b"def")
+    send(peer, 6, b"ghi")
+    assert [segment.acknowledgment for segment in peer.take()] == [101, 101]
+    send(peer, 0, b"abc")
+    assert [segment.acknowledgment for segment in peer.take()] == [110]
+    assert bytes(user.received) == b"abcdefghi"
+
+
+def test_data_that_come_again_are_acknowledged_again() -> None:
+    peer, user = connected()
+    send(peer, 0, b"abc")
+    send(peer, 0, b"abc")
+    assert [segment.acknowledgment for segment in peer.take()] == [104]
+    assert bytes(user.received) == b"abc"
+
+
+def test_an_end_before_its_data_waits_for_them() -> None:
+    peer, user = connected()
+    peer.send(ACK | FIN, 104, peer.theirs + 1)
+    assert not user.has_end
+    send(peer, 0, b"abc")
+    assert (bytes(user.received), user.has_end) == (b"abc", True)
+    assert peer.take()[-1].acknowledgment == 105
+
+
+def test_a_paused_user_closes_the_window_and_opens_it_again() -> None:
+    peer, user = connected(window=1000)
+    user.connection.pause()
+    send(peer, 0, bytes(1000))
+    peer.wait(0.1)
+    assert [(segment.acknowledgment, segment.window) for segment in peer.take()] == [(1101, 0)]
+    send(peer, 1000, b"x")
+    assert [segment.window for segment in peer.take()] == [0]
+    assert user.received == b""
+    user.connection.resume()
+    assert [segment.window for segment in peer.act()] == [1000]
+    assert len(user.received) == 1000
+
+
+def test_a_paused_user_learns_of_the_end_after_the_data() -> None:
+    peer, user = connected()
+    user.connection.pause()
+    user.connection.end()
+    peer.act()
+    peer.send(ACK | FIN | PSH, 101, peer.theirs + 2, b"last words")
+    peer.wait(100)
+    assert (bytes(user.received), user.endings) == (b"", [])
+    user.connection.resume()
+    peer.wait(0)
+    assert (bytes(user.received), user.has_end, len(user.endings)) == (b"last words", True, 1)
+
+
+@settings(deadline=None)
+@given(st.integers(0, 2**32))
+def test_pieces_in_any_order_become_the_stream(seed: int) -> None:
+    random = Random(seed)
+    stream = bytes(range(200))
+    incoming = Incoming(0xFFFF_FF00, 150, 50)
+    received = bytearray()
+    for _ in range(200):
+        start = random.randint(max(len(received) - 10, 0), min(len(received) + 60, 200))
+        piece = stream[start : start + random.randint(0, 40)]
+        is_last = start + len(piece) == 200
+        place = 0xFFFF_FF01 + start
+        if incoming.is_acceptable(place, len(piece) + is_last):
+            incoming.arrived(place, piece, is_last)
+        received += incoming.take()
+        incoming.open_window()
+        if incoming.has_ended:
+            break
+    assert stream.startswith(bytes(received))
+    assert incoming.next == 0xFFFF_FF01 + len(received) + incoming.has_ended
+
+
+def test_many_small_pieces_occupy_little() -> None:
+    incoming = Incoming(0, 65_535, 1460)
+    for place in range(2, 60_000, 2):
+        incoming.arrived(1 + place, b"x", False)
+    assert len(incoming._pieces) == 64

@@ -1,0 +1,168 @@
+"""The stack as a host: RFC 1122, and the calls of its user."""
+
+from ipaddress import IPv4Address
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from ip_line import CALLER, CONTROLLER, PORT, Line, Peer, User
+
+from fieldrig_devices.ip.ipv4 import Packet
+from fieldrig_devices.ip.stack import MOST_CONNECTIONS, Stack
+from fieldrig_devices.ip.tcp.segment import ACK, FIN, SYN, Flags, Segment
+
+# An echo of Linux 6.1 in its packet, and what Linux answered but for the identification.
+ECHO = bytes.fromhex("450000241beb40004001d893bec86465bec864640800b64435aa00010001020304050607")
+# A datagram of Linux 6.1 to port 53.
+UDP = bytes.fromhex("450000219a794000401159f8bec86465bec8646481ca0035000df3a768656c6c6f")
+
+
+def answers(packet: bytes, mtu: int = 1500) -> list[Packet]:
+    sent: list[bytes] = []
+    Stack(CONTROLLER, mtu, sent.append).receive(0, packet)
+    return [Packet.decode(data) for data in sent]
+
+
+def test_an_echo_is_answered() -> None:
+    (answer,) = answers(ECHO)
+    assert (answer.source, answer.destination, answer.protocol) == (CONTROLLER, CALLER, 1)
+    assert answer.payload.hex() == "0000be4435aa00010001020304050607"
+
+
+def test_a_datagram_is_refused() -> None:
+    (answer,) = answers(UDP)
+    assert answer.payload[:2].hex() == "0303"  # port unreachable
+    assert answer.payload[8:] == UDP[:28]
+
+
+def test_an_unknown_protocol_is_refused() -> None:
+    (answer,) = answers(Packet(CALLER, CONTROLLER, 132, b"12345678").encode())
+    assert answer.payload[:2].hex() == "0302"
+
+
+@pytest.mark.parametrize(
+    "packet",
+    [
+        Packet(CALLER, IPv4Address("190.200.100.99"), 17, b"").encode(),
+        Packet(IPv4Address("224.0.0.1"), CONTROLLER, 1, ECHO[20:]).encode(),
+        Packet(IPv4Address("0.0.0.0"), CONTROLLER, 6, bytes(20)).encode(),
+        ECHO[:-1],
+        b"",
+        bytes(2000),
+    ],
+)
+def test_everything_else_is_dropped(packet: bytes) -> None:
+    assert answers(packet) == []
+
+
+def test_an_answer_that_the_link_does_not_carry_is_not_sent() -> None:
+    assert answers(ECHO, mtu=100)
+    long = bytes(1000)
+    assert answers(Packet(CALLER, CONTROLLER, 132, long).encode(), mtu=68)
+    assert answers(Packet(CALLER, CONTROLLER, 1, bytes.fromhex("0800f7ff") + long).encode(), mtu=68) == []
+
+
+@pytest.mark.parametrize(("mtu", "window"), [(67, 1000), (65_536, 1000), (1500, 0), (1500, 65_536)])
+def test_impossible_numbers_are_refused(mtu: int, window: int) -> None:
+    with pytest.raises(ValueError, match="expected"):
+        Stack(CONTROLLER, mtu, lambda packet: None, window=window)
+
+
+def test_a_flood_of_connections_is_limited() -> None:
+    peer = Peer()
+    for port in range(MOST_CONNECTIONS + 50):
+        peer.give(Segment(2000 + port, PORT, 1, 0, SYN, 1000))
+    assert len(peer.take()) == len(peer.stack.connections) == MOST_CONNECTIONS
+
+
+def test_an_old_connection_in_time_wait_makes_room() -> None:
+    peer = Peer()
+    user = peer.connect()
+    user.connection.end()
+    peer.act()
+    peer.send(ACK | FIN, 101, peer.theirs + 2)
+    for port in range(MOST_CONNECTIONS):
+        peer.give(Segment(2000 + port, PORT, 1, 0, SYN, 1000))
+    assert len(peer.stack.connections) == MOST_CONNECTIONS
+    assert user.connection not in peer.stack.connections
+
+
+def test_initial_numbers_differ_by_ends_secret_and_time() -> None:
+    numbers = set()
+    for now_ns, secret, port in [(0, b"", 1), (4_000, b"", 1), (0, b"x", 1), (0, b"", 2)]:
+        sent: list[bytes] = []
+        stack = Stack(CALLER, 1500, sent.append, secret=secret)
+        stack.advance(now_ns)
+        stack.connect(CONTROLLER, port)
+        stack.advance(now_ns)
+        numbers.add(sent[0][24:28])
+    assert len(numbers) == 4
+
+
+def test_a_call_outside_of_a_handler_is_due_at_once() -> None:
+    line = Line()
+    caller, _ = line.connected()
+    line.run_for(10)
+    assert line.caller.next_ns() is None
+    caller.connection.send(b"x")
+    due_ns = line.caller.next_ns()
+    assert due_ns is not None
+    assert due_ns <= line.now_ns
+
+
+def test_a_transmit_that_delivers_at_once_is_no_recursion() -> None:
+    """Two stacks may be connected directly: packets wait until the present one is handled."""
+    here: Stack
+    there: Stack
+    here = Stack(CALLER, 1500, lambda packet: there.receive(0, packet))
+    there = Stack(CONTROLLER, 1500, lambda packet: here.receive(0, packet))
+    accepted: list[User] = []
+    there.listen(PORT, lambda connection: accepted.append(User(connection)))
+    user = User(here.connect(CONTROLLER, PORT))
+    user.connection.send(bytes(100_000))
+    here.advance(0)
+    there.advance(1_000_000_000)
+    assert len(accepted[0].received) == 100_000
+
+
+@settings(deadline=None)
+@given(st.lists(st.one_of(st.binary(max_size=80), st.binary(max_size=60).map(
+    lambda data: Packet(CALLER, CONTROLLER, 6, data).encode())), max_size=20))  # fmt: skip
+def test_arbitrary_packets_do_not_raise(packets: list[bytes]) -> None:
+    peer = Peer()
+    peer.connect()
+    for packet in packets:
+        peer.stack.receive(peer.now_ns, packet)
+        peer.wait(1)
+
+
+@settings(deadline=None, max_examples=200)
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from([1000, 1001]),
+            st.integers(-3, 3) | st.integers(0, 2**32 - 1),
+            st.integers(-3, 3) | st.integers(0, 2**32 - 1),
+            st.integers(0, 31),
+            st.sampled_from([0, 1, 8192, 65535]),
+            st.binary(max_size=3),
+            st.sampled_from(["", "send", "end", "close", "pause", "resume", "abort"]),
+        ),
+        max_size=30,
+    )
+)
+def test_arbitrary_segments_in_any_state_do_not_raise(
+    steps: list[tuple[int, int, int, int, int, bytes, str]],
+) -> None:
+    peer = Peer()
+    user = peer.connect()
+    for port, sequence, acknowledgment, flags, window, data, action in steps:
+        if action == "send":
+            user.connection.send(b"12345")
+        elif action:
+            getattr(user.connection, action)()
+        numbers = (101 + sequence) % 2**32, (peer.theirs + 1 + acknowledgment) % 2**32
+        peer.give(Segment(port, PORT, *numbers, Flags(flags), window, data))
+        peer.wait(0.3)
+    peer.wait(2000)
+    assert peer.stack.next_ns() is None or peer.stack.connections

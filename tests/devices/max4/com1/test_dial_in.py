@@ -1,0 +1,109 @@
+"""Calls to the controller: PPP, the login, and the services over the line (PacDrive manual 7.2)."""
+
+from ipaddress import IPv4Address
+
+import pytest
+from dial_in_bench import LOGIN, DialInBench
+
+from fieldrig_devices.ppp.phases import End, Phase
+from fieldrig_devices.ppp.settings import Login, PppSettings
+
+
+@pytest.mark.manual("PD-258")
+@pytest.mark.manual("PD-250")
+def test_a_caller_with_user_name_and_password_gets_its_address() -> None:
+    bench = DialInBench().call()
+    assert bench.link is not None
+    assert bench.link.phase is Phase.RUNNING
+    assert bench.link.local_address == IPv4Address("190.200.100.101")
+    assert bench.link.peer_address == IPv4Address("190.200.100.100")
+    assert bench.get("Com1UserState") == 7
+
+
+def test_pages_are_served_over_the_line() -> None:
+    bench = DialInBench().call()
+    page = bench.page("/AXES.HTM")
+    assert page.startswith(b"HTTP/1.1 200 OK\r\n")
+    assert b"<td>belt</td>" in page
+    assert any("8013" in line and "bec86465" in line for line in bench.max4.logger.lines())
+
+
+@pytest.mark.manual("PD-273")
+@pytest.mark.parametrize(
+    "settings", [PppSettings(own=Login(b"service", b"wrong")), PppSettings(own=Login(b"", b"")), PppSettings()]
+)
+def test_a_caller_without_the_right_login_is_hung_up(settings: PppSettings) -> None:
+    bench = DialInBench().call(settings)
+    assert bench.link is not None
+    assert bench.link.phase is Phase.DEAD
+    bench.go(3000)
+    assert bench.get("Com1UserState") == 6
+    assert bench.dtr
+
+
+@pytest.mark.manual("PD-273")
+@pytest.mark.parametrize("address", ["127.0.0.1", "224.0.0.1", "0.0.0.0", "255.255.255.255", "190.200.100.100"])
+def test_a_reserved_remote_ip_address_ends_the_call_after_the_login(address: str) -> None:
+    bench = DialInBench({"Phone.RemoteIpAddress": address}).call().go(3000)
+    assert bench.link is not None
+    assert bench.link.peer_name is None
+    assert bench.link.phase is Phase.DEAD
+    assert bench.link.ended_by is End.PEER_CLOSED
+
+
+@pytest.mark.manual("PD-273")
+def test_a_caller_that_insists_on_another_address_gets_no_connection() -> None:
+    bench = DialInBench().call(PppSettings(own=LOGIN, local_address=IPv4Address("190.200.100.102")))
+    assert bench.link is not None
+    assert bench.link.phase is not Phase.RUNNING
+
+
+@pytest.mark.parametrize("missing", ["Phone.UserName", "Phone.Password"])
+def test_without_a_user_name_or_password_no_call_is_answered(missing: str) -> None:
+    bench = DialInBench({missing: ""}).call(PppSettings(own=Login(b"", b"")))
+    assert bench.link is not None
+    assert bench.link.phase is Phase.DEAD
+
+
+def test_three_failed_logins_are_logged_and_slowed() -> None:
+    bench = DialInBench()
+    for _ in range(2):
+        bench.call(PppSettings(own=Login(b"mallory", b"x"))).go(4000)
+    assert not any("8574" in line for line in bench.max4.logger.lines())
+    bench.call(PppSettings(own=Login(b"mallory", b"x"))).go(20_000)
+    assert any("8574" in line and "mallory" in line for line in bench.max4.logger.lines())
+    bench.call()
+    assert bench.link is not None
+    assert bench.link.phase is Phase.AUTHENTICATE
+    assert bench.go(12_000).link.phase is Phase.RUNNING  # type: ignore[union-attr]
+
+
+@pytest.mark.manual("PD-275")
+def test_a_line_that_drops_in_a_transfer_can_be_dialled_again() -> None:
+    bench = DialInBench().call()
+    bench.page("/PARAMS.HTM", ms=300)
+    assert bench.link is not None
+    bench.drop()
+    bench.link.down(bench.rig.now_ns)
+    bench.stack = None
+    assert bench.go(2000).get("Com1UserState") == 6
+    assert bench.call().page("/").startswith(b"HTTP/1.1 200 OK\r\n")
+
+
+@pytest.mark.manual("PD-275")
+def test_a_reset_of_the_controller_drops_the_call_and_another_one_is_answered() -> None:
+    bench = DialInBench().call()
+    bench.set("command", "system reset").go(5000)
+    assert bench.link is not None
+    assert bench.link.phase is Phase.DEAD
+    assert bench.get("Com1UserState") == 6
+    bench.stack = None
+    assert bench.call().page("/").startswith(b"HTTP/1.1 200 OK\r\n")
+
+
+@pytest.mark.manual("PD-256")
+def test_a_change_of_com1_user_ends_the_call() -> None:
+    bench = DialInBench().call()
+    bench.set("Com1User", 0).go(2000)
+    assert bench.link is not None
+    assert bench.link.phase is Phase.DEAD

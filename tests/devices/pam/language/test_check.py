@@ -1,0 +1,157 @@
+"""The checker: each rule with a program that breaks it, and programs of the manual's kinds that are right."""
+
+import pytest
+from pam_programs import HEADER, MACHINE, in_sequence, mistakes_of
+
+from fieldrig_devices.pam.language.compiler import checked
+
+
+def said(text: str) -> str:
+    return "\n".join(map(str, mistakes_of(text)))
+
+
+def test_the_machine_is_right() -> None:
+    assert checked(MACHINE, "x")[1] == []
+
+
+RIGHT = [
+    "AXI_Belt:TRAVEL_SPEED <- 2 * CRV_Size;",
+    "AXI_Station[all]:ACCELERATION <- 5;",
+    "CRV_Size <- AXI_Belt:TRAVEL_SPEED + 1;",
+    "AXS_All <- power_on; CONDITION AXS_All ? ready TIMEOUT 5000;",
+    "AXI_Belt <- relative_move(-10.5);",
+    "IFV_Go <- set; IFV_Each[all] <- reset; SBO_Lamp <- invert;",
+    "SBO_Lamp <- IFV_Each[all+] * !SBI_Start;",
+    "IFV_Go <- (AXI_Station[i] ? speed >= 1)[all*];",
+    "IFV_Go <- 0; IF IFV_Go = 1 THEN LED_Run <- blink; ELSE LED_Run <- no_blink; END_IF",
+    'D7S_Digit <- display("P"); D7S_Digit <- display(CWV_Count / 1000, 1);',
+    "CRV_Size <- CRV_Size ? sqrt; CWV_Count <- CRV_Size;",
+    "CNV_Belt << CAM_Feed << AMP_Gear << TMP_Master; CONDITION CNV_Belt ? ready; CNV_Belt <- disactivate;",
+    "CNV_Sink << AMP_Gear << TMP_Master; CNV_Belt << CAM_Feed << AMP_Gear << TMP_Master;",
+    "CNV_Belt << DIS_Slow << TMP_Master;",
+    "COR_Mark <- start_correction; COR_Mark <- start_correction(3.5); COR_Mark <- trigger(180);",
+    "CMP_Full:ROUTINE <- RTN_Show WITH CRV_Size, 3; CMP_Full:THROUGH_ZERO_REFERENCE <- 10;",
+    "CAM_Feed:PROFILE <- PRO_Feed; AMP_Gear:GAIN_SLOPE <- MAX; ZEP_Belt:FINE_MOVE <- NONE;",
+    "CALL RTN_Show WITH CRV_Size / 10, CWV_Count;",
+    "EXCEPTION SBI_Start TIMEOUT 1000 ENTRY out; EXCEPTION IFV_Go TIMEOUT ABORT_SEQUENCE; EXCEPTION_ENTRY out;",
+    "EXCEPTION SBI_Start XEQ_TASK TSK_Test SEQUENCE SEQ_Other WAIT; REMOVE_EXCEPTION;",
+    "CASE CONDITION SBI_Start XEQ_SEQUENCE SEQ_Other; TIMEOUT 500 XEQ_SEQUENCE SEQ_Test; END_CASE",
+    "XEQ_TASK TSK_Test SEQUENCE SEQ_Other ABORT;",
+    'PAMDISPLAY <- message(12, "started", CRV_Size); PamDisplay <- CRV_Size;',
+    "CRV_Size <- ENC_Belt; CRV_Size <- ENC_Belt ? speed; ZEP_Belt <- start;",
+    "CONDITION AXI_Belt ? error_code(4) + NOD_Desk ? error;",
+]
+
+
+@pytest.mark.parametrize("statements", RIGHT)
+def test_right_statements(statements: str) -> None:
+    assert said(in_sequence(statements)) == ""
+
+
+@pytest.mark.manual("PAML-245")
+def test_the_present_item_in_a_multiple_task() -> None:
+    statements = "AXI_Station[i] <- run(1); IFV_Each[i] <- SBI_Mark[i] + SBI_Start; XEQ_SEQUENCE SEQ_Other[i];"
+    assert said(in_sequence(statements, specs="NODES_GROUP = NGR_Stations;", index="[i]")) == ""
+    assert "[i] stands where there is no present item" in said(in_sequence("AXI_Station[i] <- run(1);"))
+
+
+WRONG = [
+    ("AXI_Blt <- stop;", "AXI_Blt is not declared here; expected an object\n  hint: Perhaps AXI_Belt is meant."),
+    ("AXI_Belt <- start;", "an AXIS has no function start; expected absolute_move, "),
+    ("AXI_Belt <- 5;", "an AXIS takes no value"),
+    ("AXI_Belt <- run;", "run has 0 arguments; expected 1 of them"),
+    ("CRV_Size <- AXI_Belt;", "an AXIS has no value of its own; expected an inquiry"),
+    ("CRV_Size <- AXI_Belt ? stop;", "stop is an order: write AXI_Belt <- stop."),
+    ("IFV_Go <- AXI_Belt ? temperature;", "an AXIS does not know the inquiry temperature; expected error"),
+    ("IFV_Go <- !AXI_Belt ? ready;", "Write !(object ? ready)."),
+    ("CRV_Size <- IFV_Go;", "this is a flag; expected a number"),
+    ("IFV_Go <- 2;", "this is an integer; expected a flag"),
+    ("IFV_Go <- IFV_Go * CRV_Size > 5;", "put them in parentheses"),
+    ("IFV_Go <- IFV_Each;", "IFV_Each has several items; expected an index"),
+    ("IFV_Go <- IFV_Each[all];", "[all] is no value; expected [all+] or [all*]"),
+    ("IFV_Go <- IFV_Go[i];", "IFV_Go has one item only"),
+    ("AXI_Belt:NODE <- 5;", "NODE of AXIS cannot be changed by a program"),
+    ("CRV_Size <- AXI_Belt:PULSES_PER_UNIT;", "PULSES_PER_UNIT of an AXIS cannot be read by a program"),
+    ("AXI_Belt:COLOUR <- 5;", "an AXIS has no parameter COLOUR"),
+    ("CALL RTN_Show WITH 5;", "RTN_Show is called with 1 arguments; expected 2 of them"),
+    ("CALL AXI_Belt;", "AXI_Belt is an AXIS; expected a routine"),
+    ("XEQ_SEQUENCE SEQ_None;", "TSK_Test has no sequence SEQ_None; expected SEQ_Test or SEQ_Other"),
+    ("XEQ_SEQUENCE SEQ_Other[i];", "the index of SEQ_Other does not fit its task"),
+    ("XEQ_TASK TSK_None SEQUENCE SEQ_Test;", "there is no task TSK_None"),
+    ("EXCEPTION IFV_Go ENTRY nowhere;", "there is no entry nowhere"),
+    ("EXCEPTION_ENTRY out; EXCEPTION_ENTRY out;", "the entry out stands twice"),
+    ("CONDITION CRV_Size;", "this is a number; expected a flag"),
+    ("WAIT_TIME IFV_Go;", "this is a flag; expected a number"),
+    ("TMP_Master << CNV_Belt;", "TMP_Master is a TMP_GENERATOR; expected a CONVERTER"),
+    ("CNV_Belt << AMP_Gear;", "AMP_Gear is an AMPLIFIER; expected a SAMPLER, TMP_GENERATOR or PMP_GENERATOR"),
+    ("CNV_Belt << DIS_Slow << AMP_Gear << TMP_Master;", "the distributor DIS_Slow stands inside the pipe"),
+    (
+        "CNV_Belt << AMP_Gear << TMP_Master; CNV_Sink << AMP_Gear << CAM_Feed << TMP_Master;",
+        "AMP_Gear has another input in the pipe of line",
+    ),
+    ("AMP_Gear:GAIN <- RISING;", "RISING is no value of an expression"),
+    ("CNV_Belt <- connect(ENC_Belt);", "the argument is wrong; expected an AXIS"),
+]
+
+
+@pytest.mark.parametrize(("statements", "expected"), WRONG)
+def test_wrong_statements(statements: str, expected: str) -> None:
+    assert expected in said(in_sequence(statements))
+
+
+SAMPLED = "ADDRESS = 1; ACTIVE = LOW; PERIOD = 1; DEBOUNCE = 2; END"
+CAM_SIZE = "INPUT_AMPLITUDE = 1; OUTPUT_AMPLITUDE = 1; INPUT_OFFSET = 0; OUTPUT_OFFSET = 0; END"
+DECLARATIONS = [
+    ("NODE NOD_Belt; ADDRESS = 5; TYPE = ST1; END", "NOD_Belt is declared already in line"),
+    ("NODE NOD_a; TYPE = ST1; END", "a NODE is not complete; expected ADDRESS = ..."),
+    ("NODE NOD_a; NUMBER = 2; NODES_GROUP = NGR_Stations; ADDRESS = 1; TYPE = ST1; END", "not both"),
+    ("LED_OUTPUT LED_a; NODE = NOD_Belt; ADDRESS = 1; END", "is on NOD_Belt, which is an ST1; expected a node of"),
+    ("LED_OUTPUT LED_a; NODE = AXI_Belt; ADDRESS = 1; END", "AXI_Belt is an AXIS; expected a NODE"),
+    ("DISTRIBUTOR DIS_a; DIVISOR = 5; SHIFT = 5; END", "SHIFT is 5; expected less than DIVISOR, which is 5"),
+    ("CONVERTER CNV_a; DESTINATION = AXS_All; MODE = TORQUE; END", "an AXES_SET has no mode TORQUE"),
+    ("DERIVATOR DER_a; VALUE_RANGE = 5 5; END", "VALUE_RANGE ends at 5; expected a number above 5"),
+    ("DERIVATOR DER_a; END", "a DERIVATOR has none of VALUE_PERIOD or VALUE_RANGE"),
+    (f"KEY_INPUT KEY_a; NODE = NOD_Desk; MODE = TOGGLE; {SAMPLED}", "no DEB"),
+    ("ZERO_POSITIONER ZEP_a; OBJECT = AXI_Belt; COARSE_SPEED = 5; END", "the phase COARSE is not complete"),
+    (f"DIGITAL_INPUT SDI_a; NODE = NOD_Desk; BITS = 13; {SAMPLED}", "1 to 12"),
+    (f"PROFILE PRO_a; FILE = TOOLONGNAME; {CAM_SIZE}", "up to 8"),
+    ("COMPARATOR CMP_a; REFERENCE = 1; ROUTINE = RTN_Show WITH CRV_Size, 1; END", "is no constant here"),
+    (
+        "BOOLEAN BOL_a; LINKED_OUTPUT = IFV_Go; EQUATION IFV_Go; END_BOOLEAN",
+        "expected a BINARY_OUTPUT or",
+    ),
+    (
+        "ACTIONS ACT_a; SPECS CYCLES = 1; END_SPECS ON_EVENT IFV_Go ACTION WAIT_TIME 5; END_ACTION END_ACTIONS",
+        "not wait",
+    ),
+    ("ROUTINES RGR_a; ROUTINE RTN_a; CALL RTN_a; END_ROUTINE END_ROUTINES", "RTN_a calls itself"),
+    ("ROUTINES RGR_a; ROUTINE RTN_a WITH a, b, c, d, e; END_ROUTINE END_ROUTINES", "at most 4, each once"),
+    ("TASK TSK_a; SEQUENCE SEQ_a; END_SEQUENCE SEQUENCE SEQ_a; END_SEQUENCE END_TASK", "has the sequence SEQ_a"),
+]
+
+
+@pytest.mark.parametrize(("item", "expected"), DECLARATIONS)
+def test_wrong_declarations(item: str, expected: str) -> None:
+    assert expected in said(f"{MACHINE}{item}\n")
+
+
+def test_an_application_begins_with_its_header() -> None:
+    assert "does not begin with APPLICATION" in said("NODE NOD_a; ADDRESS = 1; TYPE = ST1; END")
+    assert said(HEADER) == ""
+
+
+@pytest.mark.manual("PAML-015")
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("TASK TSK_b; SPECS PERIOD = 10; END_SPECS END_TASK", "Release 2.5 calls it CYCLES."),
+        ("AXES_SET AXS_b; AXIS = AXI_Belt SHIFT = 1; END", "Release 2.5 calls it SUBSET."),
+        (
+            "TASK TSK_b; SEQUENCE SEQ_b; AXI_Belt <- travel_speed(720); END_SEQUENCE END_TASK",
+            "Release 2.5 writes AXI_Belt:TRAVEL_SPEED <- value.",
+        ),
+    ],
+)
+def test_names_of_earlier_releases_are_notes(text: str, hint: str) -> None:
+    (note,) = checked(f"{MACHINE}{text}\n", "x")[1]
+    assert (note.is_note, note.hint) == (True, hint)

@@ -1,0 +1,237 @@
+"""Each transformer alone against its formula and its states (chapter 5 of the manual)."""
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fieldrig_devices.pam.pipes.amplifier import Amplifier
+from fieldrig_devices.pam.pipes.block import effective_period_s, nearest, wrapped
+from fieldrig_devices.pam.pipes.cam import Cam, Profile
+from fieldrig_devices.pam.pipes.comparator import Comparator
+from fieldrig_devices.pam.pipes.corrector import Corrector, Settings
+from fieldrig_devices.pam.pipes.derivator import Derivator
+from fieldrig_devices.pam.pipes.distributor import Distributor
+from fieldrig_devices.pam.pipes.phaser import Phaser
+
+MS = 0.001
+
+
+@pytest.mark.manual("PAML-413")
+@pytest.mark.parametrize(
+    ("period_s", "thirds", "effective"),
+    [(0.001, 3, 0.001), (0.001, 6, 0.002), (0.0104, 3, 0.010), (0.0, 3, 0.001), (0.003, 6, 0.004)],
+)
+def test_periods_are_multiples_of_the_basic_cycle(period_s: float, thirds: int, effective: float) -> None:
+    assert effective_period_s(period_s, thirds) == pytest.approx(effective)
+
+
+@given(st.floats(-1e6, 1e6), st.floats(0.5, 1e4))
+def test_wrapped_values_are_inside_the_period(value: float, period: float) -> None:
+    assert 0 <= wrapped(value, period) < period
+    assert abs(nearest(value, period)) <= period / 2 * (1 + 1e-9)
+
+
+@pytest.mark.manual("PAML-430")
+@pytest.mark.manual("PAML-431")
+def test_amplifier() -> None:
+    block = Amplifier(gain=2, offset=5, gain_slope=1, offset_slope=None)
+    block.set_gain(3)  # at once, as it is not active
+    assert block.gain.value == 3
+    block.set_gain(2)
+    block.start(MS)
+    assert block.pass_on(10) == 30
+    block.set_gain(4)
+    block.set_offset(0)
+    gains = []
+    while not block.ready:
+        block.pass_on(1)
+        gains.append(block.gain.value)
+    assert len(gains) == 2000  # 2 s
+    assert gains[999] == pytest.approx(3)
+    block.set_gain(10)
+    block.stop()
+    assert block.gain.value == 10  # PAML-433
+
+
+@pytest.mark.manual("PAML-440")
+@pytest.mark.parametrize(("value", "output"), [(-5, 10), (0, 10), (90, 35), (360, 110), (400, 110)])
+def test_cam(value: float, output: float) -> None:
+    block = Cam(Profile(lambda z: z, 360, 100, 0, 10), None)
+    block.start(MS)
+    assert block.pass_on(value) == pytest.approx(output)
+
+
+@pytest.mark.manual("PAML-443")
+def test_cam_changes_its_profile_with_the_next_value() -> None:
+    block = Cam(Profile(lambda z: z, 360, 100, 0, 10), value_period=50)
+    block.start(MS)
+    assert block.pass_on(360) == pytest.approx(10)  # 110 in a period of 50
+    block.profile = Profile(lambda z: z * z, 360, 100, 0, 0)
+    assert block.pass_on(180) == pytest.approx(25)
+
+
+@pytest.mark.manual("PAML-461")
+@pytest.mark.manual("PAML-464")
+@pytest.mark.manual("PAML-465")
+def test_comparator_starts_routines_at_each_change() -> None:
+    block = Comparator(180)
+    started: list[str] = []
+    block.routine = lambda: started.append("up")
+    block.reverse_routine = lambda: started.append("down")
+    block.start(MS)
+    assert [block.pass_on(value) for value in (200, 179, 180, 181, 5)] == [200, 179, 180, 181, 5]
+    assert started == ["down", "up", "down"]  # none for the first value
+    assert not block.ready
+
+
+@pytest.mark.manual("PAML-462")
+def test_comparator_waits_for_the_limit_of_the_period() -> None:
+    block = Comparator(0)
+    block.period = 500
+    block.start(MS)
+    block.pass_on(400)
+    block.set_reference(326, is_through_zero=True)
+    seen = []
+    for value in (400, 450, 499, 20, 325, 326):
+        block.pass_on(value)
+        seen.append(block.ready)
+    assert seen == [False, False, False, False, False, True]
+    block.pass_on(20)  # afterwards as in the normal mode
+    assert not block.ready
+
+
+@pytest.mark.manual("PAML-531")
+@pytest.mark.parametrize(("period", "answer"), [(360, 1000), (1000, -359000), (None, -359000)])
+def test_derivator(period: float | None, answer: float) -> None:
+    block = Derivator(period)
+    block.start(MS)
+    assert [block.pass_on(value) for value in (358, 359, 0)] == [0, pytest.approx(1000), pytest.approx(answer)]
+
+
+@pytest.mark.manual("PAML-542")
+def test_distributors_share_the_periods_of_their_network() -> None:
+    pipes = {2: Distributor(5, 0), 3: Distributor(5, 1), 4: Distributor(5, 2)}
+    computed = [{1} | {pipe for pipe, block in pipes.items() if block.computes_in(number)} for number in range(6)]
+    assert computed == [{1, 2}, {1, 3}, {1, 4}, {1}, {1}, {1, 2}]
+    assert Distributor(0, 0).computes_in(7)
+
+
+@pytest.mark.manual("PAML-580")
+@pytest.mark.manual("PAML-582")
+@pytest.mark.manual("PAML-583")
+def test_phaser_stops_and_starts_at_its_standby_value() -> None:
+    block = Phaser(phase=10, phase_slope=None, standby_value=0, value_period=90)
+    block.start(MS)
+    assert block.pass_on(70) == 80
+    block.command_stop()
+    assert (block.pass_on(75), block.ready) == (85, False)
+    assert (block.pass_on(85), block.ready) == (0, True)  # 5 in the next period: past the stand-by value
+    assert block.pass_on(40) == 0
+    block.command_start()
+    assert (block.pass_on(60), block.ready) == (0, False)
+    assert (block.pass_on(82), block.ready) == (2, True)
+
+
+@pytest.mark.manual("PAML-584")
+@pytest.mark.manual("PAML-585")
+@pytest.mark.manual("PAML-588")
+def test_phaser_slews_its_phase_only_while_started() -> None:
+    block = Phaser(phase=0, phase_slope=1000, standby_value=135, value_period=90)
+    block.start(MS)
+    assert block.standby_value == 45
+    block.set_phase(3)
+    assert [block.pass_on(0) for _ in range(4)] == [1, 2, 3, 3]
+    block.set_phase(0)
+    block.command_stop()
+    assert block.phase.value == 0  # PAML-587
+    block.pass_on(40)
+    block.pass_on(50)
+    assert block.state == "stopped"
+    block.standby_value = 91
+    assert block.value == 1
+    block.set_phase(20)
+    assert block.phase.value == 20
+
+
+def corrected(block: Corrector, flow: list[float]) -> list[float]:
+    return [block.pass_on(value) for value in flow]
+
+
+@pytest.mark.manual("PAML-503")
+@pytest.mark.manual("PAML-507")
+@pytest.mark.parametrize(("is_output", "correction"), [(True, 10), (False, -10)])
+def test_corrector_moves_the_flow_by_the_difference(is_output: bool, correction: float) -> None:
+    block = Corrector(Settings(is_immediate=True, is_output=is_output, is_repetitive=False), 1000, 100, 0)
+    block.start(MS)
+    corrected(block, [170, 170, 170])
+    block.event()
+    assert block.state == "standby"  # not triggered yet
+    block.trigger(180)
+    assert (block.ready, block.triggered) == (True, False)
+    block.event()
+    assert (block.correction, block.ready, block.triggered) == (correction, False, True)
+    flow = corrected(block, [170] * 1000)
+    assert flow[-1] == pytest.approx(170 + correction)
+    assert (block.state, block.ready) == ("standby", True)
+    steps = [abs(after - before) for before, after in pairwise(flow)]
+    assert max(steps) <= 100 * MS * (1 + 1e-9)  # CORRECTION_LEVEL
+
+
+@pytest.mark.manual("PAML-508")
+def test_a_repetitive_corrector_stays_armed() -> None:
+    block = Corrector(Settings(is_immediate=True, is_output=True, is_repetitive=True), 1e6, 1e4, 0)
+    block.start(MS)
+    corrected(block, [170, 170, 170])
+    block.trigger(180)
+    for _ in range(2):
+        block.event()
+        assert (block.ready, block.triggered) == (False, False)
+        corrected(block, [170] * 100)
+        assert block.state == "wait event"
+    assert block.value == pytest.approx(180)  # the second event found no difference
+
+
+@pytest.mark.manual("PAML-509")
+@pytest.mark.manual("PAML-510")
+def test_a_corrector_on_request_waits_for_its_start() -> None:
+    block = Corrector(Settings(is_immediate=False, is_output=True, is_repetitive=False), 1e6, 1e4, 0)
+    block.start(MS)
+    corrected(block, [170, 170])
+    block.start_correction()
+    assert block.state == "standby"
+    block.trigger(180)
+    block.event()
+    assert (block.state, block.correction) == ("wait correction", 10)
+    block.start_correction(3.5)
+    assert corrected(block, [170] * 100)[-1] == pytest.approx(173.5)
+
+
+@pytest.mark.manual("PAML-513")
+def test_the_delay_of_the_sensor_is_computed_back() -> None:
+    block = Corrector(Settings(is_immediate=False, is_output=False, is_repetitive=False), 1, 1, delay_s=0.01)
+    block.start(MS)
+    corrected(block, [100 + step for step in range(10)])  # 1000 u/s
+    block.trigger(0)
+    block.event()
+    assert list(block.latched) == pytest.approx([99, 1000, 0])
+
+
+@given(st.lists(st.floats(-10, 10), min_size=1, max_size=5), st.floats(10, 1e4), st.floats(1, 1e3))
+def test_corrections_are_continuous_and_add_up(values: list[float], slope: float, level: float) -> None:
+    block = Corrector(Settings(is_immediate=False, is_output=True, is_repetitive=True), slope, level, 0)
+    block.start(MS)
+    block.pass_on(0)
+    block.trigger(0)
+    last, total = 0.0, 0.0
+    for value in values:
+        block.event()
+        block.start_correction(value)
+        total += value
+        while not block.ready:
+            now = block.pass_on(0)
+            assert abs(now - last) <= level * MS * (1 + 1e-6) + 1e-9
+            last = now
+    assert math.isclose(last, total, abs_tol=1e-6)

@@ -1,0 +1,48 @@
+"""A stage in real time repeats the few tests that failed, alone, and says so."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from tests.driver import __main__ as driver
+from tests.driver.outcome import Outcome, Tally, summary
+from tests.driver.stages import Stage
+
+FAILURE = '<testcase classname="tests.system.test_a" name="test_late"><failure message="late">E</failure></testcase>'
+PASS = '<testcase classname="tests.system.test_a" name="test_good" />'
+NAME = "tests.system.test_a::test_late"
+
+
+def python(code: str) -> list[str]:
+    return [sys.executable, "-c", code]
+
+
+def stage_of(report: Path, cases: str, again_code: int | None) -> Stage:
+    """A stage whose tests have these results, and whose second try ends with this code."""
+    junit = f"<testsuites><testsuite>{cases}</testsuite></testsuites>"
+    command = python(f"import pathlib, sys; pathlib.Path({str(report)!r}).write_text({junit!r}); sys.exit(1)")
+    again = None if again_code is None else lambda: python(f"raise SystemExit({again_code})")
+    return Stage("system", "processes", lambda: command, report=report, again=again)
+
+
+@pytest.mark.parametrize(
+    ("cases", "again_code", "is_ok", "unsteady"),
+    [
+        (FAILURE + PASS, 0, True, (NAME,)),
+        (FAILURE + PASS, 1, False, ()),
+        (FAILURE + PASS, None, False, ()),
+        (FAILURE * 6, 0, False, ()),  # that many have a common cause
+        (PASS, 0, False, ()),  # pytest failed without a test that did
+    ],
+)
+def test_second_try(tmp_path: Path, cases: str, again_code: int | None, is_ok: bool, unsteady: tuple[str, ...]) -> None:
+    outcome = driver.run_stage(stage_of(tmp_path / "report.xml", cases, again_code))
+    assert outcome.is_ok is is_ok
+    assert outcome.unsteady == unsteady
+
+
+def test_summary_names_what_needed_a_second_try(capsys: pytest.CaptureFixture[str]) -> None:
+    assert summary([Outcome("system", True, 1.0, Tally(passed=2), unsteady=(NAME,))], 1.0, in_ci=True) == 0
+    assert f"second try, alone (look at them: a test should not need a quiet host):\n  {NAME}\n" in (
+        capsys.readouterr().out
+    )

@@ -1,0 +1,136 @@
+"""curl, and Python's own clients of HTTP and FTP, with a running MAx-4."""
+
+import ftplib
+import http.client
+import io
+import json
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from running_rig import RunningRig
+
+from fieldrig.testing import free_port
+
+pytestmark = pytest.mark.real
+
+RIG = """
+time: real
+buses:
+  lan: {{kind: tcp.server, listen: {{http: "127.0.0.1:{http}", ftp: "127.0.0.1:{ftp}"}}}}
+devices:
+  max4:
+    kind: max4
+    links: {{tcp: lan}}
+    drives: {{belt: {{ring_address: 1, simulated: true}}}}
+    ftp: {{user_name: service, password: pacdrive}}
+"""
+LONG = bytes(range(256)) * 4000
+
+
+class Services:
+    def __init__(self, rig: RunningRig, ports: dict[str, int]) -> None:
+        self.rig, self.http_port, self.ftp_port = rig, ports["http"], ports["ftp"]
+
+    def page(self, path: str) -> tuple[int, bytes]:
+        client = http.client.HTTPConnection("127.0.0.1", self.http_port, timeout=60)
+        client.request("GET", path)
+        answer = client.getresponse()
+        content = answer.read()
+        client.close()
+        return answer.status, content
+
+    def ftp(self) -> ftplib.FTP:
+        client = ftplib.FTP(timeout=60)
+        client.connect("127.0.0.1", self.ftp_port)
+        client.login("service", "pacdrive")
+        return client
+
+    def curl(self, *arguments: str | Path) -> bytes:
+        curl = shutil.which("curl")
+        if curl is None:
+            pytest.skip("curl is not installed: apt-get install curl")
+        done = subprocess.run([curl, "-sS", "-m", "60", *arguments], capture_output=True, timeout=100, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+
+@pytest.fixture(scope="module")
+def services(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Services]:
+    ports = {"http": free_port(), "ftp": free_port()}
+    file = tmp_path_factory.mktemp("services") / "rig.yaml"
+    file.write_text(RIG.format(**ports))
+    with RunningRig(file, None) as running:
+        running.until_ready()
+        yield Services(running, ports)
+
+
+@pytest.mark.manual("PD-282")
+def test_a_page_put_by_ftp_is_served(services: Services) -> None:
+    client = services.ftp()
+    client.storbinary("STOR mine.htm", io.BytesIO(b'<p><pac value="belt.AxisState"></p>'))
+    client.quit()
+    status, content = services.page("/mine.htm")
+    assert status == 200
+    assert content.startswith(b"<p>")
+    assert content.removeprefix(b"<p>").removesuffix(b"</p>").isdigit()
+
+
+def test_ftplib_does_everything(services: Services) -> None:
+    client = services.ftp()
+    assert client.pwd() == "/"
+    client.storbinary("STOR LONG.TXT", io.BytesIO(LONG))
+    assert client.size("LONG.TXT") == len(LONG)
+    arrived = bytearray()
+    client.retrbinary("RETR long.txt", arrived.extend)
+    assert arrived == LONG
+    assert "LONG.TXT" in client.nlst()
+    lines: list[str] = []
+    client.dir(lines.append)
+    assert any(line.endswith(" INDEX.HTM") for line in lines)
+    client.rename("LONG.TXT", "SHORT.TXT")
+    client.delete("SHORT.TXT")
+    assert "SHORT.TXT" not in client.nlst()
+    for command in ("CWD etc", "MKD x", "DELE ../x"):
+        with pytest.raises(ftplib.error_perm, match="550"):
+            client.sendcmd(command)
+    with pytest.raises(ftplib.error_perm, match="552"):
+        client.storbinary("STOR BIG.TXT", io.BytesIO(bytes(5_000_000)))
+    client.close()
+
+
+def test_ftplib_with_a_wrong_password_is_refused(services: Services) -> None:
+    client = ftplib.FTP(timeout=60)
+    client.connect("127.0.0.1", services.ftp_port)
+    with pytest.raises(ftplib.error_perm, match="530"):
+        client.login("service", "wrong")
+    client.close()
+
+
+def test_curl_fetches_puts_and_lists(services: Services, tmp_path: Path) -> None:
+    base = f"ftp://127.0.0.1:{services.ftp_port}/"
+    page = tmp_path / "CURL.HTM"
+    page.write_bytes(b"by curl")
+    login = ("--user", "service:pacdrive")
+    services.curl(*login, "-T", page, base)
+    assert services.curl(*login, base + "CURL.HTM") == b"by curl"
+    assert services.curl(*login, "--disable-epsv", base + "CURL.HTM") == b"by curl"
+    assert b"CURL.HTM" in services.curl(*login, "--list-only", base)
+    assert services.curl(f"http://127.0.0.1:{services.http_port}/curl.htm") == b"by curl"
+    values = services.curl(f"http://127.0.0.1:{services.http_port}/values?of=belt.Position")
+    assert json.loads(values) == {"belt.Position": 0.0}
+
+
+def test_curl_asks_several_times_on_one_connection(services: Services) -> None:
+    url = f"http://127.0.0.1:{services.http_port}/AXES.HTM"
+    assert services.curl(url, url, url).count(b"<td>belt</td>") == 3
+    head = services.curl("-I", url)
+    assert head.startswith(b"HTTP/1.1 200 OK\r\n")
+
+
+@pytest.mark.manual("PD-283")
+def test_each_connection_is_in_the_message_logger(services: Services) -> None:
+    services.page("/")
+    assert "8013" in str(services.rig.value("max4/log"))
