@@ -5,11 +5,14 @@ A program is compiled beside the running one.  One that is refused leaves the pr
 
 import logging
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from fieldrig.background import Background
+from fieldrig.clock import Clock
 from fieldrig_devices.iec.beside import Beside, HostFacts, Order, compile_order
 from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.loaded import LONGEST_WAIT_NS, NO_GAP
 from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.task_points import task_forms
 
@@ -22,9 +25,11 @@ log = logging.getLogger(__name__)
 class Downloads:
     """The downloads and online changes of one controller."""
 
-    def __init__(self, background: Background, plc: "Plc", dialect: str, on_change: Callable[[], None]) -> None:
+    def __init__(
+        self, clock: Clock, background: Background, plc: "Plc", dialect: str, on_change: Callable[[], None]
+    ) -> None:
         """`on_change` is called when an online change has happened."""
-        self._beside, self._plc, self._dialect = Beside(background), plc, dialect
+        self._clock, self._beside, self._plc, self._dialect = clock, Beside(background), plc, dialect
         self._on_change = on_change
         self._is_changing = False
         """True while a compiled program waits for the end of a cycle."""
@@ -46,7 +51,8 @@ class Downloads:
     def change(self, files: tuple[SourceFile, ...]) -> None:
         """Change the running program at the end of a cycle; its variables keep their values.
 
-        ValueError if there is no program.
+        It is refused if some task is within a cycle at every instant of LONGEST_WAIT_NS.  ValueError if there is no
+        program.
         """
         program = self._plc.program
         if program is None:
@@ -59,9 +65,16 @@ class Downloads:
                 self._refuse("the task configuration has changed: expected a download, which stops the program")
             else:
                 self._is_changing = True
-                program.change(compiled, self._changed)
+                withdraw = program.change(compiled, self._changed)
+                if self._is_changing:
+                    self._clock.call_at(self._clock.now_ns() + LONGEST_WAIT_NS, partial(self._give_up, withdraw))
 
         self._compile(files, program.compiled, load)
+
+    def _give_up(self, withdraw: Callable[[], bool]) -> None:
+        if withdraw():
+            self._is_changing = False
+            self._refuse(NO_GAP)
 
     def _changed(self) -> None:
         self._is_changing = False

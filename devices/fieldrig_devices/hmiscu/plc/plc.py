@@ -89,7 +89,7 @@ class Plc:
         self.state = PlcState.STOP
         self.problem = ""
         """Why the controller is in HALT, or why a program was refused."""
-        self.downloads = Downloads(background, self, settings.dialect, owner.on_program)
+        self.downloads = Downloads(clock, background, self, settings.dialect, owner.on_program)
         self.on_stop: Callable[[Task], None] = lambda task: None
         """Called when a task has reached a breakpoint or has been stopped by a fault."""
         self._timer: Timer | None = None

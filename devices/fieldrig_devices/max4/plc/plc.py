@@ -14,11 +14,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from fieldrig.background import Background
-from fieldrig.clock import MS, US, Clock
+from fieldrig.clock import US, Clock
 from fieldrig.device import Point, Value
 from fieldrig_devices.iec.beside import Beside, HostFacts, text_of
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.limits import Limits
+from fieldrig_devices.iec.loaded import LONGEST_WAIT_NS, NO_GAP
 from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.symbol_list import symbol_list
 from fieldrig_devices.iec.task_points import refused, state_of, task_forms, task_points
@@ -43,12 +44,6 @@ log = logging.getLogger(__name__)
 
 OnDone = Callable[[str], None]
 NO_PROGRAM: Final = "there is no program to start: expected a download first"
-LONGEST_WAIT_NS: Final = 10_000 * MS
-"""How long an online change waits for an instant at which no task is within a cycle; the manual gives no limit."""
-NO_GAP: Final = (
-    f"some task was within a cycle at every instant of {LONGEST_WAIT_NS // (1_000 * MS)} s: "
-    "expected less load, no task at a breakpoint, or a download"
-)
 _EXT: Final = 48
 """Longest external diagnosis of an entry in the log."""
 

@@ -56,6 +56,16 @@ def test_an_online_change_keeps_the_values(bench: DeviceBench) -> None:
     assert bench.get("g_uMore") == 0
 
 
+def test_an_online_change_is_refused_while_a_task_is_at_a_breakpoint(bench: DeviceBench) -> None:
+    ask(bench, "breakpoints", file="program.st", breakpoints=[{"line": 7}])
+    bench.run(100)
+    download(bench, TWICE, is_online=True)
+    assert bench.get("plc/progress") == "waiting for the end of a cycle"
+    bench.run(10_000)
+    assert bench.get("plc/progress") == ""
+    assert "some task was within a cycle" in str(bench.get("plc/problem"))
+
+
 def test_a_program_with_a_mistake_leaves_the_present_one(bench: DeviceBench) -> None:
     download(bench, "PROGRAM PLC_PRG\nVAR END_VAR\nwrong := 1;\nEND_PROGRAM\n")
     assert bench.get("plc/state") == "run"
