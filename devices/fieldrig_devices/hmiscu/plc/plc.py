@@ -22,6 +22,7 @@ from fieldrig_devices.hmiscu.panel import Panel
 from fieldrig_devices.hmiscu.plc.downloads import Downloads
 from fieldrig_devices.hmiscu.plc.library import Instances, MakeBlock
 from fieldrig_devices.hmiscu.plc.mast import MastProgram
+from fieldrig_devices.hmiscu.plc.system import SystemFunctions
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
@@ -85,7 +86,9 @@ class Plc:
         self._instances, self._names, self._panel = Instances(clock, make), instances, panel
         self.host = StandaloneHost(clock)
         self.host.inputs, self.host.outputs = terminals.inputs, terminals.outputs
-        self.host.libraries = (self._instances.library(instances), panel.library(), *libraries)
+        self._system = SystemFunctions()
+        own = (self._instances.library(instances), panel.library(), self._system.library())
+        self.host.libraries = (*own, *libraries)
         self.state = PlcState.STOP
         self.problem = ""
         """Why the controller is in HALT, or why a program was refused."""
@@ -158,6 +161,7 @@ class Plc:
         if self.state is PlcState.RUN:
             return
         self._enter(PlcState.RUN)
+        self._system.restart()
         if self.program is not None:
             self.program.scheduler.start()
         else:
@@ -215,6 +219,7 @@ class Plc:
         self._write()
 
     def _read(self) -> None:
+        self._system.begin_cycle()
         self._terminals.take()
         self._panel.take(self._terminals.inputs)
         self._owner.on_begin()
@@ -252,6 +257,7 @@ class Plc:
         yield "plc/command", Point(lambda: "", self.command, about=f"write {', '.join(COMMANDS)}")
         yield "plc/problem", Point(lambda: self.problem, about="why it is in HALT, or why a program was refused")
         yield "plc/progress", Point(lambda: self.downloads.progress, about="progress of a download or an online change")
+        yield from self._system.points()
         if self.program is None:
             yield "plc/task/MAST/cycles", Point(lambda: self._cycles)
         else:
