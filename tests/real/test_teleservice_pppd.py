@@ -1,0 +1,110 @@
+"""A service engineer with pppd, chat, curl and pymodbus calls the wrapper of configs/teleservice.yaml."""
+
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from pppd import ECHO_REQUEST, echo_message, is_in_guest, ping_socket, reply_in
+from pppd_call import pppd_call, write_peer
+from pymodbus.client import ModbusTcpClient
+from running_rig import AskedRig, until
+
+pytestmark = [
+    pytest.mark.real,
+    pytest.mark.ppp,
+    pytest.mark.timeout(600),
+    pytest.mark.skipif(not is_in_guest(), reason="runs inside user-mode Linux: `python -m tests.driver ppp`"),
+]
+
+RIG = Path(__file__).parents[2] / "configs" / "teleservice.yaml"
+CONTROLLER = "190.200.100.100"
+USER, PASSWORD = "service", "pacdrive"
+TERMINATED, DIALLING_FAILED, NO_ECHO_REPLIES, HUNG_UP, WRONG_PASSWORD = 5, 8, 15, 16, 19  # pppd(8), EXIT STATUS
+OFFLINE, ONLINE = 6, 7  # Com1UserState
+MAP_IDENTIFIER = 0x4D34  # register 0
+PING = bytes.fromhex("1234 0001") + bytes(range(256))
+PAGE = '<html><body>Cycle <pac value="MAx-4.Com1UserState">.</body></html>\n'
+LARGE = b"0123456789abcdef" * 3072  # some 15 s at 33600 bit/s
+PATIENCE_S = "200"
+
+
+@pytest.fixture(scope="module")
+def rig() -> Iterator[AskedRig]:
+    with AskedRig(RIG, None) as rig:
+        rig.until_ready()
+        yield rig
+
+
+@pytest.fixture
+def free(rig: AskedRig) -> AskedRig:
+    """The rig without a call, whose modem is set to answer."""
+    until(lambda: rig.get("max4/Com1UserState") == OFFLINE)
+    write_peer(rig.folder / "run/teleservice/modem", USER, PASSWORD)
+    return rig
+
+
+def curl(*arguments: str) -> str:
+    done = subprocess.run(
+        ["curl", "-sS", "--max-time", PATIENCE_S, *arguments], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def put(file: Path, host: str) -> None:
+    curl("--user", f"{USER}:{PASSWORD}", "-T", str(file), f"ftp://{host}/")
+
+
+def test_pppd_calls_and_reaches_every_service(free: AskedRig, tmp_path: Path) -> None:
+    mine = tmp_path / "MINE.HTM"
+    mine.write_text(PAGE)
+    with pppd_call(tmp_path) as call:
+        call.until_up()
+        assert f"remote IP address {CONTROLLER}" in call.output()
+        assert "local  IP address 190.200.100.101" in call.output()
+        assert free.get("max4/Com1UserState") == ONLINE
+        with ping_socket(CONTROLLER) as raw:
+            raw.send(echo_message(ECHO_REQUEST, PING))
+            until(lambda: reply_in(raw) == PING)
+        page = curl(f"http://{CONTROLLER}/AXES.HTM")
+        assert [axis for axis in ("infeed", "film", "jaw", "outfeed") if f"<td>{axis}</td>" not in page] == []
+        put(mine, CONTROLLER)
+        assert f"Cycle {ONLINE}." in curl(f"http://{CONTROLLER}/MINE.HTM")
+        with ModbusTcpClient(CONTROLLER, port=502, timeout=60, retries=0) as client:
+            assert client.read_holding_registers(0, count=1).registers == [MAP_IDENTIFIER]
+        assert call.hang_up() == TERMINATED, call.output()
+
+
+def test_a_call_whose_line_drops_in_a_transfer_can_be_dialled_again(free: AskedRig, tmp_path: Path) -> None:
+    large, arrived = tmp_path / "LARGE.TXT", tmp_path / "arrived"
+    large.write_bytes(LARGE)
+    put(large, "127.0.0.1:2121")  # over Ethernet
+    with pppd_call(tmp_path) as call:
+        call.until_up()
+        fetching = ["curl", "-sS", "-N", "-o", str(arrived), f"http://{CONTROLLER}/LARGE.TXT"]
+        with subprocess.Popen(fetching) as fetch:
+            try:
+                until(lambda: arrived.exists() and arrived.stat().st_size > 0)
+                assert free.tool("fault", "telephone", "cut", "line=caller_modem").returncode == 0
+                assert call.ended() in (NO_ECHO_REPLIES, HUNG_UP), call.output()
+            finally:
+                fetch.kill()
+        assert "No response to 3 echo-requests" in call.output()
+        assert 0 < arrived.stat().st_size < len(LARGE)
+    with pppd_call(tmp_path) as call:
+        assert call.ended() == DIALLING_FAILED, call.output()
+        assert "NO DIALTONE" in call.output()
+    assert free.tool("fault", "telephone", "--clear", "all").returncode == 0
+    until(lambda: free.get("max4/Com1UserState") == OFFLINE)
+    with pppd_call(tmp_path) as call:
+        call.until_up()
+        assert "bytes free" in curl(f"http://{CONTROLLER}/")
+        assert call.hang_up() == TERMINATED, call.output()
+
+
+def test_a_wrong_password_ends_pppd_with_its_exit_code(free: AskedRig, tmp_path: Path) -> None:
+    write_peer(free.folder / "run/teleservice/modem", USER, "wrong")
+    with pppd_call(tmp_path) as call:
+        assert call.ended() == WRONG_PASSWORD, call.output()
+        assert not call.is_up()
