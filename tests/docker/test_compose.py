@@ -4,16 +4,19 @@ import re
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.request import urlopen
 
 import pytest
 from canopen import RemoteNode
 from compose_stack import FOLDER, Stack, compose_program, node_of, shut_in, stack_of
+from dialled import dialled
 from lab_process import IO32, LEVEL_SENSOR
 from pymodbus import FramerType
 from pymodbus.client import ModbusTcpClient
 
 from fieldrig.config import load
 from fieldrig.placement import placement
+from fieldrig.testing import free_port
 from fieldrig_devices.arp.can.face import EDS as CARD
 from fieldrig_devices.max4.can.objects import EDS as AXES
 
@@ -27,6 +30,7 @@ OUTSIDE = (
 """The buses that a foreign master, caller or browser can be on."""
 INSIDE = ("ring", "wires", "com1", "telephone", "relay")
 PROFILED_POSITION = 1
+OFFLINE = 6  # Com1UserState: the modem is set up and waits for a call
 # CiA 402, figure 8: what brings an axis to Operation enabled, by what its status word has under the mask 6Fh.
 NEXT_WORD = {0x40: 0x06, 0x60: 0x06, 0x21: 0x07, 0x31: 0x07, 0x23: 0x0F, 0x33: 0x0F}
 ENABLED = (0x27, 0x37)
@@ -121,6 +125,18 @@ def test_canopen_master_moves_an_axis_and_the_modbus_master_another(stack: Stack
         move = [0, 0, 1_000, 0, 5_000, 0, 50_000, 0, 50_000, 0, 0, 0, 2]
         assert not client.write_registers(FILM_AXIS + 1, move, device_id=1).isError()
         stack.until(lambda: _film(client) & REACHED > 0, "the film has moved")
+
+
+def test_a_caller_dials_in_and_reads_a_page(stack: Stack) -> None:
+    """The caller's modem, the telephone network and the controller's modem are in a container of their own."""
+    stack.until(lambda: f"= {OFFLINE}" in stack.fieldrig("get", "max4/Com1UserState").stdout, "the modem is set up")
+    port = free_port()
+    line = f"tcp://127.0.0.1:{stack.ports['caller']}"
+    with dialled(line, "--user", "service", "--password", "pacdrive", "--forward", f"{port}:80") as call:
+        call.until("Ctrl-C hangs up")
+        with urlopen(f"http://127.0.0.1:{port}/", timeout=300) as answer:
+            assert answer.status == 200
+            assert b"MAx-4" in answer.read()
 
 
 def test_drive_that_is_killed_comes_back_and_the_ring_with_it(stack: Stack) -> None:
