@@ -25,6 +25,7 @@ import pulses  # noqa: E402
 import ring  # noqa: E402
 import shipped_rigs  # noqa: E402
 import start_up  # noqa: E402
+import teleservice  # noqa: E402
 import timers  # noqa: E402
 import virtual_time  # noqa: E402
 
@@ -44,6 +45,7 @@ BENCHMARKS = (
     iec_language,
     plc_on_ring,
     pulse_engine,
+    teleservice,
 )
 PEERS = ("python-can", "canopen", "pymodbus", "eclipse-zenoh", "uvloop")
 PAGE = HERE.parents[1] / "docs/benchmarks.md"
