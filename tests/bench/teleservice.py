@@ -84,7 +84,7 @@ class Laptop:
 def run() -> Report:
     report = Report(
         "Teleservice",
-        "This table shows how fast a page comes over a call in virtual time, beside the slower of serial line and modems.",
+        "This table shows how fast a page comes over a call in virtual time, beside the slower of line and modems.",
         COMPARED,
     )
     for baud in BAUDS:
