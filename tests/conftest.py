@@ -13,10 +13,12 @@ for name, handler in (("SIGINT", signal.default_int_handler), ("SIGHUP", signal.
     if number is not None and signal.getsignal(number) is signal.SIG_IGN:
         signal.signal(number, handler)
 
-# No example has to be quick.  The stage `quick` names its profile, which has ten examples for each property.
+# No example has to be quick, nor what makes it.  The stage `quick` names its profile, which has ten examples for each
+# property.
+SLOWNESS = [hypothesis.HealthCheck.too_slow]
 USUAL = hypothesis.settings.get_profile(hypothesis.settings.get_current_profile_name())
-hypothesis.settings.register_profile("whole", USUAL, deadline=None)
-hypothesis.settings.register_profile("quick", USUAL, deadline=None, max_examples=10)
+hypothesis.settings.register_profile("whole", USUAL, deadline=None, suppress_health_check=SLOWNESS)
+hypothesis.settings.register_profile("quick", USUAL, deadline=None, suppress_health_check=SLOWNESS, max_examples=10)
 hypothesis.settings.load_profile("whole")
 
 pytest.register_assert_rewrite("can_link_laws")  # a suite of tests that has its place in tests/support

@@ -32,6 +32,7 @@ from fieldrig_bus.telephone.faults import TelephoneFault
 from fieldrig_devices.arp.can.exchange import ExchangeSettings, Received, Sent
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs
+from fieldrig_devices.canopen.master_settings import CanMasterSettings, CanNodeSettings
 from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.signals import SignalSettings
 from fieldrig_devices.hiperface.faults import EncoderFault
@@ -40,17 +41,9 @@ from fieldrig_devices.hmiscu.faces.can import CanFaceSettings as ScuSlave
 from fieldrig_devices.hmiscu.faces.modbus import ModbusFaceSettings as ScuModbus
 from fieldrig_devices.hmiscu.pto.settings import PtoSettings
 from fieldrig_devices.hmiscu.pwm.settings import PwmSettings
-from fieldrig_devices.max4.can.master_settings import CanMasterSettings, CanNodeSettings
 from fieldrig_devices.max4.can.settings import AxisTerminals, CanFaceSettings
 from fieldrig_devices.max4.configuration.files import DriveSettings
 from fieldrig_devices.max4.faults import Max4Fault
-from fieldrig_devices.max4.field_data import Element
-from fieldrig_devices.max4.modbus.client_settings import (
-    ClientUnitSettings,
-    ModbusClientSettings,
-    ReadSettings,
-    WriteSettings,
-)
 from fieldrig_devices.max4.modbus.settings import AxisLimits, ModbusFaceSettings
 from fieldrig_devices.max4.settings import BootTimes, Com1Settings, FtpSettings, ProcessTimes
 from fieldrig_devices.mc4.faults import DriveFault
@@ -61,12 +54,19 @@ from fieldrig_devices.mc4.settings import (
     ParameterSettings,
     VersionSettings,
 )
+from fieldrig_devices.modbus.client_settings import (
+    ClientUnitSettings,
+    ModbusClientSettings,
+    ReadSettings,
+    WriteSettings,
+)
 from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
 from fieldrig_devices.modem.faults import ModemFault
 from fieldrig_devices.plants import heater, pulse_servo
 from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings
 from fieldrig_devices.plants.stepper_settings import StepperFault
 from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
+from fieldrig_devices.registers.packed import Element
 from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_table
 
 DOCS = ROOT / "docs"

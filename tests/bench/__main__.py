@@ -14,6 +14,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "support")]
 
 import arp_language  # noqa: E402  found beside this file
 import arp_loop  # noqa: E402
+import block_status  # noqa: E402
 import can_hub  # noqa: E402
 import canopen_node  # noqa: E402
 import drive_cycle  # noqa: E402
@@ -46,6 +47,7 @@ BENCHMARKS = (
     plc_on_ring,
     pulse_engine,
     teleservice,
+    block_status,
 )
 PEERS = ("python-can", "canopen", "pymodbus", "eclipse-zenoh", "uvloop")
 PAGE = HERE.parents[1] / "docs/benchmarks.md"

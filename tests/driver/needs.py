@@ -37,6 +37,7 @@ SOCAT = program("socat")
 TSHARK = program("tshark")
 GTKWAVE = program("vcd2fst", "gtkwave")
 SIGROK = program("sigrok-cli")
+CHAT = program("chat", "ppp")
 LIBMODBUS = Need(
     "libmodbus",
     ("libmodbus-dev", "gcc", "libc6-dev"),

@@ -133,7 +133,16 @@ WHOLE = (
         "foreign peers on sockets and ptys",
         "real and not vcan and not ppp",
         *PATIENT,
-        wants=(needs.CAN_UTILS, needs.MBPOLL, needs.SOCAT, needs.TSHARK, needs.GTKWAVE, needs.SIGROK, needs.LIBMODBUS),
+        wants=(
+            needs.CAN_UTILS,
+            needs.MBPOLL,
+            needs.SOCAT,
+            needs.TSHARK,
+            needs.GTKWAVE,
+            needs.SIGROK,
+            needs.LIBMODBUS,
+            needs.CHAT,
+        ),
         in_real_time=True,
     ),
     pytest_stage(

@@ -238,6 +238,10 @@ def test_an_attach_port_goes_on(kind: str, tmp_path: Path, inputs_a_target: int)
     asyncio.run(scene())
 
 
+BUSY_LINE: dict[str, Any] = {
+    "outgoing": [{"number": "1", "dial": "127.0.0.1:1"}], "faults": [{"what": "busy", "line": "outside 1"}],
+}  # fmt: skip
+"""A number that ends each call at once."""
 PORTS: dict[str, tuple[str, dict[str, Any], list[bytes]]] = {
     "socketcand": (
         "can.hub", {"socketcand": "ADDRESS", "slcan": None, "bitrate": None},
@@ -260,9 +264,13 @@ PORTS: dict[str, tuple[str, dict[str, Any], list[bytes]]] = {
          b"\xff\xfa\x2c\x03\x01\xff\xf0", b"\xff\xfa\x2c\x04\x01\xff\xf0", b"\xff\xfa\x2c\x05\x08\xff\xf0", b"data\xff\xff",
          b"\xff\xfa\x2c\x0a\xff\xff\xff\xf0", b"\xff\xfd\x03", b"\xff\xfa\x2c\x0c\x03\xff\xf0", b"\xff\xf3"],
     ),
-    "telephone": ("telephone.exchange", {"incoming": [{"listen": "ADDRESS", "number": "1"}]}, [b"hello", bytes(range(256))]),
+    "telephone": (
+        "telephone.exchange", {**BUSY_LINE, "incoming": [{"listen": "ADDRESS", "number": "1"}]},
+        [b"hello", bytes(range(256))],
+    ),
     "telephone, Telnet": (
-        "telephone.exchange", {"incoming": [{"listen": "ADDRESS", "number": "1", "telnet": True}]},
+        "telephone.exchange",
+        {**BUSY_LINE, "incoming": [{"listen": "ADDRESS", "number": "1", "telnet": True}]},
         [b"hello", b"\xff\xfd\x00", b"\xff\xfb\x01", b"data\xff\xff", b"\xff\xfa\x18\x00\xff\xf0"],
     ),
 }  # fmt: skip

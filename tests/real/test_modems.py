@@ -1,8 +1,10 @@
 """pyserial, plain sockets and a Telnet client at the modems of a running rig."""
 
 import os
+import shutil
 import signal
 import socket
+import subprocess
 from collections.abc import Iterator
 from typing import Any
 
@@ -67,11 +69,13 @@ def ask(port: Any, command: str, answer: bytes = b"OK\r\n") -> bytes:
     return heard
 
 
-def hang_up(port: Any) -> None:
-    """Leave a call by the escape sequence of a modem without guard time."""
+def hang_up(port: Any, other: Any) -> None:
+    """Leave a call by the escape sequence of a modem without guard time; `other` is the port of the other end."""
     port.write(b"+++")
     assert port.read_until(b"OK\r\n").endswith(b"OK\r\n")
     ask(port, "ATH")
+    heard = other.read_until(b"NO CARRIER\r\n")
+    assert heard.endswith(b"+++\r\nNO CARRIER\r\n"), heard
 
 
 def test_a_serial_program_dials_over_a_pty_from_modem_to_modem(rig: ModemRig) -> None:
@@ -84,8 +88,7 @@ def test_a_serial_program_dials_over_a_pty_from_modem_to_modem(rig: ModemRig) ->
         two.write(EVERY_BYTE[::-1] * 8)
         assert two.read(256 * 8) == EVERY_BYTE * 8
         assert one.read(256 * 8) == EVERY_BYTE[::-1] * 8
-        hang_up(one)
-        assert two.read_until(b"NO CARRIER\r\n") == b"+++\r\nNO CARRIER\r\n"
+        hang_up(one, two)
 
 
 def test_an_rfc_2217_client_sees_dcd_and_ri(rig: ModemRig) -> None:
@@ -137,7 +140,21 @@ def test_a_killed_modem_ends_the_call_and_keeps_its_profile(rig: ModemRig) -> No
         with rig.open("com2") as two:  # the pty of its line was in the same process
             assert ask(two, "ATS7?").strip() == b"077\r\n\r\nOK"
             ask(one, "ATS12=0DT200", b"CONNECT 33600\r\n")
-            hang_up(one)
+            hang_up(one, two)
+
+
+def test_a_killed_exchange_ends_the_call_and_carries_the_next_one(rig: ModemRig) -> None:
+    with rig.open("com1") as one, rig.open("com2") as two:
+        ask(two, "AT&F E0 S0=1")
+        ask(one, "ATE0")
+        ask(one, "ATDT200", b"CONNECT 33600\r\n")
+        assert two.read_until(b"CONNECT 33600\r\n").endswith(b"CONNECT 33600\r\n")
+        os.kill(rig.pid("net"), signal.SIGKILL)
+        rig.until_back("net")
+        assert one.read_until(b"NO CARRIER\r\n") == b"\r\nNO CARRIER\r\n"
+        assert two.read_until(b"NO CARRIER\r\n") == b"\r\nNO CARRIER\r\n"
+        ask(one, "ATS12=0DT200", b"CONNECT 33600\r\n")
+        hang_up(one, two)
 
 
 def test_faults_of_the_line_are_heard(rig: ModemRig) -> None:
@@ -148,3 +165,17 @@ def test_faults_of_the_line_are_heard(rig: ModemRig) -> None:
         assert rig.tool("fault", "net", "no_dial_tone").returncode == 0
         ask(one, "ATDT200", b"NO DIALTONE\r\n")
         assert rig.tool("fault", "net", "--clear", "all").returncode == 0
+
+
+@pytest.mark.skipif(shutil.which("chat") is None, reason="chat is not there: apt-get install ppp")
+def test_chat_dials_as_it_does_for_pppd(rig: ModemRig) -> None:
+    script = ["ABORT", "BUSY", "ABORT", "NO CARRIER", "ABORT", "NO DIALTONE", "TIMEOUT", "30"]
+    script += ["", "ATZ", "OK", "AT&F&C1&D2S7=30", "OK", "ATDT200", "CONNECT"]
+    with rig.open("com2") as two:
+        ask(two, "AT&F E0 S0=1 S12=0")
+        with (rig.run / "serial/com1").open("r+b", buffering=0) as one:
+            done = subprocess.run(["chat", "-V", *script], stdin=one, stdout=one, timeout=60, check=False)
+        assert done.returncode == 0
+        assert two.read_until(b"CONNECT 33600\r\n").endswith(b"CONNECT 33600\r\n")
+        with rig.open("com1") as port:
+            hang_up(two, port)

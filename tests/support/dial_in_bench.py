@@ -28,14 +28,15 @@ class DialInBench(Max4Rig):
     def __init__(self, parameters: dict[str, Any] | None = None, **settings: Any) -> None:
         device = {
             "kind": "max4",
-            "links": {"com1": "line"},
+            "links": {"com1": "line", "tcp": "lan"},
             "com1": {"modem": "Phone"},
             "parameters": MODEM | (parameters or {}),
             "drives": {"belt": {"ring_address": 1, "simulated": True}},
             **settings,
         }
         line = {"kind": "serial.virtual", "baud": 38_400}
-        self.rig = Rig(from_dict({"time": "virtual", "seed": 7, "buses": {"line": line}, "devices": {"max4": device}}))
+        buses = {"line": line, "lan": {"kind": "tcp.server"}}
+        self.rig = Rig(from_dict({"time": "virtual", "seed": 7, "buses": buses, "devices": {"max4": device}}))
         self.line = self.rig.attach("modem").link("line")
         self.line.on_receive(self._on_line, ("data", "lines"))
         self.commands = b""
@@ -81,6 +82,13 @@ class DialInBench(Max4Rig):
         connection.on_data = arrived.extend
         self.go(500)
         return connection, arrived
+
+    def ask(self, connection: Connection, arrived: bytearray, text: str) -> str:
+        """Send a line, and return the answer."""
+        arrived.clear()
+        connection.send(f"{text}\r\n".encode())
+        self.go(500)
+        return arrived.decode()
 
     def page(self, path: str, ms: float = 3000) -> bytes:
         """Fetch a page by HTTP."""

@@ -4,6 +4,7 @@ The first word after a fence names the language, the second says what a test doe
 
 ```sh            run it; every command must succeed
 ```sh lab        the same while the lab is up; further words name programs that it needs
+```sh with PROGRAM   run it if the programs are there
 ```console       a transcript: what stands after `$ ` is run, and each line below it must appear in the output, where
                  ... stands for anything; `console lab` with the lab up, `console fails` where the commands must fail
 ```python test   a module for pytest

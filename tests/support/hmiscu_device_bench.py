@@ -4,6 +4,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any, TypeVar
 
+from fieldrig.background import VirtualBackground
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.device import Value
 from fieldrig.store import MemoryStore, Store
@@ -42,6 +43,7 @@ class DeviceBench:
             "scu",
             HmiscuSettings.model_validate(data),
             store or MemoryStore(),
+            VirtualBackground(self.clock),
             self.wires,
             [self.modbus],
             self.can,

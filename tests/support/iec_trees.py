@@ -166,8 +166,16 @@ IL_BODIES = st.builds(lambda first, rest: tree.IlBody((first, *rest)), _LOADS, m
 # ---- charts
 
 _USES = st.one_of(
-    st.builds(tree.ActionUse, PLAIN_NAMES, st.sampled_from(["N", "R", "S", "P", "P0", "P1"])),
-    st.builds(tree.ActionUse, PLAIN_NAMES, st.sampled_from(["L", "D", "SD", "DS", "SL"]), EXPRESSIONS),
+    st.builds(
+        tree.ActionUse,
+        PLAIN_NAMES,
+        st.sampled_from(["N", "R", "S", "P", "P0", "P1"]),
+        st.none(),
+        many(PLAIN_NAMES, 0, 2),
+    ),
+    st.builds(
+        tree.ActionUse, PLAIN_NAMES, st.sampled_from(["L", "D", "SD", "DS", "SL"]), EXPRESSIONS, many(PLAIN_NAMES, 0, 2)
+    ),
 )
 _SECTIONS = st.none() | ST_BODIES | IL_BODIES
 _STEPS = st.builds(
@@ -246,6 +254,17 @@ _CONFIGS = st.builds(
 _ACTIONS = st.builds(tree.Action, PLAIN_NAMES, st.one_of(ST_BODIES, IL_BODIES, CHARTS), comments=_COMMENTS)
 
 
+_METHODS = st.builds(
+    tree.Method,
+    PLAIN_NAMES,
+    st.none() | TYPES.filter(lambda spec: not isinstance(spec, tree.StructSpec)),
+    many(VARIABLES, 0, 1),
+    st.one_of(ST_BODIES, IL_BODIES),
+    st.sampled_from([(), ("PUBLIC",), ("PROTECTED", "FINAL")]),
+    comments=_COMMENTS,
+)
+
+
 def _pous_of(kind: tree.PouKind) -> st.SearchStrategy[tree.Pou]:
     result = TYPES.filter(lambda spec: not isinstance(spec, tree.StructSpec))
     return st.builds(
@@ -256,6 +275,8 @@ def _pous_of(kind: tree.PouKind) -> st.SearchStrategy[tree.Pou]:
         many(VARIABLES, 0, 2),
         BODIES,
         many(_ACTIONS, 0, 1),
+        many(_METHODS, 0, 2),
+        st.just("") | PLAIN_NAMES if kind is tree.PouKind.FUNCTION_BLOCK else st.just(""),
         comments=_COMMENTS,
     )
 

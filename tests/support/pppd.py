@@ -26,7 +26,8 @@ ICMP = 1
 
 
 def is_in_guest() -> bool:
-    return "User Mode Linux" in Path("/proc/cpuinfo").read_text()
+    processors = Path("/proc/cpuinfo")
+    return processors.exists() and "User Mode Linux" in processors.read_text()
 
 
 def internet_checksum(data: bytes) -> int:

@@ -30,7 +30,6 @@ from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst
 from fieldrig_bus.serial.message import Break, ControlLines, Format
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm
-from fieldrig_bus.tcp.message import Close, Connected, Data, Ended, Listen, Listening, Taken, Unlisten
 from fieldrig_bus.tcp.message import Close, Connected, Data, Listen, Listening, Taken, Unlisten
 from fieldrig_bus.tcp.message import Ended as TcpEnded
 from fieldrig_bus.telephone.message import Carrier, Dial, Heard, Hook, Offer, Ready, Ring, Tone
@@ -79,7 +78,6 @@ GOOD: dict[type, list[Any]] = {
     Connected: [Connected(1, "http", "127.0.0.1", "127.0.0.1"), Connected(2, "", "::1", "::1", 1)],
     Data: [Data(1, b"GET"), Data(0xFFFF_FFFF, bytes(16_384))],
     Taken: [Taken(1, 1)],
-    Ended: [Ended(1), Ended(1, True)],
     TcpEnded: [TcpEnded(1), TcpEnded(1, True)],
     Close: [Close(1)],
     Listen: [Listen(1)],
@@ -118,8 +116,6 @@ BAD: dict[type, list[Any]] = {
     Listen: [Listen(-1)],
     Listening: [Listening(1, 65_536), Listening(1, -1)],
     Unlisten: [Unlisten(_any(True))],
-    OpcOffer: [OpcOffer(_any(1), "", 0), OpcOffer("plc", _any(None), 0), OpcOffer("plc", "", _any("0")),
-               OpcOffer("p" * 2_000, "", 0)],
     Browse: [Browse("plc", _any("1"), ""), Browse("plc", 1, _any(None)), Browse("plc", 1, "", _any(1.5))],
     Find: [Find("plc", 1, _any(b"a")), Find("plc", 1, "a" * 2_000)],
     Read: [Read("plc", 1, _any((1,))), Read("plc", 1, ("x",) * 201), Read("plc", 1, _any("ab"))],

@@ -30,8 +30,9 @@ PORTS = (
     *("5020", "5021", "5022", "7447", "7449", "7450", "29536", "29538", "29556"),
     *("5024", "5025", "5028", "7013", "7452", "7454", "29560", "29561", "29562", "29564"),
     *("7202", "7203", "7455"),
+    *("1090", "2121", "7456", "8088", "8090"),
 )
-"""The ports of the lab, the ring and the machine, and those that pages give to their own rigs."""
+"""The ports of the lab, the ring, the machine and teleservice, and those that pages give to their own rigs."""
 BESIDE = {"eds": "configs/eds", "registers": "configs/registers", ".venv": sys.prefix}
 """The files that the rig files of a page find beside them."""
 PATIENCE_S = 600.0
@@ -52,7 +53,7 @@ class Desk:
         for name, target in BESIDE.items():
             (self.folder / name).symlink_to(target)
         self._ports = {port: str(free_port()) for port in PORTS}
-        for name in ("ring", "machine", "modems"):
+        for name in ("ring", "machine", "teleservice", "modems"):
             rig = self.folder / "configs" / f"{name}.yaml"
             rig.write_text(self._with_free_ports(rig.read_text(encoding="utf-8")), encoding="utf-8")
         self._originals = {free: port for port, free in self._ports.items()}
@@ -78,9 +79,9 @@ class Desk:
                 self._run(block, f"fieldrig check {file.name}")
             case ("sh",):
                 self._run(block, block.text)
-            case ("sh", "lab", *programs):
+            case ("sh", "lab" | "with" as word, *programs):
                 if self._has(programs):
-                    self._run(block, block.text, with_lab=True)
+                    self._run(block, block.text, with_lab=word == "lab")
             case ("console", *words):
                 if self._has(set(words) - {"lab", "fails"}):
                     self._follow(block, with_lab="lab" in words, fails="fails" in words)

@@ -53,6 +53,10 @@ class TelephoneSettings(Settings):
         check_apart([*self.numbers.items()])
         return self
 
+    def outside_lines(self) -> Sequence[str]:
+        """Return the names of the lines that lead to programs outside."""
+        return ()
+
     def leads_to(self, what: str, value: Hashable) -> bool:
         """Return False: no device needs anything of another one on a telephone network."""
         return False
@@ -62,7 +66,7 @@ class TelephoneSettings(Settings):
             if name not in members:
                 yield WrongKey(("numbers", name), f'this network has no member "{name}"', closest(name, list(members)))
         for place, fault in enumerate(self.faults):
-            if fault.line is not None and fault.line not in members:
+            if fault.line is not None and fault.line not in (*members, *self.outside_lines()):
                 yield WrongKey(
                     ("faults", place, "line"),
                     f'this network has no member "{fault.line}"',
@@ -91,6 +95,10 @@ class TelephoneBus(ModelBus[TelephoneMessage]):
     show = staticmethod(codec.show)
     check = staticmethod(check_sent)
     check_interest = staticmethod(check_interest)
+
+    @staticmethod
+    def standing_of(message: TelephoneMessage) -> str | None:
+        return "hook" if type(message) is Hook else None
 
     def numbers(self) -> dict[str, str]:
         """Return the numbers of all lines, by member."""

@@ -35,9 +35,18 @@ class TelephoneExchangeSettings(HubSettings, TelephoneSettings):
     incoming: list[IncomingSettings] = Field(default=[], description="TCP ports for calls from outside")
     outgoing: list[OutgoingSettings] = Field(default=[], description="phone book of programs that can be called")
 
+    def outside_lines(self) -> Sequence[str]:
+        return [member_of(entry) for entry in self.outgoing]
+
     @model_validator(mode="after")
     def _check_phone_book(self) -> Self:
-        check_apart([*self.numbers.items(), *((member_of(entry), entry.number) for entry in self.outgoing)])
+        entries = [*self.numbers.items(), *((member_of(entry), entry.number) for entry in self.outgoing)]
+        check_apart(entries)
+        known = [number for _, number in entries]
+        for place, entry in enumerate(self.incoming):
+            if entry.number not in known:
+                expected = ", ".join(known) or "numbers for members first"
+                raise ValueError(f"incoming.{place}.number: {entry.number} leads nowhere: expected {expected}")
         return self
 
 

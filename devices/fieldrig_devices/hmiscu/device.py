@@ -7,25 +7,32 @@ and panel are ours, as that guide describes the outputs only.  Left out: the gra
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
+from fieldrig.background import Background
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool
 from fieldrig.link import Link
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.hmiscu.direct import DirectBlocks
 from fieldrig_devices.hmiscu.faces.can import CanFace
+from fieldrig_devices.hmiscu.faces.masters import Masters
 from fieldrig_devices.hmiscu.faces.modbus import ModbusFace
 from fieldrig_devices.hmiscu.fast_outputs import FastOutputs
 from fieldrig_devices.hmiscu.io import Terminals
 from fieldrig_devices.hmiscu.panel import Panel
+from fieldrig_devices.hmiscu.plc.debuggee import PlcDebuggee
 from fieldrig_devices.hmiscu.plc.plc import Plc, PlcState
-from fieldrig_devices.hmiscu.plc.variables import variable_point, variable_points
+from fieldrig_devices.hmiscu.plc.variables import Variables
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.source_file import SourceFile
+from fieldrig_devices.languages.debugging.service import DebugService
+from fieldrig_devices.modbus.tools import lines_for
+from fieldrig_devices.registers.table import load_table
 
 
 class Hmiscu(Device):
@@ -37,6 +44,7 @@ class Hmiscu(Device):
         name: str,
         settings: HmiscuSettings,
         store: Store,
+        background: Background,
         wires: Link[Signal] | None = None,
         modbus: list[Link[ModbusEvent]] | None = None,
         can: Link[CanFrame] | None = None,
@@ -47,27 +55,61 @@ class Hmiscu(Device):
         self._fast = FastOutputs(clock, settings, self._terminals, wires)
         self._terminals.on_input = self._fast.on_input
         self._panel = Panel(self._terminals.outputs)
-        self._plc = Plc(clock, settings, self._terminals, self, self._fast.make, self._fast.instances, self._panel)
+        self._masters = Masters(self.find)
+        self._plc = Plc(
+            clock,
+            settings,
+            self._terminals,
+            self,
+            self._fast.make,
+            self._fast.instances,
+            self._panel,
+            [self._masters.library()],
+            background,
+        )
+        self._variables = Variables(lambda: self._plc.program)
+        self._debuggee = PlcDebuggee(self._plc)
+        self._debugging = DebugService(clock, self._debuggee)
         self._direct = None if settings.program else DirectBlocks(settings, self._fast.make)
         self._points: dict[str, Point] = dict(self._own_points())
-        self._modbus = ModbusFace(clock, modbus or [], settings.modbus, self.find)
+        self._connect_modbus(modbus or [])
         self._can: CanFace | None = None
+        self._connect_can(None if can is None else SharedLink(can), name, store)
+        self.on_program()
+
+    def _connect_modbus(self, links: Sequence[Link[ModbusEvent]]) -> None:
+        client = self._settings.modbus_client
+        if client is not None:
+            if client.link > len(links):
+                raise ValueError(f"modbus_client.link: expected 1 to {len(links)}, one of links.modbus")
+            self._masters.add_client(self._clock, links[client.link - 1], client)
+        self._modbus = ModbusFace(self._clock, links, self._settings.modbus, self.find, self._masters.hear)
+
+    def _connect_can(self, can: SharedLink | None, name: str, store: Store) -> None:
+        settings = self._settings
+        for key in ("can_slave", "can_master"):
+            if can is None and getattr(settings, key) is not None:
+                raise ValueError(f"{key}: expected links.can beside it")
+        if can is None:
+            return
+        if settings.can_master is not None:
+            self._masters.add_master(self._clock, can.share(), settings.can_master)
         if settings.can_slave is not None:
-            if can is None:
-                raise ValueError("can_slave: expected links.can beside it")
-            self._can = CanFace(clock, name, can, settings.can_slave, store, self.find)
-            self._points |= dict(self._can.points())
+            end = can.share(hears_others=settings.can_master is not None)
+            self._can = CanFace(self._clock, name, end, settings.can_slave, store, self.find)
 
     def start(self) -> None:
         self._terminals.start()
         self._fast.start()
         if self._can is not None:
             self._can.start()
+        self._masters.start()
         if self._settings.autostart:
             self._plc.run()
 
     def stop(self) -> None:
         self._plc.end()
+        self._masters.stop()
 
     # ---- points
 
@@ -78,7 +120,7 @@ class Hmiscu(Device):
         """Return the point that faces call `name`: one of the points, a channel by its usual name, or a variable."""
         found = self._points.get(self._fast.present_name(name))
         if found is None and self._plc.program is not None:
-            return variable_point(self._plc.program, name)
+            return self._variables.point(name)
         return found
 
     def _own_points(self) -> Iterator[tuple[str, Point]]:
@@ -86,24 +128,32 @@ class Hmiscu(Device):
         yield from self._terminals.points()
         yield from self._panel.points()
         yield from self._fast.points()
-        if self._direct is not None:
+        if self._direct is not None and self._plc.program is None:
             yield from self._direct.points()
-        if self._plc.program is not None:
-            yield from variable_points(self._plc.program, self._fast.instances)
+        yield from self._variables.points(self._fast.instances)
 
     # ---- for the programs (`plc.Owner`)
+
+    def on_begin(self) -> None:
+        self._masters.take()
 
     def call_blocks(self) -> None:
         if self._direct is not None:
             self._direct.call(self._clock.now_ns())
 
     def on_cycle(self) -> None:
+        self._debuggee.sample()
+        self._masters.give()
         if self._can is not None:
             self._can.on_cycle()
 
     def on_state(self, state: PlcState) -> None:
         if state is not PlcState.RUN:
             self._fast.shut_down()
+
+    def on_program(self) -> None:
+        faces = dict(self._masters.points()) | ({} if self._can is None else dict(self._can.points()))
+        self._points = dict(self._own_points()) | faces
 
     def restart_channels(self) -> None:
         self._fast.restart()
@@ -112,10 +162,25 @@ class Hmiscu(Device):
 
     # ---- tools
 
+    def answer(self, question: str, message: Any) -> Any:
+        """Answer `debug` questions (`languages/debugging/service.py`)."""
+        if question != "debug":
+            return super().answer(question, message)
+        return self._debugging.answer(message)
+
+    @classmethod
+    def without_program(cls) -> Sequence[str]:
+        """Return changes of a rig file that leave out the program and the settings that refer to it."""
+        return ["program=[]", "modbus={}", "can_slave=null", "modbus_client=null", "can_master=null"]
+
     def compile_sources(self, files: Sequence[SourceFile]) -> Compiled:
         """Compile a program for this controller without loading it.  CompileError with every mistake."""
         return self._plc.compile(files)
 
     @classmethod
-    def tools(cls, name: str, settings: Any, links: Mapping[str, Bus[Any]]) -> list[Tool]:
-        return []
+    def tools(cls, name: str, settings: HmiscuSettings, links: Mapping[str, Any]) -> list[Tool]:
+        """Return lines for the registers of the table, if the settings name one."""
+        if settings.modbus.table is None:
+            return []
+        buses: Sequence[Bus[Any]] = links.get("modbus", ())
+        return lines_for(load_table(settings.modbus.table), settings.modbus.unit_id, buses)

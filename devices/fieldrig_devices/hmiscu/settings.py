@@ -7,10 +7,12 @@ from typing import Annotated, Any, Final, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
+from fieldrig_devices.canopen.master_settings import CanMasterSettings
 from fieldrig_devices.hmiscu.channels import Channels
 from fieldrig_devices.hmiscu.faces.can import CanFaceSettings
 from fieldrig_devices.hmiscu.faces.modbus import ModbusFaceSettings
 from fieldrig_devices.hmiscu.models import FAST_OUTPUTS, MODELS, Kind, Model, ModelName
+from fieldrig_devices.modbus.client_settings import ModbusClientSettings
 from fieldrig_devices.pulses.output import Mode
 
 ANALOG: Final[frozenset[Kind]] = frozenset({"analog input", "temperature input", "analog output"})
@@ -85,6 +87,12 @@ class HmiscuSettings(Channels):
         default_factory=ModbusFaceSettings, description="Modbus server on the buses under links.modbus"
     )
     can_slave: CanFaceSettings | None = Field(default=None, description="CiA 401 slave on links.can")
+    modbus_client: ModbusClientSettings | None = Field(
+        default=None, description="Modbus client on one of these buses, whose values are points"
+    )
+    can_master: CanMasterSettings | None = Field(
+        default=None, description="CANopen master on links.can, whose values are points"
+    )
     autostart: bool = Field(default=True, description="whether the program runs from power-on")
 
     @property
@@ -140,10 +148,20 @@ class HmiscuSettings(Channels):
         yield Claim("modbus", "unit", self.modbus.unit_id, ("modbus", "unit_id"))
         if self.can_slave is not None:
             yield Claim("can", "node-ID", self.can_slave.node_id, ("can_slave", "node_id"))
+        if self.can_master is not None:
+            yield Claim("can", "node-ID", self.can_master.node_id, ("can_master", "node_id"))
+            for name, node in self.can_master.nodes.items():
+                yield Claim("can", "master of node-ID", node.node_id, ("can_master", "nodes", name, "node_id"))
         kinds = self.kinds
         for terminal in self.terminals:
             if kinds[terminal] not in INPUTS:
                 yield Claim("wires", "wire", self.wire_of(terminal), ("terminals", terminal))
+
+    def needs(self, device: str) -> Iterator[Claim]:
+        if self.modbus_client is not None:
+            for name, unit in self.modbus_client.units.items():
+                path = ("modbus_client", "units", name, "unit")
+                yield Claim("modbus", "unit", unit.unit, path, self.modbus_client.link - 1)
 
 
 def _known(kinds: Mapping[str, Kind]) -> str:

@@ -45,7 +45,8 @@ class Scope:
         if number >= len(frames):
             raise ValueError(f"expected a frame from 0 to {len(frames) - 1}, got {number}" if frames else _BETWEEN)
         title, frame, base = frames[number]
-        pou = runtime.compiled.program.pous.get(title.partition(".")[0].lower())
+        pous = runtime.compiled.program.pous
+        pou = pous.get(title.lower()) or pous.get(title.partition(".")[0].lower())
         return None if pou is None else cls(runtime, pou, frame, base, f"{MARK}{task}:{number}")
 
     def symbols(self) -> Iterator[Symbol]:
@@ -53,20 +54,25 @@ class Scope:
         if self.pou.result is not None:
             yield self._symbol(self.pou.result)
         instance = self._instance()
-        for variable in self.pou.variables.values():
+        for variable in self._variables():
             if not variable.name.startswith("$"):
                 yield self._shown(variable, instance)
 
     def find(self, path: str) -> Symbol | None:
         """Return a variable, or a part of one."""
         first = path.partition(".")[0].partition("[")[0]
-        variable = self.pou.variables.get(first.lower())
+        variable = next((known for known in self._variables() if known.name.lower() == first.lower()), None)
         result = self.pou.result
         if variable is None and result is not None and result.name.lower() == first.lower():
             variable = result
         if variable is None:
             return None
         return below(self._shown(variable, self._instance()), path[len(first) :])
+
+    def _variables(self) -> list[Variable]:
+        """The variables of the routine, then those of the function block of a method."""
+        owner = self.pou.owner
+        return [*self.pou.variables.values(), *(owner.variables.values() if owner is not None else ())]
 
     def _shown(self, variable: Variable, instance: str | None) -> Symbol:
         known = None
@@ -92,11 +98,11 @@ class Scope:
 
         The first instance inside another one has the same address, so the name of the POU counts as well.
         """
-        symbols = self.runtime.symbols
-        waiting = list(symbols.children()) if self.pou.type is not None else []
+        symbols, pou = self.runtime.symbols, self.pou.owner or self.pou
+        waiting = list(symbols.children()) if pou.type is not None else []
         while waiting:
             symbol = waiting.pop()
-            if isinstance(symbol.type, BlockType) and symbol.type.pou is self.pou and symbol.steps == (self.base,):
+            if isinstance(symbol.type, BlockType) and symbol.type.pou is pou and symbol.steps == (self.base,):
                 return symbol.path
             if storage(symbol.type) is None:
                 waiting += symbols.children(symbol.path)

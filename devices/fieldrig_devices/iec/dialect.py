@@ -35,6 +35,8 @@ class Dialect:
     """REFERENCE TO with REF= and __ISVALIDREF of today's tools, and the standard's REF_TO and REF."""
     has_unions: bool = False
     """TYPE name : UNION ... END_UNION of today's tools, whose components are at the same address."""
+    has_methods: bool = False
+    """METHOD in function blocks and programs, with THIS^; EXTENDS of function blocks and structures, with SUPER^."""
     allows_time_fractions: bool = False
     """T#1.5s."""
     allows_negative_times: bool = False
@@ -83,6 +85,7 @@ EDITION_3: Final = Dialect(
     has_set_assignments=True,
     has_references=True,
     has_unions=True,
+    has_methods=True,
     allows_time_fractions=True,
     allows_negative_times=True,
     allows_time_overflow=True,

@@ -14,3 +14,7 @@ class ProgramHolder(Protocol):
 
         CompileError with every mistake.
         """
+
+    @classmethod
+    def without_program(cls) -> Sequence[str]:
+        """Return changes of a rig file, `key=value`, that leave out the program and the settings that refer to it."""

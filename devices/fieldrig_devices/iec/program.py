@@ -9,7 +9,7 @@ are statements here already, so the rest knows one form only.  A program, functi
                                              Continue, Return, Label, Jump
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
@@ -238,6 +238,8 @@ class CallFunction:
     inputs: "tuple[tuple[Variable, Expression | Place], ...]"
     type: Type
     outputs: "tuple[tuple[Variable, Place], ...]" = ()
+    instance: "Place | None" = None
+    """The instance whose method is called; None for a function, and for the instance whose code runs."""
 
 
 @dataclass(slots=True)
@@ -389,12 +391,18 @@ class Pou:
     """The one instance of a program, a global variable."""
     body: list[AnyStatement] = field(default_factory=list)
     actions: "dict[str, Pou]" = field(default_factory=dict)
+    methods: "dict[str, Pou]" = field(default_factory=dict)
+    """Methods are functions with an owner, and like functions they are in `Program.pous`, by `pou.method`."""
     owner: "Pou | None" = None
-    """The POU that an action belongs to."""
+    """The POU that an action or a method belongs to."""
     is_native: bool = False
     """True for a POU of a library that the host implements."""
     frame_size: int = 0
     """Bytes on the stack, from `layout`, without intermediate results."""
+
+    @property
+    def is_method(self) -> bool:
+        return self.kind is PouKind.FUNCTION and self.owner is not None and self.owner.kind is not PouKind.FUNCTION
 
 
 class TaskKind(Enum):
@@ -422,6 +430,18 @@ class Task:
     """True for the task that is made because there is no task configuration."""
 
 
+@dataclass(frozen=True, slots=True)
+class Link:
+    """An address of VAR_CONFIG for a variable of one instance, whose other instances have other addresses.
+
+    The code is the same for all instances, so the variable has a cell, which is exchanged with the address at both ends
+    of each cycle.
+    """
+
+    path: str
+    where: Located
+
+
 @dataclass(slots=True)
 class Program:
     """Everything that a project declares."""
@@ -434,6 +454,7 @@ class Program:
     """Declared types by the name in small letters."""
     tasks: list[Task]
     objects: Mapping[str, "ConfiguredObject"] = field(default_factory=dict)
+    links: Sequence[Link] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,8 @@ Memory starts as `layout` says (PD-051 to PD-056): a cold start gives all variab
 but the retained ones.  An online change keeps the values of all variables that have the same name and type as before.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 from weakref import WeakSet
 
@@ -20,7 +21,7 @@ from fieldrig_devices.iec.library.intrinsics import IMPLEMENTATIONS
 from fieldrig_devices.iec.lower.names import rules_of
 from fieldrig_devices.iec.memory import Memory, limited
 from fieldrig_devices.iec.natives import Natives
-from fieldrig_devices.iec.program import Pou, Variable
+from fieldrig_devices.iec.program import Link, Pou, Variable
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.thread import Start, Thread
 from fieldrig_devices.iec.types import Elementary, EnumType, StringType, SubrangeType, Type, Value
@@ -58,6 +59,7 @@ class Runtime:
             "now_ms": self._host.now_ms,
         }
         self.code = Code(lowered.routines, names, STACK_SIZE, rules_of(len(lowered.constants)))
+        self._links = [linked for link in compiled.program.links for linked in self._linked(link)]
         self.routines: Mapping[str, int] = self.code.numbers
 
     # ---- starting
@@ -183,6 +185,32 @@ class Runtime:
 
     def _retained(self) -> list[Symbol]:
         return [symbol for symbol in self.symbols.values() if symbol.is_retain and len(symbol.steps) == 1]
+
+    # ---- variables whose instances have different addresses
+
+    def take_inputs(self, pou: str) -> None:
+        """Copy %I and %M to the variables that are linked to them, at the start of a cycle of a program."""
+        for root, symbol, outside in self._links:
+            if root in ("", pou.lower()) and outside.location is not None and outside.location.area != "Q":
+                self._write(symbol, self._read_area(outside))
+
+    def give_outputs(self, pou: str) -> None:
+        """Copy the variables that are linked to %Q and %M there, at the end of a cycle of a program."""
+        for root, symbol, outside in self._links:
+            if root not in ("", pou.lower()) or outside.location is None or outside.location.area == "I":
+                continue
+            value = self.read(symbol)
+            if value != self._read_area(outside):
+                self._write_area(outside, value)
+
+    def _linked(self, link: Link) -> Iterator[tuple[str, Symbol, Symbol]]:
+        """Yield for each value of a link the program that exchanges it, empty for all programs, and both ends."""
+        symbol = self.find(link.path)
+        root = link.path.partition(".")[0].lower()
+        root = root if root in self.compiled.program.pous else ""
+        outside = replace(symbol, location=link.where)
+        for inner, outer in zip(self.symbols.values(symbol), self.symbols.values(outside), strict=True):
+            yield root, inner, outer
 
     # ---- online change
 

@@ -1,4 +1,4 @@
-"""Points of a loaded program: the state of its tasks, and the mistakes of a program that a rig file names."""
+"""The view of a program for users: points of its tasks, its task configuration, and its mistakes."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -8,6 +8,7 @@ from fieldrig.clock import US
 from fieldrig.device import Point, Value
 from fieldrig.errors import ConfigError
 from fieldrig.errors import Mistake as Wrong
+from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.loaded import LoadedProgram
 from fieldrig_devices.iec.tasks.task import Task, TaskState
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
@@ -43,6 +44,21 @@ def state_of(program: LoadedProgram | None) -> str:
     if any(program.state(task) is TaskState.ERROR for task in scheduler.tasks):
         return "error"
     return "running" if scheduler.is_running else "stopped" if scheduler.is_started else "ready"
+
+
+def task_forms(compiled: Compiled) -> list[Mapping[str, object]]:
+    """The task configuration, which an online change must leave as it is."""
+    return [
+        {
+            "name": task.name.casefold(),
+            "kind": task.kind,
+            "priority": task.priority,
+            "interval": task.interval_ms,
+            "event": task.event.name.casefold() if task.event is not None else "",
+            "programs": [pou.name.casefold() for pou in task.programs],
+        }
+        for task in compiled.program.tasks
+    ]
 
 
 def refused(wrong: CompileError, paths: Mapping[str, str]) -> ConfigError:

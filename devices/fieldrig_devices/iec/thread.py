@@ -88,6 +88,7 @@ class Thread:
         """Begin a cycle.  ValueError if the program is no longer there after an online change."""
         if self._entry is None:
             self._entry = self._found()
+        self._runtime.take_inputs(self.pou)
         self._runtime.write_forced()
         self._waiting, self._goal = NOTHING, None
         routine, base = self._entry
@@ -129,6 +130,7 @@ class Thread:
             left = max(left, task.unused)
         if task.state is TaskState.ENDED:
             self._runtime.write_forced()
+            self._runtime.give_outputs(self.pou)
         return left
 
     # ---- debugging

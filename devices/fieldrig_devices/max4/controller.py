@@ -420,6 +420,11 @@ class Max4(Device):
                 return {"xml": self.plc.symbol_list().decode()}
         return super().answer(question, message)
 
+    @classmethod
+    def without_program(cls) -> Sequence[str]:
+        """Return changes of a rig file that leave out the program and the settings that refer to it."""
+        return ["program=[]"]
+
     def compile_sources(self, files: Sequence[SourceFile]) -> Compiled:
         """See `iec.holder.ProgramHolder`."""
         return self.plc.compile_sources(files)

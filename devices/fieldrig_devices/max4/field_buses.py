@@ -12,11 +12,11 @@ from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ClientConnected, ModbusEvent, ModbusRequest
 from fieldrig_devices.iec.tasks.system_work import TCP_PRIORITY
 from fieldrig_devices.max4.can.face import CanFace
-from fieldrig_devices.max4.can.master import CanopenMaster
+from fieldrig_devices.max4.can.master import TreeMaster
 from fieldrig_devices.max4.configuration.tree import ObjectTree
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.field_data import IoMap
-from fieldrig_devices.max4.modbus.client import ModbusClient
+from fieldrig_devices.max4.modbus.client import TreeClient
 from fieldrig_devices.max4.modbus.face import ModbusFace
 from fieldrig_devices.max4.settings import Max4Settings
 
@@ -40,8 +40,8 @@ class FieldBuses:
         terminals = axes.terminals if axes is not None else {}
         switches = {name: named.switches for name, named in terminals.items()}
         self.modbus_face = ModbusFace(clock, controller, modbus, settings.modbus, switches)
-        self.modbus_client: ModbusClient | None = None
-        self.can_master: CanopenMaster | None = None
+        self.modbus_client: TreeClient | None = None
+        self.can_master: TreeMaster | None = None
         self._client_place = -1
         if client is not None:
             if client.link > len(modbus):
@@ -49,11 +49,11 @@ class FieldBuses:
                     f"modbus_client: link: expected 1 to {len(modbus)}, one of links.modbus, got {client.link}"
                 )
             self._client_place = client.link - 1
-            self.modbus_client = ModbusClient(clock, controller, modbus[client.link - 1], client, io_map)
+            self.modbus_client = TreeClient(clock, controller, modbus[client.link - 1], client, io_map)
         if master is not None:
             if can is None:
                 raise ValueError("can_master: expected links.can beside it")
-            self.can_master = CanopenMaster(clock, controller, can.share(), master, io_map)
+            self.can_master = TreeMaster(clock, controller, can.share(), master, io_map)
         self.can_face: CanFace | None = None
         if axes is not None:
             if can is None:

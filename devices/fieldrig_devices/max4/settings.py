@@ -6,16 +6,17 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
-from fieldrig_devices.max4.can.master_settings import CanMasterSettings
+from fieldrig.settings import MASTER, Claim, ConfigFile, Settings, WrongKey, refuse_all
+from fieldrig_devices.canopen.master_settings import CanMasterSettings
 from fieldrig_devices.max4.can.settings import CanFaceSettings
-from fieldrig_devices.max4.configuration.files import Configuration, DriveSettings, Symbol
+from fieldrig_devices.max4.configuration.files import Configuration, DriveSettings, Symbol, symbol_of
 from fieldrig_devices.max4.configuration.limits import MOST_AXES
 from fieldrig_devices.max4.configuration.version import version_of
-from fieldrig_devices.max4.modbus.client_settings import ModbusClientSettings
 from fieldrig_devices.max4.modbus.settings import ModbusFaceSettings
 from fieldrig_devices.max4.storage.disk import file_name
 from fieldrig_devices.max4.storage.retain import RetainKind
+from fieldrig_devices.modbus.client_settings import ModbusClientSettings
+from fieldrig_devices.registers.packed import Element
 
 Wires = dict[Symbol, str]
 """Wires by symbolic name of the terminal; an empty name means not wired."""
@@ -207,8 +208,29 @@ class Max4Settings(Settings):
             modems=[] if self.com1.modem is None else [self.com1.modem],
         )
 
+    def _modules(self) -> Iterator[tuple[tuple[str, ...], list[Element]]]:
+        """Yield the path of each module of a field bus, which ends with its name, and its values."""
+        if self.modbus_client is not None:
+            for name, unit in self.modbus_client.units.items():
+                values = [value for message in (*unit.reads, *unit.writes) for value in message.values]
+                yield ("modbus_client", "units", name), values
+        if self.can_master is not None:
+            for name, node in self.can_master.nodes.items():
+                values = [value for pdo in (*node.inputs.values(), *node.outputs.values()) for value in pdo]
+                yield ("can_master", "nodes", name), values
+
+    def _wrong_names(self) -> Iterator[WrongKey]:
+        """Yield names of modules and of their values that cannot be names in the object tree."""
+        for path, values in self._modules():
+            for name in (path[-1], *(value.name for value in values)):
+                try:
+                    symbol_of(name)
+                except ValueError as wrong:
+                    yield WrongKey(path, str(wrong))
+
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
+        refuse_all(self._wrong_names())
         names = [disk_name(path) for path in self.files]
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise ValueError(f"files: expected each name once, but {twice[0]} is used twice")
@@ -221,10 +243,8 @@ class Max4Settings(Settings):
             )
         if unknown := sorted(self.modbus.units.keys() - self.drives.keys()):
             raise ValueError(f"modbus.units: expected names of drives, got {', '.join(unknown)}")
-        modules = [*(self.modbus_client.units if self.modbus_client is not None else ())]
-        modules += self.can_master.nodes if self.can_master is not None else ()
         seen = {symbol.casefold() for symbol in configuration.symbols}
-        for symbol in modules:
+        for symbol in (path[-1] for path, _ in self._modules()):
             if symbol.casefold() in seen:
                 raise ValueError(f"symbolic name {symbol}: expected each name once, but it is used twice")
             seen.add(symbol.casefold())

@@ -139,7 +139,7 @@ class Call:
         before, self._tone = self._tone, tone
         rules = self._rules
         if self.state is State.CONNECTED:
-            if tone is Tone.BUSY:
+            if tone in (Tone.BUSY, Tone.DIAL):  # the dial tone: the exchange has started again
                 self.fail(results.NO_CARRIER)
         elif not self.is_establishing or rules is None:
             return

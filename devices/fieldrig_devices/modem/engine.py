@@ -64,7 +64,6 @@ class Engine:
         self._escape_timer: Timer | None = None
         self._dtr_timer: Timer | None = None
         self._deaf_until_ns = 0
-        self._speaker.is_answering = False
         self._held = bytearray()
         """Data of the other end that arrived in the online command state."""
 

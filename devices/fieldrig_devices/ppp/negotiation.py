@@ -12,7 +12,7 @@ from typing import Final, Protocol
 from fieldrig.clock import Clock
 from fieldrig_devices.ppp.automaton import Automaton
 from fieldrig_devices.ppp.packets import Code, Option, Packet, decode_options, encode_options
-from fieldrig_devices.ppp.settings import PppSettings
+from fieldrig_devices.ppp.settings import DEFAULT_MRU, PppSettings
 from fieldrig_devices.ppp.transitions import Event, State
 
 log = logging.getLogger(__name__)
@@ -130,7 +130,10 @@ class Negotiation:
         else:
             code, options = Code.CONFIGURE_ACK, asked
         event = Event.GOOD_REQUEST if code is Code.CONFIGURE_ACK else Event.BAD_REQUEST
-        self.automaton.handle(event, packet, Packet(code, packet.identifier, encode_options(options)))
+        answer = Packet(code, packet.identifier, encode_options(options))
+        if len(answer.data) > DEFAULT_MRU - Packet.WIRE.size:
+            raise ValueError("too many options: the answer would be longer than a packet may be")
+        self.automaton.handle(event, packet, answer)
 
     def _on_ack(self, packet: Packet) -> None:
         if packet.data == self._asked and self._is_answer(packet):

@@ -202,10 +202,3 @@ def test_a_number_whose_program_is_not_there_rings(tmp_path: Path) -> None:
             at.modem.hang_up()
 
     asyncio.run(scene())
-
-
-def test_numbers_that_begin_with_another_are_refused() -> None:
-    with pytest.raises(ValueError, match="number 1001 of outside 1001 begins with 100 of desk"):
-        TelephoneExchangeSettings.model_validate(
-            {"numbers": {"desk": "100"}, "outgoing": [{"number": "1001", "dial": "127.0.0.1:1"}]}
-        )

@@ -8,6 +8,7 @@ from xml.etree import ElementTree as ET
 import pytest
 from typer.testing import CliRunner
 
+from fieldrig.exits import Exit
 from fieldrig_devices.iec.commands import app
 
 ROOT = Path(__file__).parents[3]
@@ -94,6 +95,14 @@ def test_the_program_of_the_rig_file_itself_may_be_wrong(tmp_path: Path) -> None
     rig = saved(tmp_path / "rig.yaml", "time: virtual\nbuses: {}\ndevices: {plc: {kind: max4, program: own.st}}\n")
     assert iec("check", good, "--rig", rig).exit_code == 0
     assert iec("check", tmp_path / "own.st", "--rig", rig).exit_code == 2
+
+
+@pytest.mark.parametrize("device", ["feeder", "sealer"])
+def test_a_program_is_compiled_for_a_controller_whose_settings_refer_to_it(device: str) -> None:
+    """Their register tables name variables of the program, which is left out of the rig."""
+    program, rig = ROOT / f"configs/programs/{device}.st", ROOT / "configs/feeder.yaml"
+    assert iec("check", program).exit_code == Exit.WRONG  # without the library there is no PTO00 and PWM00
+    assert iec("check", program, "--rig", rig, "--device", device).exit_code == Exit.OK
 
 
 def test_the_controller_has_to_be_in_the_rig(tank: Path) -> None:

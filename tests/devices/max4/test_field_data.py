@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fieldrig_devices.max4.configuration.tree import ObjectTree
-from fieldrig_devices.max4.field_data import FORMS, Data, Element
+from fieldrig_devices.max4.field_data import Data
+from fieldrig_devices.registers.packed import FORMS, Element
 
 
 def data_of(types: list[str]) -> Data:

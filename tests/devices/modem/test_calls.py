@@ -300,6 +300,12 @@ def test_the_other_end_that_hangs_up_ends_the_call(bench: ModemBench) -> None:
     assert bench.point("call") == "idle"
 
 
+def test_an_exchange_that_has_started_again_ends_the_call(bench: ModemBench) -> None:
+    bench.connected()
+    bench.heard()
+    assert bench.hear(DIAL_TONE).heard() == "\r\nNO CARRIER\r\n"
+
+
 def test_s30_ends_a_call_without_data(bench: ModemBench) -> None:
     bench.connected(command="ATS30=2DT200").wait(15).hear(b"x").wait(19)
     bench.type("y").wait(19)

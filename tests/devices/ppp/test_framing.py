@@ -122,6 +122,14 @@ def test_frames_do_not_depend_on_how_bytes_are_cut(garbage: bytes, cuts: list[in
     assert len(expected) >= 2
 
 
+@pytest.mark.parametrize(("length", "is_read"), [(1500, True), (1501, False)])
+def test_longest_packet_is_1500_bytes_behind_a_whole_header(length: int, is_read: bool) -> None:
+    deframer = Deframer()
+    contents = list(deframer.feed(framed(0x21, bytes(length), FrameFormat())))
+    assert [unpacked(content) for content in contents] == ([(0x21, bytes(length))] if is_read else [])
+    assert deframer.counts == (FrameCounts(good=1) if is_read else FrameCounts(too_long=1))
+
+
 def test_an_endless_frame_takes_no_memory() -> None:
     deframer = Deframer()
     for _ in range(100):

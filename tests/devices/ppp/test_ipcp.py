@@ -95,6 +95,13 @@ def test_end_without_an_address_takes_the_one_that_it_is_given() -> None:
     assert (bench.link.local_address, bench.link.peer_address) == (CALLER, CONTROLLER)
 
 
+@pytest.mark.parametrize("option", ["8106 0a000001", "0304 0a00"])
+def test_proposal_of_anything_but_an_address_is_not_taken_for_one(option: str) -> None:
+    bench = without_login(PppSettings())
+    length = 4 + len(bytes.fromhex(option))
+    assert bench.hear(f"8021 03 01 {length:04x}" + option) == [spaced("8021 01 02 000a 0306 00000000")]
+
+
 @pytest.mark.parametrize("answer", ["8021 02 01 000a 0306 00000000", "8021 04 01 000a 0306 00000000"])
 def test_end_that_is_given_no_address_gives_up(answer: str) -> None:
     bench = without_login(PppSettings())

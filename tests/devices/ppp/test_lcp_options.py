@@ -1,8 +1,9 @@
 """The options of LCP as RFC 1661 chapter 6 and RFC 1662 chapter 7 describe them; bytes by hand from their formats."""
 
 import pytest
-from ppp_bench import CALLER_END, LCP_REQUEST, PppBench, asked, spaced
+from ppp_bench import CALLER_END, LCP_REQUEST, PppBench, asked, content_of, spaced
 
+from fieldrig_devices.ppp.link import PppLink
 from fieldrig_devices.ppp.phases import End, Phase
 from fieldrig_devices.ppp.settings import PppSettings
 
@@ -56,6 +57,12 @@ def test_option_of_the_peer_is_answered(bench: PppBench, options: str, code: int
 @pytest.mark.parametrize("options", ["01", "0100", "0101", "0105 05dc", "0702 08"])
 def test_request_with_an_impossible_option_is_dropped(bench: PppBench, options: str) -> None:
     assert bench.hear(asked(options)) == []
+
+
+def test_request_whose_answer_would_be_too_long_is_dropped(bench: PppBench) -> None:
+    (answer,) = bench.hear(asked("0202" * 249))
+    assert answer == spaced("c021 03 07 05da" + "0206 00000000" * 249)
+    assert bench.hear(asked("0202" * 250)) == []
 
 
 @pytest.mark.parametrize("text", ["c021", "c021 01", "c021 01 01 00", "c021 01 01 0003", "c021 01 01 0005"])
@@ -120,6 +127,12 @@ def test_mru_other_than_1500_is_asked_for() -> None:
         spaced("c021 01 02 0018 0104 0200 0206 00000000" + MAGIC + "0702 0802")
     ]
     assert bench.hear("c021 03 02 0008 0104 0001") == [spaced("c021 01 03 0014 0206 00000000" + MAGIC + "0702 0802")]
+
+
+def test_magic_number_is_never_zero() -> None:
+    frames: list[bytes] = []
+    PppLink(PppSettings(), lambda: 0, frames.append, lambda packet: None).up(0)
+    assert spaced("0506 00000001") in content_of(frames[0]).hex()
 
 
 @pytest.mark.parametrize("mru", [0, 127, 1501])

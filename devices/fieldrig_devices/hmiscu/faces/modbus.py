@@ -6,7 +6,7 @@ terminals and the panel; what this controller does not have does not exist there
 accepted, and the block judges them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -48,20 +48,30 @@ class ModbusFace:
     """The server of one controller."""
 
     def __init__(
-        self, clock: Clock, links: Sequence[Link[ModbusEvent]], settings: ModbusFaceSettings, find: Lookup
+        self,
+        clock: Clock,
+        links: Sequence[Link[ModbusEvent]],
+        settings: ModbusFaceSettings,
+        find: Lookup,
+        hear: Callable[[ModbusEvent], None],
     ) -> None:
-        """ConfigError for entries of the table that have no point."""
+        """`hear` is called with the messages that are no requests.
+
+        ConfigError for entries of the table that have no point.
+        """
         self.table = _table(settings.table, find)
         unit = live_unit(self.table, find, REFUSALS[settings.refusal])
         for link in links:
             servers = {settings.unit_id: ModbusServer(unit, settings.identification)}
             port = ModbusPort(clock, link, servers, settings.turnaround_ns)
-            link.on_receive(partial(_hear, port), [settings.unit_id])
+            link.on_receive(partial(_hear, port, hear), [settings.unit_id])
 
 
-def _hear(port: ModbusPort, message: ModbusEvent) -> None:
+def _hear(port: ModbusPort, hear: Callable[[ModbusEvent], None], message: ModbusEvent) -> None:
     if isinstance(message, ModbusRequest):
         port.on_message(message)
+    else:
+        hear(message)
 
 
 def _table(path: Path | None, find: Lookup) -> Table:

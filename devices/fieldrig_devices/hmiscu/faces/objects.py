@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Final
 
 from fieldrig_devices.canopen.datatypes import DATA_TYPES
-from fieldrig_devices.cia402.eds_file import DOMAIN, TEXT, Table, write
+from fieldrig_devices.cia402.eds_file import Table, write
+from fieldrig_devices.cia402.node_objects import NodeFacts, communication, head
 from fieldrig_devices.cia402.objects import U8, U16, U32, Row
 from fieldrig_devices.hmiscu.blocks.pins import BlockType, Side
 from fieldrig_devices.hmiscu.blocks.tables import BLOCK_TYPES
@@ -46,99 +47,19 @@ WORDS: Final[Mapping[str, str]] = {
     "2010:03": "PTO00.State",
 }
 
-_HEAD: Final = f"""\
-[FileInfo]
-FileName=hmiscu.eds
-FileVersion=1
-FileRevision=0
-EDSVersion=4.0
-Description=HMISCU as a CiA 401 slave, with its pulse and PWM outputs
-CreationTime=10:00AM
-CreationDate=11-23-2026
-CreatedBy=fieldrig
-ModificationTime=10:00AM
-ModificationDate=11-23-2026
-ModifiedBy=fieldrig
-
-[DeviceInfo]
-VendorName=Schneider Electric
-VendorNumber=0x00000000
-ProductName=HMISCU
-ProductNumber={PRODUCT:#010x}
-RevisionNumber=0x00010000
-OrderCode=HMISCU
-BaudRate_10=0
-BaudRate_20=1
-BaudRate_50=1
-BaudRate_125=1
-BaudRate_250=1
-BaudRate_500=1
-BaudRate_800=1
-BaudRate_1000=1
-SimpleBootUpMaster=0
-SimpleBootUpSlave=1
-Granularity=8
-DynamicChannelsSupported=0
-CompactPDO=0
-GroupMessaging=0
-NrOfRXPDO=4
-NrOfTXPDO=4
-LSS_Supported=0
-
-[DummyUsage]
-Dummy0001=0
-Dummy0002=1
-Dummy0003=1
-Dummy0004=1
-Dummy0005=1
-Dummy0006=1
-Dummy0007=1
-
-[Comments]
-Lines=2
-Line1=The manual describes no objects, so the layout is fieldrig's (docs/hmiscu.md).
-Line2=Objects of channels and terminals that a controller does not have show 0 and ignore writes.
-"""
-
-_COMMUNICATION: Final = Table(
-    [
-        Row(0x1000, None, "Device type", U32, "ro", f"{DEVICE_TYPE:#010x}"),
-        Row(0x1001, None, "Error register", U8, "ro"),
-        Row(0x1003, 0, "Number of errors", U8, "rw"),
-        *(Row(0x1003, number, f"Error {number}", U32, "ro") for number in range(1, 9)),
-        Row(0x1005, None, "COB-ID SYNC message", U32, "rw", "0x80"),
-        Row(0x1008, None, "Manufacturer device name", TEXT, "const", "HMISCU"),
-        Row(0x100A, None, "Manufacturer software version", TEXT, "const", "4.2"),
-        Row(0x1010, 1, "Save all parameters", U32, "rw", 1),
-        Row(0x1011, 1, "Restore all default parameters", U32, "rw", 1),
-        Row(0x100C, None, "Guard time", U16, "rw"),
-        Row(0x100D, None, "Life time factor", U8, "rw"),
-        Row(0x1014, None, "COB-ID EMCY", U32, "rw", "$NODEID+0x80"),
-        Row(0x1015, None, "Inhibit time EMCY", U16, "rw"),
-        Row(0x1016, 1, "Consumer heartbeat time 1", U32, "rw"),
-        Row(0x1016, 2, "Consumer heartbeat time 2", U32, "rw"),
-        Row(0x1017, None, "Producer heartbeat time", U16, "rw"),
-        Row(0x1018, 1, "Vendor-ID", U32, "ro", "0x00000000"),
-        Row(0x1018, 2, "Product code", U32, "ro", f"{PRODUCT:#010x}"),
-        Row(0x1018, 3, "Revision number", U32, "ro", "0x00010000"),
-        Row(0x1018, 4, "Serial number", U32, "ro"),
-        Row(0x1021, None, "Store EDS", DOMAIN, "ro"),
-        Row(0x1022, None, "Store format", U8, "ro"),
-        Row(0x1029, 1, "Communication error", U8, "rw"),
-        Row(0x1200, 1, "COB-ID client to server", U32, "ro", "$NODEID+0x600"),
-        Row(0x1200, 2, "COB-ID server to client", U32, "ro", "$NODEID+0x580"),
-        Row(0x1F80, None, "NMT startup", U32, "rw", 4),
-    ],
-    {
-        0x1003: "Pre-defined error field",
-        0x1010: "Store parameters",
-        0x1011: "Restore default parameters",
-        0x1016: "Consumer heartbeat time",
-        0x1018: "Identity object",
-        0x1029: "Error behaviour",
-        0x1200: "SDO server parameter",
-    },
-    frozenset({0x1003, 0x1010, 0x1011, 0x1016, 0x1029}),
+_FACTS: Final = NodeFacts(
+    file="hmiscu.eds",
+    description="HMISCU as a CiA 401 slave, with its pulse and PWM outputs",
+    created="11-23-2026",
+    vendor="Schneider Electric",
+    product="HMISCU",
+    product_code=PRODUCT,
+    received_pdos=4,
+    transmitted_pdos=4,
+    comments=(
+        "The manual describes no objects, so the layout is fieldrig's (docs/hmiscu.md).",
+        "Objects of channels and terminals that a controller does not have show 0 and ignore writes.",
+    ),
 )
 _PROFILE: Final = Table(
     [
@@ -232,7 +153,7 @@ def _pdos(blocks: Table) -> Table:
 
 def eds_text() -> str:
     blocks = _blocks()
-    return write(_HEAD, [_COMMUNICATION, _pdos(blocks), blocks, _PROFILE])
+    return write(head(_FACTS), [communication(_FACTS, DEVICE_TYPE, "4.2"), _pdos(blocks), blocks, _PROFILE])
 
 
 if __name__ == "__main__":

@@ -12,17 +12,21 @@ from enum import Enum
 from pathlib import Path
 from typing import Final, Protocol
 
+from fieldrig.background import Background
 from fieldrig.clock import MS, Clock, Timer
 from fieldrig.device import Point, Value
 from fieldrig.errors import ConfigError, Mistake
 from fieldrig.point_values import choice_in
 from fieldrig_devices.hmiscu.io import Terminals
 from fieldrig_devices.hmiscu.panel import Panel
+from fieldrig_devices.hmiscu.plc.downloads import Downloads
 from fieldrig_devices.hmiscu.plc.library import Instances, MakeBlock
 from fieldrig_devices.hmiscu.plc.mast import MastProgram
+from fieldrig_devices.hmiscu.plc.system import SystemFunctions
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
+from fieldrig_devices.iec.host import Library
 from fieldrig_devices.iec.source_file import SourceFile, decoded
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.task_points import refused, task_points
@@ -40,6 +44,9 @@ class PlcState(Enum):
 class Owner(Protocol):
     """The controller, which has the blocks and the faces."""
 
+    def on_begin(self) -> None:
+        """Called after the inputs have been copied."""
+
     def call_blocks(self) -> None:
         """Call the blocks of a controller without a program, once in each cycle of MAST."""
 
@@ -48,6 +55,9 @@ class Owner(Protocol):
 
     def on_state(self, state: PlcState) -> None:
         """Called when the state has changed."""
+
+    def on_program(self) -> None:
+        """Called when another program is there, or none."""
 
     def restart_channels(self) -> None:
         """Give the parameters of the channels their configured values, at a cold or warm start."""
@@ -68,16 +78,21 @@ class Plc:
         make: MakeBlock,
         instances: Mapping[str, str],
         panel: Panel,
+        libraries: Sequence[Library],
+        background: Background,
     ) -> None:
         """`instances` are the types of the global variables of the channels.  ConfigError if a program is wrong."""
         self._clock, self._settings, self._terminals, self._owner = clock, settings, terminals, owner
         self._instances, self._names, self._panel = Instances(clock, make), instances, panel
         self.host = StandaloneHost(clock)
         self.host.inputs, self.host.outputs = terminals.inputs, terminals.outputs
-        self.host.libraries = (self._instances.library(instances), panel.library())
+        self._system = SystemFunctions()
+        own = (self._instances.library(instances), panel.library(), self._system.library())
+        self.host.libraries = (*own, *libraries)
         self.state = PlcState.STOP
         self.problem = ""
-        """Why the controller is in HALT."""
+        """Why the controller is in HALT, or why a program was refused."""
+        self.downloads = Downloads(clock, background, self, settings.dialect, owner.on_program)
         self.on_stop: Callable[[Task], None] = lambda task: None
         """Called when a task has reached a breakpoint or has been stopped by a fault."""
         self._timer: Timer | None = None
@@ -92,13 +107,40 @@ class Plc:
             compiled = self.compile(files)
         except CompileError as wrong:
             raise refused(wrong, {path.name: str(path) for path in settings.program}) from wrong
-        program = MastProgram(self._clock, compiled, self.host, self, settings.mast, self._read)
+        return self._made(compiled)
+
+    def _made(self, compiled: Compiled) -> MastProgram:
+        program = MastProgram(self._clock, compiled, self.host, self, self._settings.mast, self._read)
         self._instances.names = {program.runtime.find(name).steps[0]: name for name in self._names}
         return program
 
     def compile(self, files: Sequence[SourceFile]) -> Compiled:
         """Compile a program for this controller.  CompileError with every mistake."""
         return compile_project(files, self.host, DIALECTS[self._settings.dialect])
+
+    # ---- loading
+
+    def unload(self) -> None:
+        """Go to STOP without a program."""
+        self._drop()
+        self._owner.on_program()
+
+    def load(self, compiled: Compiled) -> None:
+        """Go to STOP, and take a program with its start values."""
+        self._drop()
+        self.program = self._made(compiled)
+        self._owner.restart_channels()
+        self._owner.on_program()
+
+    def _drop(self) -> None:
+        self.downloads.cancel()
+        if self.state is PlcState.RUN:
+            self._leave(PlcState.STOP)
+        if self.program is not None:
+            self.program.scheduler.end()
+            self.program = None
+        self.problem = ""
+        self._enter(PlcState.STOP)
 
     # ---- commands
 
@@ -119,6 +161,7 @@ class Plc:
         if self.state is PlcState.RUN:
             return
         self._enter(PlcState.RUN)
+        self._system.restart()
         if self.program is not None:
             self.program.scheduler.start()
         else:
@@ -146,6 +189,7 @@ class Plc:
 
     def end(self) -> None:
         """End at power-off."""
+        self.downloads.cancel()
         self.stop()
         if self.program is not None:
             self.program.scheduler.end()
@@ -175,8 +219,10 @@ class Plc:
         self._write()
 
     def _read(self) -> None:
+        self._system.begin_cycle()
         self._terminals.take()
         self._panel.take(self._terminals.inputs)
+        self._owner.on_begin()
 
     def _write(self) -> None:
         if self.state is PlcState.RUN:
@@ -209,7 +255,9 @@ class Plc:
     def points(self) -> Iterator[tuple[str, Point]]:
         yield "plc/state", Point(lambda: self.state.value, about="run, stop or halt")
         yield "plc/command", Point(lambda: "", self.command, about=f"write {', '.join(COMMANDS)}")
-        yield "plc/problem", Point(lambda: self.problem, about="why the controller is in HALT")
+        yield "plc/problem", Point(lambda: self.problem, about="why it is in HALT, or why a program was refused")
+        yield "plc/progress", Point(lambda: self.downloads.progress, about="progress of a download or an online change")
+        yield from self._system.points()
         if self.program is None:
             yield "plc/task/MAST/cycles", Point(lambda: self._cycles)
         else:

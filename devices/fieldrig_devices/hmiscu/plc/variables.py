@@ -1,9 +1,13 @@
-"""The variables of a program as points, for faces and tools."""
+"""The variables of the program as points, for faces and tools.
 
-from collections.abc import Iterable, Iterator
-from functools import partial
+A point finds its variable again after a download or an online change.  One whose variable is gone reads as 0, and
+refuses to be set.
+"""
 
-from fieldrig.device import Point
+from collections.abc import Callable, Iterable, Iterator
+
+from fieldrig.device import Point, Value
+from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.loaded import LoadedProgram
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.tree import PouKind
@@ -13,30 +17,66 @@ MOST_SHOWN = 2_000
 """Variables among the points; faces find the others too."""
 
 
-def variable_point(program: LoadedProgram, path: str) -> Point | None:
-    """Return the variable with this path, in any case of letters; None if there is no value of this name."""
-    symbol = program.runtime.symbols.find(path)
-    return None if symbol is None or not symbol.is_value else _point(program, symbol)
+class _Variable:
+    """One variable by its path."""
+
+    def __init__(self, present: Callable[[], LoadedProgram | None], path: str) -> None:
+        self._present, self._path = present, path
+        self._compiled: Compiled | None = None
+        self._symbol: Symbol | None = None
+
+    def find(self) -> tuple[LoadedProgram, Symbol] | None:
+        """Return the variable in the present program; None if there is no value of this name."""
+        program = self._present()
+        if program is None:
+            return None
+        if self._compiled is not program.runtime.compiled:
+            self._compiled = program.runtime.compiled
+            symbol = program.runtime.symbols.find(self._path)
+            self._symbol = symbol if symbol is not None and symbol.is_value else None
+        return None if self._symbol is None else (program, self._symbol)
+
+    def read(self) -> Value:
+        found = self.find()
+        return 0 if found is None else found[0].runtime.read(found[1])
+
+    def write(self, value: Value) -> None:
+        """Set the variable.  ValueError if it is gone or cannot have this value."""
+        found = self.find()
+        if found is None:
+            raise ValueError(f"the program has no variable {self._path} any more")
+        found[0].runtime.write(found[1], value)
 
 
-def variable_points(program: LoadedProgram, instances: Iterable[str]) -> Iterator[tuple[str, Point]]:
-    """Yield the values of the global variables of the project and of `instances`, up to MOST_SHOWN."""
-    symbols = program.runtime.symbols
-    roots = [symbol for symbol in symbols.children() if not _is_program(symbol)]
-    roots += [found for name in instances if (found := symbols.find(name)) is not None]
-    shown = 0
-    for root in roots:
-        for symbol in symbols.values(root):
-            if shown >= MOST_SHOWN:
-                return
-            shown += 1
-            yield symbol.path, _point(program, symbol)
+class Variables:
+    """The variables of the program that is present."""
 
+    def __init__(self, present: Callable[[], LoadedProgram | None]) -> None:
+        self._present = present
 
-def _point(program: LoadedProgram, symbol: Symbol) -> Point:
-    runtime = program.runtime
-    write = partial(runtime.write, symbol) if symbol.is_writable else None
-    return Point(partial(runtime.read, symbol), write, about=symbol.comment)
+    def point(self, path: str) -> Point | None:
+        """Return the variable with this path, in any case of letters; None if there is no value of this name."""
+        variable = _Variable(self._present, path)
+        found = variable.find()
+        if found is None:
+            return None
+        return Point(variable.read, variable.write if found[1].is_writable else None, about=found[1].comment)
+
+    def points(self, instances: Iterable[str]) -> Iterator[tuple[str, Point]]:
+        """Yield the values of the global variables of the project and of `instances`, up to MOST_SHOWN."""
+        program = self._present()
+        if program is None:
+            return
+        symbols, shown = program.runtime.symbols, 0
+        roots = [symbol for symbol in symbols.children() if not _is_program(symbol)]
+        roots += [found for name in instances if (found := symbols.find(name)) is not None]
+        for root in roots:
+            for symbol in symbols.values(root):
+                point = self.point(symbol.path)
+                if shown >= MOST_SHOWN or point is None:
+                    return
+                shown += 1
+                yield symbol.path, point
 
 
 def _is_program(symbol: Symbol) -> bool:

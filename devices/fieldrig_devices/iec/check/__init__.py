@@ -47,12 +47,12 @@ def check(
     project = Project(host, dialect, limits)
     declarations = Declarations(project, frozenset(library_files))
     declarations.declare(units)
-    configured.apply(project, declarations.config_blocks, declarations.variables.incomplete)
+    links = configured.apply(project, declarations.config_blocks, declarations.variables.incomplete)
     Tasks(project).configure(declarations.configurations)
     for source in project.sources.values():
         bodies.check_pou(project, source)
     whole.check(project, declarations.variables.lists)
-    result = Program(project.pous, project.globals, declarations.specs.declared(), project.tasks, host.objects)
+    result = Program(project.pous, project.globals, declarations.specs.declared(), project.tasks, host.objects, links)
     order = {unit.file: place for place, unit in enumerate(units)}
-    mistakes = project.reports.mistakes
+    mistakes = dict.fromkeys(project.reports.mistakes)
     return result, sorted(mistakes, key=lambda found: (order.get(found.file, -1), found.line, found.column))

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import calls
+from fieldrig_devices.iec.check import calls, inheritance, methods
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
@@ -41,8 +41,8 @@ def call_statement(of: "Expressions", node: tree.Call, line: int) -> list[AnySta
         return []
     instance, pou = found
     calls.note_call(of.context, pou, node)
-    if pou.kind is PouKind.FUNCTION and pou.owner is None:
-        value = calls.call(of, pou, node)
+    if pou.is_method or (pou.kind is PouKind.FUNCTION and pou.owner is None):
+        value = calls.call(of, pou, node, instance)
         return [Evaluate(value, line=line)] if value is not None else []
     if pou.owner is not None:
         return _action(of, node, instance, pou, line)
@@ -52,10 +52,18 @@ def call_statement(of: "Expressions", node: tree.Call, line: int) -> list[AnySta
 
 def _resolve(of: "Expressions", node: tree.Call) -> Resolved | None:
     context, called = of.context, node.called
+    method = methods.find(of, called)
+    if method is not None:
+        return method
+    if methods.is_super(context, called):
+        body = inheritance.body_above(context)
+        if body is None:
+            context.say(called, "SUPER^() without EXTENDS", "a call in a function block that extends another one")
+        return None if body is None else (None, body)
     if isinstance(called, tree.Name):
         if context.find(called.text) is None:
             function = calls.called_function(context, called.text)
-            action = context.owner.actions.get(context.key(called.text)) if context.owner is not None else None
+            action = context.block.actions.get(context.key(called.text)) if context.block is not None else None
             if function is None and action is None:
                 _say_unknown(of, node, called)
                 return None
@@ -103,6 +111,8 @@ def _say_unknown(of: "Expressions", node: tree.Call, called: tree.Name) -> None:
 
 def _member_action(of: "Expressions", node: tree.Member) -> Resolved | None:
     """`instance.action`, as a call of the action of that instance; None for anything else."""
+    if methods.is_this(of.context, node.of):
+        return None
     if isinstance(node.of, tree.Name) and of.context.find(node.of.text) is None:
         return None
     owner = of.meaning(node.of)
@@ -116,7 +126,7 @@ def _member_action(of: "Expressions", node: tree.Member) -> Resolved | None:
     action = pou.actions.get(of.context.key(node.name)) if pou is not None else None
     if action is None:
         return None
-    return (None if pou is of.context.owner else instance), action
+    return (None if pou is of.context.block else instance), action
 
 
 # ---- blocks

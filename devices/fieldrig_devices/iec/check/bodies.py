@@ -11,14 +11,13 @@ from fieldrig_devices.iec.program import AnyStatement, Pou
 
 def check_pou(project: Project, source: PouSource) -> None:
     source.pou.body = _body(project, source, source.pou, source.tree.body)
-    for node in source.tree.actions:
-        action = source.pou.actions.get(project.key(node.name))
-        if action is not None and not action.body:
-            action.body = _body(project, source, action, node.body)
+    for name, (node, level) in source.actions.items():
+        action = source.pou.actions[name]
+        action.body = _body(project, source, action, node.body, level)
 
 
-def _body(project: Project, source: PouSource, pou: Pou, body: tree.Body) -> list[AnyStatement]:
-    context = Context(project, source, pou.file, pou)
+def _body(project: Project, source: PouSource, pou: Pou, body: tree.Body, level: int = 0) -> list[AnyStatement]:
+    context = Context(project, source, pou.file, pou, level)
     match body:
         case tree.StBody():
             return Statements(context).body(body.statements)
@@ -28,7 +27,7 @@ def _body(project: Project, source: PouSource, pou: Pou, body: tree.Body) -> lis
         case tree.IlBody():
             return lower_il(body, context)
         case tree.SfcBody():
-            return lower_sfc(body, context, lambda action, inner: _body(project, source, action, inner))
+            return lower_sfc(body, context, lambda action, inner: _body(project, source, action, inner, level))
 
 
 def _check_native(project: Project, source: PouSource, pou: Pou) -> None:

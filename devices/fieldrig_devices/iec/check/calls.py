@@ -5,7 +5,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import constants, places, references
+from fieldrig_devices.iec.check import constants, methods, places, references
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.context import Context, place_of
 from fieldrig_devices.iec.check.sizes import Sizes
@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression | None:
     """Return the result of a call in an expression; None after a message."""
     context = of.context
+    method = methods.find(of, node.called)
+    if method is not None:
+        return _method_value(of, node, *method)
     if not isinstance(node.called, tree.Name):
         context.say(node, f"the call of {text(node.called)} has no result", "a function", _pin_hint(text(node.called)))
         return None
@@ -60,6 +63,13 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
     return None
 
 
+def _method_value(of: "Expressions", node: tree.Call, instance: Place | None, method: Pou) -> Expression | None:
+    if method.result is not None:
+        return call(of, method, node, instance)
+    of.context.say(node, f"the method {method.name} has no result", "a method with a type, METHOD name : INT")
+    return None
+
+
 def _pin_hint(name: str) -> str:
     return f"call {name}(...); as a statement first, and read {name}.Q afterwards"
 
@@ -76,12 +86,12 @@ def note_call(context: Context, pou: Pou, node: tree.Node) -> None:
         context.project.calls.setdefault(context.pou, {}).setdefault(pou, place_of(node))
 
 
-def call(of: "Expressions", pou: Pou, node: tree.Call) -> CallFunction | None:
-    """Check a call of a FUNCTION with its arguments, which may be given by position or by name."""
+def call(of: "Expressions", pou: Pou, node: tree.Call, instance: Place | None = None) -> CallFunction | None:
+    """Check a call of a FUNCTION or a method with its arguments, which may be given by position or by name."""
     note_call(of.context, pou, node)
     source = of.context.project.sources[pou]
     matched = match_arguments(of, node, pou, source.inputs, source.outputs)
-    if matched is None or pou.result is None:
+    if matched is None or (pou.result is None and not pou.is_method):
         return None
     inputs = _inputs(of, matched, source.inputs)
     outputs = [(variable, of.target(given)) for variable, given, _ in matched.outputs]
@@ -94,7 +104,8 @@ def call(of: "Expressions", pou: Pou, node: tree.Call) -> CallFunction | None:
             )
             return None
     kept = tuple((variable, place) for variable, place in outputs if place is not None)
-    return CallFunction(pou, tuple(inputs), pou.result.type, kept)
+    kind = pou.result.type if pou.result is not None else Elementary.BOOL
+    return CallFunction(pou, tuple(inputs), kind, kept, instance)
 
 
 def _inputs(

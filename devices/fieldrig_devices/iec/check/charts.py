@@ -60,6 +60,10 @@ def _actions(body: tree.SfcBody, context: Context) -> bool:
     for step in body.steps:
         for use in step.uses:
             is_whole = _action(use, context) and is_whole
+            for name in use.indicators:
+                if context.find(name) is None:
+                    context.say_unknown(use, name, "an indicator variable that is declared")
+                    is_whole = False
     return is_whole
 
 

@@ -6,19 +6,23 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import location
 from fieldrig_devices.iec.check.project import UNKNOWN, Project
-from fieldrig_devices.iec.program import Pou, Variable
+from fieldrig_devices.iec.program import Link, Pou, Variable
 from fieldrig_devices.iec.types import BlockType
 
 
 def apply(
     project: Project, blocks: Sequence[tuple[tree.Variables, str]], incomplete: Mapping[Variable, tree.Direct]
-) -> None:
-    """Complete the addresses; a message for each that stays incomplete."""
+) -> list[Link]:
+    """Complete the addresses; a message for each that stays incomplete.
+
+    A variable of a function block with different addresses in its instances gets none; its links are returned.
+    """
     open_ones = dict(incomplete)
+    found: dict[Variable, list[Link]] = {}
     for block, file in blocks:
         context = Context(project, None, file)
         for node in block.variables:
-            _complete(project, node, incomplete, open_ones, context)
+            _complete(project, node, incomplete, open_ones, context, found)
     for variable, address in open_ones.items():
         project.reports.say(
             variable.file,
@@ -27,6 +31,13 @@ def apply(
             "its address in VAR_CONFIG",
             f"VAR_CONFIG PROG.{variable.name} AT %{address.area}X0.0 : {variable.type}; END_VAR",
         )
+    links: list[Link] = []
+    for variable, own in found.items():
+        if all(link.where == own[0].where for link in own):
+            variable.location = own[0].where
+        else:
+            links += own
+    return links
 
 
 def _complete(
@@ -35,6 +46,7 @@ def _complete(
     incomplete: Mapping[Variable, tree.Direct],
     open_ones: dict[Variable, tree.Direct],
     context: Context,
+    links: dict[Variable, list[Link]],
 ) -> None:
     found = _find(project, node)
     if found is None:
@@ -44,16 +56,8 @@ def _complete(
         context.say(node, f"{node.name} has no incomplete address", f"{found.name} AT %I* : {found.type} in its POU")
         return
     made = location(node.location, found.type, context) if found.type is not UNKNOWN else None
-    if made is not None and found.location is not None and found.location != made:
-        # The code of a function block is the same for all instances, and so are its addresses.
-        context.say(
-            node,
-            f"{found.name} has another address in another instance",
-            "one address for a variable of a function block",
-            "pass the input or output to the block through VAR_INPUT or VAR_OUTPUT",
-        )
-    elif made is not None:
-        found.location = made
+    if made is not None:
+        links.setdefault(found, []).append(Link(node.name, made))
     open_ones.pop(found, None)
 
 

@@ -1,5 +1,8 @@
 """The surroundings of an expression or statement: its POU, its file, and what names mean there."""
 
+from collections import ChainMap
+from collections.abc import MutableMapping
+
 from fieldrig_devices.iec.check.project import Entity, PouSource, Project
 from fieldrig_devices.iec.program import Pou, Space, Variable
 from fieldrig_devices.iec.tree import Call, Node, Place, PouKind, Section
@@ -12,15 +15,21 @@ def place_of(node: Node) -> Place:
 
 
 class Context:
-    def __init__(self, project: Project, source: PouSource | None, file: str, pou: Pou | None = None) -> None:
+    def __init__(
+        self, project: Project, source: PouSource | None, file: str, pou: Pou | None = None, level: int = 0
+    ) -> None:
         self.project, self.source, self.file = project, source, file
         self.key = project.key
         self.pou = pou if pou is not None else source.pou if source is not None else None
         """The POU or action whose body is checked."""
-        self.names: dict[str, Variable] = source.names if source is not None else {}
+        self.names: MutableMapping[str, Variable] = source.names if source is not None else {}
+        if source is not None and source.outer is not None:
+            self.names = ChainMap(source.names, source.outer.names)
         self.is_library = source is not None and source.is_library
         self.mixes_integers = project.dialect.mixes_integers or self.is_library
         """True if integers and bit strings go into one another; libraries are written for EPAS-4."""
+        self.level = max(level, source.level if source is not None else 0)
+        """How many steps above the function block the code was declared that is checked; SUPER^ is above it."""
         self._unknown: set[str] = set()
         self._hidden = 0
 
@@ -28,6 +37,11 @@ class Context:
     def owner(self) -> Pou | None:
         """The POU; for an action, the one that it belongs to."""
         return self.source.pou if self.source is not None else None
+
+    @property
+    def block(self) -> Pou | None:
+        """The function block or program whose instance the code works with; that of a method is its owner."""
+        return self.owner.owner or self.owner if self.owner is not None else None
 
     def find(self, name: str) -> Entity | None:
         wanted = self.key(name)

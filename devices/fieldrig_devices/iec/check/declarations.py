@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import initials
+from fieldrig_devices.iec.check import inheritance, initials
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import UNKNOWN, Entity, Pending, PouSource, Project, Start
 from fieldrig_devices.iec.check.sizes import DEEPEST, Sizes
@@ -20,6 +20,8 @@ class Declarations:
         self.specs = TypeSpecs(project)
         self.variables = Variables(project, self.specs)
         self.configurations: list[tuple[tree.Configuration, str]] = []
+        self._trees: dict[str, tuple[tree.Pou, str]] = {}
+        """The POUs by name with their files, for those that extend them."""
         self._config_blocks: list[tuple[tree.Variables, str]] = []
         project.types.update({kind.name.lower(): kind for kind in Elementary})
         project.types.update({name.lower(): kind for name, kind in ALIASES.items()})
@@ -43,6 +45,10 @@ class Declarations:
 
     def _part(self, units: Sequence[tree.Unit]) -> None:
         structures, sources = len(self.specs.structures), len(self._project.sources)
+        for unit in units:
+            for node in unit.declarations:
+                if isinstance(node, tree.Pou):
+                    self._trees.setdefault(self._project.key(node.name), (node, unit.file))
         for unit in units:
             for node in unit.declarations:
                 self._declare(node, unit.file)
@@ -107,16 +113,24 @@ class Declarations:
             )
             self._project.globals[name] = pou.instance
         self._project.pous[name] = pou
-        self._project.sources[pou] = PouSource(pou, node, file in self._library_files)
+        self._project.sources[pou] = source = PouSource(pou, node, file in self._library_files)
         self._project.declare(name, pou, file, node.place)
-        for action in node.actions:
-            self._action(action, pou)
+        source.line = inheritance.lineage(self._project, node, file, self._trees)
+        for level, (above, home) in enumerate(source.line.trees):
+            for action in above.actions:
+                self._action(action, source, level, home)
+            for method in above.methods:
+                self._method(method, source, level, home)
+            if level:
+                inheritance.add_body(source, above, level, home)
         for block in node.blocks:
             if block.section is Section.GLOBAL and node.kind is PouKind.PROGRAM:
                 self._list(block, file)
 
-    def _action(self, node: tree.Action, pou: Pou) -> None:
-        name = self._project.key(node.name)
+    def _action(self, node: tree.Action, source: PouSource, level: int, file: str) -> None:
+        name, pou = self._project.key(node.name), source.pou
+        if level and (name in pou.actions or name in pou.methods):
+            return
         if name in pou.actions:
             self._project.reports.say(pou.file, node.place, f"{pou.name} has two actions {node.name}", "another name")
             return
@@ -124,7 +138,27 @@ class Declarations:
             self._project.reports.say(
                 pou.file, node.place, "an action of a function", "an action of a program or function block"
             )
-        pou.actions[name] = Pou(pou.kind, f"{pou.name}.{node.name}", pou.file, pou.variables, type=pou.type, owner=pou)
+        pou.actions[name] = Pou(pou.kind, f"{pou.name}.{node.name}", file, pou.variables, type=pou.type, owner=pou)
+        source.actions[name] = node, level
+
+    def _method(self, node: tree.Method, outer: PouSource, level: int, file: str) -> None:
+        """Declare a method as a function that works with an instance; one that is overridden has a further name."""
+        project, pou = self._project, outer.pou
+        name = project.key(node.name)
+        versions = outer.line.versions.setdefault(name, []) if outer.line is not None else []
+        if pou.kind is PouKind.FUNCTION:
+            project.reports.say(pou.file, node.place, "a method of a function", "a method of a function block")
+        elif name in pou.actions or (versions and versions[-1][0] == level):
+            what = f"{pou.name} has two actions or methods {node.name}"
+            project.reports.say(pou.file, node.place, what, "another name")
+        else:
+            title = f"{node.name}@{level}" if versions else node.name
+            made = Pou(PouKind.FUNCTION, f"{pou.name}.{title}", file, owner=pou)
+            versions.append((level, made))
+            name = f"{name}@{level}" if name in pou.methods else name
+            own = tree.Pou(PouKind.FUNCTION, node.name, node.result, node.blocks, node.body, place=node.place)
+            pou.methods[name] = project.pous[f"{project.key(pou.name)}.{name}"] = made
+            project.sources[made] = PouSource(made, own, outer.is_library, outer=outer, level=level)
 
     def _list(self, block: tree.Variables, file: str) -> None:
         match block.section:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import check_functions
+from fieldrig_devices.iec.check import check_functions, methods
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
 from fieldrig_devices.iec.check.operators import integer_of, plain
@@ -76,7 +76,7 @@ def _name(of: "Expressions", node: tree.Name) -> Meaning | None:
     if type(found) is Variable:
         return variable(context, found)
     if found is None:
-        action = context.owner.actions.get(context.key(node.text)) if context.owner is not None else None
+        action = context.block.actions.get(context.key(node.text)) if context.block is not None else None
         if action is not None:
             return action
         context.say_unknown(node, node.text)
@@ -100,6 +100,8 @@ def variable(context: Context, found: Variable) -> Place | Constant | None:
 
 
 def _member(of: "Expressions", node: tree.Member) -> Meaning | None:
+    if methods.is_this(of.context, node.of):
+        return _own(of.context, node)
     listed = _of_list(of.context, node)
     if listed is not None:
         return variable(of.context, listed)
@@ -125,6 +127,19 @@ def _member(of: "Expressions", node: tree.Member) -> Meaning | None:
     if isinstance(kind, BlockType) and kind.pou is not None:
         return _pin(of.context, owner, kind.pou, node)
     return _of_object(of.context, Load(owner), kind, node)
+
+
+def _own(context: Context, node: tree.Member) -> Meaning | None:
+    """The meaning of `THIS^.name`: a variable or an action of the instance whose code runs."""
+    source, name = context.source, context.key(node.name)
+    assert source is not None
+    found = (source.outer or source).names.get(name)
+    if found is not None:
+        return variable(context, found)
+    action = context.block.actions.get(name) if context.block is not None else None
+    if action is None:
+        context.say(node, f"{text(node)} is not declared", "a variable, action or method of the function block")
+    return action
 
 
 def _of_list(context: Context, node: tree.Member) -> Variable | None:
@@ -355,6 +370,6 @@ def _variable_obstacle(context: Context, found: Variable) -> tuple[str, str]:
     if is_input and not context.project.dialect.allows_changed_inputs:
         # Manual table 4-6: an input comes from outside and cannot be changed within the POU.
         return f"{found.name} is a VAR_INPUT and cannot be changed within its POU", "copy it into a variable of VAR"
-    if isinstance(found.type, BlockType) and context.owner is not None and found is context.owner.instance:
+    if isinstance(found.type, BlockType) and context.block is not None and found is context.block.instance:
         return f"{found.name} is a program", ""
     return "", ""

@@ -9,6 +9,7 @@ from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.program import Component, Constant, Element, Pou, Variable
+from fieldrig_devices.iec.tree import Action
 from fieldrig_devices.iec.types import (
     Elementary,
     EnumType,
@@ -37,6 +38,15 @@ Entity = Variable | Constant | Pou | EnumType
 """The possible meanings of a name in an expression."""
 
 
+@dataclass(slots=True)
+class Lineage:
+    """The trees of a function block and of those that it extends, each with its file; the next one comes first."""
+
+    trees: list[tuple[tree.Pou, str]]
+    versions: dict[str, list[tuple[int, Pou]]] = field(default_factory=dict)
+    """The methods by name with their levels, the valid one first."""
+
+
 @dataclass(slots=True, eq=False)
 class PouSource:
     """A POU and where it comes from."""
@@ -49,6 +59,14 @@ class PouSource:
     inputs: list[Variable] = field(default_factory=list)
     """VAR_INPUT and VAR_IN_OUT, in the order of their declaration."""
     outputs: list[Variable] = field(default_factory=list)
+    outer: "PouSource | None" = None
+    """The function block or program of a method, whose names it knows too."""
+    line: "Lineage | None" = None
+    """The function blocks that this one extends; None for other POUs."""
+    level: int = 0
+    """How many steps above the function block a method was declared."""
+    actions: "dict[str, tuple[Action, int]]" = field(default_factory=dict)
+    """The actions, with those that are inherited and the levels at which they were declared."""
 
 
 @dataclass(slots=True, eq=False)

@@ -183,6 +183,7 @@ class TypeSpecs:
 
     def _structure(self, title: str, spec: tree.StructSpec, context: Context, name: str = "") -> Type:
         """Make the structure first and its fields afterwards, because a field may point to the structure itself."""
+        spec = self._extended(spec, context)
         kind = StructType(title, is_union=spec.is_union)
         if name:
             self._project.types[name] = kind
@@ -200,6 +201,20 @@ class TypeSpecs:
                 context.say(part, f"{part.name} in a UNION has a start value", "a value that the program assigns")
             kind.fields[self._key(part.name)] = Field(part.name, field_type, comment=comment_of(part))
         return kind
+
+    def _extended(self, spec: tree.StructSpec, context: Context) -> tree.StructSpec:
+        """Return a structure with the components of those that it extends in front of its own."""
+        fields, seen = spec.fields, set[str]()
+        extends = spec.extends
+        while extends:
+            declaration, _ = self._declared.get(self._key(extends), (None, None))
+            above = declaration.type if declaration is not None else None
+            if not isinstance(above, tree.StructSpec) or self._key(extends) in seen:
+                context.say(spec, f"{extends} is no structure that can be extended", "the name of another structure")
+                break
+            seen.add(self._key(extends))
+            fields, extends = (*above.fields, *fields), above.extends
+        return tree.StructSpec(fields, spec.is_union, place=spec.place)
 
     # ---- enumerations
 

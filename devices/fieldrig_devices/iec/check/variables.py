@@ -54,9 +54,14 @@ class Variables:
         pou = source.pou
         if source.tree.result is not None:
             kind = self._specs.resolve(source.tree.result, context)
-            pou.result = Variable(pou.name, kind, Space.FRAME, Section.OUTPUT, place=source.tree.place, file=pou.file)
+            name = source.tree.name
+            pou.result = Variable(name, kind, Space.FRAME, Section.OUTPUT, place=source.tree.place, file=pou.file)
             pou.result.initial = self.default(source.tree.result, kind)
-            source.names[self._project.key(pou.name)] = pou.result
+            source.names[self._project.key(name)] = pou.result
+        for above, home in reversed(source.line.trees[1:] if source.line is not None else ()):
+            for block in above.blocks:
+                for node in block.variables:
+                    self._add(node, block, source, Context(self._project, source, home))
         for block in source.tree.blocks:
             self._check_block(block, source, context)
             for node in block.variables:

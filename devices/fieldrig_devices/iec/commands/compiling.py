@@ -59,10 +59,12 @@ def _holder(rig: Path, device: str | None) -> "ProgramHolder":
         known = ", ".join(entry.name for entry in right if issubclass(entry.cls, ProgramHolder))
         what = f"{rig} has no controller {device!r}" if device else f"{rig} has not exactly one controller"
         raise UsageError(what, f"expected --device with one of: {known or 'none of its devices runs IEC programs'}")
-    _, right, mistakes = look_through(rig, [f"devices.{chosen[0].name}.program=[]"])
-    for entry in right:
-        if entry.name == chosen[0].name:
-            found = build_alone(entry)
+    entry = chosen[0]
+    assert issubclass(entry.cls, ProgramHolder)
+    _, right, mistakes = look_through(rig, [f"devices.{entry.name}.{change}" for change in entry.cls.without_program()])
+    for changed in right:
+        if changed.name == entry.name:
+            found = build_alone(changed)
             assert isinstance(found, ProgramHolder)
             return found
     raise ConfigError(mistakes)

@@ -17,7 +17,6 @@ from fieldrig_devices.iec.parser import parse
 
 _HEAD: Final = re.compile(r"\b(PROGRAM|FUNCTION_BLOCK|FUNCTION)\b", re.IGNORECASE)
 _ARCHIVES: Final = {"nwl": "LD or FBD", "sfc": "SFC", "cfc": "CFC", "uml": "UML", "il": "IL"}
-_OBJECTS: Final = ("Method", "Property")
 _US_A_MS: Final = 1_000
 
 
@@ -46,12 +45,20 @@ def _pou(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
             pieces.add(f"ACTION {attribute(part, 'Name')}:", line_of(part))
             _implementation(part, pieces, report)
             pieces.close("END_ACTION")
-    for part in elements(of, *_OBJECTS):
+    for part in elements(of, "Method"):
+        with report.inside(f"method {attribute(part, 'Name')[:60]}"):
+            if dialect.has_methods:
+                _declaration(part, pieces, report)
+                _implementation(part, pieces, report)
+                pieces.close("END_METHOD")
+            else:
+                report.mistake(line_of(part), "A method is not supported", "actions", "Choose the dialect edition-3.")
+    for part in elements(of, "Property"):
         report.mistake(
             line_of(part),
-            f"The {name_of(part).lower()} {attribute(part, 'Name')[:60]} is not supported",
-            "functions, function blocks and actions",
-            "Turn it into an action or into a function block of its own.",
+            f"The property {attribute(part, 'Name')[:60]} is not supported",
+            "methods, functions, function blocks and actions",
+            "Turn it into a method or into a variable.",
         )
     for part in elements(of, "Transition"):
         report.mistake(

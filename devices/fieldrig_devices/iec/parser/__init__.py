@@ -2,8 +2,8 @@
 
 It is a recursive descent by hand, a class for each layer of the grammar with the one below as its base, because a call
 of a method of the same object is what costs least in Python: `cursor`, `expressions`, `statements`, `sections` (bodies,
-with Instruction List and SFC), `declarations`, `configuration`, `pous`.  No text makes it raise an exception, and a
-limit of nesting keeps it away from Python's own.
+with Instruction List and SFC), `declarations`, `configuration`, `methods`, `pous`.  No text makes it raise an
+exception, and a limit of nesting keeps it away from Python's own.
 """
 
 from fieldrig_devices.iec import tree

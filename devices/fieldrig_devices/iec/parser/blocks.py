@@ -20,7 +20,7 @@ _OUTER_TEXT = """
     PROGRAM END_PROGRAM FUNCTION END_FUNCTION FUNCTION_BLOCK END_FUNCTION_BLOCK TYPE END_TYPE ACTION END_ACTION
     CONFIGURATION END_CONFIGURATION RESOURCE END_RESOURCE VAR VAR_INPUT VAR_OUTPUT VAR_IN_OUT VAR_TEMP VAR_EXTERNAL
     VAR_GLOBAL VAR_CONFIG VAR_ACCESS END_VAR INITIAL_STEP END_STEP TRANSITION END_TRANSITION END_ENTRY END_ACTIVE
-    END_EXIT END_STRUCT STRUCT END_UNION UNION
+    END_EXIT END_STRUCT STRUCT END_UNION UNION METHOD END_METHOD
     """
 OUTER: Final = frozenset(_OUTER_TEXT.split()) | {token.END}
 """Tokens that cannot occur among statements: the body ends here."""
@@ -86,7 +86,8 @@ class Blocks(Expressions):
             if comments or front or self._pending:
                 self._decorate(statement, front, at)
             found.append(statement)
-        if self._pending and found and self.kinds[self.i] != "ACTION":  # which has the comments in front of it itself
+        has_own_comments = self.kinds[self.i] in ("ACTION", "METHOD")
+        if self._pending and found and not has_own_comments:
             found[-1].after += self.taken()
         return tuple(found)
 

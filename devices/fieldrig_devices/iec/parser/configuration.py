@@ -62,7 +62,7 @@ class Configurations(Declarations):
         if self.kinds[at] in SECTIONS:
             found.blocks += (self.block_of_variables(),)
             return True
-        if self.kinds[at] in ("FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "ACTION", "RESOURCE"):
+        if self.kinds[at] in ("FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "ACTION", "METHOD", "RESOURCE"):
             return False
         front = self.taken()
         part: tree.TaskDeclaration | tree.ProgramInstance

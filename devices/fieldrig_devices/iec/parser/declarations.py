@@ -105,7 +105,7 @@ class Declarations(Types):
             return self.kinds[at + 1] != ":"
         if kind in SECTIONS:
             return True
-        if kind in ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "ACTION", "RESOURCE"):
+        if kind in ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "ACTION", "METHOD", "RESOURCE"):
             return True
         if kind.startswith("END_") or kind == token.END:
             return True
@@ -251,10 +251,17 @@ class Declarations(Types):
         name = self.name("the name of a type")
         if self._is_reserved(name):
             self.say(at, f"{name} is an elementary type", "another name for the type")
-        if self.is_word("EXTENDS"):
+        extends = ""
+        if self.dialect.has_methods and self.accept_word("EXTENDS"):
+            extends = self.name("the name of a structure")
+        elif self.is_word("EXTENDS"):
             raise self.unexpected(":", UNKNOWN["EXTENDS"])
         self.expect(":")
         spec = self.type_spec()
+        if extends and isinstance(spec, tree.StructSpec) and not spec.is_union:
+            spec.extends = extends
+        elif extends:
+            self.say(at, f"{name} extends {extends} and is no structure", "STRUCT behind the colon")
         initial = self._initial(spec)
         self._end_of_declaration(spec)
         return tree.TypeDeclaration(name, spec, initial, place=self.places[at])

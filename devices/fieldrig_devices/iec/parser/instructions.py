@@ -58,7 +58,7 @@ class Instructions(Statements):
             instruction.comments = front + self.taken()
             instruction.remark, instruction.is_spaced = self.remark(), is_spaced
             found.append(instruction)
-        if found and self.kinds[self.i] != "ACTION":  # which has the comments in front of it itself
+        if found and self.kinds[self.i] not in ("ACTION", "METHOD"):  # which has the comments in front of it itself
             found[-1].after += self.taken()
         return tuple(found)
 

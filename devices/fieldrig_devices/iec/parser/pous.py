@@ -8,18 +8,19 @@ from typing import Final
 
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.parser.configuration import Configurations
 from fieldrig_devices.iec.parser.cursor import UnexpectedError
 from fieldrig_devices.iec.parser.declarations import SECTIONS
+from fieldrig_devices.iec.parser.methods import Methods
 
 POUS: Final = {kind.value: kind for kind in tree.PouKind}
-_TOP: Final = frozenset(POUS) | {"TYPE", "VAR_GLOBAL", "VAR_CONFIG", "CONFIGURATION", "RESOURCE", "ACTION", token.END}
+_PARTS: Final = ("ACTION", "METHOD")
+_TOP: Final = frozenset((*POUS, *_PARTS, "TYPE", "VAR_GLOBAL", "VAR_CONFIG", "CONFIGURATION", "RESOURCE", token.END))
 _OOP: Final = frozenset({"METHOD", "PROPERTY", "INTERFACE", "NAMESPACE", "CLASS"})
 
 _MODIFIERS: Final = frozenset({"PUBLIC", "INTERNAL", "ABSTRACT", "FINAL"})
 
 
-class Units(Configurations):
+class Units(Methods):
     """Reads source files."""
 
     def unit(self) -> tree.Unit:
@@ -46,19 +47,25 @@ class Units(Configurations):
             return [self.block_of_variables()]
         if kind in ("CONFIGURATION", "RESOURCE"):
             return [self.configuration()]
-        if kind == "ACTION":
-            action = self.action()
-            pou = before[-1] if before else None
-            if isinstance(pou, tree.Pou):
-                pou.actions += (action,)
-            else:
-                self.say_at(action.place, f"the action {action.name} belongs to no POU", "a POU in front of it")
+        if kind in _PARTS:
+            self._part_of(before[-1] if before else None)
             return []
         if kind == ";":
             self.i += 1
             return []
         self._wrong_declaration(kind)
         return []
+
+    def _part_of(self, pou: tree.Declaration | None) -> None:
+        """Read an action or a method that follows its POU."""
+        part = self.action() if self.kinds[self.i] == "ACTION" else self.method()
+        if not isinstance(pou, tree.Pou):
+            what = "action" if isinstance(part, tree.Action) else "method"
+            self.say_at(part.place, f"the {what} {part.name} belongs to no POU", "a POU in front of it")
+        elif isinstance(part, tree.Action):
+            pou.actions += (part,)
+        else:
+            pou.methods += (part,)
 
     def _wrong_declaration(self, kind: str) -> None:
         hint = ""
@@ -113,21 +120,28 @@ class Units(Configurations):
         front = self.taken()
         kind = POUS[self.kinds[opening]]
         self.i += 1
-        name, result = self._pou_header(kind)
+        name, result, extends = self._pou_header(kind)
         blocks = self.blocks()
         self.actions = []
+        methods: list[tree.Method] = []
+        while self.kinds[self.i] == "METHOD":
+            methods.append(self.method())
         body = self.body()
         actions = self.actions
         self.gather()
-        rest = () if self.kinds[self.i] == "ACTION" else self.taken()
-        while self.kinds[self.i] == "ACTION":
-            actions.append(self.action())
+        rest = () if self.kinds[self.i] in _PARTS else self.taken()
+        while self.kinds[self.i] in _PARTS:
+            if self.kinds[self.i] == "ACTION":
+                actions.append(self.action())
+            else:
+                methods.append(self.method())
         word = f"END_{kind.value}"
         end = self.places[self.i]
         self.gather()
         rest += self.taken()
         self._end_of_pou(word, kind, name, opening)
-        found = tree.Pou(kind, name, result, blocks, body, tuple(actions), end, place=self.places[opening])
+        parts = tuple(actions), tuple(methods)
+        found = tree.Pou(kind, name, result, blocks, body, *parts, extends, end, place=self.places[opening])
         found.comments, found.remark = front, self.remark()
         found.after = rest
         return found
@@ -149,24 +163,26 @@ class Units(Configurations):
         line = self.places[opening].line
         self.say(self.i, f"got {self.shown(self.i)}", f"{word} for {kind.value} {name} in line {line}")
 
-    def _begins_line(self, at: int) -> bool:
-        return self.places[at].line != self.places[at - 1].line
-
-    def _pou_header(self, kind: tree.PouKind) -> tuple[str, tree.TypeSpec | None]:
-        """Read the name, and the type of a function's result."""
+    def _pou_header(self, kind: tree.PouKind) -> tuple[str, tree.TypeSpec | None, str]:
+        """Read the name, the type of a function's result, and the function block that is extended."""
         at = self.i
         try:
             if (
                 self.texts[at].upper() in _MODIFIERS
                 and self.kinds[at + 1] == token.NAME
-                and not self._begins_line(at + 1)
+                and not self.begins_line(at + 1)
             ):
                 self.say(at, f"got {self.texts[at]}", f"the name of the {kind.value}", f"Remove {self.texts[at]}.")
                 self.i += 1
             at = self.i
             name = self.name(f"the name of the {kind.value}")
+            extends = ""
+            if self.dialect.has_methods and kind is tree.PouKind.FUNCTION_BLOCK and self.accept_word("EXTENDS"):
+                extends = self.name("the name of a function block")
             if self.is_word("EXTENDS") or self.is_word("IMPLEMENTS"):
                 hint = "Blocks cannot be derived. Declare an instance of the other block in it."
+                if self.is_word("IMPLEMENTS"):
+                    hint = "There are no interfaces. Remove IMPLEMENTS."
                 raise self.unexpected("VAR_INPUT or another declaration", hint)
             result = None
             if self.kinds[self.i] == ":":
@@ -180,5 +196,5 @@ class Units(Configurations):
             line = self.places[at - 1].line
             while self.places[self.i].line == line and self.kinds[self.i] != token.END:
                 self.i += 1
-            return self.texts[at] if self.kinds[at] == token.NAME else "", None
-        return name, result if kind is tree.PouKind.FUNCTION else None
+            return self.texts[at] if self.kinds[at] == token.NAME else "", None, ""
+        return name, result if kind is tree.PouKind.FUNCTION else None, extends

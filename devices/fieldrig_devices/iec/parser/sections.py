@@ -89,7 +89,7 @@ class Bodies(Instructions):
             self.gather_from(at)
             last.comments, last.remark, last.is_spaced = front + self.taken(), self.remark(), is_spaced
         self.depth -= 1
-        if last is not None:
+        if last is not None and self.kinds[self.i] != "METHOD":  # which has the comments in front of it itself
             last.after = front
         else:
             self._pending[:0] = front
@@ -169,12 +169,22 @@ class Bodies(Instructions):
         if found.qualifier not in QUALIFIERS:
             raise self.unexpected("a qualifier: N, R, S, L, D, P, SD, DS, SL, P0 or P1")
         self.i += 1
+        if found.qualifier not in TIMED and self._indicators(found):
+            return
         if self.accept(","):
             found.time = self.expression()
+            self._indicators(found)
             if found.qualifier not in TIMED:
                 self.say(at, f"the qualifier {found.qualifier} has a time", "a time with L, D, SD, DS and SL only")
         elif found.qualifier in TIMED:
             self.missing(", and a time", f"The qualifier {found.qualifier} has a time: ({found.qualifier}, T#5s).")
+
+    def _indicators(self, found: tree.ActionUse) -> bool:
+        """Read the indicator variables of an action.  False if there is none."""
+        while self.kinds[self.i] == "," and self.kinds[self.i + 1] == token.NAME:
+            self.i += 1
+            found.indicators += (self.name("the name of a variable"),)
+        return bool(found.indicators)
 
     # ---- transitions
 

@@ -95,7 +95,8 @@ def _enumeration(lines: Lines, spec: tree.EnumSpec) -> None:
 
 
 def _type(lines: Lines, of: tree.TypeDeclaration) -> None:
-    lines.add(f"TYPE {of.name} : ")
+    extends = of.type.extends if isinstance(of.type, tree.StructSpec) else ""
+    lines.add(f"TYPE {of.name}{f' EXTENDS {extends}' if extends else ''} : ")
     _spec(lines, of.type)
     initial = _initial(of.initial, of.type)
     is_struct = isinstance(of.type, tree.StructSpec) and not initial
@@ -139,7 +140,7 @@ def _element(element: tree.Initial | tree.Repeated) -> str:
 
 
 def _pou(lines: Lines, pou: tree.Pou) -> None:
-    lines.add(f"{pou.kind.value} {pou.name}")
+    lines.add(f"{pou.kind.value} {pou.name}{f' EXTENDS {pou.extends}' if pou.extends else ''}")
     if pou.result is not None:
         lines.append(" : ")
         _spec(lines, pou.result)
@@ -149,6 +150,11 @@ def _pou(lines: Lines, pou: tree.Pou) -> None:
     if pou.blocks:
         lines.add("")
     body(lines, pou.body)
+    for method in pou.methods:
+        lines.add("")
+        lines.front(method)
+        _method(lines, method)
+        lines.behind(method)
     for action in pou.actions:
         lines.add("")
         lines.front(action)
@@ -159,6 +165,21 @@ def _pou(lines: Lines, pou: tree.Pou) -> None:
         lines.behind(action)
     lines.comments(pou.after)
     lines.add(f"END_{pou.kind.value}")
+
+
+def _method(lines: Lines, method: tree.Method) -> None:
+    lines.add(" ".join(["METHOD", *method.modifiers, method.name]))
+    if method.result is not None:
+        lines.append(" : ")
+        _spec(lines, method.result)
+    for block in method.blocks:
+        lines.front(block)
+        variables(lines, block)
+    if method.blocks:
+        lines.add("")
+    body(lines, method.body)
+    lines.comments(method.after)
+    lines.add("END_METHOD")
 
 
 def body(lines: Lines, of: tree.Body) -> None:
@@ -192,7 +213,7 @@ def _step(lines: Lines, step: tree.Step) -> None:
     with lines.indented():
         for use in step.uses:
             time = f", {text_of(use.time)}" if use.time is not None else ""
-            lines.add(f"{use.name}({use.qualifier}{time});")
+            lines.add(f"{use.name}({', '.join([use.qualifier + time, *use.indicators])});")
         for word, section in (("ENTRY", step.entry), ("ACTIVE", step.active), ("EXIT", step.exit)):
             if section is not None:
                 lines.add(word)

@@ -34,9 +34,12 @@ class Incoming:
         return bool(self._pieces) or (self._end is not None and not self.has_ended)
 
     def is_acceptable(self, start: int, length: int) -> bool:
-        """True if a segment is at least partly in the window (RFC 9293, table 6)."""
+        """True if a segment is at least partly in the window (RFC 9293, table 6).
+
+        An ACK without data may also be at the end of the window, where a peer sends it that has filled the window.
+        """
         if length == 0:
-            return start == self.next if self.window == 0 else self.next <= start < self.edge
+            return self.next <= start <= self.edge
         return self.window > 0 and start < self.edge and start + length > self.next
 
     def arrived(self, start: int, data: bytes, is_last: bool) -> None:

@@ -57,8 +57,8 @@ def _send_syn(connection: Connection, now_ns: int, emit: Emit) -> None:
 def _resend(connection: Connection, now_ns: int, emit: Emit) -> None:
     outgoing = connection.outgoing
     start = outgoing.unacknowledged
-    data = outgoing.at(start, connection.mss)
-    has_fin = outgoing.has_ended and start + len(data) == outgoing.end_of_data
+    data = outgoing.at(start, min(connection.mss, outgoing.highest - start))  # nothing that was not sent before
+    has_fin = outgoing.highest > outgoing.end_of_data == start + len(data)
     connection.round_trip.repeated()
     connection.retransmit_ns = None
     _send(connection, now_ns, emit, _segment(connection, start, ACK | (FIN if has_fin else PSH), data))

@@ -7,7 +7,8 @@ Source: CiA 301, CiA 402-3 (device type of several axes); 2000h to 21FFh are our
 from pathlib import Path
 from typing import Final
 
-from fieldrig_devices.cia402.eds_file import DOMAIN, OCTETS, TEXT, Table, axis_objects, pdo_objects, write
+from fieldrig_devices.cia402.eds_file import OCTETS, TEXT, Table, axis_objects, pdo_objects, write
+from fieldrig_devices.cia402.node_objects import NodeFacts, communication, head
 from fieldrig_devices.cia402.objects import AXES, EMPTY_PDOS, I32, RECEIVED, TRANSMITTED, U8, U16, U32, Row
 
 EDS: Final = Path(__file__).with_name("max4-axes.eds")
@@ -30,109 +31,32 @@ SEVERAL_AXES: Final = 0xFFFF_0192
 """Value of 1000h for a device with several CiA 402 axes."""
 PRODUCT: Final = 0x0000_4D34
 
-_HEAD: Final = f"""\
-[FileInfo]
-FileName=max4-axes.eds
-FileVersion=1
-FileRevision=0
-EDSVersion=4.0
-Description=MAx-4 PacController, axes as a CiA 402 device
-CreationTime=10:00AM
-CreationDate=11-21-2026
-CreatedBy=fieldrig
-ModificationTime=10:00AM
-ModificationDate=11-21-2026
-ModifiedBy=fieldrig
-
-[DeviceInfo]
-VendorName=ELAU
-VendorNumber=0x00000000
-ProductName=MAx-4
-ProductNumber={PRODUCT:#010x}
-RevisionNumber=0x00010000
-OrderCode=MAx-4
-BaudRate_10=0
-BaudRate_20=1
-BaudRate_50=1
-BaudRate_125=1
-BaudRate_250=1
-BaudRate_500=1
-BaudRate_800=1
-BaudRate_1000=1
-SimpleBootUpMaster=0
-SimpleBootUpSlave=1
-Granularity=8
-DynamicChannelsSupported=0
-CompactPDO=0
-GroupMessaging=0
-NrOfRXPDO={AXES * (len(RECEIVED) + EMPTY_PDOS)}
-NrOfTXPDO={AXES * (len(TRANSMITTED) + EMPTY_PDOS)}
-LSS_Supported=0
-
-[DummyUsage]
-Dummy0001=0
-Dummy0002=1
-Dummy0003=1
-Dummy0004=1
-Dummy0005=1
-Dummy0006=1
-Dummy0007=1
-
-[Comments]
-Lines=3
-Line1=Up to eight axes of a MAx-4; the manual describes no objects, so the layout is fieldrig's (docs/cia402.md).
-Line2=Axis n from 0 has its objects at 6000h + n x 800h and its PDOs from number n x 64 + 1 on.
-Line3=Axes that a node has not show 0 in 67FFh + n x 800h and stay not ready to switch on.
-"""
-
-_COMMUNICATION: Final = Table(
-    [
-        Row(0x1000, None, "Device type", U32, "ro", f"{SEVERAL_AXES:#010x}"),
-        Row(0x1001, None, "Error register", U8, "ro"),
-        Row(0x1003, 0, "Number of errors", U8, "rw"),
-        *(Row(0x1003, number, f"Error {number}", U32, "ro") for number in range(1, 9)),
-        Row(0x1005, None, "COB-ID SYNC message", U32, "rw", "0x80"),
-        Row(0x1006, None, "Communication cycle period", U32, "rw"),
-        Row(0x1007, None, "Synchronous window length", U32, "rw"),
-        Row(0x1008, None, "Manufacturer device name", TEXT, "const", "MAx-4"),
-        Row(0x1009, None, "Manufacturer hardware version", TEXT, "const", "1"),
-        Row(0x100A, None, "Manufacturer software version", TEXT, "const", "V00.15.00"),
-        Row(0x1010, 1, "Save all parameters", U32, "rw", 1),
-        Row(0x1010, 2, "Save communication parameters", U32, "rw", 1),
-        Row(0x1010, 3, "Save application parameters", U32, "rw", 1),
-        Row(0x1011, 1, "Restore all default parameters", U32, "rw", 1),
-        Row(0x1011, 2, "Restore communication default parameters", U32, "rw", 1),
-        Row(0x1011, 3, "Restore application default parameters", U32, "rw", 1),
-        Row(0x100C, None, "Guard time", U16, "rw"),
-        Row(0x100D, None, "Life time factor", U8, "rw"),
-        Row(0x1014, None, "COB-ID EMCY", U32, "rw", "$NODEID+0x80"),
-        Row(0x1015, None, "Inhibit time EMCY", U16, "rw"),
-        Row(0x1016, 1, "Consumer heartbeat time 1", U32, "rw"),
-        Row(0x1016, 2, "Consumer heartbeat time 2", U32, "rw"),
-        Row(0x1017, None, "Producer heartbeat time", U16, "rw"),
-        Row(0x1018, 1, "Vendor-ID", U32, "ro", "0x00000000"),
-        Row(0x1018, 2, "Product code", U32, "ro", f"{PRODUCT:#010x}"),
-        Row(0x1018, 3, "Revision number", U32, "ro", "0x00010000"),
-        Row(0x1018, 4, "Serial number", U32, "ro"),
-        Row(0x1019, None, "Synchronous counter overflow value", U8, "rw"),
-        Row(0x1021, None, "Store EDS", DOMAIN, "ro"),
-        Row(0x1022, None, "Store format", U8, "ro"),
-        Row(0x1029, 1, "Communication error", U8, "rw"),
-        Row(0x1200, 1, "COB-ID client to server", U32, "ro", "$NODEID+0x600"),
-        Row(0x1200, 2, "COB-ID server to client", U32, "ro", "$NODEID+0x580"),
-        Row(0x1F80, None, "NMT startup", U32, "rw", 4),
-    ],
-    {
-        0x1003: "Pre-defined error field",
-        0x1010: "Store parameters",
-        0x1011: "Restore default parameters",
-        0x1016: "Consumer heartbeat time",
-        0x1018: "Identity object",
-        0x1029: "Error behaviour",
-        0x1200: "SDO server parameter",
-    },
-    frozenset({0x1003, 0x1010, 0x1011, 0x1016, 0x1029}),
+_FACTS: Final = NodeFacts(
+    file="max4-axes.eds",
+    description="MAx-4 PacController, axes as a CiA 402 device",
+    created="11-21-2026",
+    vendor="ELAU",
+    product="MAx-4",
+    product_code=PRODUCT,
+    received_pdos=AXES * (len(RECEIVED) + EMPTY_PDOS),
+    transmitted_pdos=AXES * (len(TRANSMITTED) + EMPTY_PDOS),
+    comments=(
+        "Up to eight axes of a MAx-4; the manual describes no objects, so the layout is fieldrig's (docs/cia402.md).",
+        "Axis n from 0 has its objects at 6000h + n x 800h and its PDOs from number n x 64 + 1 on.",
+        "Axes that a node has not show 0 in 67FFh + n x 800h and stay not ready to switch on.",
+    ),
 )
+_MORE: Final = (
+    Row(0x1006, None, "Communication cycle period", U32, "rw"),
+    Row(0x1007, None, "Synchronous window length", U32, "rw"),
+    Row(0x1009, None, "Manufacturer hardware version", TEXT, "const", "1"),
+    Row(0x1010, 2, "Save communication parameters", U32, "rw", 1),
+    Row(0x1010, 3, "Save application parameters", U32, "rw", 1),
+    Row(0x1011, 2, "Restore communication default parameters", U32, "rw", 1),
+    Row(0x1011, 3, "Restore application default parameters", U32, "rw", 1),
+    Row(0x1019, None, "Synchronous counter overflow value", U8, "rw"),
+)
+"""Objects of CiA 301 besides those of every node."""
 
 _CONTROLLER: Final = Table(
     [
@@ -183,7 +107,8 @@ def _axis(axis: int) -> Table:
 
 def eds_text() -> str:
     axes = [table(axis) for axis in range(AXES) for table in (axis_objects, pdo_objects, _axis)]
-    return write(_HEAD, [_COMMUNICATION, _CONTROLLER, *axes])
+    communication_objects = communication(_FACTS, SEVERAL_AXES, "V00.15.00", _MORE)
+    return write(head(_FACTS), [communication_objects, _CONTROLLER, *axes])
 
 
 if __name__ == "__main__":

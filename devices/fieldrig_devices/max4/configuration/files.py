@@ -19,14 +19,14 @@ from fieldrig_devices.max4.configuration.limits import MOST_AXES
 Commands = Literal["position", "velocity", "torque"]
 
 
-def _symbol(name: str) -> str:
+def symbol_of(name: str) -> str:
     """Check a symbolic name, which follows the rules of IEC code (PD-350)."""
     if not name.isascii() or not name.isidentifier() or len(name) > 32 or "__" in name or name.startswith("_"):
         raise ValueError(f"expected a symbolic name of at most 32 letters, digits and single underscores, got {name!r}")
     return name
 
 
-Symbol = Annotated[str, AfterValidator(_symbol)]
+Symbol = Annotated[str, AfterValidator(symbol_of)]
 
 
 class DriveSettings(Settings):

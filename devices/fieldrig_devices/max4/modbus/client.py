@@ -1,180 +1,27 @@
 """The MAx-4 as a Modbus client: exchanges values of its object tree with registers and bits of other units.
 
-Source: ours (digest PD-209, PD-306: the library ModBus.lib without its content); Modbus application protocol V1.1b3.
-The client sends one request at a time, as a master on a serial line has to, and repeats it if the response is late or
-wrong.  A unit that still does not respond is lost: the client reports it in the log and as a diagnosis, and tries again
-after a pause.  An exception is a response: it is counted, and the values stay as they are; but with 0A and 0B a gateway
-reports that the unit did not respond.  Units are devices of the rig, or outside servers that the bus reaches.
-Left out: broadcasts, and functions other than 1 to 4, 15 and 16.
+Source: ours (digest PD-209, PD-306: the library ModBus.lib without its content).  A lost unit is reported in the log
+and as a diagnosis; its object in the tree counts requests and errors.
 """
 
-import struct
-from collections.abc import Iterator
-from typing import Final
+from collections.abc import Callable, Sequence
+from functools import partial
 
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import Clock
 from fieldrig.link import Link
-from fieldrig_bus.modbus.message import ModbusEvent, ModbusRequest, ModbusResponse
-from fieldrig_devices.canopen.deadline import Deadline
+from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_devices.max4.configuration.tree import Group, Object, ObjectTree, Parameter, Type
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.field_data import Data, IoMap, add_object
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import Sender
-from fieldrig_devices.max4.modbus.client_settings import (
-    ClientUnitSettings,
-    ModbusClientSettings,
-    ReadSettings,
-    WriteSettings,
-)
-
-READ: Final = {"coils": 1, "discrete_inputs": 2, "holding_registers": 3, "input_registers": 4}
-WRITE: Final = {"coils": 15, "holding_registers": 16}
-EXCEPTION: Final = 0x80
-EXCEPTION_SIZE: Final = 2
-GATEWAY_EXCEPTIONS: Final = frozenset({0x0A, 0x0B})
-_HEAD: Final = struct.Struct(">BHH")
+from fieldrig_devices.modbus.client import ClientUnit, ModbusClient, Pack
+from fieldrig_devices.modbus.client_settings import ModbusClientSettings
+from fieldrig_devices.registers.packed import Element
 
 
-class _Exchange:
-    """One message of a unit.  `due_ns` is the time of its next request, or None if none is due."""
-
-    def __init__(self, unit: "Unit", function: int, every_ms: int, due_ns: int | None) -> None:
-        self.unit, self.function, self._every_ns, self.due_ns = unit, function, every_ms * MS, due_ns
-
-    def request(self) -> bytes:
-        raise NotImplementedError
-
-    def accepts(self, answer: bytes) -> bool:
-        """True if the response is valid; then its values are taken over."""
-        raise NotImplementedError
-
-    def put_off(self, now_ns: int) -> None:
-        """Schedule the next request after a response."""
-        self.due_ns = now_ns + self._every_ns if self._every_ns else None
-
-
-class _Read(_Exchange):
-    def __init__(self, unit: "Unit", settings: ReadSettings, group: Group, now_ns: int) -> None:
-        super().__init__(unit, READ[settings.what], settings.every_ms, now_ns)
-        self._is_bits = settings.what in ("coils", "discrete_inputs")
-        values = settings.values
-        count = len(values) if self._is_bits else sum(value.words for value in values)
-        self._size = (count + 7) // 8 if self._is_bits else 2 * count
-        self._request = _HEAD.pack(self.function, settings.address, count)
-        self._data = Data(group, values, is_output=False)
-        self._heard: bytes | None = None
-
-    def request(self) -> bytes:
-        return self._request
-
-    def accepts(self, answer: bytes) -> bool:
-        if answer[:2] != bytes((self.function, self._size)) or len(answer) != 2 + self._size:
-            return False
-        self._heard = answer[2:]
-        return True
-
-    def take(self) -> None:
-        if self._heard is None:
-            return
-        if self._is_bits:
-            self._data.unpack(self._heard)
-        else:
-            self._data.unpack_registers(self._heard)
-        self._heard = None
-
-    def clear(self) -> None:
-        self._heard = bytes(self._size)
-
-
-class _Write(_Exchange):
-    def __init__(self, unit: "Unit", settings: WriteSettings, group: Group) -> None:
-        super().__init__(unit, WRITE[settings.what], settings.every_ms, None)
-        self._is_bits = settings.what == "coils"
-        values = settings.values
-        count = len(values) if self._is_bits else sum(value.words for value in values)
-        self._head = _HEAD.pack(self.function, settings.address, count)
-        self._data = Data(group, values, is_output=True)
-        self._wanted = b""
-        self._requested: bytes | None = None
-        """The data of the last request, whether or not it was answered; None if the unit may have lost it."""
-
-    def request(self) -> bytes:
-        self._requested = self._wanted
-        return self._head + bytes((len(self._wanted),)) + self._wanted
-
-    def accepts(self, answer: bytes) -> bool:
-        return answer == self._head
-
-    def give(self, now_ns: int) -> None:
-        self._wanted = self._data.packed() if self._is_bits else self._data.registers()
-        if self._wanted != self._requested and not self.unit.is_lost:
-            self.due_ns = now_ns if self.due_ns is None else min(self.due_ns, now_ns)
-
-    def put_off(self, now_ns: int) -> None:
-        super().put_off(now_ns)
-        if self._wanted != self._requested:
-            self.due_ns = now_ns
-
-    def forget(self) -> None:
-        """Write again, because the unit may have lost its values."""
-        self._requested = None
-
-
-class Unit:
-    """One unit that the client reads and writes, and its part of the IO map."""
-
-    def __init__(self, client: "ModbusClient", master: Object, symbol: str, settings: ClientUnitSettings) -> None:
-        self._client, self.settings = client, settings
-        self.sender = Sender("MB_UNIT", symbol)
-        unit = add_object(master, "Modbus unit", "MB_UNIT", symbol)
-        self.requests = self.errors = self.exceptions = self.last_exception = 0
-        self.failures = 0
-        """Number of consecutive requests without a valid response."""
-        self.is_lost = False
-        self.is_heard = False
-        general = unit.group("General")
-        general.add(Parameter("UnitId", Type.UINT, first=settings.unit))
-        general.add(Parameter("IsRunning", Type.BOOL, read=lambda: self.is_heard and not self.is_lost))
-        general.add(Parameter("Requests", Type.UDINT, read=lambda: self.requests))
-        general.add(
-            Parameter("Errors", Type.UDINT, read=lambda: self.errors, about="requests without a valid response")
-        )
-        general.add(Parameter("Exceptions", Type.UDINT, read=lambda: self.exceptions))
-        general.add(Parameter("LastException", Type.UINT, read=lambda: self.last_exception))
-        inputs, outputs = unit.group("Inputs"), unit.group("Outputs")
-        now_ns = client.clock.now_ns()
-        self._reads = [_Read(self, read, inputs, now_ns) for read in settings.reads]
-        self._writes = [_Write(self, write, outputs) for write in settings.writes]
-
-    @property
-    def exchanges(self) -> Iterator[_Exchange]:
-        yield from self._writes
-        yield from self._reads
-
-    def take(self) -> None:
-        for read in self._reads:
-            read.take()
-
-    def give(self) -> None:
-        for write in self._writes:
-            write.give(self._client.clock.now_ns())
-        self._client.go_on()
-
-    def lose(self) -> None:
-        self.is_lost = True
-        if self.settings.lost_inputs == "zero":
-            for read in self._reads:
-                read.clear()
-
-    def come_back(self) -> None:
-        self.is_lost = False
-        for write in self._writes:
-            write.forget()
-
-
-class ModbusClient:
-    """Sends requests on `link`; the owner of the link passes the messages that arrive to `hear`."""
+class TreeClient:
+    """The client of one controller, which runs from the start of a boot to power-off or reset."""
 
     def __init__(
         self,
@@ -184,112 +31,60 @@ class ModbusClient:
         settings: ModbusClientSettings,
         io_map: IoMap,
     ) -> None:
-        self.clock, self._controller, self._link = clock, controller, link
-        self._settings, self._io_map = settings, io_map
-        self._units: list[Unit] = []
-        self._pending: _Exchange | None = None
-        self._number = 0
-        self._late = Deadline(clock, self._on_timeout)
-        self._wake = Deadline(clock, self.go_on)
+        self._controller, self._io_map = controller, io_map
+        self._client = ModbusClient(
+            clock,
+            link,
+            settings,
+            partial(self._report, Code.FIELD_BUS_LOST),
+            partial(self._report, Code.FIELD_BUS_BACK),
+        )
+        self.hear = self._client.hear
         controller.on_boot(self._on_boot)
-        controller.on_end(self.stop)
-
-    def stop(self) -> None:
-        self._pending = None
-        self._units = []
-        self._late.cancel()
-        self._wake.cancel()
-
-    def hear(self, message: ModbusEvent) -> None:
-        exchange = self._pending
-        if not isinstance(message, ModbusResponse) or message.exchange != self._number or exchange is None:
-            return  # a late response, or another message
-        unit, pdu = exchange.unit, message.pdu
-        if message.unit != unit.settings.unit:
-            return
-        self._late.cancel()
-        self._pending = None
-        if len(pdu) == EXCEPTION_SIZE and pdu[0] == exchange.function | EXCEPTION:
-            unit.exceptions += 1
-            unit.last_exception = pdu[1]
-            self._on_exception(exchange, pdu[1])
-        elif exchange.accepts(pdu):
-            self._on_answer(exchange)
-            exchange.put_off(self.clock.now_ns())
-        else:
-            self._on_failure(exchange)
-        self.go_on()
-
-    def go_on(self) -> None:
-        """Send the request that is due, or wait until one is."""
-        if self._pending is not None:
-            return
-        waiting = [(exchange.due_ns, exchange) for exchange in self._exchanges() if exchange.due_ns is not None]
-        if not waiting:
-            self._wake.cancel()
-            return
-        due_ns, exchange = min(waiting, key=lambda timed: timed[0])
-        if due_ns <= self.clock.now_ns():
-            self._send(exchange)
-        else:
-            self._wake.set(due_ns)
-
-    def _exchanges(self) -> Iterator[_Exchange]:
-        return (exchange for unit in self._units for exchange in unit.exchanges)
+        controller.on_end(self._client.stop)
 
     def _on_boot(self) -> None:
-        self.stop()
-        self._units = self.add_objects(self._controller.tree)
-        self._io_map.parts.extend(self._units)  # the first update of the IO map starts the requests
+        units = self.add_objects(self._controller.tree)
+        self._client.begin(units)
+        self._io_map.parts.extend(units)  # the first update of the IO map starts the requests
 
-    def add_objects(self, tree: ObjectTree) -> list[Unit]:
+    def add_objects(self, tree: ObjectTree) -> Sequence[ClientUnit]:
         """Add the objects of the units to a tree."""
         master = tree.root.add("Modbus client", "MB_CLIENT", "")
-        return [Unit(self, master, symbol, unit) for symbol, unit in self._settings.units.items()]
+        objects: dict[str, Object] = {}
 
-    def _send(self, exchange: _Exchange) -> None:
-        unit = exchange.unit
-        unit.requests += 1
-        self._pending = exchange
-        self._number = self._number + 1 & 0xFFFF
-        self._late.set(self.clock.now_ns() + self._settings.timeout_ms * MS)
-        self._link.send(ModbusRequest(unit.settings.unit, exchange.request(), self._number))
+        def pack(name: str) -> Pack:
+            node = objects[name] = add_object(master, "Modbus unit", "MB_UNIT", name)
+            node.group("General")  # comes first
+            return _packer(node)
 
-    def _on_answer(self, exchange: _Exchange) -> None:
-        unit = exchange.unit
-        unit.failures = 0
-        unit.is_heard = True
-        if unit.is_lost:
-            unit.come_back()
-            self._controller.report(Code.FIELD_BUS_BACK, unit.sender, self._place(unit))
+        units = self._client.make_units(pack)
+        for name, unit in units.items():
+            _show(objects[name].group("General"), unit)
+        return tuple(units.values())
 
-    def _on_exception(self, exchange: _Exchange, code: int) -> None:
-        if code in GATEWAY_EXCEPTIONS:
-            self._on_failure(exchange)
-        else:
-            self._on_answer(exchange)
-            exchange.due_ns = self.clock.now_ns() + self._settings.pause_ms * MS
+    def _report(self, code: Code, unit: ClientUnit) -> None:
+        self._controller.report(code, Sender("MB_UNIT", unit.name), f"Modbus {unit.settings.unit}")
 
-    def _on_timeout(self) -> None:
-        exchange, self._pending = self._pending, None
-        assert exchange is not None
-        self._on_failure(exchange)
-        self.go_on()
 
-    def _on_failure(self, exchange: _Exchange) -> None:
-        unit = exchange.unit
-        unit.errors += 1
-        unit.failures += 1
-        if unit.failures <= self._settings.retries:
-            return  # the request is still due and is repeated
-        again_ns = self.clock.now_ns() + self._settings.pause_ms * MS
-        for other in unit.exchanges:
-            if other.due_ns is not None:
-                other.due_ns = max(other.due_ns, again_ns)
-        if not unit.is_lost:
-            unit.lose()
-            self._controller.report(Code.FIELD_BUS_LOST, unit.sender, self._place(unit))
+def _packer(node: Object) -> Pack:
+    inputs, outputs = node.group("Inputs"), node.group("Outputs")
 
-    @staticmethod
-    def _place(unit: Unit) -> str:
-        return f"Modbus {unit.settings.unit}"
+    def make(elements: Sequence[Element], is_output: bool) -> Data:
+        return Data(outputs if is_output else inputs, elements, is_output=is_output)
+
+    return make
+
+
+def _show(general: Group, unit: ClientUnit) -> None:
+    """Add the parameters that report on a unit."""
+    counters: tuple[tuple[str, Type, Callable[[], int], str], ...] = (
+        ("Requests", Type.UDINT, lambda: unit.requests, ""),
+        ("Errors", Type.UDINT, lambda: unit.errors, "requests without a valid response"),
+        ("Exceptions", Type.UDINT, lambda: unit.exceptions, ""),
+        ("LastException", Type.UINT, lambda: unit.last_exception, ""),
+    )
+    general.add(Parameter("UnitId", Type.UINT, first=unit.settings.unit))
+    general.add(Parameter("IsRunning", Type.BOOL, read=lambda: unit.is_running))
+    for name, type, read, about in counters:
+        general.add(Parameter(name, type, read=read, about=about))

@@ -4,74 +4,18 @@ Source: PacDrive manual 6015-6041 (digest PD-310 to PD-318): RETAIN variables ha
 controller has for them.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Final, NoReturn, Self
+from dataclasses import dataclass
 
 from fieldrig.background import Report
+from fieldrig_devices.iec.beside import HostFacts, Refused, duration_of
 from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
-from fieldrig_devices.iec.host import Host, Library, Pending
+from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.limits import Limits
-from fieldrig_devices.iec.program import ConfiguredObject
-from fieldrig_devices.iec.types import ObjectType, Value
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.max4.configuration.program_file import Container
 from fieldrig_devices.max4.plc.retain import RetainMap, leaves_of
 from fieldrig_devices.max4.storage.retain import SIZES, RetainKind
-
-NS_PER_CHARACTER: Final = 5_000
-"""Virtual time that compiling takes, in nanoseconds."""
-
-
-def _absent(*_inputs: Value) -> NoReturn:
-    raise AssertionError("a function of the controller is not called while a program is compiled")
-
-
-@dataclass(frozen=True, slots=True)
-class HostFacts:
-    """The facts about a host that a compiler needs; unlike the host itself, they can be sent to another process."""
-
-    libraries: Sequence[Library]
-    object_types: Mapping[str, ObjectType]
-    objects: Mapping[str, ConfiguredObject]
-    inputs: bytearray
-    outputs: bytearray
-
-    @classmethod
-    def of(cls, host: Host) -> Self:
-        libraries = tuple(
-            Library(
-                library.name,
-                library.text,
-                {name: replace(function, run=_absent) for name, function in library.functions.items()},
-                {name: replace(block, run=_absent, forget=_nothing) for name, block in library.blocks.items()},
-            )
-            for library in host.libraries
-        )
-        return cls(libraries, dict(host.object_types), dict(host.objects), bytearray(), bytearray())
-
-    def read(self, address: int) -> Value:
-        _absent()
-
-    def write(self, address: int, value: Value) -> None:
-        _absent()
-
-    def read_slowly(self, address: int) -> Pending:
-        _absent()
-
-    def write_slowly(self, address: int, value: Value) -> Pending:
-        _absent()
-
-    def on_output(self, byte: int) -> None:
-        _absent()
-
-    def now_ms(self) -> int:
-        _absent()
-
-
-def _nothing() -> None:
-    """There is nothing to forget."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,17 +32,7 @@ class Order:
     @property
     def duration_ns(self) -> int:
         """Virtual time that compiling takes."""
-        return NS_PER_CHARACTER * sum(len(source.text) for source in self.container.files)
-
-
-@dataclass(frozen=True, slots=True)
-class Refused:
-    """A program that cannot be compiled."""
-
-    mistakes: tuple[Mistake, ...]
-
-    def __str__(self) -> str:
-        return text_of(self.mistakes)
+        return duration_of(source.text for source in self.container.files)
 
 
 def compile_order(order: Order, report: Report) -> Compiled | Refused:
@@ -170,8 +104,3 @@ def _check_retain(compiled: Compiled, size: int) -> None:
             )
         ]
     )
-
-
-def text_of(mistakes: Sequence[Mistake]) -> str:
-    """The mistakes, one a line, without notes."""
-    return "\n".join(str(mistake) for mistake in mistakes if not mistake.is_note)

@@ -9,18 +9,20 @@ What an online change cannot do is what CoDeSys V2.3 refuses: a changed task con
 """
 
 import logging
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from fieldrig.background import Background, Failure, Job
-from fieldrig.clock import MS, US, Clock
+from fieldrig.background import Background
+from fieldrig.clock import US, Clock
 from fieldrig.device import Point, Value
+from fieldrig_devices.iec.beside import Beside, HostFacts, text_of
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.limits import Limits
+from fieldrig_devices.iec.loaded import LONGEST_WAIT_NS, NO_GAP
 from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.symbol_list import symbol_list
-from fieldrig_devices.iec.task_points import refused, state_of, task_points
+from fieldrig_devices.iec.task_points import refused, state_of, task_forms, task_points
 from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, TCP_PRIORITY, SystemWork
 from fieldrig_devices.iec.tasks.task import Task
 from fieldrig_devices.iec.thread import Fault, call_hierarchy
@@ -29,14 +31,7 @@ from fieldrig_devices.max4.configuration.limits import limits_of
 from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container, container_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
-from fieldrig_devices.max4.plc.compiling import (
-    HostFacts,
-    Order,
-    Refused,
-    compile_container,
-    compile_order,
-    text_of,
-)
+from fieldrig_devices.max4.plc.compiling import Order, compile_container, compile_order
 from fieldrig_devices.max4.plc.host import PlcHost
 from fieldrig_devices.max4.plc.library import Functions
 from fieldrig_devices.max4.plc.loaded import RetainingProgram
@@ -49,12 +44,6 @@ log = logging.getLogger(__name__)
 
 OnDone = Callable[[str], None]
 NO_PROGRAM: Final = "there is no program to start: expected a download first"
-LONGEST_WAIT_NS: Final = 10_000 * MS
-"""How long an online change waits for an instant at which no task is within a cycle; the manual gives no limit."""
-NO_GAP: Final = (
-    f"some task was within a cycle at every instant of {LONGEST_WAIT_NS // (1_000 * MS)} s: "
-    "expected less load, no task at a breakpoint, or a download"
-)
 _EXT: Final = 48
 """Longest external diagnosis of an entry in the log."""
 
@@ -67,10 +56,10 @@ class Plc:
     """The PLC of one controller."""
 
     def __init__(self, clock: Clock, controller: "Max4", background: Background) -> None:
-        self._clock, self._controller, self._background = clock, controller, background
-        self._job: Job | None = None
-        self.progress = ""
-        """The progress of a program that is not loaded yet; empty if there is none."""
+        self._clock, self._controller = clock, controller
+        self._beside = Beside(background)
+        self._is_changing = False
+        """True while a compiled program waits for the end of a cycle."""
         self.program: RetainingProgram | None = None
         self.problem = ""
         """Why the stored program is not loaded; empty if it is, or if there is none."""
@@ -127,9 +116,8 @@ class Plc:
 
     def end(self) -> None:
         """End the program, at power-off or before a boot."""
-        if self._job is not None:
-            self._job.cancel()
-        self._job, self.progress = None, ""
+        self._beside.cancel()
+        self._is_changing = False
         self._unload()
 
     def _unload(self) -> None:
@@ -174,46 +162,44 @@ class Plc:
         def load(compiled: Compiled) -> None:
             if self.program is not program:
                 self._refuse("the program has ended before its change", on_done)
-            elif _task_forms(compiled) != _task_forms(program.compiled):
+            elif task_forms(compiled) != task_forms(program.compiled):
                 self._refuse(
                     "the task configuration has changed: expected a download, which stops the program", on_done
                 )
             else:
                 self._compiled = container, (host.objects, host.object_types), compiled
-                self.progress = "waiting for the end of a cycle"
+                self._is_changing = True
                 withdraw = program.change(compiled, changed)
-                if self.progress:
+                if self._is_changing:
                     self._clock.call_at(self._clock.now_ns() + LONGEST_WAIT_NS, partial(give_up, withdraw))
 
         def give_up(withdraw: Callable[[], bool]) -> None:
             if withdraw():
-                self.progress = ""
+                self._is_changing = False
                 self._refuse(NO_GAP, on_done)
 
         def changed() -> None:
-            self.progress = ""
+            self._is_changing = False
             self.on_load()
             self._controller.renew_points()
             on_done("")
 
         self._compile_beside(order, load, on_done)
 
+    @property
+    def progress(self) -> str:
+        """The progress of a program that is not loaded yet; empty if there is none."""
+        return "waiting for the end of a cycle" if self._is_changing else self._beside.progress
+
     def _compile_beside(self, order: Order, load: Callable[[Compiled], None], on_done: OnDone) -> None:
-        def on_compiled(found: Compiled | Refused | Failure) -> None:
-            self._job, self.progress = None, ""
+        def on_compiled(found: Compiled | str) -> None:
             if isinstance(found, Compiled):
                 self.problem = ""
                 load(found)
             else:
-                self._refuse(found.why if isinstance(found, Failure) else str(found), on_done)
+                self._refuse(found, on_done)
 
-        def on_progress(what: str, done: int, steps: int) -> None:
-            self.progress = f"{what} {100 * done // max(steps, 1)} %"
-
-        if self._job is not None:
-            self._job.cancel()
-        self.progress = "compiling 0 %"
-        self._job = self._background.run(compile_order, order, on_compiled, on_progress, virtual_ns=order.duration_ns)
+        self._beside.compile(compile_order, order, order.duration_ns, on_compiled)
 
     def _refuse(self, problem: str, on_done: OnDone) -> None:
         """Report that a program has not been loaded, which leaves the present one."""
@@ -382,18 +368,3 @@ class Plc:
 
     def _fault(self) -> str:
         return "" if self.last_fault is None else "\n".join(call_hierarchy(self.last_fault))
-
-
-def _task_forms(compiled: Compiled) -> list[Mapping[str, object]]:
-    """The task configuration, which an online change must leave as it is."""
-    return [
-        {
-            "name": task.name.casefold(),
-            "kind": task.kind,
-            "priority": task.priority,
-            "interval": task.interval_ms,
-            "event": task.event.name.casefold() if task.event is not None else "",
-            "programs": [pou.name.casefold() for pou in task.programs],
-        }
-        for task in compiled.program.tasks
-    ]

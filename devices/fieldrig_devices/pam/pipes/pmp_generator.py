@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from fieldrig_devices.pam.pipes.block import wrapped
+from fieldrig_devices.pam.pipes.generator import Generator
 
 _HALVINGS: Final = 80
 """Steps of the searches by halving, beyond the digits of a float."""
@@ -138,57 +138,28 @@ def _largest(fits: Callable[[float], bool]) -> float:
     return low or high
 
 
-class PmpGenerator:
+class PmpGenerator(Generator):
     """A command while a motion runs is ignored (PAML-603); one argument is a single move, two go there and back."""
 
     def __init__(self, limits: PmpLimits, initial_position: float, position_period: float | None) -> None:
+        super().__init__(initial_position, position_period)
         self.limits = limits
-        self.initial_position, self.position_period = initial_position, position_period
-        self.is_active = False
-        self.period_s = 0.0
-        self._base, self._sign = initial_position, 1.0
+        self._sign = 1.0
         self._way = JerkProfile()
-        self._periods = 0
-
-    @property
-    def _seconds(self) -> float:
-        return self._periods * self.period_s
 
     @property
     def ready(self) -> bool:
         return self._seconds >= self._way.duration_s
 
     @property
-    def position(self) -> float:
-        """The present position, within the period; 0 while the block is not active."""
-        return wrapped(self._absolute, self.position_period) if self.is_active else 0.0
-
-    @property
     def speed(self) -> float:
         return self._sign * self._way.at(self._seconds)[1] if self.is_active else 0.0
 
-    @property
-    def _absolute(self) -> float:
-        return self._base + self._sign * self._way.at(self._seconds)[0]
+    def _moved(self) -> float:
+        return self._sign * self._way.at(self._seconds)[0]
 
-    def start(self, period_s: float) -> None:
-        self.period_s, self.is_active = period_s, True
-        self._base, self._way, self._periods = self.initial_position, JerkProfile(), 0
-
-    def stop(self) -> None:
-        self.is_active = False
-
-    def step(self) -> float:
-        """Go on for a period, and return the position."""
-        self._periods += 1
-        return self.position
-
-    def set_position(self, position: float) -> None:
-        """Call the present position `position`: a step of an active generator, else its next start (PAML-606)."""
-        if self.is_active:
-            self._base += position - self._absolute
-        else:
-            self.initial_position = position
+    def _rest(self) -> None:
+        self._way = JerkProfile()
 
     def absolute_move(self, first: float, last: float | None = None) -> None:
         """Move to `first`, and then to `last` if it is on the other side of it."""

@@ -12,7 +12,7 @@ from fieldrig_devices.hmiscu.enumerations import Direction
 from fieldrig_devices.hmiscu.pto.command import Order
 from fieldrig_devices.hmiscu.pto.exact import ATTOSECONDS
 from fieldrig_devices.hmiscu.pto.matrix import Next
-from fieldrig_devices.hmiscu.pto.periods import Staircase, move
+from fieldrig_devices.hmiscu.pto.periods import Staircase, approach, move
 from fieldrig_devices.hmiscu.pto.piece import Piece
 from fieldrig_devices.hmiscu.pto.planner import Ends, Planner
 from fieldrig_devices.hmiscu.pto.ramp import Ramp, peak_square
@@ -167,29 +167,56 @@ def test_a_profile_needs_a_maximum_above_both_ends() -> None:
     )
 
 
-def printed(low: int, hz_per_s: int, number: int) -> int:
+def printed(low: int, rate_: Fraction, number: int) -> int:
     """Return the frequency of a period by the formula as it is printed, in decimals (manual 1775 to 1809)."""
+    if number == 0:
+        return low or int((Decimal(rate_.numerator) / rate_.denominator / 2).sqrt().quantize(Decimal(1), ROUND_HALF_UP))
+    return rounded_up(low, rate_, number)
+
+
+def rounded_up(low: int, rate_: Fraction, number: int) -> int:
     with localcontext(prec=60):
-        if number == 0:
-            return low or int((Decimal(hz_per_s) / 2).sqrt().quantize(Decimal(1), ROUND_HALF_UP))
-        before = Decimal(low * low) / (2 * hz_per_s) + number
-        exact = (Decimal(hz_per_s) / 2).sqrt() / ((before + 1).sqrt() - before.sqrt())
+        hz_per_s = Decimal(rate_.numerator) / rate_.denominator
+        before = low * low / (2 * hz_per_s) + number
+        exact = (hz_per_s / 2).sqrt() / ((before + 1).sqrt() - before.sqrt())
         return int(exact.quantize(Decimal("1e-30")).to_integral_value(ROUND_CEILING))
 
 
 ENDS = st.one_of(st.just(0), st.integers(0, 3_000))
-STEEPNESS = st.one_of(st.integers(1_000, 50_000_000), st.integers(1, 50).map(lambda root: 2_000 * root * root))
+STEEPNESS = st.one_of(
+    st.integers(1, 50).map(lambda root: Fraction(2_000 * root * root)),  # whole frequencies
+    st.builds(Fraction, st.integers(1_000_000, 50_000_000), st.integers(1, 1_000)),
+)
 
 
 @pytest.mark.manual("SCU-084")
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(ENDS, ENDS, STEEPNESS, STEEPNESS, st.integers(0, 47_000), st.integers(4, 80))
 def test_every_period_of_a_move_has_the_lowest_of_the_printed_frequencies(
-    start: int, stop: int, up: int, down: int, above: int, distance: int
+    start: int, stop: int, up: Fraction, down: Fraction, above: int, distance: int
 ) -> None:
     top = max(start, stop, end_frequency(0, up), end_frequency(0, down)) + above + 1
-    pieces = move(Staircase(start, Fraction(up)), Staircase(stop, Fraction(down)), top, distance)
+    pieces = move(Staircase(start, up), Staircase(stop, down), top, distance)
     found = [piece.frequency for piece in pieces for _ in range(piece.count or 0)]
     assert found == [
         min(printed(start, up, number), top, printed(stop, down, distance - 1 - number)) for number in range(distance)
     ]
+
+
+@pytest.mark.manual("SCU-046", "SCU-084")
+@settings(max_examples=25, deadline=None)
+@given(st.integers(1, 4_000), st.integers(1, 2_000), STEEPNESS)
+def test_a_change_of_the_velocity_has_the_printed_periods_in_both_directions(
+    low: int, above: int, rate_: Fraction
+) -> None:
+    high = low + above
+    expected: list[int] = []
+    while len(expected) < 1_000 and (frequency := rounded_up(low, rate_, len(expected))) <= high:
+        expected.append(frequency)
+    for first, second, ramp in ((low, high, expected), (high, low, expected[::-1])):
+        pieces = approach(first, second, rate_, is_from_rest=False)
+        runs = [(piece.frequency, piece.count) for piece in pieces]
+        assert runs.pop() == (second, None)
+        found = [frequency for frequency, count in runs for _ in range(count or 0)]
+        if len(expected) < 1_000:
+            assert found == ramp

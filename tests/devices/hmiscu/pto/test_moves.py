@@ -320,3 +320,15 @@ def test_a_stop_within_the_last_period_of_a_move_adds_no_pulse(ramps: str) -> No
     bench.cycle()
     assert bench.sent == 1
     assert (shown(bench.move), shown(bench.stop)) == ({"Done"}, {"Done"})
+
+
+@pytest.mark.manual("SCU-020", "SCU-046", "SCU-084")
+def test_only_from_rest_a_ramp_in_periods_begins_at_its_own_frequency() -> None:
+    bench = PtoBench(ramps="periods", ramp_unit="Hz/ms", start_frequency_hz=700)
+    bench.run(Velocity=5_000)
+    assert (bench.segments[-1].frequency, bench.segments[-1].count) == (700, 1)
+    bench.cycle(S)
+    bench.run(Velocity=10_000)
+    bench.now_ns = bench.channel.next_ns
+    bench.cycle()
+    assert bench.segments[-1].frequency == 5_002  # (5000 + sqrt(5000^2 + 2 * 20000)) / 2, rounded up

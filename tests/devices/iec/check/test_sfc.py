@@ -293,3 +293,23 @@ def test_a_function_cannot_be_written_in_sfc() -> None:
     assert messages("FUNCTION f : INT\n\nINITIAL_STEP A: END_STEP\nEND_FUNCTION") == [
         "3:1 a FUNCTION cannot be written in SFC; ST or IL"
     ]
+
+
+INDICATED = program(
+    "a, b, shown : BOOL;",
+    """
+INITIAL_STEP First:
+    a(N, shown);
+    b(L, T#15ms, shown);
+END_STEP
+""",
+)
+
+
+def test_indicator_variables_of_an_action_change_nothing() -> None:
+    bench = IecBench(INDICATED)
+    assert run(bench, "b", 3) == [True, True, False]
+    assert (bench["a"], bench["shown"]) == (True, False)
+    assert [message.partition(" ")[2] for message in messages(INDICATED.replace("shown : BOOL", "other : BOOL"))] == [
+        "shown is not declared; an indicator variable that is declared"
+    ]

@@ -205,10 +205,11 @@ def test_var_config_names_variables_with_an_incomplete_address() -> None:
     ]
 
 
-def test_one_function_block_has_one_address() -> None:
+@pytest.mark.parametrize(("second", "links"), [("%QX3.1", []), ("%QX3.2", ["PLC_PRG.a.x", "PLC_PRG.b.x"])])
+def test_instances_of_a_function_block_have_the_same_address_or_different_ones(second: str, links: list[str]) -> None:
     block = "FUNCTION_BLOCK B VAR x AT %Q* : BOOL; END_VAR x := TRUE; END_FUNCTION_BLOCK"
-    config = "VAR_CONFIG PLC_PRG.a.x AT %QX3.1 : BOOL; PLC_PRG.b.x AT %QX3.2 : BOOL; END_VAR"
-    found = messages(block, program("a, b : B;"), config)
-    assert [message.partition(" ")[2] for message in found] == [
-        "x has another address in another instance; one address for a variable of a function block"
-    ]
+    config = f"VAR_CONFIG PLC_PRG.a.x AT %QX3.1 : BOOL; PLC_PRG.b.x AT {second} : BOOL; END_VAR"
+    found, mistakes = checked(block, program("a, b : B;"), config)
+    assert not [mistake for mistake in mistakes if not mistake.is_note], mistakes
+    assert [link.path for link in found.links] == links
+    assert (found.pous["b"].variables["x"].location is None) is bool(links)

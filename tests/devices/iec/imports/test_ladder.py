@@ -4,8 +4,8 @@ import pytest
 from exchange_documents import coil, contact, messages, only_pou, pou, rail, st, statements, tc6
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.imports.networks.flow import HIGHEST
 from fieldrig_devices.iec.imports.networks.functions import height
-from fieldrig_devices.iec.imports.networks.translate import HIGHEST
 
 BOOLS = dict.fromkeys(("a", "b", "c", "m", "n"), "BOOL")
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from iec_program import ENOUGH_NS, IecBench, PlainHost, program
 
 from fieldrig_devices.iec.compiler import compile_project
+from fieldrig_devices.iec.dialect import EDITION_3
 from fieldrig_devices.iec.runtime import Runtime, Start
 from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.mistakes import CompileError
@@ -174,6 +175,29 @@ def test_variables_of_a_named_list_are_reached_with_its_name_and_without() -> No
     thread.start()
     thread.run(ENOUGH_NS)
     assert [runtime.read(runtime.find(name)) for name in ("speed", "MAIN.x", "MAIN.list[7]")] == [12, 12, 12]
+
+
+def test_methods_of_a_twincat_file_run() -> None:
+    block = (
+        '<TcPlcObject><POU Name="FB_Valve"><Declaration><![CDATA[FUNCTION_BLOCK FB_Valve\nVAR_OUTPUT opened : INT; '
+        "END_VAR]]></Declaration><Implementation><ST><![CDATA[]]></ST></Implementation>"
+        '<Method Name="Open" Id="{1}"><Declaration><![CDATA[METHOD PUBLIC Open : BOOL\nVAR_INPUT\n\tcount : INT;'
+        "\nEND_VAR\n]]></Declaration><Implementation><ST><![CDATA[opened := opened + count; // b\nOpen := opened > 3;"
+        "]]></ST></Implementation></Method></POU></TcPlcObject>"
+    )
+    main = (
+        '<TcPlcObject><POU Name="MAIN"><Declaration><![CDATA[PROGRAM MAIN VAR v : FB_Valve; a, b : BOOL; END_VAR]]>'
+        "</Declaration><Implementation><ST><![CDATA[a := v.Open(2); b := v.Open(count := 2);]]></ST></Implementation>"
+        "</POU></TcPlcObject>"
+    )
+    files = [SourceFile("FB_Valve.TcPOU", block), SourceFile("MAIN.TcPOU", main)]
+    host = PlainHost()
+    compiled = compile_project(files, host, EDITION_3)
+    runtime = Runtime(compiled, host)
+    thread = runtime.thread(compiled.program.pous["main"])
+    thread.start()
+    thread.run(ENOUGH_NS)
+    assert [runtime.read(runtime.find(name)) for name in ("MAIN.a", "MAIN.b", "MAIN.v.opened")] == [False, True, 4]
 
 
 def test_messages_of_all_stages_name_the_file_and_the_line() -> None:

@@ -248,10 +248,10 @@ def test_a_comma_behind_the_last_argument_is_refused_by_epas() -> None:
         ("TYPE e : (a, b) REAL; END_TYPE", ["1:17 got REAL behind an enumeration; ;"]),
         (
             (
-                "FUNCTION_BLOCK f\nx := 1;\nMETHOD PUBLIC m : BOOL\nVAR a : INT; END_VAR\na := 1;\nEND_METHOD\ny = 2;\n"
-                "END_FUNCTION_BLOCK"
+                "FUNCTION_BLOCK f\nx := 1;\nPROPERTY PUBLIC m : BOOL\nVAR a : INT; END_VAR\na := 1;\nEND_PROPERTY\n"
+                "y = 2;\nEND_FUNCTION_BLOCK"
             ),
-            ["3:1 a METHOD is not supported; a statement", "7:3 got =; :="],
+            ["3:1 a PROPERTY is not supported; a statement", "7:3 got =; :="],
         ),
         ("FUNCTION_BLOCK PUBLIC f\nEND_FUNCTION_BLOCK", ["1:16 got PUBLIC; the name of the FUNCTION_BLOCK"]),
         (HEAD + "b : Block(n := 1);\nEND_VAR\nEND_PROGRAM", ["3:10 got (; ; or :="]),

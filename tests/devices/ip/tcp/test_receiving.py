@@ -2,6 +2,7 @@
 
 from random import Random
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from ip_line import Peer, User
@@ -94,6 +95,29 @@ def test_a_paused_user_learns_of_the_end_after_the_data() -> None:
     user.connection.resume()
     peer.wait(0)
     assert (bytes(user.received), user.has_end, len(user.endings)) == (b"last words", True, 1)
+
+
+@pytest.mark.parametrize(
+    ("window", "start", "length", "is_acceptable"),
+    [
+        (0, 0, 0, True),
+        (0, 1, 0, False),
+        (0, 0, 1, False),
+        (100, -1, 0, False),
+        (100, 0, 0, True),
+        (100, 99, 0, True),
+        (100, 100, 0, True),  # where Linux sends the ACK of an end that has filled the window
+        (100, 101, 0, False),
+        (100, -1, 1, False),
+        (100, -1, 2, True),
+        (100, 99, 5, True),
+        (100, 100, 5, False),
+    ],
+)
+def test_acceptable_segments_are_those_of_table_6(window: int, start: int, length: int, is_acceptable: bool) -> None:
+    incoming = Incoming(999, 100, 10)
+    incoming.edge = incoming.next + window
+    assert incoming.is_acceptable(1000 + start, length) == is_acceptable
 
 
 @settings(deadline=None)

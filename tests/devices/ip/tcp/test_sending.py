@@ -99,6 +99,15 @@ def test_the_third_duplicate_repeats_one_segment_at_once() -> None:
     assert user.connection.reno.window == 2000
 
 
+def test_a_repeated_segment_has_nothing_that_was_not_sent_before() -> None:
+    peer, user = sending(5000, window=500)
+    assert places(peer, peer.act()) == [(0, 500)]
+    user.connection.end()
+    for _ in range(3):
+        peer.send(ACK, 101, peer.theirs + 1, window=500)
+    assert [(segment.flags, len(segment.data)) for segment in peer.take()] == [(PSH | ACK, 500)]
+
+
 def test_a_partial_acknowledgment_repeats_the_next_segment() -> None:
     """RFC 6582, 3.2, step 3."""
     peer, user = sending(20_000)

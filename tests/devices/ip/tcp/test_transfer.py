@@ -1,5 +1,8 @@
 """Whole transfers in virtual time: nothing is lost, doubled or out of order, whatever the line does to packets."""
 
+from dataclasses import replace
+from random import Random
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -50,6 +53,42 @@ def test_a_clean_line_repeats_nothing() -> None:
     data = [packet for _, sender, packet in line.packets if sender == CALLER and len(packet) > 40]
     assert len(controller.received) == 100_000
     assert sum(len(packet) - 40 for packet in data[0:]) == 100_000 + 4  # the SYN has an option of 4 bytes
+
+
+@pytest.mark.long
+@settings(deadline=None, max_examples=150)
+@given(
+    QUALITIES,
+    st.integers(0, 2**32),
+    st.sampled_from([68, 576, 1500]),
+    st.sampled_from([100, 1000, 8192]),
+    st.sampled_from([0, 1000, 10_000]),
+)
+def test_users_that_send_pause_and_resume_at_random_get_everything(
+    quality: Quality, seed: int, mtu: int, window: int, bytes_per_s: int
+) -> None:
+    random = Random(seed)
+    line = Line(replace(quality, bytes_per_s=bytes_per_s), seed=seed, mtu=mtu, window=window)
+    users, sent = line.connected(), (bytearray(), bytearray())
+    for _ in range(random.randint(1, 40)):
+        end = random.randrange(2)
+        connection = users[end].connection
+        match random.choice(["send", "pause", "resume"]):
+            case "send":
+                data = random.randbytes(random.randint(1, 3000))
+                connection.send(data)
+                sent[end].extend(data)
+            case "pause":
+                connection.pause()
+            case "resume":
+                connection.resume()
+        line.run_for(random.choice([0, 0.01, 1, 30]))
+    for user in users:
+        user.connection.resume()
+        user.connection.end()
+    line.run()
+    assert (bytes(users[1].received), bytes(users[0].received)) == (bytes(sent[0]), bytes(sent[1]))
+    assert users[0].endings == users[1].endings == [Ending.COMPLETE]
 
 
 @pytest.mark.parametrize(("bytes_per_s", "repeated"), [(240, 10), (960, 10), (3840, 0), (11_520, 0)])

@@ -5,6 +5,8 @@ from ipaddress import IPv4Address
 import pytest
 from dial_in_bench import LOGIN, DialInBench
 
+from fieldrig_bus.tcp.message import Connected, Data, TcpMessage
+from fieldrig_bus.tcp.model import PORT
 from fieldrig_devices.ppp.phases import End, Phase
 from fieldrig_devices.ppp.settings import Login, PppSettings
 
@@ -26,6 +28,48 @@ def test_pages_are_served_over_the_line() -> None:
     assert page.startswith(b"HTTP/1.1 200 OK\r\n")
     assert b"<td>belt</td>" in page
     assert any("8013" in line and "bec86465" in line for line in bench.max4.logger.lines())
+
+
+@pytest.mark.manual("PD-282")
+@pytest.mark.manual("PD-285")
+def test_files_are_fetched_and_replaced_over_the_line() -> None:
+    bench = DialInBench(ftp={"user_name": "lab", "password": "secret"}).call()
+    control, heard = bench.connect(21)
+    assert heard.startswith(b"220 ")
+    assert bench.ask(control, heard, "USER lab").startswith("331 ")
+    assert bench.ask(control, heard, "PASS secret").startswith("230 ")
+    port = int(bench.ask(control, heard, "EPSV").split("|")[3])
+    data, _ = bench.connect(port)
+    assert bench.ask(control, heard, "STOR MINE.HTM").startswith("150 ")
+    data.send(b"mine")
+    data.end()
+    bench.go(500)
+    assert b"\r\n226 " in heard
+    assert bench.page("/MINE.HTM").endswith(b"\r\n\r\nmine")
+    port = int(bench.ask(control, heard, "EPSV").split("|")[3])
+    _, arrived = bench.connect(port)
+    bench.ask(control, heard, "RETR MINE.HTM")
+    assert arrived == b"mine"
+
+
+def test_an_extra_port_that_no_command_opened_is_refused() -> None:
+    bench = DialInBench().call()
+    connection, _ = bench.connect(50_000)
+    assert not connection.is_open
+
+
+@pytest.mark.manual("PD-240")
+@pytest.mark.manual("PD-241")
+@pytest.mark.manual("PD-280")
+def test_a_call_and_ethernet_serve_at_the_same_time() -> None:
+    bench = DialInBench().call()
+    port = bench.rig.attach(PORT).link("lan")
+    answers: list[TcpMessage] = []
+    port.on_receive(answers.append)
+    port.send(Connected(1, "http", "10.0.0.7", "10.0.0.1"))
+    port.send(Data(1, b"HEAD / HTTP/1.1\r\nHost: plc\r\n\r\n"))
+    assert bench.page("/").startswith(b"HTTP/1.1 200 OK\r\n")
+    assert any(isinstance(message, Data) and message.data.startswith(b"HTTP/1.1 200 OK") for message in answers)
 
 
 @pytest.mark.manual("PD-273")

@@ -1,4 +1,4 @@
-"""Settings of the MAx-4 as a Modbus client."""
+"""Settings of a controller as a Modbus client."""
 
 from typing import Literal, Self
 
@@ -6,8 +6,7 @@ from pydantic import Field, model_validator
 
 from fieldrig.settings import Settings
 from fieldrig_bus.modbus.server import MOST_BITS_READ, MOST_BITS_WRITTEN, MOST_REGISTERS_READ, MOST_REGISTERS_WRITTEN
-from fieldrig_devices.max4.configuration.files import Symbol
-from fieldrig_devices.max4.field_data import Element
+from fieldrig_devices.registers.packed import CellName, Element
 
 
 class _Message(Settings):
@@ -76,4 +75,4 @@ class ModbusClientSettings(Settings):
     timeout_ms: int = Field(default=500, ge=1, description="longest time to wait for a response")
     retries: int = Field(default=2, ge=0, description="further attempts before a unit is reported as lost")
     pause_ms: int = Field(default=1000, ge=1, description="time between two attempts to reach a lost unit")
-    units: dict[Symbol, ClientUnitSettings] = Field(default_factory=dict, description="units by symbolic name")
+    units: dict[CellName, ClientUnitSettings] = Field(default_factory=dict, description="units by name")

@@ -1,4 +1,4 @@
-"""Settings of the MAx-4 as a CANopen master, which are also the content of its file \\CANMA.CON."""
+"""Settings of a controller as a CANopen master; those of a MAx-4 are also the content of its file \\CANMA.CON."""
 
 from collections.abc import Iterator
 from typing import Annotated, Final, Literal, Self
@@ -8,8 +8,7 @@ from pydantic import Field, model_validator
 from fieldrig.settings import ConfigFile, Settings
 from fieldrig_devices.canopen.eds import reader as eds
 from fieldrig_devices.canopen.managed_slave import Write
-from fieldrig_devices.max4.configuration.files import Symbol
-from fieldrig_devices.max4.field_data import Element
+from fieldrig_devices.registers.packed import CellName, Element
 
 MOST_BITS: Final = 64
 """Size of a PDO in bits."""
@@ -76,7 +75,7 @@ class CanMasterSettings(Settings):
     node_id: int = Field(default=127, ge=1, le=127, description="node-ID of the master, for its heartbeat")
     heartbeat_ms: int = Field(default=0, ge=0, le=0xFFFF, description="period of the heartbeat of the master; 0: none")
     sync_ms: int = Field(default=0, ge=0, le=10_000, description="period of SYNC; 0: none")
-    nodes: dict[Symbol, CanNodeSettings] = Field(default_factory=dict, description="slaves by symbolic name")
+    nodes: dict[CellName, CanNodeSettings] = Field(default_factory=dict, description="slaves by name")
 
     @model_validator(mode="after")
     def _nodes_differ(self) -> Self:

@@ -1,0 +1,58 @@
+"""EXTENDS: what a function block has from those that it extends.
+
+The code that is inherited is checked and compiled again for the function block that inherits it, so that a call in it
+reaches the methods that override others.  A body is not inherited; `SUPER^()` runs that of the function block above.
+"""
+
+from collections.abc import Mapping
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.project import Lineage, PouSource, Project
+from fieldrig_devices.iec.check.texts import a
+from fieldrig_devices.iec.program import Pou
+from fieldrig_devices.iec.tree import PouKind
+
+
+def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tuple[tree.Pou, str]]) -> Lineage:
+    """Return a POU with the function blocks that it extends, the next one first; a message for one that is not."""
+    found = [(node, file)]
+    while node.extends:
+        above = known.get(project.key(node.extends))
+        if above is None or above[0].kind is not PouKind.FUNCTION_BLOCK:
+            what = f"{node.extends} is {a(above[0].kind.value)}" if above else f"{node.extends} is not declared"
+            hint = "" if above else project.reports.closest(node.extends, known)
+            project.reports.say(file, node.place, what, f"a function block that {node.name} extends", hint)
+            break
+        if any(above[0] is other for other, _ in found):
+            project.reports.say(file, node.place, f"{node.name} extends itself", "another function block")
+            break
+        found.append(above)
+        node, file = above
+    return Lineage(found)
+
+
+def add_body(source: PouSource, above: tree.Pou, level: int, file: str) -> None:
+    """Make the body of a function block that is extended an action, for SUPER^()."""
+    pou, name = source.pou, body_name(level)
+    title = f"{pou.name}.{above.name}@{level}"
+    pou.actions[name] = Pou(pou.kind, title, file, pou.variables, type=pou.type, owner=pou)
+    source.actions[name] = tree.Action(name, above.body, place=above.place), level
+
+
+def body_name(level: int) -> str:
+    """Return the name of the action with the body of this level, which no action of a source text can have."""
+    return f"body@{level}"
+
+
+def body_above(context: Context) -> Pou | None:
+    """Return the action with the body that SUPER^() runs; None if the function block extends none."""
+    return context.block.actions.get(body_name(context.level + 1)) if context.block is not None else None
+
+
+def method_above(context: Context, name: str) -> Pou | None:
+    """Return the method that `SUPER^.name()` calls."""
+    source = context.source
+    line = (source.outer or source).line if source is not None else None
+    versions = line.versions.get(context.key(name), []) if line is not None else []
+    return next((method for level, method in versions if level > context.level), None)

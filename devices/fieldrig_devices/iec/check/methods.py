@@ -1,0 +1,64 @@
+"""Methods: which one a call means, and the instance that it works with."""
+
+from typing import TYPE_CHECKING
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import inheritance
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.program import Cell, Place, Pou
+from fieldrig_devices.iec.types import BlockType
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.check.expressions import Expressions
+
+Found = tuple[Place | None, Pou]
+"""The instance, unless it is the one whose code runs, and the method."""
+
+
+def is_this(context: Context, node: tree.Expression) -> bool:
+    """True for `THIS^`, the instance whose code runs, and for `SUPER^`, which is the same as far as variables go."""
+    return is_super(context, node) or _is_word(context, node, "THIS")
+
+
+def is_super(context: Context, node: tree.Expression) -> bool:
+    return _is_word(context, node, "SUPER")
+
+
+def _is_word(context: Context, node: tree.Expression, word: str) -> bool:
+    is_word = isinstance(node, tree.Dereference) and isinstance(node.of, tree.Name) and node.of.text.upper() == word
+    return is_word and context.project.dialect.has_methods and context.block is not None
+
+
+def find(of: "Expressions", called: tree.Expression) -> Found | None:
+    """Return the method that is called; None if what is called is no method."""
+    context = of.context
+    if isinstance(called, tree.Name):
+        method = _own(context, called.text) if context.find(called.text) is None else None
+        return None if method is None else (None, method)
+    if not isinstance(called, tree.Member):
+        return None
+    if is_super(context, called.of):
+        method = inheritance.method_above(context, called.name)
+        return None if method is None else (None, method)
+    if is_this(context, called.of):
+        method = _own(context, called.name)
+        return None if method is None else (None, method)
+    if isinstance(called.of, tree.Name) and context.find(called.of.text) is None:
+        return None
+    owner = of.meaning(called.of)
+    if isinstance(owner, Pou) and owner.instance is not None:
+        owner = Cell(owner.instance, owner.instance.type)
+    if not isinstance(owner, Place) or not isinstance(owner.type, BlockType) or owner.type.pou is None:
+        return None
+    method = owner.type.pou.methods.get(context.key(called.name))
+    if method is None:
+        return None
+    return (None if isinstance(owner, Cell) and owner.variable is _instance(context) else owner), method
+
+
+def _own(context: Context, name: str) -> Pou | None:
+    return context.block.methods.get(context.key(name)) if context.block is not None else None
+
+
+def _instance(context: Context) -> object:
+    return context.block.instance if context.block is not None else None

@@ -1,0 +1,276 @@
+"""Blocks of a network: instances, functions, operators and boxes with code, with EN and ENO, and their outputs."""
+
+from dataclasses import dataclass
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.imports.networks import functions
+from fieldrig_devices.iec.imports.networks.flow import HIGHEST, Flow
+from fieldrig_devices.iec.imports.networks.graph import Edge, Item, Kind, Pin, Storage, Wire
+from fieldrig_devices.iec.imports.networks.kinds import BOOL, consumer_type
+from fieldrig_devices.iec.imports.networks.terms import conditional, is_true, negated, place_of
+
+
+@dataclass(slots=True)
+class Blocks(Flow):
+    """One network, with its blocks."""
+
+    def block(self, item: Item) -> None:
+        is_declared = self.kinds.parameter(item.text, "EN") is not None
+        enable: tree.Expression | None = None
+        arguments: list[tuple[Pin, tree.Expression | None]] = []
+        for pin in item.pins():
+            value = self.input(pin, item) if pin.wires or pin.expression else None
+            if pin.name.casefold() == "en" and not is_declared:
+                enable = None if value is None or is_true(value) else value
+            else:
+                arguments.append((pin, value))
+        if enable is not None:
+            enable = self.shared(Wire(item.id, "ENO"), "Enable", enable, BOOL, item)
+        if item.code:
+            self._guarded(enable, self._code(item), item)
+        elif item.instance:
+            self._instance(item, enable, arguments)
+        else:
+            self._function(item, enable, arguments)
+
+    def _guarded(self, enable: tree.Expression | None, statements: list[tree.AnyStatement], item: Item) -> None:
+        if enable is None or not statements:
+            self.out += statements
+        else:
+            self.put(conditional(enable, statements, item.line))
+
+    def _code(self, item: Item) -> list[tree.AnyStatement]:
+        body = self.fragments.body(item.code, item.code_line, "ST")
+        return list(body.statements) if isinstance(body, tree.StBody) else []
+
+    def _instance(
+        self, item: Item, enable: tree.Expression | None, arguments: list[tuple[Pin, tree.Expression | None]]
+    ) -> None:
+        called = self.fragments.place(item.instance, item.line)
+        if called is None:
+            return
+        given = tuple(
+            tree.Argument(value, pin.name, place=tree.Place(pin.line, 1))
+            for pin, value in arguments
+            if value is not None
+        )
+        call = tree.Call(called, given, place=place_of(item))
+        self._guarded(enable, [tree.CallStatement(call, place=place_of(item)), *self._written(item, called)], item)
+
+    def _written(self, item: Item, called: tree.Expression) -> list[tree.AnyStatement]:
+        """Variables that are written at the outputs of an instance themselves, without an element of their own."""
+        found: list[tree.AnyStatement] = []
+        for pin in item.outputs:
+            target = self.fragments.place(pin.expression, pin.line) if pin.expression else None
+            if target is not None:
+                value: tree.Expression = tree.Member(called, pin.name, place=place_of(item))
+                value = negated(value) if pin.is_negated else value
+                found.append(tree.Assign(target, value, place=tree.Place(pin.line, 1)))
+        return found
+
+    def _function(
+        self, item: Item, enable: tree.Expression | None, arguments: list[tuple[Pin, tree.Expression | None]]
+    ) -> None:
+        outputs = [pin for pin in item.outputs if pin.name.casefold() != "eno"]
+        result = outputs[0] if outputs and not item.is_statement else None
+        extra = outputs[1:] if result else outputs
+        call = self._call(item, arguments, extra)
+        if call is None:
+            return
+        if result is None or not (self._consumers(item) or any(pin.expression for pin in outputs)):
+            if not functions.is_standard(item.text):
+                self._guarded(enable, self._call_statement(item, call, result), item)
+            return
+        wire = Wire(item.id, result.name)
+        if isinstance(call, tree.Binary) and call.operator in functions.COMPARISONS and enable is not None:
+            call, enable = tree.Binary("AND", enable, call, place=place_of(item)), None
+        if result.expression:
+            self._written_result(item, enable, call, result)
+        elif self._is_inline(item, wire, enable, extra, call):
+            self.values[wire] = negated(call) if result.is_negated else call
+        elif (sink := self._only_sink(item)) is not None and enable is not None:
+            self.started.add(sink.id)
+            self.written.add(sink.id)
+            target = self.fragments.place(sink.text, sink.line)
+            value = negated(call) if result.is_negated != sink.is_negated else call
+            if target is not None:
+                self._guarded(enable, [tree.Assign(target, value, place=place_of(sink))], item)
+        else:
+            self._kept_result(item, wire, enable, call, result)
+
+    def _call_statement(self, item: Item, call: tree.Expression, result: Pin | None) -> list[tree.AnyStatement]:
+        if isinstance(call, tree.Call):
+            return [tree.CallStatement(call, place=place_of(item))]
+        return []
+
+    def _consumers(self, item: Item) -> list[tuple[Item, Pin]]:
+        """Return the consumers of a block, besides those of ENO."""
+        found = self.consumers.get(item.id, [])
+        return [(other, pin) for other, pin, wire in found if wire.pin.casefold() != "eno"]
+
+    def _call(
+        self, item: Item, arguments: list[tuple[Pin, tree.Expression | None]], extra: list[Pin]
+    ) -> tree.Expression | None:
+        """The call of a function, or the operation of an operator."""
+        name, place = item.text, place_of(item)
+        given = [value for _, value in arguments if value is not None]
+        operator = functions.OPERATORS.get(name.casefold())
+        unary = name.casefold() in ("not", "move")
+        if operator or unary:
+            if len(given) < (1 if unary else 2) or len(given) < len(arguments):
+                self.mistake(item.line, f"An input of the {item} is not connected")
+                return None
+            if operator and len(given) > HIGHEST and operator not in ("AND", "OR", "XOR"):
+                self.mistake(item.line, f"The {item} has {len(given)} inputs", f"at most {HIGHEST}")
+                return None
+            if operator:
+                return functions.operation(operator, given, place)
+            return negated(given[0]) if name.casefold() == "not" else given[0]
+        called = self.fragments.place(name, item.line)
+        if called is None:
+            return None
+        is_named = bool(extra) or len(given) < len(arguments)
+        passed = [
+            tree.Argument(value, pin.name if is_named else "", place=tree.Place(pin.line, 1))
+            for pin, value in arguments
+            if value is not None
+        ]
+        for pin in extra:
+            variable = self._extra_output(item, pin)
+            if variable is not None:
+                passed.append(tree.Argument(variable, pin.name, is_output=True, place=tree.Place(pin.line, 1)))
+        return tree.Call(called, tuple(passed), place=place)
+
+    def _extra_output(self, item: Item, pin: Pin) -> tree.Expression | None:
+        """The variable that takes a further output of a function."""
+        if pin.expression:
+            return self.fragments.place(pin.expression, pin.line)
+        wire = Wire(item.id, pin.name)
+        of = self.kinds.parameter(item.text, pin.name) or self._wanted(item, pin.name)
+        if of is None:
+            self._unknown(item, pin)
+            return None
+        name = self.hidden.add("Output", of, item.line, f"output {pin.name} of the {item}")
+        self.values[wire] = negated(name) if pin.is_negated else name
+        return name
+
+    def _is_inline(
+        self, item: Item, wire: Wire, enable: tree.Expression | None, extra: list[Pin], call: tree.Expression
+    ) -> bool:
+        """True if the call can stand where its result is used."""
+        is_low = functions.height(call) <= HIGHEST
+        return is_low and enable is None and not extra and len(self._consumers(item)) <= 1 and wire not in self.loops
+
+    def _only_sink(self, item: Item) -> Item | None:
+        """The one plain variable that takes the result."""
+        found = self._consumers(item)
+        sink = found[0][0] if len(found) == 1 else None
+        if sink is None or sink.kind is not Kind.SINK or sink.id in self.finished or len(sink.inputs[0].wires) != 1:
+            return None
+        return sink if sink.storage is Storage.NONE and sink.edge is Edge.NONE else None
+
+    def _written_result(self, item: Item, enable: tree.Expression | None, call: tree.Expression, result: Pin) -> None:
+        target = self.fragments.place(result.expression, result.line)
+        if target is None:
+            return
+        value = negated(call) if result.is_negated else call
+        self._guarded(enable, [tree.Assign(target, value, place=place_of(item))], item)
+        self.values[Wire(item.id, result.name)] = target
+
+    def _kept_result(
+        self, item: Item, wire: Wire, enable: tree.Expression | None, call: tree.Expression, result: Pin
+    ) -> None:
+        name = self.loops.get(wire) or self._variable_for(item, result, call)
+        if name is None:
+            return
+        self._guarded(enable, [tree.Assign(name, call, place=place_of(item))], item)
+        self.values[wire] = negated(name) if result.is_negated else name
+
+    def _variable_for(self, item: Item, pin: Pin, call: tree.Expression | None) -> tree.Name | None:
+        of = self.kinds.of_function(item.text) or self.kinds.of(call) or self._wanted(item, pin.name)
+        if of is None:
+            self._unknown(item, pin)
+            return None
+        return self.hidden.add("Result", of, item.line, f"result of the {item}")
+
+    def _unknown(self, item: Item, pin: Pin) -> None:
+        self.mistake(
+            item.line,
+            f"The type of output {pin.name or 1} of the {item} is unknown in this file, and its value is kept",
+            hint="Connect the output to a variable, and use the variable.",
+        )
+
+    def _wanted(self, item: Item, pin: str) -> tree.TypeSpec | None:
+        """The type that a consumer of this output has."""
+        for other, consumer, wire in self.consumers.get(item.id, ()):
+            if wire.pin not in ("", pin):
+                continue
+            operand = self.fragments.expression(other.text, other.line) if other.kind is Kind.SINK else None
+            if (of := consumer_type(self.kinds, other, consumer, operand)) is not None:
+                return of
+        return None
+
+    def output(self, item: Item, wire: Wire) -> tree.Expression | None:
+        """The value of an output of a block, which is executed before if it is not part of a loop."""
+        is_later = self.is_later(item)
+        if not is_later:
+            self.execute(item)
+        pin = self._output_pin(item, wire)
+        if pin is None:
+            return None
+        full = Wire(item.id, "ENO" if pin.name.casefold() == "eno" else pin.name)
+        if full in self.values:
+            return self.values[full]
+        if full.pin == "ENO":
+            return tree.Literal(tree.LiteralKind.BOOL, True, "TRUE", place=place_of(item))
+        if pin in item.in_outs:
+            return self.input(pin, item) if pin.wires or pin.expression else None
+        if item.instance:
+            called = self.fragments.place(item.instance, item.line)
+            if called is None:
+                return None
+            value = tree.Member(called, pin.name, place=place_of(item))
+            return negated(value) if pin.is_negated else value
+        if is_later or item.id not in self.finished:
+            return self._previous(item, pin, full)
+        return None  # its own message has been given
+
+    def _previous(self, item: Item, pin: Pin, wire: Wire) -> tree.Expression | None:
+        """The result of a function in the previous cycle, for a loop."""
+        if not self.hidden.has_memory:
+            self.mistake(item.line, f"The {item} is part of a loop, and a function has no memory for it")
+            return None
+        if wire not in self.loops:
+            name = self._variable_for(item, pin, self._example(item))
+            if name is None:
+                return None
+            self.loops[wire] = name
+        return negated(self.loops[wire]) if pin.is_negated else self.loops[wire]
+
+    def _example(self, item: Item) -> tree.Expression | None:
+        """The first operand of a function that has a declared type."""
+        for pin in item.inputs:
+            for wire in pin.wires:
+                source = self.items.get(wire.source)
+                if source is not None and source.kind in (Kind.SOURCE, Kind.THROUGH):
+                    value = self.fragments.expression(source.text, source.line)
+                    if self.kinds.of(value) is not None and not isinstance(value, tree.Literal):
+                        return value
+        return None
+
+    def _output_pin(self, item: Item, wire: Wire) -> Pin | None:
+        known = [*item.outputs, *item.in_outs]
+        named = next((pin for pin in known if pin.name.casefold() == wire.pin.casefold()), None)
+        if named is not None:
+            return named
+        if wire.pin.casefold() == "eno" or item.code:
+            return Pin("ENO")
+        first = next((pin for pin in item.outputs if pin.name.casefold() != "eno"), None)
+        if not wire.pin:
+            return first or Pin("ENO")
+        if not item.instance and first is not None and len(item.outputs) <= 2:
+            return first  # the result of a function has different names in different tools
+        if item.instance:
+            return Pin(wire.pin, item.line)  # some tools list only the outputs that are connected
+        self.mistake(item.line, f"The {item} has no output {wire.pin[:30]}")
+        return None

@@ -1,0 +1,257 @@
+"""Assignments and calls as instructions: what every statement of a body stands on."""
+
+from collections.abc import Callable
+from typing import Final
+
+from fieldrig_devices.iec.layout import CALL_SIZE, kind_number, storage
+from fieldrig_devices.iec.lower.assembler import Assembler, Label
+from fieldrig_devices.iec.lower.context import Context
+from fieldrig_devices.iec.lower.emitter import Emitter
+from fieldrig_devices.iec.lower.expressions import Expressions
+from fieldrig_devices.iec.lower.hoisting import Hoisting, has_call
+from fieldrig_devices.iec.lower.places import Address, Places
+from fieldrig_devices.iec.lower.values import of_type
+from fieldrig_devices.iec.program import (
+    Assign,
+    Bit,
+    CallAction,
+    CallBlock,
+    CallFunction,
+    Cell,
+    Constant,
+    Evaluate,
+    Expression,
+    Load,
+    Parameter,
+    Place,
+    Pou,
+    Space,
+    Variable,
+)
+from fieldrig_devices.iec.tree import Section
+from fieldrig_devices.iec.types import Elementary, Type
+
+
+class Calls:
+    """The assignments and calls of one body.
+
+    `intermediate` is the number of bytes in the frame for intermediate results; `used` is how many it takes.
+    """
+
+    def __init__(self, context: Context, pou: Pou, intermediate: int) -> None:
+        self._context, self._pou = context, pou
+        self.assembler = Assembler(context.costs)
+        self._places = Places(pou, context.form)
+        self._expressions = Expressions(self._places)
+        self._hoisting = Hoisting(self)
+        self._first = pou.frame_size
+        self._taken = 0
+        self.used = 0
+        self.frame_size = pou.frame_size + intermediate + CALL_SIZE
+        self._loops: list[tuple[Label, Label]] = []
+        """Labels that CONTINUE and EXIT jump to."""
+        self._labels: dict[str, Label] = {}
+
+    @property
+    def registers(self) -> frozenset[str]:
+        return frozenset(self._places.registers)
+
+    def choose(self, first: Load, is_and: bool, second: Callable[[], Expression]) -> None:
+        """Evaluate `second` into the cell of `first` unless its value decides."""
+        raise NotImplementedError
+
+    def emitter(self) -> Emitter:
+        return self.assembler.emitter()
+
+    # ---- assignments
+
+    def assign(self, statement: Assign) -> None:
+        place, value = statement.place, statement.value
+        if has_call(value) or has_call(place):
+            value = self._hoisting.out_of(value)
+            if has_call(place):
+                value = self.keep(value) if not isinstance(value, Constant) else value
+                place = self._hoisting.out_of_place(place)
+        self.store(place, value)
+
+    def store(self, place: Place, value: Expression) -> None:
+        emitter = self.emitter()
+        if storage(place.type) is None:
+            assert isinstance(value, Load)
+            cells = self._places.cells(value.place, emitter)
+            self._places.store_cells(place, cells, emitter)
+        elif isinstance(place, Parameter) and place.is_slow:
+            text = self._expressions.value(value, emitter).text
+            emitter.add(f"begin_write({self._places.parameter(place, emitter)}, {text})")
+            emitter.charge(emitter.costs.parameter)
+            self.assembler.do(emitter)
+            emitter = self.wait()
+            emitter.add("finish()")
+        else:
+            raw = self._expressions.raw(value, emitter)
+            self._places.store(place, raw, emitter)
+        self.assembler.do(emitter)
+
+    def wait(self) -> Emitter:
+        self.assembler.hold("is_waiting()")
+        return self.emitter()
+
+    # ---- calls
+
+    def evaluate(self, statement: Evaluate) -> None:
+        self.call(statement.value)
+
+    def call_action(self, statement: CallAction) -> None:
+        base = self._own_base() if statement.instance is None else self._base_of(statement.instance)
+        self._call(statement.pou, base)
+
+    def call_block(self, statement: CallBlock) -> None:
+        instance = statement.instance
+        if has_call(instance):
+            instance = self._hoisting.out_of_place(instance)
+        values = self._hoisting.all_out_of([value for _, value in statement.inputs])
+        base = self._base_of(instance)
+        emitter = self.emitter()
+        for (variable, _), value in zip(statement.inputs, values, strict=True):
+            self._pass(_at(base, variable), variable.type, value, emitter)
+        copies = [
+            (_at(base, variable), self._refer(place, variable, emitter)) for variable, place in statement.references
+        ]
+        for cell, (text, _, _) in copies:
+            emitter.add(f"M[{cell}] = {text}")
+        self.assembler.do(emitter)
+        self._call(statement.pou, base)
+        self._copy_back([copy for _, copy in copies])
+        for target, value in statement.outputs:
+            self.assign(Assign(target, value, line=statement.line))
+
+    def call(self, call: CallFunction) -> Cell:
+        """Call a function; return where its result is, in the frame that it had, until the next call."""
+        pou, step = call.pou, self.frame_size
+        base = self._base_of_method(call)
+        arguments = [value if isinstance(value, Expression) else Load(value) for _, value in call.inputs]
+        variables = [variable for variable, _ in call.inputs]
+        by_value = [number for number, one in enumerate(variables) if not one.is_reference]
+        for number, value in zip(by_value, self._hoisting.all_out_of([arguments[n] for n in by_value]), strict=True):
+            arguments[number] = value
+        emitter = self.emitter()
+        copies = []
+        for variable, value in zip(variables, arguments, strict=True):
+            cell = Address(("frame",), step + variable.offset, is_frame=True)
+            if variable.is_reference:
+                place = value.place if isinstance(value, Load) else None
+                if place is None:  # an address that the checker has made
+                    emitter.add(f"M[{cell}] = {self._expressions.value(value, emitter).text}")
+                    continue
+                copies.append(self._refer(place, variable, emitter))
+                emitter.add(f"M[{cell}] = {copies[-1][0]}")
+            else:
+                self._pass(cell, variable.type, value, emitter)
+        self.assembler.do(emitter)
+        self._call(pou, base)
+        self._copy_back(copies)
+        for variable, place in call.outputs:
+            self.assign(Assign(place, Load(_callee_cell(variable, step)), line=self.assembler.line))
+        return _callee_cell(pou.result, step) if pou.result is not None else Cell(_NOTHING, Elementary.BOOL)
+
+    def _base_of_method(self, call: CallFunction) -> Address:
+        """Return the address of the instance that a method works with; 0 for a function."""
+        if call.pou.owner is None:
+            return Address((), 0)
+        if call.instance is None:
+            return self._own_base()
+        is_calling = has_call(call.instance)
+        return self._base_of(self._hoisting.out_of_place(call.instance) if is_calling else call.instance)
+
+    def _call(self, pou: Pou, base: Address) -> None:
+        self.assembler.call(self._context.routine(pou), str(base))
+
+    def _own_base(self) -> Address:
+        owner = self._pou.owner or self._pou
+        return Address((), owner.instance.offset) if owner.instance is not None else Address(("base",), 0)
+
+    def _base_of(self, instance: Place) -> Address:
+        """Return the address of an instance, as an expression that stays the same during the call."""
+        emitter = self.emitter()
+        where = self._places.instance(instance, emitter)
+        if not emitter.lines and where.terms in ((), ("base",), ("frame",)):
+            return where
+        cell = self._places.cell(self._intermediate(Elementary.DWORD))
+        emitter.add(f"M[{cell}] = {where}")
+        self.assembler.do(emitter)
+        return Address((f"M[{cell}]",), 0)
+
+    def _pass(self, where: Address, kind: Type, value: Expression, emitter: Emitter) -> None:
+        """Add the lines that copy an argument to the variable of the callee."""
+        if storage(kind) is None:
+            assert isinstance(value, Load)
+            cells = self._places.cells(value.place, emitter)
+            self._places.store_cells_at(where, kind, cells, emitter)
+        else:
+            self._places.store_at(where, kind, self._expressions.raw(value, emitter), emitter)
+
+    def _refer(self, place: Place, variable: Variable, emitter: Emitter) -> "tuple[str, Place, Load | None]":
+        """Return the address of an argument of a VAR_IN_OUT.
+
+        What has no cell of its own, such as a marker, is copied to an intermediate cell and back after the call.
+        """
+        is_cell = not isinstance(place, Bit | Parameter)
+        where = self._places.address(place, emitter) if is_cell else None
+        if isinstance(where, Address):
+            if where.is_raw:
+                return emitter.new(f"of_form({where}, {self._context.form(variable.type)})"), place, None
+            return emitter.new(str(where)) if len(where.terms) > 1 else str(where), place, None
+        copy = self._intermediate(place.type)
+        cell = self._places.cell(copy)
+        if storage(place.type) is None:
+            self._places.store_cells_at(cell, place.type, self._places.cells(place, emitter), emitter)
+        else:
+            self._places.store_at(cell, place.type, self._places.load(place, emitter), emitter)
+        return str(cell), place, Load(Cell(copy, place.type))
+
+    def _copy_back(self, copies: "list[tuple[str, Place, Load | None]]") -> None:
+        for _, place, copy in copies:
+            if copy is not None:
+                self.store(place, copy)
+
+    # ---- intermediate results (`hoisting.Caller`)
+
+    def _intermediate(self, kind: Type) -> Variable:
+        variable = Variable("", kind, Space.FRAME, Section.TEMP, offset=self._first + self._taken)
+        self._taken += kind.size
+        self.used = max(self.used, self._taken)
+        return variable
+
+    def keep(self, value: Expression) -> Load:
+        cell = Cell(self._intermediate(value.type), value.type)
+        self.store(cell, value)
+        return Load(cell)
+
+    def read_slowly(self, place: Parameter) -> Cell:
+        place = Parameter(
+            self._hoisting.out_of(place.object), place.object_type, place.number, place.type, is_slow=True
+        )
+        kind = storage(place.type)
+        assert kind is not None
+        emitter = self.emitter()
+        emitter.add(f"begin_read({self._places.parameter(place, emitter)})")
+        emitter.charge(emitter.costs.parameter)
+        self.assembler.do(emitter)
+        emitter = self.wait()
+        cell = Cell(self._intermediate(place.type), place.type)
+        self._places.store(cell, of_type(f"taken({kind_number(kind)})", kind), emitter)
+        self.assembler.do(emitter)
+        return cell
+
+
+_NOTHING: Final = Variable("", Elementary.BOOL, Space.FRAME, Section.TEMP, offset=0)
+
+
+def _callee_cell(variable: Variable, step: int) -> Cell:
+    """The variable of a function that has returned, in the frame behind the caller's."""
+    moved = Variable(variable.name, variable.type, Space.FRAME, Section.TEMP, offset=step + variable.offset)
+    return Cell(moved, variable.type)
+
+
+def _at(base: Address, variable: Variable) -> Address:
+    return base.plus(variable.offset)

@@ -1,0 +1,124 @@
+"""Declarations of variables, types, POUs and configurations."""
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from fieldrig_devices.iec.tree.bodies import Body
+from fieldrig_devices.iec.tree.expressions import Expression
+from fieldrig_devices.iec.tree.nodes import NOWHERE, Place, Statement
+from fieldrig_devices.iec.tree.types import Initial, TypeSpec, Variable
+
+
+class Section(Enum):
+    LOCAL = "VAR"
+    TEMP = "VAR_TEMP"
+    INPUT = "VAR_INPUT"
+    OUTPUT = "VAR_OUTPUT"
+    IN_OUT = "VAR_IN_OUT"
+    EXTERNAL = "VAR_EXTERNAL"
+    GLOBAL = "VAR_GLOBAL"
+    CONFIG = "VAR_CONFIG"
+
+
+@dataclass(slots=True)
+class Variables(Statement):
+    """A block VAR ... END_VAR.  In VAR_CONFIG the names are paths: `PROG.inst.var AT %QX0.0 : BOOL`."""
+
+    section: Section
+    variables: tuple[Variable, ...]
+    is_retain: bool = False
+    is_persistent: bool = False
+    is_constant: bool = False
+    name: str = field(default="", compare=False)
+    """The name of a list of global variables; programs of today's tools may write `name.variable`."""
+
+
+@dataclass(slots=True)
+class TypeDeclaration(Statement):
+    name: str
+    type: TypeSpec
+    initial: Initial | None = None
+
+
+class PouKind(Enum):
+    PROGRAM = "PROGRAM"
+    FUNCTION = "FUNCTION"
+    FUNCTION_BLOCK = "FUNCTION_BLOCK"
+
+
+@dataclass(slots=True)
+class Action(Statement):
+    name: str
+    body: Body
+
+
+@dataclass(slots=True)
+class Method(Statement):
+    """A method of a function block or program, with variables of its own for each call."""
+
+    name: str
+    result: TypeSpec | None
+    blocks: tuple[Variables, ...]
+    body: Body
+    modifiers: tuple[str, ...] = ()
+    """Words such as PUBLIC, in capitals."""
+
+
+@dataclass(slots=True)
+class Pou(Statement):
+    kind: PouKind
+    name: str
+    result: TypeSpec | None
+    """The type of a function's result; None for other kinds."""
+    blocks: tuple[Variables, ...]
+    body: Body
+    actions: tuple[Action, ...] = ()
+    methods: tuple[Method, ...] = ()
+    extends: str = ""
+    """The function block that this one extends; empty for none."""
+    end: Place = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(slots=True)
+class TaskDeclaration(Statement):
+    """`TASK name(INTERVAL := T#10ms, PRIORITY := 30);`, SINGLE for an event, neither for a free-running task."""
+
+    name: str
+    priority: Expression | None = None
+    interval: Expression | None = None
+    single: Expression | None = None
+
+
+@dataclass(slots=True)
+class ProgramInstance(Statement):
+    """`PROGRAM name WITH task : type;`"""
+
+    name: str
+    task: str
+    type: str
+
+
+@dataclass(slots=True)
+class Configuration(Statement):
+    """CONFIGURATION ... END_CONFIGURATION, with its one resource, or RESOURCE parts without a configuration."""
+
+    name: str
+    blocks: tuple[Variables, ...] = ()
+    tasks: tuple[TaskDeclaration, ...] = ()
+    programs: tuple[ProgramInstance, ...] = ()
+    resource: str = ""
+    """The name of the resource; empty if the tasks belong to the configuration itself."""
+    processor: str = ""
+    """The name behind ON."""
+
+
+Declaration = TypeDeclaration | Pou | Variables | Configuration
+
+
+@dataclass(slots=True)
+class Unit:
+    """One source file.  `comments` are those behind its last declaration."""
+
+    file: str
+    declarations: tuple[Declaration, ...]
+    comments: tuple[str, ...] = field(default=(), compare=False, repr=False)

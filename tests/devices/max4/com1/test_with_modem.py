@@ -1,0 +1,139 @@
+"""The controller with the emulated modem at COM1: the troubleshooting table of PacDrive manual 7.2.5."""
+
+from typing import Any, Self
+
+import pytest
+from max4_rig import Max4Rig
+
+from fieldrig.clock import MS
+from fieldrig.config import from_dict
+from fieldrig.rig import Rig
+from fieldrig_devices.dial.caller import Caller, Plan
+from fieldrig_devices.ppp.settings import Login
+
+LOGIN = Login.of("service", "pacdrive")
+
+
+class Line(Max4Rig):
+    """A controller with its modem (number 4711), and a caller at another one.  `modem` has settings of the former."""
+
+    def __init__(self, modem: dict[str, Any] | None = None, **parameters: Any) -> None:
+        values = {"MAx-4.Com1User": 1, "Phone.UserName": "service", "Phone.Password": "pacdrive"}
+        values |= {name.replace("__", "."): value for name, value in parameters.items()}
+        buses = {
+            "com1": {"kind": "serial.virtual", "baud": 38_400},
+            "laptop": {"kind": "serial.virtual", "baud": 38_400},
+            "telephone": {"kind": "telephone.virtual", "numbers": {"near": "4711", "far": "4712"}},
+        }
+        devices = {
+            "max4": {
+                "kind": "max4",
+                "links": {"com1": "com1"},
+                "com1": {"modem": "Phone"},
+                "drives": {"belt": {"ring_address": 1, "simulated": True}},
+                "parameters": values,
+            },
+            "near": {"kind": "modem", "links": {"line": "com1", "telephone": "telephone"}, **(modem or {})},
+            "far": {"kind": "modem", "links": {"line": "laptop", "telephone": "telephone"}},
+        }
+        self.rig = Rig(from_dict({"time": "virtual", "seed": 7, "buses": buses, "devices": devices}))
+        self._line = self.rig.attach("caller").link("laptop")
+        self._line.on_receive(lambda data: self.caller.receive(self.rig.now_ns, data))
+        self.caller = self._new(LOGIN)
+
+    def _new(self, login: Login) -> Caller:
+        return Caller(Plan("4711", login=login), lambda: 0x1234_5678, self._line.send, lambda _: None)
+
+    def call(self, login: Login = LOGIN) -> Self:
+        """Dial, and wait until the link is up, or the call has failed."""
+        self.caller = self._new(login)
+        self.caller.start(self.rig.now_ns)
+        while not self.caller.is_up and not self.caller.is_over:
+            self.go(100)
+        return self
+
+    def go(self, ms: int) -> Self:
+        end_ns = self.rig.now_ns + ms * MS
+        while self.rig.now_ns < end_ns:
+            self.rig.run_until(min(end_ns, self.rig.now_ns + 2 * MS))
+            self.caller.advance(self.rig.now_ns)
+        return self
+
+    @property
+    def states(self) -> tuple[Any, Any]:
+        """Com1UserState, and State of the Modem object."""
+        return self.get("Com1UserState"), self.get("Phone.State")
+
+
+@pytest.mark.manual("PD-246")
+@pytest.mark.manual("PD-248")
+def test_the_default_strings_set_the_modem_up_and_a_call_is_answered_after_two_rings() -> None:
+    line = Line().go(5000)
+    assert line.states == (6, 2)
+    assert not line.rig.get("near", "dcd")
+    assert line.call().caller.is_up
+    assert line.states == (7, 3)
+    assert line.rig.get("near", "dcd")
+
+
+@pytest.mark.manual("PD-270")
+@pytest.mark.parametrize(
+    ("parameters", "states"),
+    [
+        ({"MAx-4__Com1User": 0}, (1, 0)),
+        ({"Phone__InitString": "AT&F E0 X99"}, (2, 5)),
+        ({"Phone__ExpInitString": "AT S999999=1"}, (2, 8)),
+    ],
+)
+def test_a_wrong_parameter_leaves_the_call_unanswered(parameters: dict[str, Any], states: tuple[int, int]) -> None:
+    line = Line(**parameters).go(12_000)
+    assert line.states == states
+    assert line.call().caller.failure is not None
+
+
+@pytest.mark.manual("PD-270")
+def test_a_modem_without_rockwell_chip_set_needs_at_as_second_string() -> None:
+    assert Line({"chip_set": "other"}).go(12_000).states == (2, 8)
+    line = Line({"chip_set": "other"}, Phone__ExpInitString="AT").go(12_000)
+    assert line.states == (6, 2)
+    assert line.call().caller.is_up
+
+
+@pytest.mark.manual("PD-270")
+@pytest.mark.parametrize("what", ["power_off", "serial_unplugged"])
+def test_a_modem_that_is_off_or_unplugged_is_noticed_and_found_again(what: str) -> None:
+    line = Line().go(5000)
+    fault = line.rig.add_fault("near", {"what": what})
+    assert line.go(3000).states == (2, 1)
+    line.rig.clear_fault("near", fault)
+    assert line.go(15_000).states == (6, 2)
+    assert line.call().caller.is_up
+
+
+@pytest.mark.manual("PD-270")
+def test_without_auto_answer_the_telephone_rings_on() -> None:
+    line = Line(Phone__InitString="AT&F E0 Q0 V1 &S0 &C1 &R0 S0=0").go(5000)
+    assert line.states == (6, 2)
+    assert line.call().caller.failure is not None
+    assert line.states == (6, 2)
+
+
+@pytest.mark.manual("PD-273")
+def test_a_wrong_password_drops_the_call_at_the_password_check() -> None:
+    line = Line().go(5000).call(Login.of("service", "wrong"))
+    assert line.caller.failure is not None
+    assert "password" in line.caller.failure.what
+    assert line.go(8000).states == (6, 2)
+    assert line.call().caller.is_up
+
+
+@pytest.mark.manual("PD-275")
+@pytest.mark.parametrize("where", ["near", "far"])
+def test_a_call_is_lost_with_either_modem_and_the_next_one_is_answered(where: str) -> None:
+    line = Line().go(5000).call()
+    fault = line.rig.add_fault(where, {"what": "line_unplugged"})
+    line.go(5000)
+    assert line.states == (6, 2)
+    line.rig.clear_fault(where, fault)
+    line.go(20_000)
+    assert line.call().caller.is_up
