@@ -26,6 +26,7 @@ import pulses  # noqa: E402
 import ring  # noqa: E402
 import shipped_rigs  # noqa: E402
 import start_up  # noqa: E402
+import teleservice  # noqa: E402
 import timers  # noqa: E402
 import virtual_time  # noqa: E402
 
@@ -45,6 +46,7 @@ BENCHMARKS = (
     iec_language,
     plc_on_ring,
     pulse_engine,
+    teleservice,
     block_status,
 )
 PEERS = ("python-can", "canopen", "pymodbus", "eclipse-zenoh", "uvloop")
