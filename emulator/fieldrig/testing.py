@@ -60,6 +60,11 @@ def free_port() -> int:
             return port
 
 
+def return_port(port: int) -> None:
+    """Give a port of `free_port` back, for programs that need many of them one after another."""
+    _kept.pop(port).close()
+
+
 def _locked(path: Path) -> IO[bytes] | None:
     """Return the file, locked for as long as it is open; None if another process has it."""
     try:

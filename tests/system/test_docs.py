@@ -22,7 +22,7 @@ from addresses import exchanged
 from doc_pages import PAGES, ROOT, Block, blocks
 from process_group import run_group
 
-from fieldrig.testing import free_port
+from fieldrig.testing import free_port, return_port
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(1800)]
 
@@ -92,6 +92,8 @@ class Desk:
         if self._lab is not None:
             self._lab.send_signal(signal.SIGTERM)
             self._lab.wait(PATIENCE_S)
+        for port in self._ports.values():
+            return_port(int(port))
         self._temporary.cleanup()
 
     def __enter__(self) -> Self:

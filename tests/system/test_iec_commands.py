@@ -300,7 +300,7 @@ def test_an_editor_debugs_over_standard_input_and_output(machine: Machine) -> No
         editor.request("attach", sources=str(machine.folder))
         source = {"path": str(machine.folder / "count.st")}
         set_ = editor.request("setBreakpoints", source=source, breakpoints=[{"line": CALL, "condition": "a > 5"}])
-        assert set_["breakpoints"] == [{"verified": True, "line": CALL}]
+        assert set_["breakpoints"] == [{"id": 1, "verified": True, "line": CALL}]
         editor.request("configurationDone")
         stopped = editor.event("stopped")
         assert stopped["reason"] == "breakpoint"
