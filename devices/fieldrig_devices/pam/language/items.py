@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from fieldrig_devices.pam.language.tree import Expression, Node, Place, Reference, RoutineCall, SequenceRef, Statement
+from fieldrig_devices.pam.language.tree import Expression, Node, Reference, RoutineCall, SequenceRef, Statement
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,6 @@ class Declaration(Node):
     parameters: tuple[Parameter, ...] = ()
     parts: tuple["Declaration", ...] = ()
     """The traces of a multi-comparator, and the variables of a DualPort."""
-    has_end: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,5 +100,3 @@ Item = Application | Declaration | BooleanEquation | Actions | Routines | Task
 @dataclass(frozen=True, slots=True)
 class Program:
     items: tuple[Item, ...]
-    comments: tuple[tuple[Place, str], ...] = ()
-    """Each comment with the place where it begins, in the order of the source."""

@@ -243,7 +243,6 @@ OLD_NAMES: Final[Mapping[tuple[str, str], str]] = {
 }
 """Names of earlier releases and of the listings, and what they are called in release 2.5 (PAML-015, PAML-302, E-09)."""
 
-SENSORS: Final = frozenset({"BINARY_INPUT", "DIGITAL_INPUT", "COUNTER_INPUT", "KEY_INPUT"})
 OUTPUT_BLOCKS: Final = frozenset({"CONVERTER"})
 INPUT_BLOCKS: Final = frozenset({"SAMPLER", "TMP_GENERATOR", "PMP_GENERATOR"})
 TRANSFORMERS: Final = frozenset(

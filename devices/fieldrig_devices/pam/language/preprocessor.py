@@ -11,7 +11,6 @@ from typing import Final
 from fieldrig_devices.languages.mistakes import Mistake
 from fieldrig_devices.pam.language.system_files import SYSTEM_FILES, system_file_with
 from fieldrig_devices.pam.language.tokens import Token, Tokens, mistake, split
-from fieldrig_devices.pam.language.tree import Place
 
 DEEPEST_INCLUDE: Final = 10
 """Levels of files that include each other."""
@@ -31,7 +30,6 @@ class Preprocessor:
     """Reads files and gives one list of tokens without directives."""
 
     read: Reader = no_files
-    comments: list[tuple[Place, str]] = field(default_factory=list)
     mistakes: list[Mistake] = field(default_factory=list)
     names: dict[str, list[Token]] = field(default_factory=dict)
     tokens: list[Token] = field(default_factory=list)
@@ -40,7 +38,6 @@ class Preprocessor:
     def file(self, found: Tokens) -> None:
         """Take the tokens of a file over, except for its end."""
         self.mistakes += found.mistakes
-        self.comments += found.comments
         tokens, at = found.tokens, 0
         while tokens[at].kind != "end":
             if tokens[at].kind == "directive":

@@ -30,7 +30,7 @@ class Node:
 class Number(Node):
     value: int | float
     spelling: str = field(compare=False, default="")
-    """The text of the source, which `fieldrig pam fmt` keeps."""
+    """The text of the source, which messages show."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +152,6 @@ class If(Node):
     condition: Expression
     then: tuple["Statement", ...]
     otherwise: tuple["Statement", ...] = ()
-    has_else: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,7 +44,7 @@ def parse(text: str, file: str, read: Reader = no_files) -> tuple[Program, list[
             cursor.i = max(cursor.i, begin + 1)
             _skip_to_item(cursor)
     found = sorted([*preprocessor.mistakes, *cursor.mistakes], key=lambda wrong: (wrong.file, wrong.line, wrong.column))
-    return Program(tuple(items), tuple(preprocessor.comments)), found
+    return Program(tuple(items)), found
 
 
 def _item(cursor: Cursor) -> Item:

@@ -28,7 +28,7 @@ def declaration(cursor: Cursor) -> Declaration:
     cursor.semicolon()
     is_variable = kind.endswith("_VAR")
     if is_variable and not cursor.is_word("NUMBER", "NODES_GROUP", "END"):
-        return Declaration(place, kind, name, (), (), has_end=False)
+        return Declaration(place, kind, name)
     parts: list[Declaration] = []
     found = parameters(cursor, kind, KINDS[kind], ("END",), parts)
     cursor.close("END")

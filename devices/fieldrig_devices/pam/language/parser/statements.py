@@ -131,11 +131,10 @@ def _if(cursor: Cursor) -> If:
     condition = expression(cursor)
     cursor.close("THEN")
     then = statements(cursor)
-    has_else = cursor.accept("ELSE")
-    otherwise = statements(cursor) if has_else else ()
+    otherwise = statements(cursor) if cursor.accept("ELSE") else ()
     cursor.close("END_IF")
     cursor.accept(";")
-    return If(place, condition, then, otherwise, has_else)
+    return If(place, condition, then, otherwise)
 
 
 def _loop(cursor: Cursor) -> Loop:
