@@ -7,10 +7,11 @@ from collections.abc import Callable
 
 from fieldrig.clock import MS, Clock, S, Timer
 from fieldrig.link import Link
+from fieldrig_bus.sending_ahead import AHEAD_NS
 from fieldrig_bus.telephone.handshake import Handshake
 from fieldrig_bus.telephone.message import Carrier, Dial, Heard, Hook, Offer, Ready, TelephoneMessage, Tone
 from fieldrig_bus.telephone.modulation import OPTIONAL, Agreed, everything
-from fieldrig_bus.telephone.pump import AHEAD_NS, Pump
+from fieldrig_bus.telephone.pump import Pump
 
 TRAINING_NS = 100 * MS
 PATIENCE_NS = 60 * S

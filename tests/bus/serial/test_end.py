@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 
 from fieldrig.clock import MS, S, VirtualClock
 from fieldrig.testing import RecordedLink
-from fieldrig_bus.serial.end import AHEAD_NS, MOST_WAITING, LineEnd
+from fieldrig_bus.sending_ahead import AHEAD_NS
+from fieldrig_bus.serial.end import MOST_WAITING, LineEnd
 from fieldrig_bus.serial.message import ControlLines, Format, SerialMessage
 
 
