@@ -16,7 +16,7 @@ class SendingAhead(ABC):
     """`on_room(False)` is called when the source should stop, `on_room(True)` when it may go on."""
 
     def __init__(self, clock: Clock, send: Callable[[bytes], None], most: int, few: int) -> None:
-        """The source should stop from `most` waiting characters on, and should not go on until fewer than `few` wait."""
+        """The source should stop from `most` waiting characters on, and go on when fewer than `few` wait."""
         self._clock, self._pass_on = clock, send
         self._most, self._few = most, few
         self.on_room: Callable[[bool], None] = lambda _has_room: None
