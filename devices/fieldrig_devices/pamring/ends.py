@@ -1,0 +1,64 @@
+"""The two ends of a PAM's ring, as the programs of the PAM and of its nodes see them."""
+
+from enum import Enum
+from typing import Protocol
+
+from fieldrig_devices.pamring.frames import Configuration, Order, Report
+
+
+class RingFault(Enum):
+    """What a node sees of the ring (section 3.3: the local display, and the LEDs of the interface)."""
+
+    NONE = "none"
+    INACTIVE = "inactive"
+    """No cycle arrives: F 2."""
+    CARRIER = "carrier"
+    """The first node behind a break: F-6."""
+    CRC = "crc"
+    """The first node behind a place where frames are damaged: F-7."""
+
+
+class PamPort(Protocol):
+    """The PAM's end of the ring, for its objects.  What is sent leaves with the next basic cycle."""
+
+    def send(self, address: int, order: Order) -> None:
+        """Send an order to a node; to `BROADCAST`, to all of them."""
+
+    def send_to_group(self, group: int, order: Order) -> None:
+        """Send an order to the nodes that were told this `Group`, in one frame (PAML-162)."""
+
+
+class ReportHandler(Protocol):
+    """What the PAM does with the reports of its nodes."""
+
+    def on_report(self, address: int, report: Report) -> None:
+        """Take a report of a node, at the beginning of a basic cycle."""
+
+
+class NodePort(Protocol):
+    """A node's end of the ring, for its program."""
+
+    def send(self, report: Report) -> None:
+        """Lay a report into the buffer; the PAM has it in the next basic cycle."""
+
+
+class NodeProgram(Protocol):
+    """What a node does with what the PAM sends.  The node's end answers `Identify`, `Run` and configurations itself."""
+
+    def forget(self) -> None:
+        """`Identify` arrived: the items are forgotten, and outputs are inactive."""
+
+    def accept(self, item: Configuration) -> bool:
+        """Take an item of the configuration; False if this node can't have it."""
+
+    def run(self) -> None:
+        """`Run` arrived: inputs are scanned from now on, and each of them reports its first value."""
+
+    def order(self, order: Order) -> None:
+        """Carry out an order.  One for an item that it does not have is answered by `Trouble` 0Bh."""
+
+    def cycle(self) -> None:
+        """A basic cycle has arrived, and its orders are carried out."""
+
+    def ring(self, fault: RingFault) -> None:
+        """The node sees the ring differently from now on."""

@@ -1,0 +1,350 @@
+"""Frames on the ring of a PAM, as the programs at both ends mean them.
+
+The manual names the frames only by the errors that their loss gives (section 3.1 of the digest), so their contents are
+ours.  `codec` turns them into bytes.  A node's items are known by the number that the PAM gives each of them when it
+configures the node.  Positions are in resolver units (RU), 2^32 to a turn of the motor; levels are electrical, before
+ACTIVE gives them their meaning.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+BROADCAST = 0
+"""The address of all nodes."""
+
+
+class NodeType(IntEnum):
+    ST1 = 1
+    SMART_IO = 2
+
+
+# ---- from the PAM: configuration
+
+
+@dataclass(frozen=True, slots=True)
+class InputItem:
+    """BITS consecutive binary inputs (1 for a BINARY_INPUT), accepted after `debounce` equal samples (PAML-083)."""
+
+    item: int
+    address: int
+    bits: int
+    is_active_high: bool
+    period_ms: int
+    debounce: int
+
+
+@dataclass(frozen=True, slots=True)
+class CounterItem:
+    """Pulses of a binary input, for a DC motor (PAML-086)."""
+
+    item: int
+    address: int
+    is_active_high: bool
+    period_ms: int
+    debounce: int
+
+
+class KeyMode(IntEnum):
+    ON_OFF = 0
+    TOGGLE = 1
+    AUTOREPEAT = 2
+
+
+@dataclass(frozen=True, slots=True)
+class KeyItem:
+    """A key of the keyboard, or of a binary input (PAML-087 to PAML-092)."""
+
+    item: int
+    address: int
+    is_on_binary_input: bool
+    mode: KeyMode
+    period_ms: int
+    delay_ms: int = 0
+    repeat_ms: int = 0
+    is_active_high: bool = True
+    debounce: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class OutputItem:
+    """BITS consecutive binary outputs (1 for a BINARY_OUTPUT; PAML-101, PAML-102)."""
+
+    item: int
+    address: int
+    bits: int
+    is_active_high: bool
+
+
+@dataclass(frozen=True, slots=True)
+class AnalogItem:
+    """An analog output of -10 V to +10 V; its value is in millivolts (PAML-103)."""
+
+    item: int
+    address: int
+
+
+@dataclass(frozen=True, slots=True)
+class LedItem:
+    item: int
+    address: int
+
+
+@dataclass(frozen=True, slots=True)
+class SevenSegmentItem:
+    item: int
+    address: int
+    digits: int
+
+
+@dataclass(frozen=True, slots=True)
+class MotorItem:
+    """A DC motor and the items that it consists of, which are configured before it (PAML-120 to PAML-132)."""
+
+    item: int
+    increase: int
+    decrease: int
+    zero: int
+    counter: int
+    timeout_ms: int
+    braking: int
+    """Pulses before the target at which the output is dropped."""
+
+
+@dataclass(frozen=True, slots=True)
+class AxisItem:
+    """The axis of an ST1: its position at power-on, and its period, both in RU; 0 is no period."""
+
+    item: int
+    initial_position: int
+    position_period: int
+
+
+Configuration = (
+    InputItem | CounterItem | KeyItem | OutputItem | AnalogItem | LedItem | SevenSegmentItem | MotorItem | AxisItem
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Identify:
+    """The node answers with its `Identity`, and forgets the items that it was given."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """The node begins to work with its items; sent to all nodes at once."""
+
+
+# ---- from the PAM: work
+
+
+@dataclass(frozen=True, slots=True)
+class SetOutput:
+    """An output's value: bits, millivolts, or the state of an LED.  A key takes its value as well (PAML-092)."""
+
+    item: int
+    value: int
+
+
+@dataclass(frozen=True, slots=True)
+class Blink:
+    """An LED or a display blinks, or no longer does."""
+
+    item: int
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Display:
+    """The character code that a seven-segment display shows, in the font of Appendix C."""
+
+    item: int
+    character: int
+
+
+class Motor(IntEnum):
+    """Orders to a DC motor; the comments give the values."""
+
+    ABSOLUTE_MOVE = 1  # target
+    RELATIVE_MOVE = 2  # distance
+    RUN = 3  # 1 for INC, -1 for DEC
+    STOP = 4
+    POSITION = 5  # the new name of the present position
+    ZERO_POSITION = 6  # 1 for INC or -1 for DEC; 1 for HIGH or 0 for LOW
+    STROKE_LIMITS = 7  # lower, upper
+    DISABLE_STROKE_LIMITS = 8
+
+
+@dataclass(frozen=True, slots=True)
+class MotorOrder:
+    item: int
+    order: Motor
+    values: tuple[int, ...] = ()
+
+
+class Move(IntEnum):
+    """Orders to the axis of an ST1 (section 3 of the digest of the system)."""
+
+    POWER_ON = 1
+    POWER_OFF = 2
+    ABSOLUTE_MOVE = 3
+    RELATIVE_MOVE = 4
+    RUN = 5
+    STOP = 6
+    POSITION = 7
+    UPDATE_STATUS = 8
+
+
+@dataclass(frozen=True, slots=True)
+class AxisOrder:
+    """An order with its value in RU or RU/s, and the limits of its trapezoid in RU/s and RU/s2 (0 where unused).
+
+    The node clips the limits to its own.  It reports an order as done by its `number`.
+    """
+
+    number: int
+    move: Move
+    value: int = 0
+    speed: int = 0
+    acceleration: int = 0
+    deceleration: int = 0
+
+
+class SetPointMode(IntEnum):
+    POSITION = 1
+    SPEED = 2
+    TORQUE = 3
+
+
+@dataclass(frozen=True, slots=True)
+class SetPoint:
+    """The value of a pipe for this cycle: RU, RU/s, or the torque limit in thousandths of the largest torque.
+
+    A frame to a group of nodes carries one value for all of them (PAML-162).
+    """
+
+    mode: SetPointMode
+    value: int
+
+
+@dataclass(frozen=True, slots=True)
+class EndOfPipe:
+    """No pipe drives the axis any longer, in this mode (PAML-171: position holds, speed goes to zero)."""
+
+    mode: SetPointMode
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Nodes that take the set-points of one frame, sent to each of them; 0 to 15, and 0 is no group (PAML-164)."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    """Read a register: an encoder's ADDRESS of Table 2-2, or the item of a DC motor.  `request` names the answer."""
+
+    request: int
+    register: int
+
+
+Order = (
+    Configuration | Identify | Run | SetOutput | Blink | Display | MotorOrder | AxisOrder | SetPoint | EndOfPipe
+    | Group | Read
+)  # fmt: skip
+
+# ---- from a node
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """The answer to `Identify`: the node is initialized, and its interface is ready."""
+
+    node_type: NodeType
+    firmware: int
+
+
+@dataclass(frozen=True, slots=True)
+class Accepted:
+    """The node has the item."""
+
+    item: int
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """The node can't have the item, so the PAM shows 04..E01A."""
+
+    item: int
+
+
+@dataclass(frozen=True, slots=True)
+class Running:
+    """The node has begun to work."""
+
+
+@dataclass(frozen=True, slots=True)
+class InputChanged:
+    """A new value of an input, key or counter; `age_us` is its age when the frame was laid into the buffer.
+
+    Only inputs with a time stamp (201 of an ST1) give an age other than 0.
+    """
+
+    item: int
+    value: int
+    age_us: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """The answer to a `Read`, as the register's bits with their sign; None if there is no such register."""
+
+    request: int
+    value: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class AxisReport:
+    """The state of an axis, sent when any of it has changed: bits of the tables 12-4 and 12-1.
+
+    `number` is that of the last order that is done.
+    """
+
+    status: int
+    error: int
+    number: int
+    set_point: int
+    """Set position of the axis in RU, without a move that is not done."""
+
+
+@dataclass(frozen=True, slots=True)
+class MotorReport:
+    """The state of a DC motor after a change."""
+
+    item: int
+    is_ready: bool
+    error: int
+
+
+class Severity(IntEnum):
+    WARNING = 1
+    ENDED = 2
+    """The end of a warning, a K message."""
+    ERROR = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """A message of a node, as the PAM shows it: 04..W00C and so on (section 14.3); `code` is its 12 bits."""
+
+    severity: Severity
+    code: int
+    details: tuple[int, int] = (0, 0)
+    """D2 and D3; the PAM adds the node's address as D1."""
+    word: int = 0
+    """The node's error word from now on."""
+
+
+Report = (
+    Identity | Accepted | Refused | Running | InputChanged | Answer | AxisReport | MotorReport | Trouble
+)  # fmt: skip
