@@ -1,0 +1,1 @@
+"""The run time of an application: its programs, cycle by cycle."""
