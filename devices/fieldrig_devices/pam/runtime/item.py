@@ -49,7 +49,7 @@ class Item(Protocol):
     def parameter(self, name: str) -> Value:
         """Return `object:NAME`."""
 
-    def set_parameter(self, name: str, value: Value | str | RoutineRef | Item) -> None:
+    def set_parameter(self, name: str, value: "Value | str | RoutineRef | Item") -> None:
         """Carry out `object:NAME <- value`.  A value that the manual says is ignored is ignored."""
 
 
