@@ -22,7 +22,7 @@ class Kind(Enum):
 LISTED: Final = frozenset({Kind.END_WARNING, Kind.FATAL, Kind.ERROR, Kind.END_ERROR})
 """The kinds that the error list stores (manual line 8550)."""
 ENDS: Final = {Kind.END_WARNING: Kind.WARNING, Kind.END_ERROR: Kind.ERROR}
-"""What each end of a condition ends; both have the same number."""
+"""The condition that each kind of end belongs to; both have the same number."""
 
 _FORM: Final = re.compile(r"([0-9A-F]{2})(\.\.|[08]0)([MWKESF])([0-9A-F]{3})")
 _BOOT: Final = 1

@@ -16,7 +16,7 @@ SHOWN_NS: Final = 2 * S
 SCROLL_NS: Final = 300 * MS
 """Time after which the text has moved by a digit."""
 MONITOR_NS: Final = 500 * MS
-"""Period at which a monitored value is shown anew."""
+"""Period at which a monitored value is sampled again."""
 _ORDER: Final = (Kind.FATAL, Kind.ERROR, Kind.WARNING)
 
 

@@ -13,7 +13,7 @@ from fieldrig_devices.pam.panel.display import DIGITS, Display, floating
 from fieldrig_devices.pam.panel.messages import Message, Messages
 from fieldrig_devices.pam.panel.pam_display import PamDisplay
 
-DATE = datetime(1995, 10, 15, 14, 30, 45)  # noqa: DTZ001 - the PAM's clock has no time zone
+DATE = datetime(1995, 10, 15, 14, 30, 45)  # noqa: DTZ001 - the PAM's clock knows no time zone
 
 
 @pytest.mark.manual("PAMS-045", "PAMS-046")
