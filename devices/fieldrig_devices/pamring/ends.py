@@ -43,7 +43,10 @@ class NodePort(Protocol):
 
 
 class NodeProgram(Protocol):
-    """The program of a node, which carries out the orders of the PAM.  The node's end answers `Identify`, `Run` and configurations itself."""
+    """The program of a node, which carries out the orders of the PAM.
+
+    The node's end answers `Identify`, `Run` and configurations itself.
+    """
 
     def forget(self) -> None:
         """`Identify` arrived: the items are forgotten, and outputs are inactive."""
