@@ -34,10 +34,10 @@ from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs
 from fieldrig_devices.canopen.master_settings import CanMasterSettings, CanNodeSettings
 from fieldrig_devices.canopen.node import CanopenSettings
+from fieldrig_devices.canopen.point_slave import PointSlaveSettings
 from fieldrig_devices.canopen.signals import SignalSettings
 from fieldrig_devices.hiperface.faults import EncoderFault
 from fieldrig_devices.hiperface.plate import NamePlate
-from fieldrig_devices.hmiscu.faces.can import CanFaceSettings as ScuSlave
 from fieldrig_devices.hmiscu.faces.modbus import ModbusFaceSettings as ScuModbus
 from fieldrig_devices.hmiscu.pto.settings import PtoSettings
 from fieldrig_devices.hmiscu.pwm.settings import PwmSettings
@@ -122,7 +122,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Readings": {"readings": Readings},
     "Costs of the processor": {"costs": Costs},
     "Keys of channels": {"pto": PtoSettings, "pwm": PwmSettings},
-    "Keys of the server and the slave of an HMISCU": {"modbus": ScuModbus, "can_slave": ScuSlave},
+    "Keys of the server and the slave of an HMISCU": {"modbus": ScuModbus, "can_slave": PointSlaveSettings},
     "Register tables": {"table": Table, "bit": Bit, "register": Register, "fifo": Fifo},
 }
 """Settings that are not of a kind, by the heading of their section and their word in the column `of`."""
