@@ -62,12 +62,15 @@ from fieldrig_devices.modbus.client_settings import (
 )
 from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
 from fieldrig_devices.modem.faults import ModemFault
-from fieldrig_devices.plants import heater, pulse_servo
+from fieldrig_devices.plants import dc_motor, heater, pulse_servo
 from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings
 from fieldrig_devices.plants.stepper_settings import StepperFault
 from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
 from fieldrig_devices.registers.packed import Element
 from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_table
+from fieldrig_devices.smart_io.faults import SmartIoFault
+from fieldrig_devices.smart_io.settings import ModuleSettings as SmartIoModule
+from fieldrig_devices.smart_io.settings import MotorSettings as SmartIoMotor
 
 DOCS = ROOT / "docs"
 REQUIRED = "required"
@@ -115,6 +118,9 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a stepper fault": faults.models_of(StepperFault),
     "Keys of a pulse servo fault": pulse_servo.MODELS,
     "Keys of a heater fault": heater.MODELS,
+    "Keys of a DC motor fault": dc_motor.MODELS,
+    "Keys of modules and motors": {"modules": SmartIoModule, "motors": SmartIoMotor},
+    "Keys of a Smart-IO fault": faults.models_of(SmartIoFault),
     "Light barriers of a conveyor": {"sensor": SensorSettings},
     "Keys of a conveyor fault": faults.models_of(ConveyorFault),
     "Load cell and dancer": {"load_cell": LoadCell, "dancer": Dancer},

@@ -30,7 +30,9 @@ class DcMotorSettings(PlantSettings):
     run_up_ms: float = Field(default=50.0, ge=0, description="time from rest to this speed")
     coast_ms: float = Field(default=40.0, ge=0, description="time from this speed to rest after switch-off")
     initial_position: float = Field(default=20.25, description="position at the start, in pulses")
-    zero_from: float | None = Field(default=None, description="lower end of the zero switch, in pulses; null: it has none")
+    zero_from: float | None = Field(
+        default=None, description="lower end of the zero switch, in pulses; null: it has none"
+    )
     zero_to: float = Field(default=0.0, description="upper end of the zero switch, below which it is closed")
     low_stop: float | None = Field(default=None, description="lower mechanical stop, in pulses")
     high_stop: float | None = Field(default=None, description="upper mechanical stop, in pulses")

@@ -94,7 +94,13 @@ class SmartIo(Device):
     def _own_points(self) -> Iterator[tuple[str, Point]]:
         yield from self._alone.points()
         yield "error_word", Point(lambda: self._board.troubles.word, about="error word of the node")
-        yield "owner", Point(lambda: "pam" if self._alone.is_owned else "alone", about="who has the outputs")
+        yield (
+            "owner",
+            Point(
+                lambda: "pam" if self._alone.is_owned else "alone",
+                about="pam or alone: the side that controls the outputs",
+            ),
+        )
 
     def _on_change(self, name: str) -> None:
         if self._can is not None:

@@ -25,7 +25,7 @@ RECOVERY_NS: Final = S
 
 
 class Phase(Enum):
-    """Where the node is in its configuration."""
+    """The stages of the configuration."""
 
     ALONE = auto()
     NOT_CONFIGURED = auto()
@@ -37,7 +37,7 @@ PHASE_CODES: Final = {Phase.NOT_CONFIGURED: "F 4", Phase.CONFIGURING: "8."}
 
 
 class Display:
-    """What the display shows."""
+    """The contents of the display."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock

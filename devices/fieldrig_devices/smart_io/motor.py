@@ -52,7 +52,7 @@ class State(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Where an order leads: to a target, to a level of ZERO, or nowhere, which is until stop."""
+    """The end of an order: a target, a level of ZERO, or neither, which is until stop."""
 
     direction: int
     target: int | None = None
@@ -258,7 +258,7 @@ class DcMotor:
             self._switch_off()
 
     def close(self) -> None:
-        """End for good."""
+        """End permanently."""
         self._drive(0)
         if self._timer is not None:
             self._timer.cancel()

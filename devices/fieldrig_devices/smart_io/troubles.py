@@ -128,7 +128,7 @@ class Troubles:
         self.end(NODE, details)
 
     def forget(self) -> None:
-        """Drop what only commands and items had caused, without a message, as the PAM begins anew."""
+        """Drop what only commands and items had caused, without a message, as the PAM begins again."""
         for key, timer in self._timers.items():
             timer.cancel()
             del self._present[key]

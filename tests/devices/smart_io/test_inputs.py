@@ -125,7 +125,7 @@ def test_an_input_with_a_pwm_signal_is_sampled_while_it_changes() -> None:
 
 
 def polled(edges: list[tuple[int, bool]], period: int, debounce: int, until: int) -> list[tuple[int, bool]]:
-    """What a scan that never rests would accept, and when; an edge at the instant of a sample is seen by it."""
+    """The levels that a scan that never rests accepts, with their instants; an edge comes before a sample."""
     accepted, count, found = False, 0, []
     for now in range(period, until + 1, period):
         level = next((value for at, value in reversed(edges) if at <= now), False)

@@ -43,6 +43,7 @@ def test_inputs_send_the_first_tpdo_when_they_change_and_outputs_follow_the_firs
 
 def test_keys_leds_analog_output_and_display_have_pdos(bench: SmartIoBench) -> None:
     bench.wire("start", True)
+    bench.run(1)
     assert frames(bench, 0x385) == ["00 08 00 00"]
     bench.can.deliver(CanFrame(0x405, bytes.fromhex("20 00 00 00")))
     bench.can.deliver(CanFrame(0x305, bytes.fromhex("c4 09 48 01")))

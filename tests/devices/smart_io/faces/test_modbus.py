@@ -1,5 +1,7 @@
 """The node as a Modbus device: requests against terminals, keyboard and motor."""
 
+from typing import Any
+
 import pytest
 from smart_io_bench import SmartIoBench
 
@@ -16,7 +18,11 @@ def bench() -> SmartIoBench:
 
 
 def test_each_entry_of_the_table_has_a_point() -> None:
-    everything = {"modules": {number: {} for number in range(1, 17)}, "motors": [MOTOR] * 8, "terminals": {}}
+    everything: dict[str, Any] = {
+        "modules": {number: {} for number in range(1, 17)},
+        "motors": [MOTOR] * 8,
+        "terminals": {},
+    }
     bench = SmartIoBench(key_count=32, led_count=32, **everything)
     whole = table(SmartIoSettings.model_validate({**everything, "key_count": 32, "led_count": 32}))
     assert list(wrong_entries(whole, bench.device.find)) == []
