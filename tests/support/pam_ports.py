@@ -1,5 +1,22 @@
 """PAM applications with ports to a PLC: the listings of the manual, and the PAM's side of tests."""
 
+from collections.abc import Sequence
+from typing import TypeVar
+
+from pam_programs import HEADER
+
+from fieldrig.clock import MS
+from fieldrig_devices.pam.language.compiler import checked
+from fieldrig_devices.pam.language.ports import PortVariable, ports_of
+from fieldrig_devices.pam.ports import Ports
+from fieldrig_devices.pam.ports.masters.script import Script, carry_out
+from fieldrig_devices.pam.ports.masters.vme import VmeMaster
+from fieldrig_devices.pam.ports.memory import Memory
+from fieldrig_devices.pam.ports.options import PortOptions
+from fieldrig_devices.pam.runtime.item import Item, RoutineRef, Value
+
+T = TypeVar("T")
+
 GROUP = "NODES_GROUP NGR_PrintHeads; NUMBER = 4; END\n"
 
 VME = """
@@ -53,7 +70,7 @@ VME DUALPORT
 
 END_DUALPORT
 """
-"""The listing of manual lines 10207 to 10259 with its two wrapped comments joined and one name of the group corrected."""
+"""The listing of manual lines 10207 to 10259; its wrapped comments are joined, and one name of the group corrected."""
 
 SIMATIC = """
 #define MaxHead 48
@@ -158,3 +175,84 @@ RS422 PORT
 END_PORT
 """
 """The listing of manual lines 11284 to 11328."""
+
+
+class FakeKernel:
+    """The run time as ports see it."""
+
+    def __init__(self) -> None:
+        self.thirds = 3
+        self.cycle_number = 0
+        self.events: list[str] = []
+        self.reports: list[tuple[str, Sequence[int]]] = []
+
+    def touched(self, name: str) -> None:
+        self.events.append(name)
+
+    def start_routine(self, routine: RoutineRef) -> None:
+        raise AssertionError(routine)
+
+    def report(self, code: str, details: Sequence[int] = ()) -> None:
+        self.reports.append((code, details))
+
+    @property
+    def codes(self) -> list[str]:
+        return [code for code, _ in self.reports]
+
+
+class PortBench:
+    """The ports of an application in a PAM with a basic cycle of 1 ms."""
+
+    def __init__(
+        self, text: str = GROUP + VME, options: PortOptions | None = None, memory: Memory | None = None
+    ) -> None:
+        program, mistakes = checked(HEADER + text, "ports.pam")
+        assert not mistakes
+        self.plans = ports_of(program)
+        self.kernel, self.memory = FakeKernel(), memory or Memory()
+        self.inactive: set[int] = set()
+        self.options = options
+        self.ports = Ports(
+            program, self.memory, self.kernel, options, lambda _group, component: component not in self.inactive
+        )
+        self.now_ns = 0
+        self.power_on_ns = 0
+        """The PAM does nothing before this instant, when it begins by itself if it is not 0."""
+
+    def begin(self) -> None:
+        self.ports.begin(self.now_ns)
+
+    def cycles(self, number: int = 1) -> None:
+        for _ in range(number):
+            self.now_ns += MS
+            if self.now_ns == self.power_on_ns:
+                self.begin()
+            if self.now_ns >= self.power_on_ns:
+                self.ports.poll(self.now_ns)
+                if self.ports.may_run:
+                    self.ports.take()
+                    self.ports.give()
+                self.kernel.cycle_number += 1
+
+    def play(self, script: Script[T]) -> T:
+        """Run a script of a master; the PAM goes on during its pauses."""
+        return carry_out(script, self.memory, lambda seconds: self.cycles(round(seconds * 1000)))
+
+    def item(self, name: str, index: int = 0) -> Item:
+        return self.ports.items[name][index]
+
+    def value(self, name: str, index: int = 0) -> Value:
+        return self.item(name, index).value()
+
+    @property
+    def variables(self) -> Sequence[PortVariable]:
+        return [variable for plan in self.plans for variable in plan.variables]
+
+
+def started_vme(text: str = GROUP + VME, options: PortOptions | None = None) -> tuple[PortBench, VmeMaster]:
+    """A bench whose master has started the application."""
+    bench = PortBench(text, options)
+    bench.begin()
+    master = VmeMaster(bench.variables, options)
+    bench.play(master.start_up())
+    return bench, master

@@ -27,7 +27,7 @@ class PortVariable:
     name: str
     kind: Class
     is_input: bool
-    compiler_id: int
+    compiler_id: int = 0
     """Number of the variable in its class and direction, from 0, in the order of the text."""
     number: int = 1
     """Number of items."""
