@@ -94,7 +94,9 @@ def test_kinds_of_texts_do_not_mix(statement: str, expected: str) -> None:
 
 
 def test_the_controller_does_not_have_them() -> None:
-    assert any("the type WSTRING is not declared" in message for message in refused(program("w : WSTRING;", ""), EPAS_4))
+    assert any(
+        "the type WSTRING is not declared" in message for message in refused(program("w : WSTRING;", ""), EPAS_4)
+    )
     assert any("single quotes" in message for message in refused(program("s : STRING;", 's := "a";'), EPAS_4))
 
 
