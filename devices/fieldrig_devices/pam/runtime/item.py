@@ -34,8 +34,8 @@ class RoutineRef:
 class Item(Protocol):
     """One item of an object.  An object with NUMBER or a NODES_GROUP has several, numbered from 0."""
 
-    def value(self) -> Value:
-        """Return what the object's name stands for in an expression."""
+    def value(self) -> Value | Pending:
+        """Return what the object's name stands for in an expression.  Only an encoder's may be pending."""
 
     def set_value(self, value: Value) -> None:
         """Carry out `object <- value`."""
@@ -80,6 +80,9 @@ class Objects(Protocol):
     @property
     def items(self) -> Mapping[str, Sequence[Item]]:
         """The items of each object, by its name."""
+
+    def is_active(self, name: str, index: int) -> bool:
+        """Return False if the item of an object, or of a NODES_GROUP, belongs to a component that is missing (G-46)."""
 
     def connect(self, blocks: Sequence[Item]) -> None:
         """Make and activate a pipe, from the output block to the input block (PAML-403)."""
