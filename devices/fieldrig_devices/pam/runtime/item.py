@@ -1,4 +1,4 @@
-"""What the programs of an application and its objects know of each other.
+"""The contract between the programs of an application and its objects.
 
 Names of parameters, functions and symbolic values are those of the tables in `language/objects.py` and
 `language/functions.py`.  The checker has refused everything else, so neither side checks names again.
@@ -54,7 +54,7 @@ class Item(Protocol):
 
 
 class Kernel(Protocol):
-    """What objects ask the run time for."""
+    """The services of the run time for objects."""
 
     @property
     def thirds(self) -> int:
