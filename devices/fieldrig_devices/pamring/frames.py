@@ -3,7 +3,9 @@
 The manual names the frames only by the errors that their loss gives (section 3.1 of the digest), so their contents are
 ours.  `codec` turns them into bytes.  A node's items are known by the number that the PAM gives each of them when it
 configures the node.  Positions are in resolver units (RU), 2^32 to a turn of the motor; levels are electrical, before
-ACTIVE gives them their meaning.
+ACTIVE gives them their meaning.  So the PAM applies ACTIVE to the bits of binary and digital inputs and outputs, of
+which the lowest address is the lowest bit.  The node needs ACTIVE for the inactive level of an output, and for keys and
+counters: the value of a key is true, and a pulse counts, at the active level.
 """
 
 from dataclasses import dataclass
