@@ -1,4 +1,4 @@
-"""What the programs of an application and its objects know of each other.
+"""The contract between the programs of an application and its objects.
 
 Names of parameters, functions and symbolic values are those of the tables in `language/objects.py` and
 `language/functions.py`.  The checker has refused everything else, so neither side checks names again.
@@ -34,11 +34,8 @@ class RoutineRef:
 class Item(Protocol):
     """One item of an object.  An object with NUMBER or a NODES_GROUP has several, numbered from 0."""
 
-    def value(self) -> Value:
-        """Return what the object's name stands for in an expression.
-
-        The name of an ENCODER is asked as `ask("value", ())` instead, because the answer may be pending.
-        """
+    def value(self) -> Value | Pending:
+        """Return what the object's name stands for in an expression.  Only an encoder's may be pending."""
 
     def set_value(self, value: Value) -> None:
         """Carry out `object <- value`.
@@ -61,7 +58,7 @@ class Item(Protocol):
 
 
 class Kernel(Protocol):
-    """What objects ask the run time for."""
+    """The services of the run time for objects."""
 
     @property
     def thirds(self) -> int:
@@ -91,6 +88,9 @@ class Objects(Protocol):
     @property
     def items(self) -> Mapping[str, Sequence[Item]]:
         """The items of each object, by its name."""
+
+    def is_active(self, name: str, index: int) -> bool:
+        """Return False if the item of an object, or of a NODES_GROUP, belongs to a component that is missing (G-46)."""
 
     def connect(self, blocks: Sequence[Item]) -> None:
         """Make and activate a pipe, from the output block to the input block (PAML-403)."""
