@@ -95,7 +95,7 @@ class PortStatus:
     """The object DualPort or RS422Port."""
 
     def __init__(self, name: str, plan: PortPlan | None, kernel: Kernel) -> None:
-        """Without a port, `plan` is None; the object never has an error then."""
+        """`plan` is None if there is no such port; the object never has an error then."""
         self.name, self._kernel = name, kernel
         self._code = CODE_OK
         names = () if plan is None else [part.name for part in plan.declaration.parameters]
@@ -114,7 +114,7 @@ class PortStatus:
             self._kernel.touched(self.name)
 
     def duration_ns(self, name: str) -> int | None:
-        """Return a parameter in nanoseconds; None for NONE, which means for ever."""
+        """Return a parameter in nanoseconds; None for NONE, which means no limit."""
         found = self._parameters.get(name)
         return None if found is None else found * 1_000_000
 

@@ -45,7 +45,7 @@ class Words(Protocol):
 
 
 def carry_out(script: Script[T], words: Words, pause: Callable[[float], None]) -> T:
-    """Run a script to its end and return its result.  `pause` waits so many seconds; most callers give `time.sleep`."""
+    """Run a script to its end and return its result.  `pause` waits for a number of seconds, as `time.sleep` does."""
     found: Sequence[int] = ()
     while True:
         try:

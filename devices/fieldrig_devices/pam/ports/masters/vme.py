@@ -38,7 +38,7 @@ UNKNOWN: Final = -1
 
 
 class Header(NamedTuple):
-    """Where the body of a FIFO is, in words."""
+    """The place and size of the body of a FIFO, in words."""
 
     body: int
     blocks: int
@@ -65,7 +65,7 @@ class VmeMaster:
         }
         """The last values of all variables, by name and item."""
         self.mistakes: list[str] = []
-        """What the PAM defines in another way, or sent wrongly."""
+        """Definitions of the PAM that differ, and blocks that make no sense."""
 
     # ---- start-up
 

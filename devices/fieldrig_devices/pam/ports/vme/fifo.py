@@ -19,7 +19,7 @@ from fieldrig_devices.pam.ports.vme.layout import (
 
 
 class Fifo:
-    """The PAM's side.  It keeps its own index, so nothing that a master writes leads it astray."""
+    """The PAM's side.  It keeps its own index, so it does not depend on what a master writes over it."""
 
     def __init__(self, memory: Memory, header: int) -> None:
         self._words, self._header, self._body = memory.words, header, BODIES[header]

@@ -39,7 +39,7 @@ class Command(IntEnum):
 
 
 class Answer(IntEnum):
-    """What the PAM writes to ACKNOWLEDGE."""
+    """The codes that the PAM writes to ACKNOWLEDGE."""
 
     NO_ACK = 0
     ACK_OK = 1
@@ -74,10 +74,10 @@ def value_of(kind: str, words: tuple[int, ...]) -> Value:
 
 
 def input_block(key: int, index: int, kind: str, value: Value) -> tuple[int, ...]:
-    """Return what a master writes; `index` is -1 for all items."""
+    """Return a block of the input FIFO; `index` is -1 for all items."""
     return key, 0, index & 0xFFFF, *value_words(kind, value)
 
 
 def output_block(key: int, index: int, kind: str, value: Value) -> tuple[int, ...]:
-    """Return what the PAM writes, with the 32 bits of the master's key."""
+    """Return a block of the output FIFO, with the 32 bits of the master's key."""
     return key & 0xFFFF, key >> 16, index & 0xFFFF, *value_words(kind, value)
