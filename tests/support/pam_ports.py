@@ -13,7 +13,7 @@ from fieldrig_devices.pam.ports.masters.script import Script, carry_out
 from fieldrig_devices.pam.ports.masters.vme import VmeMaster
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import PortOptions
-from fieldrig_devices.pam.runtime.item import Item, RoutineRef, Value
+from fieldrig_devices.pam.runtime.item import Item, RoutineRef
 
 T = TypeVar("T")
 
@@ -241,7 +241,7 @@ class PortBench:
     def item(self, name: str, index: int = 0) -> Item:
         return self.ports.items[name][index]
 
-    def value(self, name: str, index: int = 0) -> Value:
+    def value(self, name: str, index: int = 0) -> object:
         return self.item(name, index).value()
 
     @property

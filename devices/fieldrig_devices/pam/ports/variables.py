@@ -1,6 +1,7 @@
 """The variables of ports and the objects DualPort and RS422Port, as programs see them."""
 
 from collections.abc import Callable, Mapping, Sequence
+from math import isfinite
 from typing import Any, Final
 
 from fieldrig_devices.pam.language.ports import PortPlan, PortVariable
@@ -11,9 +12,9 @@ IsActive = Callable[[str, int], bool]
 
 
 def _signed(value: Value, bits: int) -> int:
-    """Return a whole number in the range of a class; what does not fit loses its upper bits."""
+    """Return a whole number in the range of a class: the upper bits are lost, and infinity and NaN are 0."""
     half = 1 << bits - 1
-    return (int(value) + half) % (2 * half) - half
+    return (int(value) + half) % (2 * half) - half if isfinite(value) else 0
 
 
 _AS_CLASS: Final[Mapping[str, Callable[[Value], Value]]] = {
