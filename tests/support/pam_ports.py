@@ -9,6 +9,7 @@ from fieldrig.clock import MS
 from fieldrig_devices.pam.language.compiler import checked
 from fieldrig_devices.pam.language.ports import PortVariable, ports_of
 from fieldrig_devices.pam.ports import Ports
+from fieldrig_devices.pam.ports.masters.s5 import S5Master
 from fieldrig_devices.pam.ports.masters.script import Script, carry_out
 from fieldrig_devices.pam.ports.masters.vme import VmeMaster
 from fieldrig_devices.pam.ports.memory import Memory
@@ -254,5 +255,14 @@ def started_vme(text: str = GROUP + VME, options: PortOptions | None = None) -> 
     bench = PortBench(text, options)
     bench.begin()
     master = VmeMaster(bench.variables, options)
+    bench.play(master.start_up())
+    return bench, master
+
+
+def started_simatic(options: PortOptions | None = None) -> tuple[PortBench, S5Master]:
+    """A bench with the listing of Simatic whose host has started the application."""
+    bench = PortBench(GROUP + SIMATIC, options)
+    bench.begin()
+    master = S5Master(bench.plans[0])
     bench.play(master.start_up())
     return bench, master

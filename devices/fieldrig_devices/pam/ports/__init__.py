@@ -26,6 +26,7 @@ from fieldrig_devices.pam.language.ports import PortPlan, ports_of
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.panel import SERIAL_PANEL, panel_cells
+from fieldrig_devices.pam.ports.simatic.port import SimaticPort
 from fieldrig_devices.pam.ports.variables import IsActive, PortItem, PortStatus
 from fieldrig_devices.pam.ports.vme.port import VmePort
 from fieldrig_devices.pam.runtime.item import Item, Kernel
@@ -88,7 +89,8 @@ class Ports:
         }
 
     def _dual_port(self, plan: PortPlan, is_active: IsActive) -> Port:
-        return VmePort(plan, self.memory, self._kernel, is_active, self._options)
+        kind = VmePort if plan.kind == "VME DUALPORT" else SimaticPort
+        return kind(plan, self.memory, self._kernel, is_active, self._options)
 
     @property
     def may_run(self) -> bool:
