@@ -157,7 +157,7 @@ UNITS_NS: Final = {
     Elementary.DT: 1_000_000_000,
     **dict.fromkeys(LONGER.values(), 1),
 }
-"""What times and dates count in, in nanoseconds."""
+"""Duration of one count of each type of times and dates, in nanoseconds."""
 
 
 @dataclass(frozen=True, slots=True)
