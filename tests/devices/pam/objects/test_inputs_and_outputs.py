@@ -1,4 +1,4 @@
-"""Inputs, outputs and displays of an application, and what the nodes are told of them."""
+"""Inputs, outputs and displays of an application, and the configuration of their nodes."""
 
 import pytest
 from pam_objects import Bench
