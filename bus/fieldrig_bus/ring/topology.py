@@ -31,14 +31,15 @@ N = TypeVar("N", bound=Node)
 class Layout(Generic[N]):
     """The ring as it is at one instant."""
 
-    __slots__ = ("dark", "deaf", "doubles", "hearing", "is_closed", "is_dark", "names")
+    __slots__ = ("addresses", "dark", "deaf", "doubles", "hearing", "is_closed", "is_dark", "names")
 
     def __init__(self, hearing: list[N], deaf: list[N], dark: list[N], is_closed: bool, is_dark: bool) -> None:
         self.hearing, self.is_closed = hearing, is_closed
         self.dark, self.is_dark = dark, is_dark
         """Stations directly behind an opening, where no light arrives, and whether the master is at such a place."""
         self.names, self.deaf = tuple(node.name for node in hearing), tuple(node.name for node in deaf)
-        addresses = [address for node in hearing for address in node.addresses]
+        self.addresses = addresses = tuple(address for node in hearing for address in node.addresses)
+        """The addresses of the stations that hear, in the order of the ring."""
         self.doubles = {address for address in addresses if addresses.count(address) > 1}
         """Addresses that more than one station has."""
 

@@ -48,7 +48,7 @@ class Spread(NamedTuple, Generic[C]):
     heard: Sequence[tuple[C, Sequence[str]]]
     """Cycles with the stations that hear them; without names, all stations hear the cycle."""
     answers: bytes
-    """What the master hears in this cycle, encoded, if any member observes."""
+    """The message to the master in this cycle, encoded, if any member observes."""
 
 
 class SpreadRack(Rack["C | tuple[Spread[C], Any]"], Generic[C]):
@@ -60,7 +60,7 @@ class SpreadRack(Rack["C | tuple[Spread[C], Any]"], Generic[C]):
 
     @abstractmethod
     def read_spread(self, data: bytes) -> tuple[Spread[C], Any]:
-        """What each station hears, and what the master hears or None.  ValueError for anything else."""
+        """Return what each station hears, and what the master hears or None.  ValueError for anything else."""
 
     def read(self, data: bytes) -> "C | tuple[Spread[C], Any]":
         alike = self.read_alike(data)
