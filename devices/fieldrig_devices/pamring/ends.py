@@ -7,7 +7,7 @@ from fieldrig_devices.pamring.frames import Configuration, Order, Report
 
 
 class RingFault(Enum):
-    """What a node sees of the ring (section 3.3: the local display, and the LEDs of the interface)."""
+    """The state of the ring as a node sees it (section 3.3: the local display, and the LEDs of the interface)."""
 
     NONE = "none"
     INACTIVE = "inactive"
@@ -25,11 +25,11 @@ class PamPort(Protocol):
         """Send an order to a node; to `BROADCAST`, to all of them."""
 
     def send_to_group(self, group: int, order: Order) -> None:
-        """Send an order to the nodes that were told this `Group`, in one frame (PAML-162)."""
+        """Send an order to the nodes that have joined this `Group`, in one frame (PAML-162)."""
 
 
 class ReportHandler(Protocol):
-    """What the PAM does with the reports of its nodes."""
+    """The receiver of the reports of all nodes, in the PAM."""
 
     def on_report(self, address: int, report: Report) -> None:
         """Take a report of an active node, at the beginning of a basic cycle.
@@ -46,7 +46,10 @@ class NodePort(Protocol):
 
 
 class NodeProgram(Protocol):
-    """What a node does with what the PAM sends.  The node's end answers `Identify`, `Run` and configurations itself."""
+    """The program of a node, which carries out the orders of the PAM.
+
+    The node's end answers `Identify`, `Run` and configurations itself.
+    """
 
     def forget(self) -> None:
         """`Identify` arrived: the items are forgotten, and outputs are inactive."""
