@@ -223,7 +223,7 @@ class PortBench:
             self._on_sent,
         )
         self.line: list[bytes] = []
-        """What the PAM has sent on the RS422 line."""
+        """Bytes that the PAM has sent on the RS422 line."""
         self.master: Rs422Master | None = None
         """The master at the line."""
         self.now_ns = 0

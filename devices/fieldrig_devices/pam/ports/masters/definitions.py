@@ -1,4 +1,4 @@
-"""What a master knows of the variables: definitions, keys and last values."""
+"""The variables as a master knows them: definitions, keys and last values."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final
