@@ -34,6 +34,7 @@ _CLASSES: Final = {
     "BOOL": "Bool", "BYTE": "Byte", "WORD": "Word", "DWORD": "DWord", "LWORD": "LWord", "SINT": "SInt", "INT": "Int",
     "DINT": "DInt", "LINT": "LInt", "USINT": "USInt", "UINT": "UInt", "UDINT": "UDInt", "ULINT": "ULInt",
     "REAL": "Real", "LREAL": "LReal", "TIME": "Time", "DATE": "Date", "TOD": "TimeOfDay", "DT": "DateAndTime",
+    "LTIME": "LTime", "LDATE": "LDate", "LTOD": "LTimeOfDay", "LDT": "LDateAndTime", "CHAR": "Char", "WCHAR": "WChar",
 }  # fmt: skip
 """`typeclass` of the elementary types."""
 _LONG_NAMES: Final = {"TOD": "TIME_OF_DAY", "DT": "DATE_AND_TIME"}
@@ -120,7 +121,7 @@ class _Types:
             case Elementary():
                 self._simple(name, kind.size, _CLASSES[kind.value], iec, is_swapped=kind.family is not Family.BOOL)
             case StringType():
-                self._simple(name, kind.size, "String", iec, is_swapped=False)
+                self._simple(name, kind.size, "WString" if kind.is_wide else "String", iec, is_swapped=False)
             case PointerType():
                 self._simple(name, kind.size, "Pointer", iec, is_swapped=True, basetype=self.name(kind.to))
             case ObjectType():

@@ -32,10 +32,14 @@ def convert(context: Context, value: Expression, kind: Type, at: tree.Node) -> E
     source = value.type
     if source is kind:
         return _no_instance(context, value, at) if type(kind) is BlockType else value
-    if isinstance(kind, StringType) and isinstance(source, StringType):
+    if isinstance(kind, StringType) and isinstance(source, StringType) and kind.is_wide is source.is_wide:
         return value
     if source == kind:
         return value
+    if isinstance(kind, StringType) and source is (Elementary.WCHAR if kind.is_wide else Elementary.CHAR):
+        return constants.converted(value, kind)
+    if isinstance(source, StringType) and kind is (Elementary.WCHAR if source.is_wide else Elementary.CHAR):
+        return _character(context, value, kind, at)
     if isinstance(source, SubrangeType):
         return convert(context, constants.converted(value, source.base), kind, at)
     if isinstance(source, EnumType) and not isinstance(kind, EnumType):
@@ -48,6 +52,13 @@ def convert(context: Context, value: Expression, kind: Type, at: tree.Node) -> E
         return _enumeration(context, value, kind, at)
     if isinstance(kind, PointerType) and _is_address(source):
         return _pointer(value, kind)
+    return _no(context, value, kind, at)
+
+
+def _character(context: Context, value: Expression, kind: Type, at: tree.Node) -> Expression | None:
+    """Return a constant of one character as such."""
+    if isinstance(value, Constant) and len(str(value.value)) == 1:
+        return constants.converted(value, kind)
     return _no(context, value, kind, at)
 
 
@@ -178,7 +189,8 @@ def _literal_hint(value: Untyped, kind: Type, at: tree.Node) -> str:
     if kind is Elementary.BOOL:
         return "write TRUE or FALSE, or compare: x <> 0"
     if isinstance(kind, StringType):
-        return f"write '{value.value}' for text"
+        quote = '"' if kind.is_wide else "'"
+        return f"write {quote}{value.value}{quote} for text"
     if isinstance(kind, Elementary) and kind.is_integer and value.is_real:
         return f"use REAL_TO_{kind}({text(at)}), which rounds, or TRUNC({text(at)})"
     return ""
@@ -212,4 +224,4 @@ def _hint(source: Type, kind: Type, at: tree.Node) -> str:
 def _conversion_name(kind: Type) -> str:
     if isinstance(kind, SubrangeType | EnumType):
         return kind.base.name
-    return "STRING" if isinstance(kind, StringType) else kind.name if isinstance(kind, Elementary) else ""
+    return kind.name if isinstance(kind, Elementary | StringType) else ""

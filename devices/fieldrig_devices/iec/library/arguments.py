@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fieldrig_devices.iec.types import Elementary, EnumType, Family, StringType, SubrangeType, Type
+from fieldrig_devices.iec.types import LONGER, Elementary, EnumType, Family, StringType, SubrangeType, Type
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,10 +58,13 @@ def widens(argument: Argument, into: Type) -> bool:
     given, target = plain(argument), plain(into)
     if isinstance(given, Untyped):
         return isinstance(target, Elementary) and fits(given.value, target)
-    if isinstance(given, StringType):
-        return isinstance(target, StringType)
+    if isinstance(target, StringType):
+        is_text = isinstance(given, StringType) and given.is_wide is target.is_wide
+        return is_text or given is (Elementary.WCHAR if target.is_wide else Elementary.CHAR)
     if not isinstance(given, Elementary) or not isinstance(target, Elementary) or given is target:
         return given == target
+    if LONGER.get(given) is target:
+        return True
     if target.is_real:
         return given.is_integer or given is Elementary.REAL
     return given.is_integer and target.is_integer and given.size <= target.size
@@ -81,8 +84,9 @@ def common(arguments: Sequence[Argument], wanted: Type | None = None) -> Type | 
     if all(argument == first for argument in typed) and all(widens(literal, first) for literal in literals):
         return first
     kinds = [plain(argument) for argument in typed]
-    if all(isinstance(kind, StringType) for kind in kinds) and not literals:
-        return max((kind for kind in kinds if isinstance(kind, StringType)), key=lambda kind: kind.length)
+    texts = [kind for kind in kinds if isinstance(kind, StringType)]
+    if len(texts) == len(kinds) and not literals:
+        return max(texts, key=lambda kind: kind.length) if len({text.is_wide for text in texts}) == 1 else None
     best = _largest([kind for kind in kinds if isinstance(kind, Elementary)])
     if best is None or len(kinds) != len([kind for kind in kinds if isinstance(kind, Elementary)]):
         return None

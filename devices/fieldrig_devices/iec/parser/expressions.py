@@ -42,7 +42,11 @@ _OTHER_SYSTEMS: Final[Mapping[str, str]] = {
 _INTEGER_TYPES: Final = frozenset(
     {"SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "BYTE", "WORD", "DWORD", "LWORD"}
 )
-_INSTEAD: Final[Mapping[LiteralKind, int | float | str]] = {LiteralKind.STRING: "", LiteralKind.REAL: 0.0}
+_INSTEAD: Final[Mapping[LiteralKind, int | float | str]] = {
+    LiteralKind.STRING: "",
+    LiteralKind.WSTRING: "",
+    LiteralKind.REAL: 0.0,
+}
 """The value of a literal that can't be read; 0 for the other kinds."""
 _TIMES: Final[Mapping[str, tuple[LiteralKind, Callable[[str], int]]]] = {
     "D": (LiteralKind.DATE, literals.day),
@@ -51,6 +55,14 @@ _TIMES: Final[Mapping[str, tuple[LiteralKind, Callable[[str], int]]]] = {
     "TIME_OF_DAY": (LiteralKind.TOD, literals.time_of_day),
     "DT": (LiteralKind.DT, literals.date_and_time),
     "DATE_AND_TIME": (LiteralKind.DT, literals.date_and_time),
+}
+_LONG_TIMES: Final[Mapping[str, tuple[LiteralKind, Callable[[str], int]]]] = {
+    "LD": (LiteralKind.LDATE, literals.long_day),
+    "LDATE": (LiteralKind.LDATE, literals.long_day),
+    "LTOD": (LiteralKind.LTOD, literals.long_time_of_day),
+    "LTIME_OF_DAY": (LiteralKind.LTOD, literals.long_time_of_day),
+    "LDT": (LiteralKind.LDT, literals.long_date_and_time),
+    "LDATE_AND_TIME": (LiteralKind.LDT, literals.long_date_and_time),
 }
 
 
@@ -153,6 +165,9 @@ class Expressions(Cursor):
         if kind == token.STRING:
             self.i += 1
             return self._literal(LiteralKind.STRING, at, self.texts[at], literals.string)
+        if kind == token.WIDE_STRING:
+            self.i += 1
+            return self._literal(LiteralKind.WSTRING, at, self.texts[at], literals.wide_string)
         if kind == token.DIRECT:
             self.i += 1
             found = self.direct(self.texts[at], at)
@@ -200,6 +215,11 @@ class Expressions(Cursor):
         if upper in _TIMES:
             kind, read = _TIMES[upper]
             return self._literal(kind, at, rest, read)
+        if self.dialect.has_long_types and upper in _LONG_TIMES:
+            kind, read = _LONG_TIMES[upper]
+            return self._literal(kind, at, rest, read)
+        if self.dialect.has_long_types and upper in ("LT", "LTIME"):
+            return self._literal(LiteralKind.LTIME, at, rest, lambda inner: literals.long_time(inner, self.dialect))
         if upper in ("T", "TIME", "LTIME"):
             return self._literal(LiteralKind.TIME, at, rest, lambda inner: literals.time(inner, self.dialect))
         if upper == "BOOL":
@@ -208,8 +228,11 @@ class Expressions(Cursor):
             return self._literal(LiteralKind.INTEGER, at, rest, _signed_integer, upper)
         if upper in ("REAL", "LREAL"):
             return self._literal(LiteralKind.REAL, at, rest, literals.real, upper)
-        if upper == "STRING" and rest[:1] == "'":
+        is_character = upper == "CHAR" and self.dialect.has_long_types
+        if (upper == "STRING" or is_character) and rest[:1] == "'":
             return self._literal(LiteralKind.STRING, at, rest, literals.string, upper)
+        if upper in ("WSTRING", "WCHAR") and rest[:1] == '"' and self.dialect.has_wide_strings:
+            return self._literal(LiteralKind.WSTRING, at, rest, literals.wide_string, upper)
         if rest[:1].isalpha() or rest[:1] == "_":
             place = self.places[at]
             return tree.Member(tree.Name(prefix, place=place), rest, place=place)

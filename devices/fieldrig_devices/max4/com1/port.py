@@ -55,8 +55,8 @@ class Call(Protocol):
         """The line is gone; nothing may be sent any more."""
 
 
-Answer = Callable[[Callable[[bytes], None], Callable[[], None]], Call]
-"""Makes the `Call` from two functions: the first sends bytes, the second hangs up."""
+Answer = Callable[[Callable[[bytes], None], Callable[[], None], Callable[[], int]], Call]
+"""Makes the `Call` from functions that send bytes, hang up, and return the number of bytes that wait for the line."""
 
 
 class Com1:
@@ -220,7 +220,8 @@ class Com1:
             self._await_connect()
         elif state in ONLINE:
             self._set_modem_state(ModemState.ONLINE)
-            self._call = self._answer(self._send_in_call, self._hang_up) if self._answer is not None else None
+            if self._answer is not None:
+                self._call = self._answer(self._send_in_call, self._hang_up, self._waiting)
 
     def _search(self) -> None:
         self._set_modem_state(ModemState.INIT)
@@ -258,6 +259,9 @@ class Com1:
         if self.state in ONLINE:
             self._send(data)
 
+    def _waiting(self) -> int:
+        return self._line.waiting if self._line is not None else 0
+
     def _hang_up(self) -> None:
         """End the call, once everything has been transmitted."""
         if self.state in ONLINE:
@@ -270,7 +274,7 @@ class Com1:
 
     def _drop(self, limit_ns: int) -> None:
         """Drop DTR, on which a modem ends its call, unless the modem has held the line in the meantime."""
-        if self._line is not None and self._line.waiting and self._clock.now_ns() < limit_ns:
+        if self._waiting() and self._clock.now_ns() < limit_ns:
             self._drop_later(limit_ns)
         elif self.state in ONLINE:
             self._set_lines(is_on=False)

@@ -13,7 +13,8 @@ Element = etree._Element
 
 ELEMENTARY: Final = frozenset((
     "BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "REAL",
-    "LREAL", "TIME", "DATE", "DT", "TOD", "TIME_OF_DAY", "DATE_AND_TIME",
+    "LREAL", "TIME", "DATE", "DT", "TOD", "TIME_OF_DAY", "DATE_AND_TIME", "LTIME", "LDATE", "LDT", "LTOD",
+    "LTIME_OF_DAY", "LDATE_AND_TIME", "CHAR", "WCHAR",
 ))  # fmt: skip
 _NOTHING: Final = tree.NamedType("INT")
 """Stands for a type that has a message already."""
@@ -33,9 +34,10 @@ def read_type(of: Element | None, fragments: Fragments, depth: int = 0) -> tree.
     if name.upper() in ELEMENTARY:
         return tree.NamedType(name.upper(), place=place)
     match name.casefold():
-        case "string":
+        case "string" | "wstring":
             length = attribute(inner, "length").strip()
-            return tree.StringSpec(fragments.expression(length, place.line) if length else None, place=place)
+            longest = fragments.expression(length, place.line) if length else None
+            return tree.StringSpec(longest, name.casefold() == "wstring", place=place)
         case "derived":
             return _derived(inner, fragments)
         case "array":
