@@ -1,6 +1,6 @@
 """The I/O boards of an ST1: LPO with IN 0 and 1, OIO with IN 16 to 31 and OUT 8 to 15 (PAMS-110).
 
-The PAM configures inputs and outputs one by one; those that nobody has configured have the levels that CACOUT gives.
+The PAM configures inputs and outputs one by one; outputs without a configuration have the levels that CACOUT gives.
 Levels are electrical: true is 24 V.  IN 16 has a time stamp, which says when its level changed; the other inputs have
 the age 0.  The inputs of a board that is missing read noise, so that their reports flood the PAM (11928).
 """

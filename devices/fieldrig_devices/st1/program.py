@@ -1,4 +1,4 @@
-"""What an ST1 does with what the PAM sends: the axis, the boards and the registers behind the ring."""
+"""The program of an ST1: it passes the orders of the PAM on to the axis, the boards and the registers."""
 
 from collections import deque
 from collections.abc import Callable

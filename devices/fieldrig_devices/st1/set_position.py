@@ -17,7 +17,7 @@ PeriodicMove = Literal["literal", "shortest", "positive"]
 
 
 class Doing(Enum):
-    """What the own part does."""
+    """The motions of the own part."""
 
     NOTHING = auto()
     MOVE = auto()
@@ -133,7 +133,7 @@ class SetPosition:
         return has_ended
 
     def hold(self, now_ns: int, motor: int) -> None:
-        """Stand at a position of the motor, such as where a shaft without power has come to rest."""
+        """Make the position of a shaft without power the set position."""
         self.pipe.clear()
         self._own = at_rest(motor - self.offset)
         self.doing = Doing.NOTHING

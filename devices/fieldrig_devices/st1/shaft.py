@@ -34,7 +34,7 @@ class Shaft:
         """Limits in RU/s and RU/s2; `friction` is the deceleration without power."""
         self._set, self._speed_limit = set_position, speed_limit
         self.acceleration, self.friction = acceleration, friction
-        """What torque and load give at present."""
+        """The acceleration that torque and load give at present, and the deceleration without power."""
         self.is_blocked = False
         self.is_following = self._is_powered = False
         """True if the shaft is at the set position."""

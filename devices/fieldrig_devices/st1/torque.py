@@ -20,7 +20,7 @@ class Torque:
 
     @property
     def acceleration(self) -> float:
-        """What is left for the acceleration, in RU/s2; below 0 the load brakes the motor."""
+        """The acceleration in RU/s2 that the load leaves; below 0 the load brakes the motor."""
         return self._rate(self.limit * self._motor.largest_torque_nm - self._braking_nm)
 
     @property

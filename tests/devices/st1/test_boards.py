@@ -123,13 +123,12 @@ def test_cacout_gives_the_levels_before_the_pam_does(cacout: int, level: bool) -
 def test_an_output_is_inactive_until_it_is_set(bench: ProgramBench, is_active_high: bool) -> None:
     assert bench.program.accept(OutputItem(9, 203, 1, is_active_high))
     assert bench.outputs[10] is not is_active_high
-    bench.send(SetOutput(9, 1))
-    assert bench.outputs[10] is True
-    bench.send(SetOutput(9, 0))
-    assert bench.outputs[10] is False
-    bench.send(SetOutput(9, 1))
+    levels = []
+    for level in (1, 0, 1):
+        bench.send(SetOutput(9, level))
+        levels.append(bench.outputs[10])
     bench.program.forget()
-    assert bench.outputs[10] is False
+    assert [*levels, bench.outputs[10]] == [True, False, True, False]
 
 
 @pytest.mark.parametrize(

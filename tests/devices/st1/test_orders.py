@@ -1,10 +1,11 @@
 """The axis of an ST1: orders, the parts of the set position, power, and what the node reports of it."""
 
 import pytest
-from st1_bench import TURN, ProgramBench
+from st1_bench import ProgramBench
 
 from fieldrig.clock import S
 from fieldrig_devices.pamring.frames import AxisItem, AxisOrder, AxisReport, Move, SetPoint, SetPointMode
+from fieldrig_devices.st1.shaft import TURN
 from fieldrig_devices.st1.status import Error, Status
 
 U = 1 / 360

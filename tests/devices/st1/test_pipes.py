@@ -1,9 +1,10 @@
 """The part of a pipe in the set position: modes, the sum with the own part, jumps, and the end of a pipe."""
 
 import pytest
-from st1_bench import TURN, ProgramBench
+from st1_bench import ProgramBench
 
 from fieldrig_devices.pamring.frames import EndOfPipe, Move, SetPoint, SetPointMode
+from fieldrig_devices.st1.shaft import TURN
 from fieldrig_devices.st1.status import Error, Status
 
 POSITION, SPEED, TORQUE = SetPointMode.POSITION, SetPointMode.SPEED, SetPointMode.TORQUE
@@ -100,7 +101,8 @@ def test_an_axis_jumps_at_maximum_torque(bench: ProgramBench) -> None:
 def test_the_position_holds_after_a_pipe(bench: ProgramBench) -> None:
     bench.point(0.0).point(0.0005)
     bench.end().cycle(10)
-    assert (bench.position, bench.report.status) == (pytest.approx(0.0005, abs=1e-9), Status.STOPPED)
+    assert bench.position == pytest.approx(0.0005, abs=1e-9)
+    assert bench.report.status == Status.STOPPED
     assert bench.report.set_point == round(0.0005 * TURN)
     bench.move(Move.ABSOLUTE_MOVE, 1.0, 10.0)
     bench.run_to(1000)
