@@ -33,6 +33,12 @@ class SendingAhead(ABC):
         return len(self._waiting)
 
     @property
+    def sent_ns(self) -> int:
+        """The instant at which the line has transmitted everything, provided that the other end does not hold it."""
+        waiting_ns = self._duration_ns(len(self._waiting)) if self._is_paced else 0
+        return max(self._free_ns, self._clock.now_ns()) + waiting_ns
+
+    @property
     @abstractmethod
     def _is_paced(self) -> bool:
         """True if data take their time; otherwise all that waits is passed on at once."""

@@ -32,6 +32,11 @@ def step(text: str) -> None:
             os.write(pipe, text.replace("\n", " ").encode(errors="replace")[:LONGEST_STEP] + b"\n")
 
 
+def report(what: str, done: int, steps: int) -> None:
+    """Report a part of a long step, such as compiling a stored program, as `background.Report` says."""
+    step(f"{what} {100 * done // max(steps, 1)} %")
+
+
 def finish() -> None:
     """Stop reporting, as the process is ready."""
     while _pipes:

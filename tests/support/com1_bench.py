@@ -22,8 +22,8 @@ CONNECT = b"\r\nCONNECT 38400\r\n"
 class AnsweredCall:
     """A call that keeps what it gets."""
 
-    def __init__(self, send: Callable[[bytes], None], hang_up: Callable[[], None]) -> None:
-        self.send, self.hang_up = send, hang_up
+    def __init__(self, send: Callable[[bytes], None], hang_up: Callable[[], None], waiting: Callable[[], int]) -> None:
+        self.send, self.hang_up, self.waiting = send, hang_up, waiting
         self.heard = b""
         self.has_ended = False
 
@@ -47,8 +47,10 @@ class Com1Bench:
         self.tree.set("MAx-4.Com1User", int(user))
         self.port.boot(self.parameters)
 
-    def _answer(self, send: Callable[[bytes], None], hang_up: Callable[[], None]) -> AnsweredCall:
-        self.calls.append(AnsweredCall(send, hang_up))
+    def _answer(
+        self, send: Callable[[bytes], None], hang_up: Callable[[], None], waiting: Callable[[], int]
+    ) -> AnsweredCall:
+        self.calls.append(AnsweredCall(send, hang_up, waiting))
         return self.calls[-1]
 
     def run(self, seconds: float) -> Self:

@@ -4,13 +4,25 @@ Each row is from a standard: ISO 11898-1 (identifiers of 11 and 29 bits, 0 to 8 
 application protocol V1.1b3, chapter 4.1 (a PDU has 1 to 253 bytes), TIA-232 formats; wires carry finite numbers.
 """
 
+from ipaddress import IPv4Address
 from math import inf, nan
 from typing import Any
 
 from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import BitRate, BusState, CanControl, CanError, CanState, ErrorKind, FaultNote
-from fieldrig_bus.ip.message import Closed, Consumed, Ended, Offered, Opened, Portion
+from fieldrig_bus.ip.message import (
+    Closed,
+    Consumed,
+    Ended,
+    IpPacket,
+    KernelOffered,
+    LinkDown,
+    LinkUp,
+    Offered,
+    Opened,
+    Portion,
+)
 from fieldrig_bus.modbus.message import ClientConnected, LineState, ModbusRequest, ModbusResponse
 from fieldrig_bus.opcua.message import (
     Browse,
@@ -26,6 +38,8 @@ from fieldrig_bus.opcua.message import (
     Write,
 )  # fmt: skip
 from fieldrig_bus.opcua.message import Offer as OpcOffer
+from fieldrig_bus.ring.pam.message import Cycle as PamCycle
+from fieldrig_bus.ring.pam.message import Frames, Reports
 from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst
 from fieldrig_bus.serial.message import Break, ControlLines, Format
 from fieldrig_bus.signals.pulse_train import PulseTrain
@@ -38,6 +52,8 @@ from fieldrig_bus.wires import Motion, Signal
 
 _any: Any = lambda value: value  # noqa: E731  what mypy would find at once is what is sent here
 
+
+HERE, THERE = IPv4Address("190.200.100.100"), IPv4Address("190.200.100.101")
 
 GOOD: dict[type, list[Any]] = {
     CanFrame: [
@@ -55,6 +71,7 @@ GOOD: dict[type, list[Any]] = {
     Mst: [Mst(0, b"\xff\x04")],
     Mdt: [Mdt(b""), Mdt(b"\xff\x01\x02")],
     bytes: [b"", b"\x05\x00\x00"],
+    Frames: [Frames(0, ()), Frames(1, ((0, b"\x01"), (255, bytes(255)), (0x10F, b"x")))],
     OpcOffer: [OpcOffer("plc", "a controller", 0)],
     Browse: [Browse("plc", 1, ""), Browse("plc", 2, "PLC_PRG", 100)],
     Find: [Find("plc", 1, "PLC_PRG.n")],
@@ -70,6 +87,10 @@ GOOD: dict[type, list[Any]] = {
     Consumed: [Consumed("plc", 1, True, 65_536)],
     Ended: [Ended("plc", 1, False)],
     Closed: [Closed("plc", 1, True, "aborted")],
+    KernelOffered: [KernelOffered()],
+    LinkUp: [LinkUp("plc", HERE, THERE, 1500, (21, 80)), LinkUp("", HERE, THERE, 65_535, ())],
+    LinkDown: [LinkDown("plc", False, "the link is gone"), LinkDown("plc", True, "")],
+    IpPacket: [IpPacket("plc", False, b"\x45"), IpPacket("plc", True, bytes(65_535))],
     Hook: [Hook(True), Hook(False)],
     Dial: [Dial("0"), Dial("0*#ABCD" * 9)],
     Offer: [Offer(()), Offer(everything(), 2, 9600), Offer((Modulation("V21", 300, 300),), 1)],
@@ -141,6 +162,11 @@ BAD: dict[type, list[Any]] = {
     Consumed: [Consumed("plc", 1, False, 0), Consumed("plc", 1, False, 65_537), Consumed("plc", 1, _any(None), 5)],
     Ended: [Ended("plc", 1, _any("no")), Ended(_any(None), 1, False)],
     Closed: [Closed("plc", 1, False, "w" * 256), Closed("plc", 1, False, _any(b"why"))],
+    KernelOffered: [],
+    LinkUp: [LinkUp("plc", HERE, THERE, 0, ()), LinkUp("plc", HERE, THERE, 1500, (0,)),
+             LinkUp("plc", _any("190.200.100.100"), THERE, 1500, ()), LinkUp(_any(1), HERE, THERE, 1500, ())],
+    LinkDown: [LinkDown("plc", _any(0), ""), LinkDown("plc", True, "w" * 256)],
+    IpPacket: [IpPacket("plc", True, b""), IpPacket("plc", True, bytes(65_536)), IpPacket("plc", _any(None), b"\x45")],
     ClientConnected: [ClientConnected("somewhere"), ClientConnected(""), ClientConnected(_any(2130706433))],
     ControlLines: [ControlLines(_any(1)), ControlLines(rts=_any(None)), ControlLines(dcd=_any("on"))],
     Format: [Format(0), Format(-9600), Format(1 << 32), Format(9600, _any(9)), Format(9600, 8, _any("X")),
@@ -148,7 +174,12 @@ BAD: dict[type, list[Any]] = {
     Break: [Break(-1), Break(1 << 32), Break(_any(0.5)), Break(_any("1"))],
     Mst: [Mst(0, b""), Mst(-1, b"\xff\x04"), Mst(0, bytes(1 << 16)), Mst(0, _any("ff")), Mst(_any("0"), b"\xff\x04")],
     Mdt: [Mdt(bytes(1 << 16)), Mdt(_any(None)), Mdt(_any(bytearray(2)))],
+    Frames: [Frames(-1, ()), Frames(0, ((0x100, b"x"),)), Frames(0, ((0x110, b"x"),)), Frames(0, ((1, b""),)),
+             Frames(0, ((1, bytes(256)),)), Frames(0, ((-1, b"x"),)), Frames(_any("0"), ()), Frames(0, _any([])),
+             Frames(0, ((_any("1"), b"x"),)), Frames(0, ((1, _any("x")),))],
     # The ring's own words.
+    PamCycle: [PamCycle(0, ())],
+    Reports: [Reports(0, (), ())],
     Cycle: [Cycle(0, b"\xff\x04", b"")],
     Answers: [Answers(0, (), True)],
     bytes: [],

@@ -2,13 +2,14 @@
 
 A device has no sockets.  It ends TCP connections in its stack, and opens a channel for each of them; in real time this
 bus connects each channel to the listener that the rig file names for its port.  In virtual time there are no listeners;
-there a device offers services on the bus itself.
+there a device offers services on the bus itself.  In real time IP may end in the kernel of this host instead
+(`kernel`).
 """
 
 import asyncio
 import logging
 from collections.abc import Hashable, Sequence
-from typing import Annotated, Any, ClassVar, Final
+from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import Field
 
@@ -16,11 +17,17 @@ from fieldrig.bus import Hub, ModelBus, Port, Time, words_of
 from fieldrig.net import split_address
 from fieldrig_bus.ip import codec
 from fieldrig_bus.ip.channel import Channel
+from fieldrig_bus.ip.channels import Channels
+from fieldrig_bus.ip.kernel import KernelPort, never
 from fieldrig_bus.ip.message import (
     MOST_PORTS,
     Closed,
     Consumed,
     Ended,
+    IpPacket,
+    KernelOffered,
+    LinkDown,
+    LinkUp,
     Offered,
     Opened,
     Portion,
@@ -46,13 +53,23 @@ class RelaySettings(HubSettings):
         max_length=MOST_PORTS,
         description="ports as devices see them, each with the host:port of the listener to which it leads",
     )
+    ip: Literal["own", "auto", "kernel"] = Field(
+        default="own",
+        description=(
+            "where IP of a link ends: own (in the stack of the device), kernel (of this host, by TUN), "
+            "auto (kernel if this process may open TUN devices, or else own)"
+        ),
+    )
 
 
 class IpRelay(ModelBus[RelayMessage]):
     about: ClassVar[str] = "TCP streams between devices with a TCP/IP stack and the listeners of this host"
     times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
     family: ClassVar[str] = "ip"
-    messages: ClassVar[tuple[type, ...]] = (Offered, Opened, Portion, Consumed, Ended, Closed)
+    messages: ClassVar[tuple[type, ...]] = (
+        *(Offered, Opened, Portion, Consumed, Ended, Closed),
+        *(KernelOffered, LinkUp, LinkDown, IpPacket),
+    )
 
     encode = staticmethod(codec.encode)
     decode = staticmethod(codec.decode)
@@ -72,12 +89,16 @@ class IpRelay(ModelBus[RelayMessage]):
 
     @staticmethod
     def standing_of(message: RelayMessage) -> Hashable:
-        """An offer stands until its member makes another one."""
-        return "offer" if isinstance(message, Offered) else None
+        """An offer stands until its member makes another one, and a link until it is down."""
+        if isinstance(message, LinkUp | LinkDown):
+            return "link"
+        return {Offered: "offer", KernelOffered: "kernel"}.get(type(message))
 
     def ports(self) -> Sequence[Port]:
-        services = self.settings.services
-        return (RelayPort(self.name, services),) if services else ()
+        services, ip = self.settings.services, self.settings.ip
+        relay = (RelayPort(self.name, services),) if services else ()
+        kernel = () if ip == "own" else (KernelPort(self.name, is_required=ip == "kernel"),)
+        return *relay, *kernel
 
 
 class RelayPort(Port):
@@ -85,8 +106,8 @@ class RelayPort(Port):
 
     def __init__(self, bus: str, services: dict[int, str]) -> None:
         self._services = services
-        self._sockets = TcpServer(bus, lambda _: _never())  # holds the connections; never opened
-        self._channels: dict[tuple[str, int], Channel] = {}
+        self._sockets = TcpServer(bus, lambda _: never())  # holds the connections; never opened
+        self._channels = Channels()
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def open(self, hub: Hub) -> None:
@@ -104,21 +125,16 @@ class RelayPort(Port):
         self._hub.leave(SERVICES)
 
     def _on_message(self, message: RelayMessage) -> None:
-        match message:
-            case Opened():
-                self._open(message)
-            case Portion() | Consumed() | Ended() | Closed():
-                key = message.opener, message.number
-                channel = self._channels.get(key)
-                if channel is not None:
-                    channel.take(message)
-                    self._forget_if_over(key, channel)
+        if isinstance(message, Opened):
+            self._open(message)
+        else:
+            self._channels.take(message)
 
     def _open(self, message: Opened) -> None:
         key = message.opener, message.number
         channel = Channel(*key, True, self._link.send)
         channel.pause()  # until the listener is connected
-        self._channels[key] = channel
+        self._channels.add(key, channel)
         task = asyncio.get_running_loop().create_task(self._connect(channel, self._services[message.port], key))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
@@ -129,7 +145,7 @@ class RelayPort(Port):
             async with asyncio.timeout(CONNECT_S):
                 await asyncio.get_running_loop().create_connection(
                     lambda: Tunnelled(
-                        self._sockets, lambda: _open(channel), lambda: self._forget_if_over(key, channel)
+                        self._sockets, lambda: _open(channel), lambda: self._channels.forget_if_over(channel, key)
                     ),
                     host,
                     port,
@@ -137,13 +153,9 @@ class RelayPort(Port):
         except OSError as cause:  # includes TimeoutError
             log.debug("%s can't be reached: %s", address, cause)
             channel.abort()
-            self._forget_if_over(key, channel)
+            self._channels.forget_if_over(channel, key)
         else:
             channel.resume()
-
-    def _forget_if_over(self, key: tuple[str, int], channel: Channel) -> None:
-        if channel.is_over and self._channels.get(key) is channel:
-            del self._channels[key]
 
 
 def _open(channel: Channel) -> Channel:
@@ -151,7 +163,3 @@ def _open(channel: Channel) -> Channel:
     if channel.is_over:
         raise ConnectionError("the channel is closed")
     return channel
-
-
-def _never() -> Any:
-    raise AssertionError("this server never listens")

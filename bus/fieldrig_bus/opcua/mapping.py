@@ -50,6 +50,7 @@ TYPES: Final = {
     "REAL": Mapped(_T.Float, ua.ObjectIds.Float),
     "LREAL": Mapped(_T.Double, ua.ObjectIds.Double),
     "STRING": Mapped(_T.String, ua.ObjectIds.String),
+    "WSTRING": Mapped(_T.String, ua.ObjectIds.String),
     "TIME": Mapped(_T.Double, ua.ObjectIds.Duration, 0, 2**32 - 1),
     "DATE": Mapped(_T.DateTime, ua.ObjectIds.DateTime, 0, 2**32 - 1),
     "DT": Mapped(_T.DateTime, ua.ObjectIds.DateTime, 0, 2**32 - 1),

@@ -1,23 +1,22 @@
-"""The services of a device at the end of an IP stack of its own, such as that of a telephone line."""
+"""The services of a device at the end of an IP link of its own, such as a telephone line."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
 from fieldrig_devices.connections.connection import Serve, Session
-from fieldrig_devices.ip.stack import Stack
-from fieldrig_devices.ip.tcp.connection import Connection, Ending
+from fieldrig_devices.ip.kernel_end import Accepted, IpEnd
 
 EXTRA_PORTS: Final = range(50_000, 50_032)
 """Ports for the data of passive FTP; as many connections can have one at a time."""
 
 
 class StackServices:
-    """Serves one stack, as long as its link is up."""
+    """Serves one link, as long as it is up."""
 
     def __init__(
         self,
-        stack: Stack,
+        stack: IpEnd,
         services: Mapping[int, Serve],
         wake: Callable[[], None],
         on_connected: Callable[[str], None] = lambda _: None,
@@ -47,12 +46,12 @@ class StackServices:
     def stop_listening(self, owner: "_StackConnection") -> None:
         self._extra = {port: entry for port, entry in self._extra.items() if entry[0] is not owner}
 
-    def _accept(self, serve: Serve, connection: Connection) -> None:
+    def _accept(self, serve: Serve, connection: Accepted) -> None:
         own = _StackConnection(self, connection)
         self._on_connected(own.peer)
         own.begin(serve)
 
-    def _accept_extra(self, port: int, connection: Connection) -> None:
+    def _accept_extra(self, port: int, connection: Accepted) -> None:
         entry = self._extra.get(port)
         if entry is None:
             connection.abort()
@@ -63,7 +62,7 @@ class StackServices:
 class _StackConnection:
     """The `Connection` of one client of the stack."""
 
-    def __init__(self, services: StackServices, connection: Connection) -> None:
+    def __init__(self, services: StackServices, connection: Accepted) -> None:
         self._services, self._connection = services, connection
         self._session: Session | None = None
         self._waiting = bytearray()
@@ -112,7 +111,7 @@ class _StackConnection:
         if self._session is not None:
             self._session.ended()
 
-    def _on_close(self, _ending: Ending) -> None:
+    def _on_close(self, _reason: Any) -> None:
         session, self._session = self._session, None
         if session is not None:
             session.lost()

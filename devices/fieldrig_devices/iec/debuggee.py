@@ -253,7 +253,7 @@ class IecDebuggee:
         if not isinstance(value, str):
             return value
         kind = symbol.type
-        if isinstance(kind, StringType) and not value.startswith("'"):
+        if isinstance(kind, StringType) and value[:1] not in ('"', "'"):
             return value
         if isinstance(kind, EnumType):
             numbers = {name.casefold(): number for name, number in kind.values.items()}

@@ -16,6 +16,8 @@ class Dialect:
     name: str
     has_long_types: bool = False
     """LWORD, LINT and ULINT, with the size L of addresses (manual 691, X13)."""
+    has_wide_strings: bool = False
+    """WSTRING, and its constants in double quotes."""
     has_power: bool = False
     """The operator ** (manual 1929: not supported)."""
     has_short_circuit: bool = False
@@ -76,6 +78,7 @@ EPAS_4: Final = Dialect("epas-4")
 EDITION_3: Final = Dialect(
     "edition-3",
     has_long_types=True,
+    has_wide_strings=True,
     has_power=True,
     has_short_circuit=True,
     has_continue=True,

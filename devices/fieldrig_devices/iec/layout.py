@@ -40,7 +40,8 @@ CALL_SIZE: Final = 20
 
 KINDS: Final = {kind: number for number, kind in enumerate(Elementary, 1)}
 """Numbers of the elementary types in the table of kinds, which has a byte per cell.  0 is not the start of a value."""
-STRING_KIND: Final = 32
+STRING_KIND: Final = 62
+WIDE_STRING_KIND: Final = 63
 
 
 def storage(kind: Type) -> Elementary | StringType | None:
@@ -58,7 +59,9 @@ def storage(kind: Type) -> Elementary | StringType | None:
 
 
 def kind_number(kind: Elementary | StringType) -> int:
-    return STRING_KIND if isinstance(kind, StringType) else KINDS[kind]
+    if isinstance(kind, StringType):
+        return WIDE_STRING_KIND if kind.is_wide else STRING_KIND
+    return KINDS[kind]
 
 
 def variable_size(variable: Variable) -> int:

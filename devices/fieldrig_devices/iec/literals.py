@@ -6,9 +6,11 @@ are in ms, dates in s since 1970-01-01, and a string is Latin-1.  Each function 
 """
 
 import re
+from collections.abc import Mapping
 from datetime import UTC, date, datetime
 from typing import Final
 
+from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.dialect import Dialect
 
 
@@ -33,6 +35,8 @@ _EPOCH: Final = date(1970, 1, 1)
 _ESCAPES: Final = {"$": "$", "'": "'", "L": "\n", "N": "\n", "P": "\f", "R": "\r", "T": "\t"}
 """Manual 2919 to 2928.  $N is the line feed, as in CoDeSys."""
 _ESCAPE: Final = re.compile(r"\$([0-9A-Fa-f]{2}|.?)", re.DOTALL)
+_WIDE_ESCAPES: Final = {**_ESCAPES, '"': '"'}
+_WIDE_ESCAPE: Final = re.compile(r"\$([0-9A-Fa-f]{4}|.?)", re.DOTALL)
 MOST_MILLISECONDS: Final = 2**32 - 1
 """T#49d17h2m47s295ms, the largest TIME."""
 
@@ -81,26 +85,35 @@ def string(text: str) -> str:
     inner = text[1:-1]
     if "$" in inner:
         inner = _ESCAPE.sub(_escape, inner)
-    try:
-        inner.encode("latin-1")
-    except UnicodeEncodeError as error:
-        wrong = inner[error.start]
-        raise LiteralError(
-            f"the character {wrong!r} is not in the character set of the controller", "Latin-1"
-        ) from None
+    wrong = characters.first_outside(inner, is_wide=False)
+    if wrong is not None:
+        raise LiteralError(f"the character {wrong!r} is not in the character set of the controller", "Latin-1")
+    return inner
+
+
+def wide_string(text: str) -> str:
+    """Return the characters of a WSTRING without its quotes."""
+    inner = _WIDE_ESCAPE.sub(_wide_escape, text[1:-1])
+    wrong = characters.first_outside(inner, is_wide=True)
+    if wrong is not None:
+        raise LiteralError(f"the character {wrong!r} does not have 16 bits", "U+0000 to U+D7FF or U+E000 to U+FFFF")
     return inner
 
 
 def _escape(match: re.Match[str]) -> str:
-    code = match[1]
-    if len(code) == 2:
+    return _unescaped(match[1], 2, _ESCAPES, "$$, $', $L, $N, $P, $R, $T or $ with two digits")
+
+
+def _wide_escape(match: re.Match[str]) -> str:
+    return _unescaped(match[1], 4, _WIDE_ESCAPES, '$$, $", $L, $N, $P, $R, $T or $ with four digits')
+
+
+def _unescaped(code: str, digits: int, escapes: Mapping[str, str], expected: str) -> str:
+    if len(code) == digits:
         return chr(int(code, 16))
-    known = _ESCAPES.get(code.upper())
+    known = escapes.get(code.upper())
     if known is None:
-        hint = "A dollar sign in a text is written $$."
-        raise LiteralError(
-            f"${code} means nothing in a string", "$$, $', $L, $N, $P, $R, $T or $ with two digits", hint
-        )
+        raise LiteralError(f"${code} means nothing in a string", expected, "A dollar sign in a text is written $$.")
     return known
 
 
@@ -228,6 +241,17 @@ def day_text(seconds: int) -> str:
 def string_text(value: str) -> str:
     """Return a string with its quotes and escapes."""
     return "'" + "".join(map(_escaped, value)) + "'"
+
+
+def wide_string_text(value: str) -> str:
+    """Return a WSTRING with its quotes and escapes."""
+    return '"' + "".join(map(_widely_escaped, value)) + '"'
+
+
+def _widely_escaped(character: str) -> str:
+    if character in '$"':
+        return "$" + character
+    return character if character.isprintable() else f"${ord(character):04X}"
 
 
 def _escaped(character: str) -> str:

@@ -9,6 +9,7 @@ from array import array
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
+from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.layout import (
     AREA_SIZE,
@@ -16,6 +17,7 @@ from fieldrig_devices.iec.layout import (
     DATA,
     STACKS,
     STRING_KIND,
+    WIDE_STRING_KIND,
     Images,
     kind_number,
     storage,
@@ -29,7 +31,12 @@ from fieldrig_devices.languages.faults import RunError
 _LETTERS: Final = {1: "Bb", 2: "Hh", 4: "Ii", 8: "Qq"}
 _SINGLE: Final = struct.Struct("<f")
 BY_NUMBER: Final = {kind_number(kind): kind for kind in Elementary}
-_LONGEST_VALUE: Final = 256
+_LONGEST_VALUE: Final = 512
+"""Bytes of the largest value, a WSTRING(255)."""
+
+
+_TEXTS: Final = {STRING_KIND: 1, WIDE_STRING_KIND: 2}
+"""Bytes of a character by the number of the kind of string."""
 
 
 def _wire(kind: Elementary) -> struct.Struct:
@@ -57,6 +64,14 @@ def decoded(data: bytes, number: int) -> Value:
     return value % (kind.high + 1) if kind is Elementary.TOD else value  # type: ignore[no-any-return]
 
 
+def _text_bytes(value: str, number: int) -> bytes:
+    return characters.encoded(value, is_wide=number == WIDE_STRING_KIND)
+
+
+def _text(data: bytes, number: int) -> str:
+    return characters.decoded(data, is_wide=number == WIDE_STRING_KIND)
+
+
 def limited(value: Value, kind: Type) -> Value:
     """Return a value from the host as one of the type; numbers are cut, strings shortened."""
     return limiter(kind)(value)
@@ -66,8 +81,8 @@ def limiter(kind: Type) -> Callable[[Value], Value]:
     """Return `limited` for one type."""
     stored = storage(kind)
     if isinstance(stored, StringType):
-        length = stored.length
-        return lambda value: str(value).encode("latin-1", "replace").decode("latin-1")[:length]
+        length, known = stored.length, characters.widened if stored.is_wide else characters.narrowed
+        return lambda value: known(str(value))[:length]
     assert stored is not None
     if stored is Elementary.BOOL:
         return bool
@@ -117,8 +132,8 @@ class Memory:
 
     def peek(self, address: int, number: int) -> Value:
         """Read a value through a pointer whose target begins otherwise."""
-        if number == STRING_KIND:
-            return self._string(address)
+        if number in _TEXTS:
+            return self._string(address, number)
         kind = BY_NUMBER[number]
         if self._is_unmarked(address):
             return limited(self.cells[address] if not isinstance(self.cells[address], str) else 0, kind)
@@ -128,9 +143,9 @@ class Memory:
         if self._is_unmarked(address):
             self.cells[address] = value
             return
-        if number == STRING_KIND:
+        if number in _TEXTS:
             assert isinstance(value, str)
-            self._put_bytes(address, value.encode("latin-1") + b"\0")
+            self._put_bytes(address, _text_bytes(value, number) + bytes(_TEXTS[number]))
         else:
             self._put_bytes(address, encoded(value, number))
 
@@ -230,12 +245,12 @@ class Memory:
 
     def _encoded(self, address: int) -> bytes:
         number, value = self.kinds[address], self.cells[address]
-        if number != STRING_KIND:
+        if number not in _TEXTS:
             return encoded(value, number)
-        return str(value).encode("latin-1").ljust(self._room(address), b"\0")
+        return _text_bytes(str(value), number).ljust(self._room(address), b"\0")
 
     def _decoded(self, data: bytes, number: int) -> Value:
-        return data.split(b"\0")[0].decode("latin-1") if number == STRING_KIND else decoded(data, number)
+        return _text(data, number) if number in _TEXTS else decoded(data, number)
 
     def _room(self, address: int) -> int:
         """Return the size of the string at an address."""
@@ -244,18 +259,19 @@ class Memory:
             end += 1
         return end - address
 
-    def _string(self, address: int) -> str:
+    def _string(self, address: int, number: int) -> str:
+        width = _TEXTS[number]
         if self._area(address, 1) is None:
             self._check(address, 1)
-            if self.kinds[address] == STRING_KIND:
+            if self.kinds[address] == number:
                 return str(self.cells[address])
         found = bytearray()
-        while len(found) < _LONGEST_VALUE - 1:
-            (byte,) = self._bytes(address + len(found), 1)
-            if not byte:
+        while len(found) < _LONGEST_VALUE // 2 * width - width:
+            character = self._bytes(address + len(found), width)
+            if not any(character):
                 break
-            found.append(byte)
-        return found.decode("latin-1")
+            found += character
+        return _text(bytes(found), number)
 
     # ---- what generated code calls
 

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction, Pending, Results
-from fieldrig_devices.iec.layout import STRING_KIND, storage
+from fieldrig_devices.iec.layout import STRING_KIND, WIDE_STRING_KIND, storage
 from fieldrig_devices.iec.lower.names import BEGIN, NATIVE
 from fieldrig_devices.iec.memory import BY_NUMBER, Memory, limiter
 from fieldrig_devices.iec.program import Pou, Variable
@@ -22,7 +22,10 @@ def ignore(results: Results) -> None:
 
 
 NOTHING: Waiting = (None, ignore)
-_LIMITS: Final = {number: limiter(kind) for number, kind in BY_NUMBER.items()} | {STRING_KIND: limiter(StringType(255))}
+_LIMITS: Final = {number: limiter(kind) for number, kind in BY_NUMBER.items()} | {
+    STRING_KIND: limiter(StringType(255)),
+    WIDE_STRING_KIND: limiter(StringType(255, is_wide=True)),
+}
 """The limiter of a parameter by the number of its type."""
 
 

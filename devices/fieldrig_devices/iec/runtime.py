@@ -14,6 +14,7 @@ from dataclasses import replace
 from typing import Any
 from weakref import WeakSet
 
+from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.layout import AREA_SIZE, AREAS, STACK_SIZE, Images, Layout, kind_number, storage
@@ -282,8 +283,11 @@ def checked(value: Value, symbol: Symbol) -> Value:
     kind = symbol.type
     stored = storage(kind)
     if isinstance(stored, StringType):
-        if not isinstance(value, str) or len(value) > stored.length or any(ord(letter) > 255 for letter in value):
+        if not isinstance(value, str) or len(value) > stored.length:
             raise ValueError(f"{symbol.path}: expected a text of at most {stored.length} characters, got {value!r}")
+        wrong = characters.first_outside(value, is_wide=stored.is_wide)
+        if wrong is not None:
+            raise ValueError(f"{symbol.path}: a {stored.name} does not have the character {wrong!r}")
         return value
     if stored is None or isinstance(value, str):
         raise ValueError(f"{symbol.path}: expected a value of type {kind}, got {value!r}")

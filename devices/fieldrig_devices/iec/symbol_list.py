@@ -120,7 +120,7 @@ class _Types:
             case Elementary():
                 self._simple(name, kind.size, _CLASSES[kind.value], iec, is_swapped=kind.family is not Family.BOOL)
             case StringType():
-                self._simple(name, kind.size, "String", iec, is_swapped=False)
+                self._simple(name, kind.size, "WString" if kind.is_wide else "String", iec, is_swapped=False)
             case PointerType():
                 self._simple(name, kind.size, "Pointer", iec, is_swapped=True, basetype=self.name(kind.to))
             case ObjectType():

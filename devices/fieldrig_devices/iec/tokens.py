@@ -19,6 +19,8 @@ NAME: Final = "name"
 INTEGER: Final = "integer"
 REAL: Final = "real"
 STRING: Final = "string"
+WIDE_STRING: Final = "wide string"
+"""A constant of a WSTRING, in double quotes."""
 TYPED: Final = "typed"
 """A constant or value of an enumeration with a type in front of it: T#5s, INT#16#FF, Colour#red."""
 DIRECT: Final = "direct"
@@ -73,11 +75,12 @@ _PATTERN: Final = re.compile(
     | ([0-9](?:_?[0-9])*+(?![\w#]|\.[0-9]))
     | (\(\*.*?\*\)|//[^\n]*+)
     | ('(?:[^'$\n]|\$[^\n])*+')
+    | ("(?:[^"$\n]|\$[^\n])*+")
     | ((?:T|TIME|LTIME)\#[-+]?\w*(?:\.[0-9]\w*)*
       |(?:D|DATE)\#(?:[0-9]+-[0-9]+-[0-9]+|[\w.:-]*)
       |(?:TOD|TIME_OF_DAY)\#(?:[0-9]+:[0-9]+(?::[0-9]+(?:\.[0-9]+)?)?|[\w.:-]*)
       |(?:DT|DATE_AND_TIME)\#(?:[0-9]+-[0-9]+-[0-9]+-[0-9]+:[0-9]+(?::[0-9]+(?:\.[0-9]+)?)?|[\w.:-]*)
-      |[^\W\d]\w*+\#(?:'(?:[^'$\n]|\$[^\n])*+'|[-+]?[0-9]+\#\w*|[-+]?[0-9][0-9_]*(?:\.[0-9][0-9_]*)?(?:E[-+]?[0-9]+)?|\w*))
+      |[^\W\d]\w*+\#(?:'(?:[^'$\n]|\$[^\n])*+'|"(?:[^"$\n]|\$[^\n])*+"|[-+]?[0-9]+\#\w*|[-+]?[0-9][0-9_]*(?:\.[0-9][0-9_]*)?(?:E[-+]?[0-9]+)?|\w*))
     | ([0-9](?:_?[0-9])*+(?:\.[0-9](?:_?[0-9])*+(?:E[-+]?[0-9]++)?|E[-+]?[0-9]++)(?!\w))
     | ([0-9]+\#\w*)
     | (%[IQM](?:[XBWDL](?:\*|[0-9]+(?:\.[0-9]+)*)|\*|[0-9]+(?:\.[0-9]+)*)(?!\w))
@@ -95,6 +98,7 @@ _PATTERN: Final = re.compile(
     _INTEGER,
     _COMMENT,
     _STRING,
+    _WIDE_STRING,
     _TYPED,
     _REAL,
     _BASED,
@@ -103,7 +107,7 @@ _PATTERN: Final = re.compile(
     _OPEN_COMMENT,
     _OPEN_STRING,
     _JUNK,
-) = range(1, 15)
+) = range(1, 16)
 _KINDS: Final = {
     _INTEGER: INTEGER,
     _STRING: STRING,
@@ -242,6 +246,8 @@ class _Scanner:
             self._found.is_cut = True
         elif group == _OPEN_STRING:
             self._open_string(text, position)
+        elif group == _WIDE_STRING:
+            self._wide_string(text, position)
         else:
             self._junk(text, position)
         return None
@@ -322,6 +328,12 @@ class _Scanner:
         return len(self._text)
 
     # ---- what is wrong
+
+    def _wide_string(self, text: str, position: int) -> None:
+        if self._dialect.has_wide_strings:
+            self._add(WIDE_STRING, text, position)
+        else:
+            self._open_string(text, position)
 
     def _open_string(self, text: str, position: int) -> None:
         if text[0] in _PREFIX_OF_QUOTE and len(text) > 1 and text[-1] in _PREFIX_OF_QUOTE and text[0] != "'":

@@ -114,16 +114,22 @@ ALIASES: Final = {"TIME_OF_DAY": Elementary.TOD, "DATE_AND_TIME": Elementary.DT}
 
 @dataclass(frozen=True, slots=True)
 class StringType:
-    """A STRING of at most `length` characters of Latin-1; its memory has a closing zero byte."""
+    """A STRING of at most `length` characters of Latin-1, or a WSTRING; its memory has a closing zero."""
 
     length: int = STRING_LENGTH
+    is_wide: bool = False
+    """True for a WSTRING, whose characters are those of Unicode with 16 bits."""
 
     @property
     def size(self) -> int:
-        return self.length + 1
+        return (self.length + 1) * (2 if self.is_wide else 1)
+
+    @property
+    def name(self) -> str:
+        return "WSTRING" if self.is_wide else "STRING"
 
     def __str__(self) -> str:
-        return "STRING" if self.length == STRING_LENGTH else f"STRING({self.length})"
+        return self.name if self.length == STRING_LENGTH else f"{self.name}({self.length})"
 
 
 @dataclass(frozen=True, slots=True)

@@ -85,6 +85,7 @@ def _states(max4: "Max4") -> Iterator[tuple[str, Point]]:
     yield "log", Point(lambda: "\n".join(max4.logger.lines()), about="the message logger, newest first")
     yield "log.last", Point(lambda: next(iter(max4.logger.lines()), ""), about="newest entry of the message logger")
     yield "files", Point(lambda: " ".join(max4.disk.names), about="names of the files on the flash disk")
+    yield "files.cycles", Point(lambda: max4.disk.most_cycles, about="write cycles of the most written file")
     yield (
         "nvram",
         Point(lambda: max4.ram.nvram[:SHOWN].hex(), write_nvram, "", "first 1024 bytes of the NVRAM; write OFFSET:HEX"),

@@ -117,7 +117,7 @@ def _value_type(kind: Type) -> str | None:
         case Elementary():
             return str(kind.value)
         case StringType():
-            return "STRING"
+            return kind.name
         case EnumType():
             return "ENUM"
         case SubrangeType():

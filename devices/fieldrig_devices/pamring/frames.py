@@ -3,7 +3,9 @@
 The manual names the frames only by the errors that their loss gives (section 3.1 of the digest), so their contents are
 ours.  `codec` turns them into bytes.  A node's items are known by the number that the PAM gives each of them when it
 configures the node.  Positions are in resolver units (RU), 2^32 to a turn of the motor; levels are electrical, before
-ACTIVE gives them their meaning.
+ACTIVE gives them their meaning.  So the PAM applies ACTIVE to the bits of binary and digital inputs and outputs, of
+which the lowest address is the lowest bit.  The node needs ACTIVE for the inactive level of an output, and for keys and
+counters: the value of a key is true, and a pulse counts, at the active level.
 """
 
 from dataclasses import dataclass
@@ -139,7 +141,10 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class SetOutput:
-    """An output's value: bits, millivolts, or the state of an LED.  A key takes its value as well (PAML-092)."""
+    """An output's value: levels as bits, millivolts, or the state of an LED.
+
+    A key takes its state as well, which stays until the key changes it (PAML-092).
+    """
 
     item: int
     value: int
@@ -198,7 +203,8 @@ class Move(IntEnum):
 class AxisOrder:
     """An order with its value in RU or RU/s, and the limits of its trapezoid in RU/s and RU/s2 (0 where unused).
 
-    The node clips the limits to its own.  It reports an order as done by its `number`.
+    The node clips the limits to its own.  It reports an order as done by its `number`, 1 to 65535.  Orders that leave
+    `ready` alone (POSITION, UPDATE_STATUS) have the number 0, which is never reported (PAML-059).
     """
 
     number: int
@@ -217,8 +223,11 @@ class SetPointMode(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class SetPoint:
-    """The value of a pipe for this cycle: RU, RU/s, or the torque limit in thousandths of the largest torque.
+    """A new value of a pipe, which holds until the next: RU, RU/s, or the torque limit in thousandths of the largest.
 
+    The axis has the pipe's part of its position and its own, which its orders move, and follows the sum (PAML-042).
+    The first set-point of the mode POSITION makes the pipe's part its value and the axis's own part 0; within a
+    position period an axis follows the set-points the shorter way round.
     A frame to a group of nodes carries one value for all of them (PAML-162).
     """
 
@@ -228,7 +237,10 @@ class SetPoint:
 
 @dataclass(frozen=True, slots=True)
 class EndOfPipe:
-    """No pipe drives the axis any longer, in this mode (PAML-171: position holds, speed goes to zero)."""
+    """No pipe drives the axis any longer, in this mode (PAML-171: position holds, speed goes to zero).
+
+    What the pipe has made of the position becomes the axis's own part.
+    """
 
     mode: SetPointMode
 
@@ -285,8 +297,9 @@ class Running:
 
 @dataclass(frozen=True, slots=True)
 class InputChanged:
-    """A new value of an input, key or counter; `age_us` is its age when the frame was laid into the buffer.
+    """The levels of an input as bits, the state of a key or the count of a counter after a change.
 
+    `age_us` is the age of the change when the frame was laid into the buffer.
     Only inputs with a time stamp (201 of an ST1) give an age other than 0.
     """
 
@@ -314,7 +327,7 @@ class AxisReport:
     error: int
     number: int
     set_point: int
-    """Set position of the axis in RU, without a move that is not done."""
+    """The own part of the set position in RU, without what a pipe adds; exact when no order is under way."""
 
 
 @dataclass(frozen=True, slots=True)

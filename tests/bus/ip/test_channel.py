@@ -3,6 +3,7 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from relay_deliveries import deliveries
 
 from fieldrig_bus.ip.channel import COMPLETE, Channel
 from fieldrig_bus.ip.message import LARGEST, WINDOW, Closed, Consumed, Ended, Offered, Opened, Portion, RelayMessage
@@ -115,10 +116,6 @@ def test_joined_streams_carry_everything(sizes: list[int], pauses: list[bool]) -
 # The model
 
 
-def deliveries(model: RelayModel) -> list[tuple[str, RelayMessage, tuple[str, ...]]]:
-    return [(found.sender, found.message, tuple(found.receivers)) for found in model.collect(1 << 62)]
-
-
 def relay() -> RelayModel:
     model = RelayModel()
     for member in ("plc", "web", "other"):
@@ -190,4 +187,4 @@ def test_a_channel_is_forgotten_when_both_ends_have_ended() -> None:
     model.submit(1, "plc", Ended("plc", 1, False))
     assert model.statistics(1)["channels"] == 1
     model.submit(1, "web", Ended("plc", 1, True))
-    assert model.statistics(1) == {"channels": 0, "opened": 1, "refused": 0, "bytes": 0}
+    assert model.statistics(1) == {"channels": 0, "opened": 1, "refused": 0, "bytes": 0, "packets": 0}

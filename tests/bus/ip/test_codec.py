@@ -12,6 +12,10 @@ from fieldrig_bus.ip.message import (
     Closed,
     Consumed,
     Ended,
+    IpPacket,
+    KernelOffered,
+    LinkDown,
+    LinkUp,
     Offered,
     Opened,
     Portion,
@@ -30,6 +34,10 @@ messages: st.SearchStrategy[RelayMessage] = st.one_of(
     st.builds(Consumed, *channel, st.integers(1, WINDOW)),
     st.builds(Ended, *channel),
     st.builds(Closed, *channel, names),
+    st.just(KernelOffered()),
+    st.builds(LinkUp, names, st.ip_addresses(v=4), st.ip_addresses(v=4), ports, st.lists(ports, max_size=5).map(tuple)),
+    st.builds(LinkDown, names, st.booleans(), names),
+    st.builds(IpPacket, names, st.booleans(), st.binary(min_size=1, max_size=1500)),
 )
 
 

@@ -11,7 +11,7 @@ from ip_line import CONTROLLER, Line, User
 from fieldrig.hub import LocalHub
 from fieldrig.real_clock import RealClock
 from fieldrig_bus.ip.channel import Channel
-from fieldrig_bus.ip.message import Offered, Opened, RelayMessage
+from fieldrig_bus.ip.message import IN_CHANNEL, Offered, Opened, RelayMessage
 from fieldrig_bus.ip.model import RelayModel
 from fieldrig_bus.ip.relay import IpRelay, RelaySettings
 from fieldrig_devices.ip.services import RelayedServices
@@ -60,7 +60,7 @@ class Bench:
 
             channel.on_data = on_data
             self.channels.append(channel)
-        elif not isinstance(message, Offered):
+        elif isinstance(message, IN_CHANNEL):
             self.channels[-1].take(message)
 
     def run(self, seconds: float) -> None:
@@ -85,7 +85,7 @@ def test_a_connection_is_carried_to_the_device_that_offers_its_port() -> None:
     user.connection.end()
     bench.run(10)
     assert (bytes(user.received), user.has_end, user.endings) == (PAGE, True, [Ending.COMPLETE])
-    assert bench.services._channels == {}
+    assert len(bench.services._channels) == 0
     assert bench.model.statistics(0)["channels"] == 0
 
 
@@ -142,7 +142,7 @@ async def test_a_connection_is_carried_to_a_listener_of_this_host(tmp_path: Path
         await until(lambda: bool(user.endings and refused.endings), line)
         assert bytes(user.received) == PAGE * 2
         assert (user.endings, refused.endings) == ([Ending.COMPLETE], [Ending.RESET])
-        assert services._channels == {}
+        assert len(services._channels) == 0
     finally:
         await hub.close()
         clock.close()

@@ -13,7 +13,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Final
 
-from fieldrig.background import Background, Failure, Job
+from fieldrig import progress
+from fieldrig.background import Background, Coarse, Failure, Job
 from fieldrig.store import StoreError
 from fieldrig_devices.arp import card_errors as codes
 from fieldrig_devices.arp.card.memory import MemoryFaultError
@@ -321,7 +322,7 @@ class Operation:
         return True
 
     def _decoded(self, data: bytes) -> ArpObject:
-        loaded = decode(data)
+        loaded = decode(data, Coarse(progress.report))
         if loaded.system != self._parts.number:
             raise ObjectError(f"the object is for card {loaded.system:02}, and this is card {self._parts.number:02}")
         return loaded

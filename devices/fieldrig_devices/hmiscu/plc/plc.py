@@ -12,7 +12,8 @@ from enum import Enum
 from pathlib import Path
 from typing import Final, Protocol
 
-from fieldrig.background import Background
+from fieldrig import progress
+from fieldrig.background import Background, Coarse
 from fieldrig.clock import MS, Clock, Timer
 from fieldrig.device import Point, Value
 from fieldrig.errors import ConfigError, Mistake
@@ -116,7 +117,8 @@ class Plc:
 
     def compile(self, files: Sequence[SourceFile]) -> Compiled:
         """Compile a program for this controller.  CompileError with every mistake."""
-        return compile_project(files, self.host, DIALECTS[self._settings.dialect])
+        dialect, report = DIALECTS[self._settings.dialect], Coarse(progress.report)
+        return compile_project(files, self.host, dialect, on_progress=report)
 
     # ---- loading
 

@@ -8,7 +8,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.program import Bit, Cell, Constant, Located, Parameter, Place, Pou, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import StringType
+from fieldrig_devices.iec.types import StringType, Type
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
@@ -144,8 +144,7 @@ def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> P
             node, f"{text(node)} is a constant and {variable.name} may be changed", "a variable that may be written"
         )
         return None
-    is_text = isinstance(place.type, StringType) and isinstance(variable.type, StringType)
-    if place.type != variable.type and not (is_text and place.type.size >= variable.type.size):
+    if place.type != variable.type and not _is_longer_text(place.type, variable.type):
         context.say(
             node,
             f"{text(node)} is {a(place.type)}",
@@ -153,3 +152,8 @@ def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> P
         )
         return None
     return place
+
+
+def _is_longer_text(given: Type, wanted: Type) -> bool:
+    is_text = isinstance(given, StringType) and isinstance(wanted, StringType) and given.is_wide is wanted.is_wide
+    return is_text and given.size >= wanted.size

@@ -32,7 +32,7 @@ def convert(context: Context, value: Expression, kind: Type, at: tree.Node) -> E
     source = value.type
     if source is kind:
         return _no_instance(context, value, at) if type(kind) is BlockType else value
-    if isinstance(kind, StringType) and isinstance(source, StringType):
+    if isinstance(kind, StringType) and isinstance(source, StringType) and kind.is_wide is source.is_wide:
         return value
     if source == kind:
         return value
@@ -178,7 +178,8 @@ def _literal_hint(value: Untyped, kind: Type, at: tree.Node) -> str:
     if kind is Elementary.BOOL:
         return "write TRUE or FALSE, or compare: x <> 0"
     if isinstance(kind, StringType):
-        return f"write '{value.value}' for text"
+        quote = '"' if kind.is_wide else "'"
+        return f"write {quote}{value.value}{quote} for text"
     if isinstance(kind, Elementary) and kind.is_integer and value.is_real:
         return f"use REAL_TO_{kind}({text(at)}), which rounds, or TRUNC({text(at)})"
     return ""
@@ -212,4 +213,4 @@ def _hint(source: Type, kind: Type, at: tree.Node) -> str:
 def _conversion_name(kind: Type) -> str:
     if isinstance(kind, SubrangeType | EnumType):
         return kind.base.name
-    return "STRING" if isinstance(kind, StringType) else kind.name if isinstance(kind, Elementary) else ""
+    return kind.name if isinstance(kind, Elementary | StringType) else ""

@@ -26,6 +26,8 @@ class Declarations:
         project.types.update({kind.name.lower(): kind for kind in Elementary})
         project.types.update({name.lower(): kind for name, kind in ALIASES.items()})
         project.types["string"] = StringType()
+        if project.dialect.has_wide_strings:
+            project.types["wstring"] = StringType(is_wide=True)
         project.types.update(project.host.object_types)
         project.compute = lambda start: initials.compute(start, Context(project, start.source, start.file))
 

@@ -138,8 +138,15 @@ def _literal(of: Expressions, node: tree.Literal, wanted: Type | None) -> Expres
         return real(value)
     if node.kind is LiteralKind.STRING:
         assert isinstance(value, str)
-        return Constant(value, StringType(max(len(value), 1)))
+        return _text_constant(value)
+    if node.kind is LiteralKind.WSTRING:
+        assert isinstance(value, str)
+        return _text_constant(value, is_wide=True)
     return Constant(value, LITERAL_TYPES[node.kind])
+
+
+def _text_constant(value: str, *, is_wide: bool = False) -> Constant:
+    return Constant(value, StringType(max(len(value), 1), is_wide))
 
 
 def _typed_literal(of: Expressions, node: tree.Literal) -> Expression | None:
@@ -148,7 +155,7 @@ def _typed_literal(of: Expressions, node: tree.Literal) -> Expression | None:
         of.context.say_unknown(node, node.type_name, "a declared type")
         return None
     if isinstance(node.value, str):
-        given: Constant = Constant(node.value, StringType(max(len(node.value), 1)))
+        given = _text_constant(node.value, is_wide=node.kind is LiteralKind.WSTRING)
     elif node.kind is LiteralKind.INTEGER:
         given = integer(int(node.value), is_pattern=node.text.count("#") > 1)
     elif node.kind is LiteralKind.REAL:

@@ -124,7 +124,7 @@ def _meet(
     first, second = left.type, right.type
     if type(left) is Untyped or type(right) is Untyped:
         return _meet_literal(context, operator, left, right, at)
-    if isinstance(first, StringType) and isinstance(second, StringType):
+    if isinstance(first, StringType) and isinstance(second, StringType) and first.is_wide is second.is_wide:
         return left, right
     if not isinstance(first, Elementary) or not isinstance(second, Elementary):
         return _no(context, operator, left, right, at, "two values of the same type")

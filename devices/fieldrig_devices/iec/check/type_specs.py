@@ -137,14 +137,15 @@ class TypeSpecs:
 
     def _string(self, spec: tree.StringSpec, context: Context) -> Type:
         if spec.length is None:
-            return StringType()
+            return StringType(is_wide=spec.is_wide)
         length = Expressions(context).constant_integer(spec.length)
         if length is None:
             return UNKNOWN
         if not 1 <= length <= LONGEST_STRING:
-            context.say(spec.length, f"a STRING of {length} characters", f"1 to {LONGEST_STRING} characters")
+            name = StringType(is_wide=spec.is_wide).name
+            context.say(spec.length, f"a {name} of {length} characters", f"1 to {LONGEST_STRING} characters")
             return UNKNOWN
-        return StringType(length)
+        return StringType(length, spec.is_wide)
 
     def _subrange(self, spec: tree.SubrangeSpec, context: Context) -> Type:
         base = self.resolve(spec.base, context)

@@ -59,7 +59,7 @@ def widens(argument: Argument, into: Type) -> bool:
     if isinstance(given, Untyped):
         return isinstance(target, Elementary) and fits(given.value, target)
     if isinstance(given, StringType):
-        return isinstance(target, StringType)
+        return isinstance(target, StringType) and given.is_wide is target.is_wide
     if not isinstance(given, Elementary) or not isinstance(target, Elementary) or given is target:
         return given == target
     if target.is_real:
@@ -81,8 +81,9 @@ def common(arguments: Sequence[Argument], wanted: Type | None = None) -> Type | 
     if all(argument == first for argument in typed) and all(widens(literal, first) for literal in literals):
         return first
     kinds = [plain(argument) for argument in typed]
-    if all(isinstance(kind, StringType) for kind in kinds) and not literals:
-        return max((kind for kind in kinds if isinstance(kind, StringType)), key=lambda kind: kind.length)
+    texts = [kind for kind in kinds if isinstance(kind, StringType)]
+    if len(texts) == len(kinds) and not literals:
+        return max(texts, key=lambda kind: kind.length) if len({text.is_wide for text in texts}) == 1 else None
     best = _largest([kind for kind in kinds if isinstance(kind, Elementary)])
     if best is None or len(kinds) != len([kind for kind in kinds if isinstance(kind, Elementary)]):
         return None

@@ -8,13 +8,15 @@ Source: PacDrive manual 2564 to 2745 (PD-L37 to PD-L44).  What the manual leaves
                             number" and anything larger give 0
     times and dates         are the number behind them: ms, or seconds since 1970 [X10]; DT_TO_TOD and DT_TO_DATE take
                             the value apart, as the standard says; a TOD is brought into one day, a DATE to midnight
-    STRING                  see `texts.py`
+    STRING, WSTRING         see `texts.py`; a STRING becomes a WSTRING as it is, and a character of a WSTRING that a
+                            STRING does not have becomes a question mark
 """
 
 from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Final
 
+from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.library import reals, texts
 from fieldrig_devices.iec.library.integers import wrapped
 from fieldrig_devices.iec.library.overload import REAL_NS, SIMPLE_NS, TEXT_NS, expand
@@ -35,7 +37,8 @@ Plain = Elementary | StringType
 DAY_S: Final = 86_400
 DAY_MS: Final = 86_400_000
 _MASK: Final = 2**32 - 1
-_NAMES: Final[Mapping[str, Plain]] = {**Elementary.__members__, **ALIASES, "STRING": StringType()}
+_TEXTS: Final = (StringType(), StringType(is_wide=True))
+_NAMES: Final[Mapping[str, Plain]] = {**Elementary.__members__, **ALIASES, **{text.name: text for text in _TEXTS}}
 
 
 def pair(name: str) -> tuple[Plain, Plain] | None:
@@ -51,11 +54,7 @@ def named(name: str) -> Plain | None:
 
 
 def name_of(source: Plain, target: Plain) -> str:
-    return f"{_short(source)}_TO_{_short(target)}"
-
-
-def _short(kind: Plain) -> str:
-    return "STRING" if isinstance(kind, StringType) else kind.name
+    return f"{source.name}_TO_{target.name}"
 
 
 def rounded(value: float) -> int:
@@ -78,8 +77,9 @@ FUNCTIONS: Final[Mapping[str, Callable[..., Value]]] = {
     "SINGLE": reals.single,
     "FLOAT": float,
     "SHORTEN": shortened,
-    **{f"{kind.name}_TO_STRING": texts.writer(kind) for kind in Elementary},
-    **{f"STRING_TO_{kind.name}": texts.reader(kind) for kind in Elementary},
+    "NARROW": characters.narrowed,
+    **{f"{kind.name}_TO_{text.name}": texts.writer(kind) for kind in Elementary for text in _TEXTS},
+    **{f"{text.name}_TO_{kind.name}": texts.reader(kind) for kind in Elementary for text in _TEXTS},
 }
 """The names that the Python of conversions calls."""
 
@@ -111,7 +111,8 @@ def python_of(source: Type, target: Type) -> str:
     """Return the Python of the conversion, with {0} for the value; it uses the names in FUNCTIONS only."""
     given, wanted = plain(source), plain(target)
     if isinstance(given, StringType) and isinstance(wanted, StringType):
-        return "{0}" if given.length <= wanted.length else f"SHORTEN({{0}}, {wanted.length})"
+        text = "NARROW({0})" if given.is_wide and not wanted.is_wide else "{0}"
+        return text if given.length <= wanted.length else f"SHORTEN({text}, {wanted.length})"
     if isinstance(wanted, StringType):
         text = f"{name_of(given, wanted)}({{0}})"
         return text if wanted.length >= texts.LONGEST else f"SHORTEN({text}, {wanted.length})"

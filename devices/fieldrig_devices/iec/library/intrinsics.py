@@ -12,6 +12,7 @@ Source: PacDrive manual 1978 to 2813 (digest 2.3), CoDeSys V2.3 where that is si
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Final, TypeGuard
 
 from fieldrig_devices.iec.library import conversions, fixed
@@ -209,11 +210,18 @@ def _truncate(name: str, arguments: Sequence[Argument], wanted: Type | None) -> 
 def _fixed(name: str, arguments: Sequence[Argument]) -> Overload | str:
     known = fixed.FIXED[name]
     parameters = list(known.parameters)
+    result = known.result
+    if any(isinstance(argument, StringType) and argument.is_wide for argument in arguments):
+        parameters, result = [*map(_widened, parameters)], _widened(result)
     if known.is_open and len(arguments) > len(parameters):
         parameters += parameters[-1:] * (len(arguments) - len(parameters))
     if len(arguments) != len(parameters) or not all(map(widens, arguments, parameters)):
         return _expected(name, ", ".join(map(str, known.parameters)) or "no argument", arguments)
-    return _overload(name, parameters, known.result)
+    return _overload(name, parameters, result)
+
+
+def _widened(kind: Type) -> Type:
+    return replace(kind, is_wide=True) if isinstance(kind, StringType) else kind
 
 
 def _conversion(
@@ -251,7 +259,8 @@ def _overloaded_conversion(name: str, arguments: Sequence[Argument]) -> Overload
         kind = Elementary.LREAL if kind.is_real else smallest(kind.value, INTEGERS)
     if target is None or not isinstance(kind, Elementary | StringType):
         return _expected(name, "one value of an elementary type", arguments)
-    if (isinstance(kind, StringType) and isinstance(target, StringType)) or kind is target:
+    is_same_text = isinstance(kind, StringType) and isinstance(target, StringType) and kind.is_wide is target.is_wide
+    if is_same_text or kind is target:
         return _move("MOVE", arguments, target)
     return _overload(conversions.name_of(kind, target), [kind], target)
 

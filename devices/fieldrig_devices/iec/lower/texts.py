@@ -4,6 +4,7 @@ The longest possible result is known, so it is cut only where it can be too long
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 from fieldrig_devices.iec.library.strings import LONGEST
@@ -23,6 +24,12 @@ def longest(value: Value) -> int:
     return value.type.length
 
 
+def _of_length(value: Value, length: int) -> StringType:
+    """Return the type of the text with another length."""
+    assert isinstance(value.type, StringType)
+    return replace(value.type, length=length)
+
+
 def shortened(value: Value, length: int, emitter: Emitter) -> Value:
     """Return a string of at most `length` characters."""
     if longest(value) <= length:
@@ -30,7 +37,7 @@ def shortened(value: Value, length: int, emitter: Emitter) -> Value:
     name = emitter.new(value.text)
     emitter.add(f"if LENGTH({name}) > {length}:")
     emitter.add(f"    {name} = {name}[:{length}]")
-    return Value(name, StringType(length))
+    return Value(name, _of_length(value, length))
 
 
 def _length(arguments: Sequence[Value], emitter: Emitter) -> Value | None:
@@ -44,7 +51,8 @@ def _joined(arguments: Sequence[Value], emitter: Emitter) -> Value | None:
         assert head is not None
         arguments = (Value(emitter.new(head.text), head.type), *arguments[MOST_JOINED:])
     text = " + ".join(argument.text for argument in arguments)
-    return shortened(Value(f"({text})", StringType(sum(map(longest, arguments)))), LONGEST, emitter)
+    joined = Value(f"({text})", _of_length(arguments[0], sum(map(longest, arguments))))
+    return shortened(joined, LONGEST, emitter)
 
 
 def _left(arguments: Sequence[Value], emitter: Emitter) -> Value | None:
@@ -62,7 +70,7 @@ def _part(text: Value, start: int, size: int, emitter: Emitter) -> Value | None:
     if size < 0:
         return None
     name = emitter.new(text.text) if not text.text.isidentifier() else text.text
-    return Value(f"{name}[{start or ''}:{start + size}]", StringType(max(min(size, longest(text)), 1)))
+    return Value(f"{name}[{start or ''}:{start + size}]", _of_length(text, max(min(size, longest(text)), 1)))
 
 
 def _found(arguments: Sequence[Value], emitter: Emitter) -> Value | None:

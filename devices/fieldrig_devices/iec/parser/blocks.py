@@ -37,6 +37,10 @@ _OPENERS: Final[Mapping[str, str]] = {
     "UNTIL": "REPEAT",
     "END_REPEAT": "REPEAT",
 }
+_CONSTANTS: Final = frozenset(
+    {token.INTEGER, token.REAL, token.STRING, token.WIDE_STRING, token.TYPED, "-", "(", "TRUE", "FALSE"}
+)
+"""Tokens that begin a label of CASE, besides names; a label of another type gets its message from the checker."""
 ALWAYS: Final = tree.Literal(tree.LiteralKind.BOOL, True, "TRUE")
 """Stands for a condition that could not be read."""
 
@@ -238,7 +242,7 @@ class Blocks(Expressions):
     def _is_case_label(self) -> bool:
         kinds = self.kinds
         i = self.i
-        if kinds[i] in (token.INTEGER, token.TYPED, "-", token.STRING, token.REAL, "TRUE", "FALSE", "("):
+        if kinds[i] in _CONSTANTS:
             return True
         if kinds[i] != token.NAME:
             return False

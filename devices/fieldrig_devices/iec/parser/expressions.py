@@ -42,7 +42,11 @@ _OTHER_SYSTEMS: Final[Mapping[str, str]] = {
 _INTEGER_TYPES: Final = frozenset(
     {"SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "BYTE", "WORD", "DWORD", "LWORD"}
 )
-_INSTEAD: Final[Mapping[LiteralKind, int | float | str]] = {LiteralKind.STRING: "", LiteralKind.REAL: 0.0}
+_INSTEAD: Final[Mapping[LiteralKind, int | float | str]] = {
+    LiteralKind.STRING: "",
+    LiteralKind.WSTRING: "",
+    LiteralKind.REAL: 0.0,
+}
 """The value of a literal that can't be read; 0 for the other kinds."""
 _TIMES: Final[Mapping[str, tuple[LiteralKind, Callable[[str], int]]]] = {
     "D": (LiteralKind.DATE, literals.day),
@@ -153,6 +157,9 @@ class Expressions(Cursor):
         if kind == token.STRING:
             self.i += 1
             return self._literal(LiteralKind.STRING, at, self.texts[at], literals.string)
+        if kind == token.WIDE_STRING:
+            self.i += 1
+            return self._literal(LiteralKind.WSTRING, at, self.texts[at], literals.wide_string)
         if kind == token.DIRECT:
             self.i += 1
             found = self.direct(self.texts[at], at)
@@ -210,6 +217,8 @@ class Expressions(Cursor):
             return self._literal(LiteralKind.REAL, at, rest, literals.real, upper)
         if upper == "STRING" and rest[:1] == "'":
             return self._literal(LiteralKind.STRING, at, rest, literals.string, upper)
+        if upper == "WSTRING" and rest[:1] == '"' and self.dialect.has_wide_strings:
+            return self._literal(LiteralKind.WSTRING, at, rest, literals.wide_string, upper)
         if rest[:1].isalpha() or rest[:1] == "_":
             place = self.places[at]
             return tree.Member(tree.Name(prefix, place=place), rest, place=place)

@@ -69,8 +69,8 @@ class Types(Initials):
         upper = name.upper()
         if upper in UNKNOWN:
             raise self.unexpected("a type", UNKNOWN[upper], at)
-        if upper == "STRING":
-            return self._string(place)
+        if upper == "STRING" or (upper == "WSTRING" and self.dialect.has_wide_strings):
+            return self._string(place, is_wide=upper == "WSTRING")
         while self.kinds[self.i] == ".":
             self.i += 1
             name += f".{self.name('the name of a type')}"
@@ -94,15 +94,15 @@ class Types(Initials):
         """True if names of values follow the bracket, and no limits of a subrange."""
         return self.kinds[self.i + 1] == token.NAME and self.kinds[self.i + 2] in (",", ":=", ")")
 
-    def _string(self, place: tree.Place) -> tree.StringSpec:
+    def _string(self, place: tree.Place, *, is_wide: bool) -> tree.StringSpec:
         opening = self.i
         closing = {"(": ")", "[": "]"}.get(self.kinds[opening])
         if closing is None:
-            return tree.StringSpec(place=place)
+            return tree.StringSpec(is_wide=is_wide, place=place)
         self.i += 1
         length = self.expression()
         self.close(closing, opening)
-        return tree.StringSpec(length, place=place)
+        return tree.StringSpec(length, is_wide, place=place)
 
     def _array(self) -> tree.ArraySpec:
         at = self.i

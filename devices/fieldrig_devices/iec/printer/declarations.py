@@ -55,8 +55,9 @@ def _spec(lines: Lines, spec: tree.TypeSpec) -> None:
     match spec:
         case tree.NamedType(name):
             lines.append(name)
-        case tree.StringSpec(length):
-            lines.append("STRING" if length is None else f"STRING({text_of(length)})")
+        case tree.StringSpec(length, is_wide):
+            name = "WSTRING" if is_wide else "STRING"
+            lines.append(name if length is None else f"{name}({text_of(length)})")
         case tree.SubrangeSpec(base, low, high):
             lines.append(f"{base.name}({text_of(low)}..{text_of(high)})")
         case tree.ArraySpec(dimensions, element):

@@ -77,7 +77,8 @@ def _literal(literal: tree.Literal) -> str:
     elif literal.text:
         return literal.text
     elif isinstance(value, str):
-        text = literals.string_text(value)
+        is_wide = literal.kind is LiteralKind.WSTRING
+        text = literals.wide_string_text(value) if is_wide else literals.string_text(value)
     elif isinstance(value, float):
         text = literals.real_text(value)
     else:

@@ -11,6 +11,7 @@ class LiteralKind(Enum):
     INTEGER = "integer"
     REAL = "real number"
     STRING = "STRING"
+    WSTRING = "WSTRING"
     TIME = "TIME"
     DATE = "DATE"
     TOD = "TIME_OF_DAY"

@@ -14,6 +14,8 @@ class NamedType(Node):
 @dataclass(slots=True)
 class StringSpec(Node):
     length: Expression | None = None
+    is_wide: bool = False
+    """True for a WSTRING."""
 
 
 @dataclass(slots=True)

@@ -13,6 +13,7 @@ from typing import Final, Protocol
 from fieldrig.clock import NEVER_NS, Clock
 from fieldrig_devices.connections.connection import Serve
 from fieldrig_devices.connections.stack_services import StackServices
+from fieldrig_devices.ip.kernel_end import IpEnd
 from fieldrig_devices.ip.services import RelayedServices
 from fieldrig_devices.ip.stack import Stack
 from fieldrig_devices.max4.com1.parameters import LOCAL_IP_ADDRESS, Com1Parameters
@@ -61,7 +62,8 @@ class DialIn:
         self._watchdog = clock.watch(self._on_due)
         self._send: Callable[[bytes], None] = _drop
         self._hang_up: Callable[[], None] = _do_nothing
-        self._stack: Stack | None = None
+        self._waiting: Callable[[], int] = _nothing
+        self._end: IpEnd | None = None
         self._link = PppLink(
             PppSettings(),
             lambda: random.getrandbits(32),
@@ -76,9 +78,11 @@ class DialIn:
         """The phase of the present call; DEAD without a call."""
         return self._link.phase
 
-    def answer(self, send: Callable[[bytes], None], hang_up: Callable[[], None]) -> "DialIn":
+    def answer(
+        self, send: Callable[[bytes], None], hang_up: Callable[[], None], waiting: Callable[[], int]
+    ) -> "DialIn":
         """Answer a call (`port.Answer`)."""
-        self._send, self._hang_up = send, hang_up
+        self._send, self._hang_up, self._waiting = send, hang_up, waiting
         settings = self._settings()
         if settings is None:
             log.warning("a call is hung up: the Modem object has no UserName or no Password")
@@ -96,9 +100,9 @@ class DialIn:
         self.wake()
 
     def ended(self) -> None:
-        self._send, self._hang_up = _drop, _do_nothing
+        self._send, self._hang_up, self._waiting = _drop, _do_nothing, _nothing
         self._link.down(self._clock.now_ns())
-        self._end_stack()
+        self._end_ip()
         self.wake()
 
     # ---- PPP
@@ -116,10 +120,10 @@ class DialIn:
             log.warning("a call ends: no host can have the RemoteIpAddress %s", self._link.settings.peer_address)
             self._link.close(now_ns)
         elif phase is Phase.RUNNING:
-            self._begin_stack()
+            self._begin_ip()
         elif phase is Phase.DEAD:
             log.debug("a call has ended: %s", self._link.ended_by)
-            self._end_stack()
+            self._end_ip()
             self._hang_up()
 
     def _on_login(self, attempt: LoginAttempt) -> None:
@@ -127,29 +131,28 @@ class DialIn:
             self._owner.login_refused(attempt.name.decode("utf-8", "replace"))
 
     def _on_ip(self, packet: bytes) -> None:
-        if self._stack is not None:
-            self._stack.receive(self._clock.now_ns(), packet)
+        if self._end is not None:
+            self._end.receive(self._clock.now_ns(), packet)
 
     # ---- IP
 
-    def _begin_stack(self) -> None:
-        self._end_stack()
-        self._stack = Stack(
-            self._link.local_address,
-            self._link.mtu,
-            lambda packet: self._transmit(packet),
-            secret=self._random.randbytes(16),
-        )
-        StackServices(self._stack, self._services, self.wake, self._owner.tcp_connected)
+    def _begin_ip(self) -> None:
+        self._end_ip()
+        link = self._link
+        end: IpEnd = Stack(link.local_address, link.mtu, self._transmit, secret=self._random.randbytes(16))
+        if self._relayed is not None and isinstance(end, Stack):
+            end = self._relayed.end_of(end, link.peer_address, link.mtu, self._transmit, self._waiting)
+        self._end = end
+        StackServices(end, self._services, self.wake, self._owner.tcp_connected)
         if self._relayed is not None:
-            self._relayed.attach(self._stack)
+            self._relayed.attach(end)
 
-    def _end_stack(self) -> None:
-        stack, self._stack = self._stack, None
+    def _end_ip(self) -> None:
+        end, self._end = self._end, None
         if self._relayed is not None:
             self._relayed.attach(None)
-        if stack is not None:
-            stack.link_down(self._clock.now_ns())
+        if end is not None:
+            end.link_down(self._clock.now_ns())
 
     def _transmit(self, packet: bytes) -> None:
         self._link.send_ip(self._clock.now_ns(), packet)
@@ -159,13 +162,13 @@ class DialIn:
     def _on_due(self) -> None:
         now_ns = self._clock.now_ns()
         self._link.advance(now_ns)
-        if self._stack is not None:
-            self._stack.advance(now_ns)
+        if self._end is not None:
+            self._end.advance(now_ns)
         self.wake()
 
     def wake(self) -> None:
         """Set the watchdog again, after what may have given the link or the stack something to do."""
-        parts = (self._link, self._stack) if self._stack is not None else (self._link,)
+        parts = (self._link, self._end) if self._end is not None else (self._link,)
         due = [due_ns for part in parts if (due_ns := part.next_ns()) is not None]
         self._watchdog.due_ns = max(min(due), self._clock.now_ns()) if due else NEVER_NS
 
@@ -182,3 +185,8 @@ def _drop(_data: bytes) -> None:
 
 def _do_nothing() -> None:
     """Hang up nothing, because there is no line."""
+
+
+def _nothing() -> int:
+    """Return 0, because nothing waits without a line."""
+    return 0

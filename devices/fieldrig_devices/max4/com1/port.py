@@ -3,6 +3,7 @@
 Source: PacDrive manual 4494-4689 (digest PD-241 to PD-258).  The tables of the manual are in `states.py`.  The
 manual gives the 10 s between searches; the other times are our choice.  A call begins with CONNECT, or 1 s after DCD
 without it, and ends with DCD.  DTR goes off for 1 s to end a call, at a boot, and when the user of the port changes.
+A call that the controller ends is hung up when its last frame has passed the line and the modems, after 10 s at most.
 Left out: the serial protocol of EPAS-4, which is not public.
 """
 
@@ -10,7 +11,7 @@ import logging
 from collections.abc import Callable
 from typing import Final, Protocol
 
-from fieldrig.clock import Clock, S, Timer
+from fieldrig.clock import MS, Clock, S, Timer
 from fieldrig.link import Link
 from fieldrig_bus.serial.end import OFF, LineEnd
 from fieldrig_bus.serial.message import ControlLines, Format, ModemInputs, SerialMessage, inputs_from
@@ -40,6 +41,9 @@ CLEAR_NS: Final = 1 * S
 LOOK_NS: Final = 1 * S
 SEARCH_NS: Final = 10 * S
 CONNECT_NS: Final = 1 * S
+PASSED_NS: Final = 300 * MS
+"""Time in which the modems have transmitted what the line has brought."""
+LEAVE_NS: Final = 10 * S
 
 
 class Call(Protocol):
@@ -51,8 +55,8 @@ class Call(Protocol):
         """The line is gone; nothing may be sent any more."""
 
 
-Answer = Callable[[Callable[[bytes], None], Callable[[], None]], Call]
-"""Makes the `Call` from two functions: the first sends bytes, the second hangs up."""
+Answer = Callable[[Callable[[bytes], None], Callable[[], None], Callable[[], int]], Call]
+"""Makes the `Call` from functions that send bytes, hang up, and return the number of bytes that wait for the line."""
 
 
 class Com1:
@@ -216,7 +220,8 @@ class Com1:
             self._await_connect()
         elif state in ONLINE:
             self._set_modem_state(ModemState.ONLINE)
-            self._call = self._answer(self._send_in_call, self._hang_up) if self._answer is not None else None
+            if self._answer is not None:
+                self._call = self._answer(self._send_in_call, self._hang_up, self._waiting)
 
     def _search(self) -> None:
         self._set_modem_state(ModemState.INIT)
@@ -254,9 +259,24 @@ class Com1:
         if self.state in ONLINE:
             self._send(data)
 
+    def _waiting(self) -> int:
+        return self._line.waiting if self._line is not None else 0
+
     def _hang_up(self) -> None:
-        """Drop DTR, on which a modem ends its call."""
+        """End the call, once everything has been transmitted."""
         if self.state in ONLINE:
+            self._drop_later(self._clock.now_ns() + LEAVE_NS)
+
+    def _drop_later(self, limit_ns: int) -> None:
+        sent_ns = self._line.sent_ns if self._line is not None else 0
+        when_ns = min(max(sent_ns, self._clock.now_ns()) + PASSED_NS, limit_ns)
+        self._hang_up_timer = self._clock.call_at(when_ns, lambda: self._drop(limit_ns))
+
+    def _drop(self, limit_ns: int) -> None:
+        """Drop DTR, on which a modem ends its call, unless the modem has held the line in the meantime."""
+        if self._waiting() and self._clock.now_ns() < limit_ns:
+            self._drop_later(limit_ns)
+        elif self.state in ONLINE:
             self._set_lines(is_on=False)
             self._hang_up_timer = self._clock.call_at(self._clock.now_ns() + CLEAR_NS, self._on_hung_up)
 

@@ -13,7 +13,8 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from fieldrig.background import Background
+from fieldrig import progress
+from fieldrig.background import Background, Coarse
 from fieldrig.clock import US, Clock
 from fieldrig.device import Point, Value
 from fieldrig_devices.iec.beside import Beside, HostFacts, text_of
@@ -226,7 +227,8 @@ class Plc:
         known, objects = self._compiled, (host.objects, host.object_types)
         if known is not None and known[:2] == (container, objects):
             return known[2]
-        compiled = compile_container(container, host, self._controller.settings.retain, self._limits)
+        retain, report = self._controller.settings.retain, Coarse(progress.report)
+        compiled = compile_container(container, host, retain, self._limits, report=report)
         self._compiled = container, objects, compiled
         return compiled
 

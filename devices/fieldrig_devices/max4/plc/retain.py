@@ -6,12 +6,14 @@ their variables again after the program has changed.  A pointer is never retaine
 """
 
 import json
+import re
 import struct
 from collections.abc import Iterator, Mapping, Sequence
 from hashlib import sha256
 from typing import Final, NamedTuple, Self
 
 from fieldrig.untrusted import MalformedError, items, read_json, typed
+from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.program import Program, Variable
 from fieldrig_devices.iec.types import (
     ArrayType,
@@ -33,6 +35,7 @@ CODES: Final[Mapping[str, str]] = {
 }  # fmt: skip
 """Format characters of `struct` by elementary type."""
 LONGEST_MAP: Final = 16 << 20
+_TEXT: Final = re.compile(r"(W?)STRING\(([0-9]{1,3})\)")
 
 
 class Leaf(NamedTuple):
@@ -41,7 +44,7 @@ class Leaf(NamedTuple):
     path: str
     address: int
     type: str
-    """An elementary type, or STRING(80)."""
+    """An elementary type, or STRING(80), or WSTRING(80)."""
     variable: Variable | None = None
     """The variable that it is, or is part of."""
 
@@ -51,7 +54,14 @@ class Leaf(NamedTuple):
 
     @property
     def code(self) -> str:
-        return CODES.get(self.type) or f"{int(self.type[7:-1]) + 1}s"
+        text = self.text
+        return f"{text.size}s" if text is not None else CODES[self.type]
+
+    @property
+    def text(self) -> StringType | None:
+        """The type if it is that of a text."""
+        found = _TEXT.fullmatch(self.type)
+        return None if found is None else StringType(int(found[2]), bool(found[1]))
 
 
 def leaves_of(program: Program) -> list[Leaf]:
@@ -90,7 +100,7 @@ def _leaves(source: Variable, path: str, address: int, type: Type, is_retain: bo
         case EnumType() | SubrangeType() if is_retain:
             yield Leaf(path, address, type.base.value, source)
         case StringType() if is_retain:
-            yield Leaf(path, address, f"STRING({type.length})", source)
+            yield Leaf(path, address, f"{type.name}({type.length})", source)
 
 
 def _has_blocks(type: Type) -> bool:
@@ -109,7 +119,8 @@ class RetainMap:
     def __init__(self, leaves: Sequence[Leaf]) -> None:
         self.leaves = tuple(leaves)
         self._format = struct.Struct("<" + "".join(leaf.code for leaf in self.leaves))
-        self._texts = [number for number, leaf in enumerate(self.leaves) if leaf.code.endswith("s")]
+        texts = ((number, leaf.text) for number, leaf in enumerate(self.leaves))
+        self._texts = [(number, text.is_wide) for number, text in texts if text is not None]
         self.mark = sha256(self.encode()).digest()[:MARK_BYTES]
         """The mark that distinguishes the values of this program from those of another one."""
 
@@ -121,8 +132,8 @@ class RetainMap:
     def pack(self, values: Sequence[Value]) -> Values:
         """The values of all leaves as bytes."""
         packed: list[Value | bytes] = list(values)
-        for number in self._texts:
-            packed[number] = str(values[number]).encode("latin-1", "replace")
+        for number, is_wide in self._texts:
+            packed[number] = characters.encoded(str(values[number]), is_wide=is_wide)
         return Values(self.mark, self._format.pack(*packed))
 
     def unpack(self, data: bytes) -> dict[tuple[str, str], Value]:
@@ -130,8 +141,8 @@ class RetainMap:
         if len(data) != self.size:
             return {}
         values = list(self._format.unpack(data))
-        for number in self._texts:
-            values[number] = values[number].partition(b"\0")[0].decode("latin-1")
+        for number, is_wide in self._texts:
+            values[number] = characters.decoded(values[number], is_wide=is_wide)
         keys = ((leaf.path.casefold(), leaf.type) for leaf in self.leaves)
         return dict(zip(keys, values, strict=True))
 
@@ -146,9 +157,8 @@ class RetainMap:
             if len(row) != 2:
                 raise MalformedError("expected a name and a type")
             path, type = typed(row[0], str), typed(row[1], str)
-            length = type[7:-1]
-            is_text = type == f"STRING({length})" and length.isascii() and length.isdecimal() and len(length) < 4
-            if type not in CODES and not is_text:
+            leaf = Leaf(path, 0, type)
+            if type not in CODES and leaf.text is None:
                 raise MalformedError("expected an elementary type")
-            leaves.append(Leaf(path, 0, type))
+            leaves.append(leaf)
         return cls(leaves)

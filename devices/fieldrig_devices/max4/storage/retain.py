@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from fieldrig.store import Store, StoreError
 from fieldrig_devices.iec.limits import KB
+from fieldrig_devices.max4.storage.disk import WRITE_CYCLES
 
 if TYPE_CHECKING:
     from fieldrig_devices.max4.storage.buffered_ram import BufferedRam
@@ -18,7 +19,6 @@ log = logging.getLogger(__name__)
 
 RetainKind = Literal["nvram", "ups", "pn4"]
 SIZES: Final[dict[RetainKind, int]] = {"nvram": 1 * KB, "ups": 64 * KB, "pn4": 101 * KB}
-WRITE_CYCLES: Final = 100_000
 _COUNT: Final = 4
 """Size of the write counter before the data on the disk, in bytes."""
 

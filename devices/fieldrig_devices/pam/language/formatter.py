@@ -14,9 +14,13 @@ INDENT: Final = 2
 CONTINUED: Final = 4
 """Blanks in front of the further lines of a statement, beyond its level."""
 _DECLARATIONS: Final = frozenset(kind for kind in KINDS if " " not in kind)
-_PROGRAM_WORDS: Final = "APPLICATION BOOLEAN ACTIONS ROUTINES ROUTINE TASK SEQUENCE SPECS EVENTS POWERON IF LOOP CASE"
+_PROGRAM_WORDS: Final = (
+    "APPLICATION BOOLEAN ACTIONS ROUTINES ROUTINE TASK SEQUENCE SPECS EVENTS POWERON IF LOOP CASE "
+    "VME RS422 DUALPORT_IN DUALPORT_OUT"
+)
 _OPENING: Final = _DECLARATIONS | frozenset(_PROGRAM_WORDS.split())
-_BEGINNINGS: Final = frozenset(["THEN", "ELSE", "ACTION", "LOOP", "CASE", "APPLICATION", "SPECS", "EVENTS", "POWERON"])
+_BEGINNING_WORDS: Final = "THEN ELSE ACTION LOOP CASE APPLICATION SPECS EVENTS POWERON DUALPORT DUAL_PORT PORT"
+_BEGINNINGS: Final = frozenset(_BEGINNING_WORDS.split())
 """Words that a statement or declaration follows without a semicolon."""
 _NO_BLANK_BEFORE: Final = frozenset((";", ",", ")", ":", "[i]", "[all]", "[all+]", "[all*]", "."))
 _NO_BLANK_AFTER: Final = frozenset(("(", "!", ":", "."))
@@ -115,10 +119,11 @@ class _Layout:
 
     def _opens_variable(self, word: str) -> bool:
         """True for a variable with a body, as in INTERNAL FLAG_VAR x; NUMBER = 3; END."""
-        if word not in ("INTERNAL", "COMMON") or self.at + 4 >= len(self.tokens):
+        if word not in ("INTERNAL", "COMMON", "INPUT", "OUTPUT") or self.at + 4 >= len(self.tokens):
             return False
-        return self.tokens[self.at + 4].text.upper() in ("NUMBER", "NODES_GROUP", "END") and (
-            self.tokens[self.at + 4].text.upper() == "END" or self.tokens[self.at + 5].text == "="
+        following = self.tokens[self.at + 4].text.upper()
+        return following == "END" or (
+            following in ("NUMBER", "NODES_GROUP", "PERIOD") and self.tokens[self.at + 5].text == "="
         )
 
 

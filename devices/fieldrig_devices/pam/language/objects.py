@@ -6,7 +6,8 @@ well and may stand again, `may` is optional; `one:x` requires a single parameter
 
 What a parameter holds is one of: integer, number (not negative), signed, flagged words in parentheses such as
 (YES NO), a reference to an object of one of the kinds in angles such as <NODE>, routine (NONE or a routine with its
-arguments), file (the name of a cam profile), any (a reference to an object of any kind).
+arguments), file (the name of a cam profile), bit (a number from 0 to 7 behind BIT, or nothing for 0), any (a reference
+to an object of any kind).
 """
 
 from collections.abc import Mapping
@@ -64,6 +65,12 @@ _CHANNEL = """
     NODE     <NODE>      must NA
     ADDRESS  integer     must NA
 """
+_TIMEOUTS = """
+    MASTER_READY_TIMEOUT         integer/(NONE) must RO
+    MASTER_CONFIGURATION_TIMEOUT integer/(NONE) must RO
+    MASTER_INACTIVITY_TIMEOUT    integer/(NONE) must RW
+"""
+_AT = "    RESERVED integer may NA\n    ADDRESS integer {0} must NA\n"
 _LEVEL = "    ACTIVE   (HIGH|LOW)  must NA\n"
 _SAMPLED = _LEVEL + "    PERIOD   integer     must NA\n    DEBOUNCE integer     must NA\n"
 
@@ -209,14 +216,55 @@ _TABLES: Final = {
     ANTI_DELAY       (YES|NO)  may  NA
     """
     + _POSITION.format("RW"),
+    "VME DUALPORT": "    DEFAULT_PERIOD integer must NA\n" + _TIMEOUTS,
+    "DUAL_PORT": """
+    START_ADDRESS  integer      must NA
+    LENGTH         integer      must NA
+    FIFO_IN_START  integer      must NA
+    FIFO_IN_HEAD   integer      must NA
+    FIFO_IN_TAIL   integer      must NA
+    FIFO_OUT_START integer      must NA
+    FIFO_OUT_HEAD  integer      must NA
+    FIFO_OUT_TAIL  integer      must NA
+    WATCH_DOG      integer      must NA
+    PAM_READY      integer bit  must NA
+    DUALPORT_READY integer bit  must NA
+    HOST_READY     integer bit  must NA
+    PERIOD         integer      must NA
+    """
+    + _TIMEOUTS,
+    "RS422 PORT": "    PERIOD integer must NA\n" + _TIMEOUTS + "    PAM_WATCHDOG_MESSAGE_PERIOD integer must RW",
     **{
         f"{scope} {kind}": _MULTIPLE
         for scope in ("INTERNAL", "COMMON")
         for kind in ("FLAG_VAR", "WORD_VAR", "REAL_VAR")
     },
+    **{
+        f"{port} {direction} {kind}": _MULTIPLE + period
+        for port, period in (("VME", "    PERIOD number may NA\n"), ("RS422", ""))
+        for direction in ("INPUT", "OUTPUT")
+        for kind in ("FLAG_VAR", "WORD_VAR", "LONG_VAR", "REAL_VAR")
+    },
+    **{
+        f"{direction} {kind}": _MULTIPLE + _AT.format(bit)
+        for direction in ("DUALPORT_IN", "DUALPORT_OUT")
+        for kind, bit in (("FLAG_VAR", "bit"), ("WORD_VAR", ""))
+    },
 }
 KINDS: Final[Mapping[str, Mapping[str, Rule]]] = {kind: rules(text) for kind, text in _TABLES.items()}
 """The parameters of each kind of declaration that is described by parameters."""
+
+PORTS: Final[Mapping[str, str]] = {
+    "VME DUALPORT": "DualPort",
+    "DUAL_PORT": "DualPort",
+    "RS422 PORT": "RS422Port",
+}
+"""The predeclared object that each kind of port is to a program (PAMS-083, PAMS-099)."""
+PORT_PARAMETERS: Final[Mapping[str, Mapping[str, Rule]]] = {
+    "DUALPORT": rules(_TIMEOUTS),
+    "RS422PORT": {name: rule for name, rule in KINDS["RS422 PORT"].items() if rule.access != "NA"},
+}
+"""The parameters that a program reads and writes, as in DualPort:MASTER_INACTIVITY_TIMEOUT (PAMS-084)."""
 
 SPECS: Final[Mapping[str, Mapping[str, Rule]]] = {
     "ACTIONS": rules(_MULTIPLE + "    CYCLES integer must NA"),

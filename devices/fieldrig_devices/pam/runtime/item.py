@@ -4,7 +4,7 @@ Names of parameters, functions and symbolic values are those of the tables in `l
 `language/functions.py`.  The checker has refused everything else, so neither side checks names again.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -34,11 +34,15 @@ class RoutineRef:
 class Item(Protocol):
     """One item of an object.  An object with NUMBER or a NODES_GROUP has several, numbered from 0."""
 
-    def value(self) -> Value:
-        """Return what the object's name stands for in an expression."""
+    def value(self) -> Value | Pending:
+        """Return what the object's name stands for in an expression.  Only an encoder's may be pending."""
 
     def set_value(self, value: Value) -> None:
-        """Carry out `object <- value`."""
+        """Carry out `object <- value`.
+
+        The value is a flag for a binary object, an integer of 32 bits for a digital or analog output of a node, and a
+        number as it was computed for any other object.
+        """
 
     def ask(self, function: str, arguments: Sequence[Any]) -> Value | Pending:
         """Answer `object ? function(arguments)`."""
@@ -65,7 +69,11 @@ class Kernel(Protocol):
         """Number of basic cycles since power-on."""
 
     def touched(self, name: str) -> None:
-        """The value of the object changed, or an answer of one of its inquiries: what waits for it is looked at."""
+        """The value of the object changed, or an answer of one of its inquiries: what waits for it is looked at.
+
+        It is needed for values and for answers that are flags or integers.  What waits for an answer or a parameter
+        that is a real looks at it in each of its cycles (G-19), so that a moving axis causes no calls.
+        """
 
     def start_routine(self, routine: RoutineRef) -> None:
         """Run a routine between the pipes and the ring of this basic cycle (G-16)."""
@@ -81,8 +89,17 @@ class Objects(Protocol):
     def items(self) -> Mapping[str, Sequence[Item]]:
         """The items of each object, by its name."""
 
+    def is_active(self, name: str, index: int) -> bool:
+        """Return False if the item of an object, or of a NODES_GROUP, belongs to a component that is missing (G-46)."""
+
     def connect(self, blocks: Sequence[Item]) -> None:
         """Make and activate a pipe, from the output block to the input block (PAML-403)."""
+
+    def inactive(self, group: str) -> Collection[int]:
+        """Return the components of a NODES_GROUP, from 0, that are not on the ring (PAML-005, G-46).
+
+        The run time asks once, before it starts the programs.
+        """
 
     def take(self) -> None:
         """Begin a basic cycle: what the ring has brought has been reported, and answers are there."""

@@ -319,7 +319,7 @@ def test_program_calls_have_no_instance() -> None:
             "The method Run is not supported",
         ),
         (interface("<localVars><variable name='v'><type/></variable></localVars>"), "variable v: The type is missing"),
-        (interface(f"<localVars>{variable('v', '<wstring/>')}</localVars>"), "The type wstring is not known"),
+        (interface(f"<localVars>{variable('v', '<ANY/>')}</localVars>"), "The type ANY is not known"),
         (interface(f"<localVars>{variable('v', '<INT/>', simple('5 6'))}</localVars>"), "variable v"),
         (interface(f"<localVars>{variable('v', '<INT/>', address='IX')}</localVars>"), "is not an address"),
         (tc6(pou('<FBD><error localId="1"><content>lost</content></error></FBD>')), "could not be exported: lost"),

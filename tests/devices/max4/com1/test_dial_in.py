@@ -77,7 +77,7 @@ def test_a_call_and_ethernet_serve_at_the_same_time() -> None:
     "settings", [PppSettings(own=Login(b"service", b"wrong")), PppSettings(own=Login(b"", b"")), PppSettings()]
 )
 def test_a_caller_without_the_right_login_is_hung_up(settings: PppSettings) -> None:
-    bench = DialInBench().call(settings)
+    bench = DialInBench().call(settings).go(500)
     assert bench.link is not None
     assert bench.link.phase is Phase.DEAD
     bench.go(3000)

@@ -120,7 +120,8 @@ def test_a_dropped_line_ends_the_call_and_the_next_call_is_answered(loss: Serial
 def test_hanging_up_drops_dtr_for_1_s() -> None:
     bench = Com1Bench().online()
     bench.calls[0].hang_up()
-    assert not bench.dtr()
+    assert bench.dtr()
+    assert not bench.run(0.3).dtr()
     bench.run(0.1).says(READY)
     assert bench.states == (6, 2)
     assert not bench.dtr()
@@ -129,10 +130,27 @@ def test_hanging_up_drops_dtr_for_1_s() -> None:
     assert bench.says(CARRIER, CONNECT).states == (7, 3)
 
 
+def test_the_last_frame_has_passed_the_line_before_dtr_drops() -> None:
+    bench = Com1Bench(baud=38_400).online()
+    bench.calls[0].send(b"\x7e" * 3840)  # 1 s
+    bench.calls[0].hang_up()
+    assert bench.run(1.2).dtr()
+    assert not bench.run(0.2).dtr()
+    assert bench.sent().endswith(b"\r" + b"\x7e" * 3840)
+
+
+def test_a_modem_that_holds_the_line_gets_10_s_for_the_last_frame() -> None:
+    bench = Com1Bench(baud=38_400).online().says(ControlLines(rts=False))  # CTS of the controller
+    bench.calls[0].send(b"last frame")
+    bench.calls[0].hang_up()
+    assert bench.run(9.9).dtr()
+    assert not bench.run(0.2).dtr()
+
+
 def test_a_modem_that_ignores_dtr_gets_another_call() -> None:
     bench = Com1Bench().online()
     bench.calls[0].hang_up()
-    bench.run(1)
+    bench.run(1.3)
     assert bench.calls[0].has_ended
     assert bench.states == (6, 2)
     assert len(bench.run(1).calls) == 2

@@ -1,11 +1,13 @@
 """The life of a program: boot, start, stop, reset, cold start, download, online change, and files that are wrong."""
 
+import os
 from pathlib import Path
 
 import pytest
 from max4_bench import Bench
 from plc_bench import PlcBench, task_of
 
+from fieldrig import progress
 from fieldrig.errors import ConfigError, ControlError
 from fieldrig.store import MemoryStore
 from fieldrig_devices.max4.messages.catalogue import MESSAGES
@@ -448,3 +450,16 @@ def test_active_steps_of_a_chart_are_seen_while_it_runs(tmp_path: Path) -> None:
     bench.put("PLC_PRG.bGo", True).run(30)
     assert (bench.value("PLC_PRG.Waiting.x"), bench.value("PLC_PRG.Counting.x")) == (False, True)
     assert int(bench.value("PLC_PRG.lCount")) >= 2
+
+
+def test_compiling_at_the_start_counts_as_progress_of_the_process(tmp_path: Path) -> None:
+    reader, writer = os.pipe()
+    progress.report_to(writer)
+    try:
+        PlcBench(tmp_path, COUNTER + TASK)
+    finally:
+        progress.finish()
+        steps = os.read(reader, 1 << 16).decode().splitlines()
+        os.close(reader)
+    assert "lower 100 %" in steps
+    assert "compile 100 %" in steps

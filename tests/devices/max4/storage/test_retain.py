@@ -9,7 +9,7 @@ from max4_bench import Bench
 
 from fieldrig.errors import ConfigError, ControlError
 from fieldrig.store import MemoryStore
-from fieldrig_devices.max4.storage.retain import WRITE_CYCLES
+from fieldrig_devices.max4.storage.disk import WRITE_CYCLES
 
 KB = 1024
 

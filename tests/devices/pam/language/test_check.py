@@ -118,7 +118,7 @@ DECLARATIONS = [
     ("COMPARATOR CMP_a; REFERENCE = 1; ROUTINE = RTN_Show WITH CRV_Size, 1; END", "is no constant here"),
     (
         "BOOLEAN BOL_a; LINKED_OUTPUT = IFV_Go; EQUATION IFV_Go; END_BOOLEAN",
-        "expected a BINARY_OUTPUT or",
+        "expected a BINARY_OUTPUT, an LED_OUTPUT or",
     ),
     (
         "ACTIONS ACT_a; SPECS CYCLES = 1; END_SPECS ON_EVENT IFV_Go ACTION WAIT_TIME 5; END_ACTION END_ACTIONS",

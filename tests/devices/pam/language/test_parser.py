@@ -73,7 +73,7 @@ def test_precedence(text: str, meaning: str) -> None:
         ("NODE CASE; END", (2, 6), "CASE is a reserved word"),
         ("SEQUENCE SEQ_a; END_SEQUENCE", (2, 1), "got SEQUENCE; expected the kind of an object"),
         ("INTERNAL BIT_VAR a;", (2, 10), "got BIT_VAR; expected FLAG_VAR, WORD_VAR or REAL_VAR"),
-        ("VME DUALPORT END_DUALPORT", (2, 1), "The ports to a PLC are not built yet"),
+        ("VME DUALPORT END_DUALPORT", (2, 14), "expected SPECS"),
     ],
 )
 def test_wrong_items(text: str, place: tuple[int, int], said: str) -> None:

@@ -114,7 +114,8 @@ def _simple(text: str, line: int, spec: tree.TypeSpec, fragments: Fragments) -> 
     if isinstance(spec, tree.StringSpec) and text[0] not in "'\"":
         # Some editors store the characters without quotes.
         place = tree.Place(line, 1)
-        return tree.Literal(tree.LiteralKind.STRING, text, place=place)
+        kind = tree.LiteralKind.WSTRING if spec.is_wide else tree.LiteralKind.STRING
+        return tree.Literal(kind, text, place=place)
     return fragments.initial(text, line)
 
 

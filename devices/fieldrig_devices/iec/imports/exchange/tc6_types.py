@@ -33,9 +33,10 @@ def read_type(of: Element | None, fragments: Fragments, depth: int = 0) -> tree.
     if name.upper() in ELEMENTARY:
         return tree.NamedType(name.upper(), place=place)
     match name.casefold():
-        case "string":
+        case "string" | "wstring":
             length = attribute(inner, "length").strip()
-            return tree.StringSpec(fragments.expression(length, place.line) if length else None, place=place)
+            longest = fragments.expression(length, place.line) if length else None
+            return tree.StringSpec(longest, name.casefold() == "wstring", place=place)
         case "derived":
             return _derived(inner, fragments)
         case "array":

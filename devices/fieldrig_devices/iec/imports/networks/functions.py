@@ -34,7 +34,7 @@ _WIDTH: Final = (
     "BOOL", "BYTE", "USINT", "SINT", "WORD", "UINT", "INT", "DWORD", "UDINT", "DINT", "LWORD", "ULINT", "LINT", "REAL",
     "LREAL",
 )  # fmt: skip
-_ELEMENTARY: Final = frozenset((*_WIDTH, "TIME", "DATE", "TOD", "DT", "STRING"))
+_ELEMENTARY: Final = frozenset((*_WIDTH, "TIME", "DATE", "TOD", "DT", "STRING", "WSTRING"))
 
 
 def is_standard(name: str) -> bool:
@@ -59,7 +59,8 @@ def result_of(name: str) -> tree.TypeSpec | None:
     fixed = _FIXED.get(key) or conversion(name)
     if fixed is None:
         return None
-    return tree.StringSpec() if fixed == "STRING" else tree.NamedType(fixed)
+    is_text = fixed in ("STRING", "WSTRING")
+    return tree.StringSpec(is_wide=fixed == "WSTRING") if is_text else tree.NamedType(fixed)
 
 
 def output_of(block: str, pin: str) -> tree.TypeSpec | None:

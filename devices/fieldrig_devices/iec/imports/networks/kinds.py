@@ -97,6 +97,8 @@ def _of_literal(literal: tree.Literal) -> tree.TypeSpec | None:
     match literal.kind:
         case tree.LiteralKind.STRING:
             return tree.StringSpec()
+        case tree.LiteralKind.WSTRING:
+            return tree.StringSpec(is_wide=True)
         case tree.LiteralKind.INTEGER:
             return tree.NamedType("INT" if -32768 <= int(literal.value) <= 32767 else "DINT")
         case tree.LiteralKind.REAL:

@@ -6,8 +6,16 @@ from fieldrig_devices.languages.mistakes import Mistake
 from fieldrig_devices.pam.language.check.declarations import check_application, check_declaration, check_parameters
 from fieldrig_devices.pam.language.check.expressions import need
 from fieldrig_devices.pam.language.check.pipes import check_sharing
+from fieldrig_devices.pam.language.check.ports import check_port, check_ports
 from fieldrig_devices.pam.language.check.statements import check_sequence, check_statements
-from fieldrig_devices.pam.language.check.symbols import Context, Names, Symbol, is_multiple, with_article
+from fieldrig_devices.pam.language.check.symbols import (
+    Context,
+    Names,
+    Symbol,
+    is_multiple,
+    is_port_output,
+    with_article,
+)
 from fieldrig_devices.pam.language.items import (
     Actions,
     Application,
@@ -19,7 +27,7 @@ from fieldrig_devices.pam.language.items import (
     Sequence,
     Task,
 )
-from fieldrig_devices.pam.language.objects import SPECS
+from fieldrig_devices.pam.language.objects import PORTS, SPECS
 from fieldrig_devices.pam.language.tree import ExceptionEntry, If, Loop, Place, Statement
 
 MOST_FORMALS = 4
@@ -39,6 +47,7 @@ def check(program: Program) -> list[Mistake]:
     for item in program.items:
         _check_item(item, names)
     check_sharing(program, names)
+    check_ports(program, names)
     return sorted(names.mistakes, key=lambda wrong: (wrong.file, wrong.line, wrong.column))
 
 
@@ -46,6 +55,8 @@ def _check_item(item: Item, names: Names) -> None:
     match item:
         case Application():
             check_application(item, names)
+        case Declaration(kind=kind) if kind in PORTS:
+            check_port(item, names)
         case Declaration():
             check_declaration(item, names)
         case BooleanEquation():
@@ -61,10 +72,15 @@ def _check_item(item: Item, names: Names) -> None:
 def _check_equation(equation: BooleanEquation, names: Names) -> None:
     need(equation.equation, "flag", names, Context(equation.is_multiple, where="an equation"))
     linked = equation.linked_output
-    if linked is not None and (symbol := names.object(linked)) is not None and symbol.kind not in _LINKABLE:
+    symbol = names.object(linked) if linked is not None else None
+    if linked is not None and symbol is not None and not _is_linkable(symbol):
         what = f"{linked.name} is {with_article(symbol.kind)}"
-        names.wrong(linked.place, what, "a BINARY_OUTPUT or an LED_OUTPUT")
+        names.wrong(linked.place, what, "a BINARY_OUTPUT, an LED_OUTPUT or an output flag of a port")
     names.declare(Symbol(equation.name, "BOOLEAN", equation.place, equation.is_multiple))
+
+
+def _is_linkable(symbol: Symbol) -> bool:
+    return symbol.kind in _LINKABLE or (symbol.kind == "FLAG_VAR" and is_port_output(symbol))
 
 
 def _check_actions(actions: Actions, names: Names) -> None:

@@ -35,7 +35,7 @@ def check_declaration(declaration: Declaration, names: Names) -> None:
     kind = declaration.kind
     check_parameters(kind, KINDS[kind], declaration.parameters, declaration.place, names)
     values = {parameter.name: parameter for parameter in declaration.parameters}
-    for rule in _RULES.get(kind, ()):
+    for rule in _RULES.get(kind, _VARIABLE if kind.endswith("_VAR") else ()):
         rule(declaration, values, names)
     names.declare(
         Symbol(
@@ -122,9 +122,9 @@ def _check_number(rule: Rule, holds: str, value: Expression, names: Names) -> No
         return  # the parser takes only the words of the rule
     if not isinstance(value, Number):
         names.wrong(value.place, f"{rule.name} is no number", "a number")
-    elif holds == "integer" and not isinstance(value.value, int):
+    elif holds in ("integer", "bit") and not isinstance(value.value, int):
         names.wrong(value.place, f"{rule.name} is {value.spelling}", "a whole number")
-    elif holds in ("integer", "number") and value.value < 0:
+    elif holds in ("integer", "number", "bit") and value.value < 0:
         names.wrong(value.place, f"{rule.name} is {value.spelling}", "a number that is not negative")
 
 
@@ -229,6 +229,7 @@ def _bits(_declaration: Declaration, values: Mapping[str, Parameter], names: Nam
         names.wrong(values["BITS"].place, f"BITS is {bits}", "1 to 12, the channels of a module")
 
 
+_VARIABLE: Final = (_positive("NUMBER", "PERIOD"),)
 _RULES: Final[Mapping[str, Sequence[_Check]]] = {
     "NODES_GROUP": (_positive("NUMBER"),),
     "AXIS": (

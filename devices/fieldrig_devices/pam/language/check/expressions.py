@@ -8,7 +8,7 @@ from typing import Final
 
 from fieldrig_devices.pam.language.check.symbols import TYPE_NAMES, Context, Names, Symbol, listed, with_article
 from fieldrig_devices.pam.language.functions import EXECUTIVE, INQUIRIES, MATHEMATICS, VALUES, Function, Type
-from fieldrig_devices.pam.language.objects import KINDS, Rule
+from fieldrig_devices.pam.language.objects import KINDS, PORT_PARAMETERS, Rule
 from fieldrig_devices.pam.language.tree import (
     Binary,
     Expression,
@@ -114,7 +114,7 @@ def _value(reference: Reference, names: Names, context: Context) -> Type | None:
 
 def rule_of(parameter: ParameterOf, symbol: Symbol, names: Names) -> Rule | None:
     """Return the rule of a parameter.  One that the kind does not have is reported, and is None."""
-    rules = KINDS.get(symbol.kind, {})
+    rules = KINDS.get(symbol.kind, PORT_PARAMETERS.get(symbol.kind, {}))
     found = rules.get(parameter.parameter)
     if found is None:
         what = f"{with_article(symbol.kind)} has no parameter {parameter.parameter}"
@@ -132,7 +132,7 @@ def _parameter(parameter: ParameterOf, names: Names, context: Context) -> Type |
         what = f"{rule.name} of {with_article(symbol.kind)} cannot be read by a program"
         names.wrong(parameter.place, what, "a parameter with the access RO or RW")
         return None
-    return "integer" if rule.holds[0] == "integer" else "real"
+    return "integer" if rule.holds[0].partition("/")[0] == "integer" else "real"
 
 
 def _unary(unary: Unary, names: Names, context: Context) -> Type | None:

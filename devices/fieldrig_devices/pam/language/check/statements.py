@@ -9,6 +9,7 @@ from fieldrig_devices.pam.language.check.symbols import (
     Names,
     Symbol,
     is_multiple,
+    is_port_input,
     listed,
     sequence_of,
     with_article,
@@ -105,6 +106,9 @@ def _target(reference: Reference, names: Names, context: Context) -> Symbol | No
     symbol = names.object(reference)
     if symbol is not None:
         indexed(reference, symbol, names, context, is_target=True)
+        if is_port_input(symbol):
+            hint = "Only the master of the port changes its inputs."
+            names.wrong(reference.place, f"{symbol.name} is an input of a port", "an output or another variable", hint)
     return symbol
 
 

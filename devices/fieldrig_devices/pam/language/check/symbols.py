@@ -100,6 +100,17 @@ def is_multiple(task: Task) -> bool:
     return by_specs or any(sequence.is_multiple for sequence in task.sequences)
 
 
+def is_port_input(symbol: Symbol) -> bool:
+    """True for a variable that only the master writes."""
+    kind = symbol.declaration.kind if symbol.declaration is not None else ""
+    return "INPUT " in kind or kind.startswith("DUALPORT_IN ")
+
+
+def is_port_output(symbol: Symbol) -> bool:
+    kind = symbol.declaration.kind if symbol.declaration is not None else ""
+    return kind.startswith(("VME OUTPUT", "RS422 OUTPUT", "DUALPORT_OUT"))
+
+
 def sequence_of(task: Task, name: str) -> SequenceItem | None:
     return next((sequence for sequence in task.sequences if sequence.name == name), None)
 

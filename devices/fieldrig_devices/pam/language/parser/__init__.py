@@ -5,7 +5,7 @@ from typing import Final
 
 from fieldrig_devices.languages.mistakes import Mistake
 from fieldrig_devices.pam.language.items import Item, Program
-from fieldrig_devices.pam.language.parser import declarations, programs
+from fieldrig_devices.pam.language.parser import declarations, ports, programs
 from fieldrig_devices.pam.language.parser.cursor import Cursor, UnexpectedError
 from fieldrig_devices.pam.language.preprocessor import Preprocessor, Reader, no_files
 from fieldrig_devices.pam.language.tokens import LONGEST_SOURCE, Token, mistake, split
@@ -14,11 +14,14 @@ from fieldrig_devices.pam.language.tree import Place
 _PROGRAMS: Final[Mapping[str, Callable[[Cursor], Item]]] = {
     "APPLICATION": declarations.application,
     "BOOLEAN": declarations.equation,
+    "DUAL_PORT": ports.dual_port,
+    "VME": ports.port,
+    "RS422": ports.port,
     "ACTIONS": programs.actions,
     "ROUTINES": programs.routines,
     "TASK": programs.task,
 }
-_PORTS: Final = ("VME", "DUAL_PORT", "DUALPORT_IN", "DUALPORT_OUT", "RS422")
+_ENDS: Final = ("END_TASK", "END_ACTIONS", "END_ROUTINES", "END_DUALPORT", "END_PORT")
 MOST_MISTAKES: Final = 500
 
 
@@ -53,9 +56,6 @@ def _item(cursor: Cursor) -> Item:
         return _PROGRAMS[word](cursor)
     if word in declarations.ITEMS:
         return declarations.declaration(cursor)
-    if word in _PORTS:
-        hint = "The ports to a PLC are not built yet; a program without them runs with INTERNAL variables."
-        raise cursor.unexpected("an item of a program without ports", hint)
     raise cursor.unexpected("the kind of an object, such as NODE, AXIS or TASK")
 
 
@@ -63,7 +63,7 @@ def _skip_to_item(cursor: Cursor) -> None:
     """Go on behind the END of what could not be read, or at the next item that begins a line."""
     while not cursor.is_at_end:
         line = cursor.tokens[cursor.i - 1].place.line
-        if cursor.is_word("END") or cursor.token.text.upper() in ("END_TASK", "END_ACTIONS", "END_ROUTINES"):
+        if cursor.is_word("END") or cursor.token.text.upper() in _ENDS:
             cursor.i += 1
             return
         if cursor.place.line != line and cursor.is_word(*declarations.ITEMS) and not cursor.is_next("="):

@@ -26,8 +26,7 @@ def declaration(cursor: Cursor) -> Declaration:
     kind = _kind(cursor)
     name = cursor.name(f"the name of the {kind}")
     cursor.semicolon()
-    is_variable = kind.endswith("_VAR")
-    if is_variable and not cursor.is_word("NUMBER", "NODES_GROUP", "END"):
+    if kind.endswith("_VAR") and not cursor.is_word(*KINDS[kind], "END"):
         return Declaration(place, kind, name)
     parts: list[Declaration] = []
     found = parameters(cursor, kind, KINDS[kind], ("END",), parts)
@@ -39,13 +38,17 @@ def declaration(cursor: Cursor) -> Declaration:
 def _kind(cursor: Cursor) -> str:
     kind = cursor.token.text.upper()
     cursor.i += 1
-    if kind not in ("INTERNAL", "COMMON"):
-        return kind
-    variable = cursor.token.text.upper()
-    if f"{kind} {variable}" not in KINDS:
-        raise cursor.unexpected("FLAG_VAR, WORD_VAR or REAL_VAR")
+    return kind if kind in KINDS else with_class(cursor, kind)
+
+
+def with_class(cursor: Cursor, scope: str) -> str:
+    """Read the class of a variable, and return its kind."""
+    kind = f"{scope} {cursor.token.text.upper()}"
+    if kind not in KINDS:
+        classes = [known.rpartition(" ")[2] for known in KINDS if known.rpartition(" ")[0] == scope]
+        raise cursor.unexpected(f"{', '.join(classes[:-1])} or {classes[-1]}")
     cursor.i += 1
-    return f"{kind} {variable}"
+    return kind
 
 
 def parameters(
@@ -103,6 +106,8 @@ def _values(cursor: Cursor, rule: Rule) -> tuple[Expression | RoutineCall, ...]:
         return (reference(cursor),)
     if rule.need == MANY:
         return _axis_of_set(cursor)
+    if rule.holds[-1] == "bit":
+        return _bit_address(cursor)
     found: list[Expression | RoutineCall] = []
     for holds in rule.holds:
         is_listed = any(cursor.is_word(word) for word in rule.words) or (
@@ -155,6 +160,16 @@ def _axis_of_set(cursor: Cursor) -> tuple[Expression, ...]:
         return (axis,)
     cursor.expect("=")
     return axis, _operand(cursor)
+
+
+def _bit_address(cursor: Cursor) -> tuple[Expression, ...]:
+    """Read a byte address and the number of a bit, as in #104 BIT 3 or #104 BIT = 3 (manual lines 10628 and 10693)."""
+    address = _operand(cursor)
+    place = cursor.place
+    if not cursor.accept("BIT"):
+        return address, Number(place, 0, "0")
+    cursor.accept("=")
+    return address, _operand(cursor)
 
 
 def application(cursor: Cursor) -> Application:

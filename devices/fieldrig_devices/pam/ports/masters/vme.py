@@ -1,0 +1,209 @@
+"""A master at the VME DualPort: start-up, and values by name (sections 11.4 to 11.7).
+
+It knows the variables by their names and gives an output the number of its definition, from 1, as its key.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final, NamedTuple
+
+from fieldrig_devices.pam.language.ports import ALL_ITEMS, PortVariable
+from fieldrig_devices.pam.ports.masters.script import MasterError, Pause, Read, Script, Write, read, wait_for
+from fieldrig_devices.pam.ports.options import PortOptions
+from fieldrig_devices.pam.ports.vme.layout import (
+    ACKNOWLEDGE,
+    BLOCK_SIZE,
+    COMMAND,
+    HEAD,
+    IN_HEADER,
+    MAX_BLOCKS,
+    OFFSET,
+    OUT_HEADER,
+    PAM_PARAMETERS,
+    SYNCHRO,
+    TAIL,
+    VME_PARAMETERS,
+    WATCHDOG,
+    Answer,
+    Command,
+    class_codes,
+    input_block,
+    value_of,
+)
+from fieldrig_devices.pam.runtime.item import Value
+
+WATCHDOG_NS: Final = 10_000_000
+PAM_TIMEOUT_NS: Final = 500_000_000
+UNKNOWN: Final = -1
+"""The key of a variable that the two sides define differently."""
+
+
+class Header(NamedTuple):
+    """The place and size of the body of a FIFO, in words."""
+
+    body: int
+    blocks: int
+    size: int
+
+
+class VmeMaster:
+    def __init__(
+        self, variables: Iterable[PortVariable], options: PortOptions | None = None, patience_ns: int = 5_000_000_000
+    ) -> None:
+        """`patience_ns` limits each wait for the PAM."""
+        options = options or PortOptions()
+        self._patience_ns = patience_ns
+        self._clears_command = options.command_cleared_by == "master"
+        self._codes = class_codes(options.class_codes)
+        found = list(variables)
+        self._inputs = {variable.crc: variable for variable in found if variable.is_input}
+        self._outputs = [variable for variable in found if not variable.is_input]
+        self._keys: dict[str, int] = {}
+        self._headers: dict[int, Header] = {}
+        self._head = self._tail = self._missed = 0
+        self.values: dict[str, list[Value]] = {
+            variable.name: [False if variable.kind == "FLAG_VAR" else 0] * variable.number for variable in found
+        }
+        """The last values of all variables, by name and item."""
+        self.mistakes: list[str] = []
+        """Definitions of the PAM that differ, and blocks that make no sense."""
+
+    # ---- start-up
+
+    def start_up(self, initial: Mapping[str, Value | Sequence[Value]] | None = None) -> Script[None]:
+        """Bring the PAM to its application.  Inputs without an initial value begin with 0."""
+        yield from self.synchronise()
+        yield from self.configure_inputs()
+        yield from self.configure_outputs()
+        yield from self.initialise(initial or {})
+        answer = yield from self.command(Command.START)
+        if answer != Answer.ACK_OK:
+            self.mistakes.append("the PAM has started with an incomplete configuration")
+
+    def synchronise(self) -> Script[None]:
+        self._keys.clear()
+        self._head = self._tail = self._missed = 0
+        yield Write(COMMAND, (Command.NOP,))
+        yield Write(VME_PARAMETERS, (0,))
+        yield from wait_for(SYNCHRO, lambda value: value != 0, "the first SYNCHRO", self._patience_ns)
+        yield Write(SYNCHRO, (0,))
+        yield from wait_for(SYNCHRO, lambda value: value == 1, "the second SYNCHRO", self._patience_ns)
+        yield Write(SYNCHRO, (0,))
+        for header in (IN_HEADER, OUT_HEADER):
+            words = yield Read(header, 5)
+            self._headers[header] = Header(words[OFFSET] // 2, words[MAX_BLOCKS], words[BLOCK_SIZE] // 2)
+
+    def command(self, command: Command, *parameters: int) -> Script[int]:
+        """Give a command and return its acknowledge."""
+        if not self._clears_command:
+            yield Write(ACKNOWLEDGE, (Answer.NO_ACK,))
+        for place, value in enumerate(parameters, VME_PARAMETERS):
+            yield Write(place, (value,))
+        yield Write(COMMAND, (command,))
+        name = f"the acknowledge of {command.name}"
+        answer = yield from wait_for(ACKNOWLEDGE, lambda value: value != Answer.NO_ACK, name, self._patience_ns)
+        if self._clears_command:
+            yield Write(COMMAND, (Command.NOP,))
+            yield from wait_for(ACKNOWLEDGE, lambda value: value == Answer.NO_ACK, "NO_ACK", self._patience_ns)
+        return answer
+
+    def configure_inputs(self) -> Script[None]:
+        while True:
+            answer = yield from self.command(Command.ASK_DEF_IN)
+            if answer == Answer.END_DEF_IN:
+                return
+            if answer != Answer.ACK_OK:
+                raise MasterError(f"ASK_DEF_IN was answered by {answer}")
+            crc, key, code, number = yield Read(PAM_PARAMETERS, 4)
+            variable = self._inputs.get(crc)
+            if variable is None:
+                self.mistakes.append(f"the input with the CRC {crc:#06x} is unknown")
+                continue
+            self._keys[variable.name] = key if self._fits(variable, code, number) else UNKNOWN
+
+    def configure_outputs(self) -> Script[None]:
+        for key, variable in enumerate(self._outputs, 1):
+            answer = yield from self.command(Command.DEF_OUT, variable.crc, key & 0xFFFF, key >> 16)
+            if answer != Answer.ACK_OK:
+                self.mistakes.append(f"the PAM does not know the output {variable.name}")
+                continue
+            code, number = yield Read(PAM_PARAMETERS + 2, 2)
+            self._keys[variable.name] = key if self._fits(variable, code, number) else UNKNOWN
+        yield from self.command(Command.END_DEF_OUT)
+
+    def _fits(self, variable: PortVariable, code: int, number: int) -> bool:
+        if (self._codes[variable.kind], variable.number) == (code, number):
+            return True
+        self.mistakes.append(f"{variable.name} has the class {code} and {number} items on the PAM")
+        return False
+
+    def initialise(self, initial: Mapping[str, Value | Sequence[Value]]) -> Script[None]:
+        yield from self.command(Command.INIT_IN)
+        for variable in self._inputs.values():
+            given = initial.get(variable.name, 0)
+            values = [given] * variable.number if isinstance(given, bool | int | float) else given
+            for index, value in enumerate(values):
+                while not (yield from self.put(variable.name, value, index)):
+                    yield Pause()
+        yield from self.command(Command.END_INIT_IN)
+
+    # ---- execution
+
+    def put(self, name: str, value: Value, index: int = 0) -> Script[bool]:
+        """Send a value of an input, -1 as index for all items.  Return False if there is no room now."""
+        key = self._keys.get(name, UNKNOWN)
+        if key == UNKNOWN:
+            return True
+        variable = next(found for found in self._inputs.values() if found.name == name)
+        header = self._headers[IN_HEADER]
+        following = (self._head + 1) % header.blocks
+        tail = yield from read(IN_HEADER + TAIL)
+        if following == tail:
+            return False
+        for place, word in enumerate(
+            input_block(key, index, variable.kind, value), header.body + self._head * header.size
+        ):
+            yield Write(place, (word,))
+        yield Write(IN_HEADER + HEAD, (following,))
+        self._head = following
+        self._keep(variable, index & 0xFFFF, value)
+        return True
+
+    def take(self) -> Script[list[tuple[str, int, Value]]]:
+        """Read everything in the output FIFO; return the changes as name, item and value."""
+        header = self._headers[OUT_HEADER]
+        found: list[tuple[str, int, Value]] = []
+        head = yield from read(OUT_HEADER + HEAD)
+        while head != self._tail:
+            block = yield Read(header.body + self._tail * header.size, header.size)
+            self._tail = (self._tail + 1) % header.blocks
+            yield Write(OUT_HEADER + TAIL, (self._tail,))
+            key, index = block[1] << 16 | block[0], block[2]
+            if not 1 <= key <= len(self._outputs):
+                self.mistakes.append(f"a block has the unknown key {key}")
+                continue
+            variable = self._outputs[key - 1]
+            value = value_of(variable.kind, tuple(block[3:]))
+            if self._keys.get(variable.name) == key and self._keep(variable, index, value):
+                found.append((variable.name, index, value))
+        return found
+
+    def _keep(self, variable: PortVariable, index: int, value: Value) -> bool:
+        values = self.values[variable.name]
+        if index == ALL_ITEMS:
+            values[:] = [value] * len(values)
+        elif index < len(values):
+            values[index] = value
+        else:
+            self.mistakes.append(f"{variable.name} has no item {index}")
+            return False
+        return True
+
+    def watch(self) -> Script[bool]:
+        """Serve the watchdog; call it every 10 ms.  Return False if the PAM is dead."""
+        value = yield from read(WATCHDOG)
+        if value == 0:
+            self._missed = 0
+            yield Write(WATCHDOG, (1,))
+        else:
+            self._missed += 1
+        return self._missed * WATCHDOG_NS <= PAM_TIMEOUT_NS

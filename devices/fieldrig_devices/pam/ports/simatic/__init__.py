@@ -1,0 +1,1 @@
+"""The Simatic S5 DualPort: variables at addresses of a shared memory, with FIFOs of addresses (chapter 14)."""

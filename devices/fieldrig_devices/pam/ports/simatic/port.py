@@ -1,0 +1,219 @@
+"""The PAM's end of the Simatic S5 DualPort, called once per basic cycle (chapter 14).
+
+Where the manual is silent: a word that is announced in the input FIFO has the value that it has at the end of the
+PERIOD, and a change that finds the output FIFO full is in its cell, but not announced.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from enum import Enum
+from typing import Final
+
+from fieldrig_devices.pam.language.ports import PortPlan
+from fieldrig_devices.pam.ports.memory import Memory
+from fieldrig_devices.pam.ports.options import PortOptions
+from fieldrig_devices.pam.ports.panel import BEFORE_WATCH_DOG
+from fieldrig_devices.pam.ports.simatic.cells import (
+    EVEN_BYTE,
+    AddressFifo,
+    Place,
+    bit_place,
+    flag_of,
+    item_place,
+    set_flag,
+)
+from fieldrig_devices.pam.ports.simatic.scan import Scan
+from fieldrig_devices.pam.ports.variables import IsActive, PortItem, PortStatus, items_of
+from fieldrig_devices.pam.runtime.item import Kernel
+
+WATCHDOG_CYCLES: Final = 10
+"""Basic cycles between two looks at WATCH_DOG (PAMS-093)."""
+MOST_ENTRIES: Final = 128
+"""Entries of the input FIFO that are read in one basic cycle."""
+_ROUNDS: Final = 2
+
+
+class State(Enum):
+    PRESET = "preset"
+    SYNC = "synchronising"
+    WAIT_HOST = "waiting for the host"
+    RUN = "running"
+    RUN_NO_MASTER = "running without a master"
+    FATAL = "fatal error"
+
+
+_RUNNING: Final = frozenset({State.RUN, State.RUN_NO_MASTER})
+
+
+class SimaticPort:
+    def __init__(
+        self, plan: PortPlan, memory: Memory, kernel: Kernel, is_active: IsActive, options: PortOptions
+    ) -> None:
+        self._words, self._kernel, self._is_active = memory.words, kernel, is_active
+        self._sets_first = options.pam_ready == "set_first"
+        self.status = PortStatus("DualPort", plan, kernel)
+        self.items: Mapping[str, Sequence[PortItem]] = items_of(plan.variables, kernel, self._push)
+        self.state = State.PRESET
+        watch_dog, self._period = plan.numbers("WATCH_DOG")[0], plan.numbers("PERIOD")[0]
+        self._watch_dog, self.panel = watch_dog // 2, watch_dog - BEFORE_WATCH_DOG
+        self._pam_ready, self._dualport_ready, self._host_ready = (
+            bit_place(*plan.numbers(name)) for name in ("PAM_READY", "DUALPORT_READY", "HOST_READY")
+        )
+        self._in, self._out = AddressFifo(memory, plan, "FIFO_IN"), AddressFifo(memory, plan, "FIFO_OUT")
+        inputs = [item for variable in plan.inputs for item in self.items[variable.name]]
+        self._outputs = [item for variable in plan.outputs for item in self.items[variable.name]]
+        self._places = {item: item_place(item.variable, item.index) for item in (*inputs, *self._outputs)}
+        self._scan = Scan(memory, self._flags(inputs), self._period)
+        self._input_words = {self._places[item].address: item for item in inputs if item.variable.kind == "WORD_VAR"}
+        self._announced: dict[PortItem, None] = {}
+        """Input words that are updated at the end of the period, in the order of the FIFO."""
+        self._deadline_ns: int | None = None
+        self._now_ns = self._heard_ns = self._round = self._cycles = 0
+        self._is_overrun = False
+
+    def _flags(self, items: Sequence[PortItem]) -> Iterator[tuple[Place, PortItem]]:
+        return ((self._places[item], item) for item in items if item.variable.kind == "FLAG_VAR")
+
+    # ---- for the PAM
+
+    @property
+    def may_run(self) -> bool:
+        """True when the application runs, or may begin to."""
+        return self.state in _RUNNING
+
+    @property
+    def state_text(self) -> str:
+        return self.state.value
+
+    def begin(self, now_ns: int) -> None:
+        """Start up, after power-on or a hardware reset (manual lines 10393 to 10402)."""
+        self._now_ns = now_ns
+        self.status.set_error(False)
+        self._announced.clear()
+        self._round = self._cycles = 0
+        self._is_overrun = False
+        set_flag(self._words, self._host_ready, False)
+        set_flag(self._words, self._dualport_ready, False)
+        self._in.reset()
+        self._out.reset()
+        for item in self._places:
+            item.preset()
+        for item in self._outputs:
+            self._write(item)
+        if self._sets_first:
+            set_flag(self._words, self._pam_ready, True)
+        self._kernel.report("07..M01B")
+        self._enter(State.SYNC, "MASTER_READY_TIMEOUT")
+
+    def poll(self, now_ns: int) -> None:
+        """Take the steps of this basic cycle: start-up and watchdog."""
+        self._now_ns = now_ns
+        if self.state is State.SYNC and not flag_of(self._words, self._pam_ready):
+            self._synchronise()
+        elif self.state is State.WAIT_HOST and flag_of(self._words, self._host_ready):
+            self._run()
+        elif self._deadline_ns is not None and now_ns >= self._deadline_ns:
+            self.fail()
+            self._kernel.report("07..F020")
+        elif self.state is State.RUN:
+            self._cycles += 1
+            if self._cycles % WATCHDOG_CYCLES == 0:
+                self._watch()
+
+    def fail(self) -> None:
+        """Stop for a fatal error; only `begin` leads on."""
+        self._enter(State.FATAL)
+
+    def take(self) -> None:
+        """Scan input flags, read the input FIFO, and update the input words that are due."""
+        if self.state is not State.RUN:
+            return
+        cycle_number = self._kernel.cycle_number
+        for item, value in self._scan.changes(cycle_number):
+            if self._is_served(item):
+                item.receive(value)
+        self._read_fifo()
+        if self._announced and cycle_number % self._period == 0:
+            for item in self._announced:
+                item.receive(self._words[self._places[item].cell])
+            self._announced.clear()
+
+    def give(self) -> None:
+        """Do nothing: outputs are written when they change."""
+
+    # ---- start-up
+
+    def _enter(self, state: State, timeout: str = "") -> None:
+        self.state = state
+        duration_ns = self.status.duration_ns(timeout)
+        self._deadline_ns = None if duration_ns is None else self._now_ns + duration_ns
+
+    def _synchronise(self) -> None:
+        set_flag(self._words, self._pam_ready, True)
+        self._round += 1
+        if self._round < _ROUNDS:
+            self._enter(State.SYNC, "MASTER_READY_TIMEOUT")
+            return
+        self._kernel.report("07..M01D")
+        self._enter(State.WAIT_HOST, "MASTER_CONFIGURATION_TIMEOUT")
+
+    def _run(self) -> None:
+        """Read the initial inputs, which the host has written without the FIFO, and begin."""
+        for item, value in self._scan.all():
+            if self._is_served(item):
+                item.preset(value)
+        for item in self._input_words.values():
+            if self._is_served(item):
+                item.preset(self._words[self._places[item].cell])
+        set_flag(self._words, self._dualport_ready, True)
+        self._kernel.report("07..M006")
+        self._kernel.report("07..M011")
+        self._heard_ns = self._now_ns
+        self._enter(State.RUN)
+
+    # ---- variables
+
+    def _is_served(self, item: PortItem) -> bool:
+        group = item.variable.group
+        return not group or self._is_active(group, item.index)
+
+    def _read_fifo(self) -> None:
+        for _ in range(MOST_ENTRIES):
+            address = self._in.get()
+            if address is None:
+                return
+            item = self._input_words.get(address)
+            if item is None:
+                self._kernel.report("07..E011", (address,))
+            elif self._is_served(item):
+                self._announced[item] = None
+
+    def _push(self, item: PortItem) -> None:
+        """Write a change of an output to its cell, and announce the cell."""
+        if self.state not in _RUNNING or not self._is_served(item):
+            return
+        self._write(item)
+        is_written = self._out.put(self._places[item].address)
+        if not is_written and not self._is_overrun:
+            self._kernel.report("07..E008")
+        self._is_overrun = not is_written
+
+    def _write(self, item: PortItem) -> None:
+        place = self._places[item]
+        if item.variable.kind == "WORD_VAR":
+            self._words[place.cell] = int(item.value()) & 0xFFFF
+        else:
+            set_flag(self._words, place, bool(item.value()))
+
+    # ---- watchdog
+
+    def _watch(self) -> None:
+        word = self._words[self._watch_dog]
+        if word & EVEN_BYTE == EVEN_BYTE:
+            self._words[self._watch_dog] = word & ~EVEN_BYTE
+            self._heard_ns = self._now_ns
+            return
+        limit_ns = self.status.duration_ns("MASTER_INACTIVITY_TIMEOUT")
+        if limit_ns is not None and self._now_ns - self._heard_ns > limit_ns:
+            self._enter(State.RUN_NO_MASTER)
+            self.status.set_error(True)
+            self._kernel.report("07..E01E")

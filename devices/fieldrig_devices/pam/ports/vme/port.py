@@ -1,0 +1,240 @@
+"""The PAM's end of the VME DualPort, called once per basic cycle (chapter 13).
+
+Where the manual is silent: a change that finds the output FIFO full is lost, and reported once until there is room
+again; the queue of a period takes as many blocks as a FIFO; nothing but a reset ends the loss of the master.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from fieldrig_devices.pam.language.ports import ALL_ITEMS, PortPlan, PortVariable
+from fieldrig_devices.pam.ports.memory import Memory
+from fieldrig_devices.pam.ports.options import PortOptions
+from fieldrig_devices.pam.ports.panel import VME_PANEL
+from fieldrig_devices.pam.ports.variables import IsActive, PortItem, PortStatus, items_of
+from fieldrig_devices.pam.ports.vme.fifo import Fifo
+from fieldrig_devices.pam.ports.vme.layout import (
+    BLOCKS,
+    IN_HEADER,
+    OUT_HEADER,
+    WATCHDOG,
+    output_block,
+    value_of,
+)
+from fieldrig_devices.pam.ports.vme.startup import NO_KEY, StartUp, State
+from fieldrig_devices.pam.runtime.item import Kernel, Value
+
+WATCHDOG_NS: Final = 10_000_000
+"""Period of the watchdog (PAMS-081)."""
+QUEUE_SIZE: Final = BLOCKS
+
+_MESSAGES: Final[Mapping[State, str]] = {
+    State.SYNC: "07..M01C",
+    State.CONFIG_IN: "07..M007",
+    State.INIT: "07..M012",
+    State.WAIT_START: "07..M011",
+}
+_CONFIGURING: Final = frozenset({State.CONFIG_IN, State.CONFIG_OUT, State.INIT, State.WAIT_START})
+_RUNNING: Final = frozenset({State.RUN, State.RUN_NO_MASTER})
+
+
+class VmePort:
+    panel: int | None = VME_PANEL
+
+    def __init__(
+        self, plan: PortPlan, memory: Memory, kernel: Kernel, is_active: IsActive, options: PortOptions
+    ) -> None:
+        self._memory, self._kernel, self._is_active = memory, kernel, is_active
+        self.status = PortStatus("DualPort", plan, kernel)
+        self.inputs = list(plan.inputs)
+        self._outputs = {variable.crc: variable for variable in plan.outputs}
+        self.items: Mapping[str, Sequence[PortItem]] = items_of(plan.variables, kernel, self._push)
+        self.state = State.PRESET
+        self._in, self._out = Fifo(memory, IN_HEADER), Fifo(memory, OUT_HEADER)
+        self._start_up = StartUp(memory, self, options)
+        self._keys: dict[str, int] = {}
+        self._queues: dict[int, list[tuple[PortVariable, int, Value]]] = {
+            variable.period: [] for variable in self.inputs
+        }
+        self._deadline_ns: int | None = None
+        self._now_ns = self._watchdog_ns = self._missed = 0
+        self._is_overrun = False
+
+    # ---- for the PAM
+
+    @property
+    def may_run(self) -> bool:
+        """True when the application runs, or may begin to."""
+        return self.state in _RUNNING
+
+    @property
+    def state_text(self) -> str:
+        return self.state.value
+
+    def begin(self, now_ns: int) -> None:
+        """Start up, after power-on or a hardware reset."""
+        self._now_ns = now_ns
+        self.status.set_error(False)
+        self._keys.clear()
+        self._is_overrun = False
+        for queue in self._queues.values():
+            queue.clear()
+        for items in self.items.values():
+            for item in items:
+                item.preset()
+        self._in.reset()
+        self._out.reset()
+        self._start_up.begin()
+        self.enter(State.SYNC)
+
+    def poll(self, now_ns: int) -> None:
+        """Take the steps of this basic cycle: start-up, commands and watchdog."""
+        self._now_ns = now_ns
+        if self.state is State.FATAL or self.state is State.PRESET:
+            return
+        if self.state is State.SYNC:
+            if self._start_up.synchronise() and self.state is State.SYNC:
+                self._wait("MASTER_READY_TIMEOUT")
+        else:
+            if self.state is State.INIT and self._start_up.is_reading:
+                self._initialise()
+            if self._start_up.poll() and self.state in _CONFIGURING:
+                self._wait("MASTER_CONFIGURATION_TIMEOUT")
+        if self._deadline_ns is not None and now_ns >= self._deadline_ns:
+            self.fail()
+            self._kernel.report("07..F020")
+        elif self.state is State.RUN and now_ns >= self._watchdog_ns:
+            self._watch()
+
+    def fail(self) -> None:
+        """Stop for a fatal error; only `begin` leads on."""
+        self.enter(State.FATAL)
+
+    def take(self) -> None:
+        """Read the input FIFO, and update the inputs that are due."""
+        if self.state is not State.RUN:
+            return
+        for _ in range(BLOCKS):
+            number = self._in.index
+            block = self._in.get()
+            if block is None:
+                break
+            self._queue(block, number)
+        cycle = self._kernel.cycle_number
+        for period, queue in self._queues.items():
+            if queue and cycle % period == 0:
+                self._update(queue)
+
+    def give(self) -> None:
+        """Do nothing: outputs are written when they change."""
+
+    # ---- start-up
+
+    @property
+    def is_in_empty(self) -> bool:
+        return self._in.is_empty
+
+    def enter(self, state: State) -> None:
+        self.state = state
+        if state in _MESSAGES:
+            self._kernel.report(_MESSAGES[state])
+        self._deadline_ns = None
+        if state is State.SYNC:
+            self._wait("MASTER_READY_TIMEOUT")
+        elif state in _CONFIGURING:
+            self._wait("MASTER_CONFIGURATION_TIMEOUT")
+        elif state is State.RUN:
+            self._watchdog_ns, self._missed = self._now_ns + WATCHDOG_NS, 0
+
+    def configure(self, crc: int, key: int) -> PortVariable | None:
+        variable = self._outputs.get(crc)
+        if variable is None:
+            self._kernel.report("07..E028", (crc, key, 0))
+            return None
+        self._keys[variable.name] = key
+        for item in self.items[variable.name]:
+            item.preset()
+        return variable
+
+    def _wait(self, timeout: str) -> None:
+        duration_ns = self.status.duration_ns(timeout)
+        self._deadline_ns = None if duration_ns is None else self._now_ns + duration_ns
+
+    def _initialise(self) -> None:
+        for _ in range(BLOCKS):
+            block = self._in.get()
+            if block is None:
+                return
+            variable = self._variable(block)
+            if variable is not None:
+                for item in self._addressed(variable, block[2]):
+                    item.preset(value_of(variable.kind, block[3:]))
+
+    # ---- inputs
+
+    def _variable(self, block: tuple[int, ...]) -> PortVariable | None:
+        """Return the input of a block; one with a wrong key or index is reported (PAMS-075)."""
+        key, index = block[0], block[2]
+        if not 1 <= key <= len(self.inputs):
+            self._kernel.report("07..E029", (key, NO_KEY, 0))
+            return None
+        variable = self.inputs[key - 1]
+        if index >= variable.number and not (index == ALL_ITEMS and variable.is_multiple):
+            self._kernel.report("07..E02A", (key, variable.compiler_id, index))
+            return None
+        return variable
+
+    def _queue(self, block: tuple[int, ...], number: int) -> None:
+        variable = self._variable(block)
+        if variable is None:
+            return
+        queue = self._queues[variable.period]
+        if len(queue) >= QUEUE_SIZE:
+            self._kernel.report("07..E02B", (variable.period, QUEUE_SIZE, number))
+            return
+        queue.append((variable, block[2], value_of(variable.kind, block[3:])))
+
+    def _update(self, queue: list[tuple[PortVariable, int, Value]]) -> None:
+        """Take the last value of each item over, so that a period raises one event (PAMS-079)."""
+        latest = {item: value for variable, index, value in queue for item in self._addressed(variable, index)}
+        queue.clear()
+        for item, value in latest.items():
+            item.receive(value)
+
+    def _addressed(self, variable: PortVariable, index: int) -> Sequence[PortItem]:
+        """Return the items of an index, without those of components that are not active (PAMS-086)."""
+        items = self.items[variable.name]
+        chosen = items if index == ALL_ITEMS else items[index : index + 1]
+        if not variable.group:
+            return chosen
+        return [item for item in chosen if self._is_active(variable.group, item.index)]
+
+    # ---- outputs
+
+    def _push(self, item: PortItem) -> None:
+        """Write a change of an output that the master knows."""
+        variable = item.variable
+        key = self._keys.get(variable.name, NO_KEY)
+        if self.state not in _RUNNING or key == NO_KEY:
+            return
+        if variable.group and not self._is_active(variable.group, item.index):
+            return
+        is_written = self._out.put(output_block(key, item.index, variable.kind, item.value()))
+        if not is_written and not self._is_overrun:
+            self._kernel.report("07..E008")
+        self._is_overrun = not is_written
+
+    # ---- watchdog
+
+    def _watch(self) -> None:
+        self._watchdog_ns += WATCHDOG_NS
+        words = self._memory.words
+        if words[WATCHDOG] == 1:
+            words[WATCHDOG] = self._missed = 0
+            return
+        self._missed += 1
+        limit_ns = self.status.duration_ns("MASTER_INACTIVITY_TIMEOUT")
+        if limit_ns is not None and self._missed * WATCHDOG_NS > limit_ns:
+            self.state = State.RUN_NO_MASTER
+            self.status.set_error(True)
+            self._kernel.report("07..E01E")

@@ -1,0 +1,53 @@
+"""A network of its own for a test and the programs that it starts: loopback, and nothing that leads out of it."""
+
+import ctypes
+import os
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+_CLONE_NEWNET = 0x4000_0000
+_OWN = Path("/proc/thread-self/ns/net")
+_libc = ctypes.CDLL(None, use_errno=True)
+
+
+def why_not() -> str:
+    """The reason why this process may not have such a network with TUN devices, or an empty text."""
+    if not hasattr(os, "geteuid") or os.geteuid() != 0:
+        return "a network of its own needs root"
+    return "" if Path("/dev/net/tun").exists() else "this kernel has no /dev/net/tun"
+
+
+@contextmanager
+def network_namespace() -> Iterator[None]:
+    """Move the calling thread, and what it starts, into a new network."""
+    before = os.open(_OWN, os.O_RDONLY)
+    try:
+        _checked(_libc.unshare(_CLONE_NEWNET))
+        subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+        yield
+    finally:
+        _checked(_libc.setns(before, _CLONE_NEWNET))
+        os.close(before)
+
+
+def _checked(result: int) -> None:
+    if result != 0:
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+
+
+def devices() -> set[str]:
+    """Names of the network devices in the calling thread's network."""
+    done = subprocess.run(["ip", "-brief", "address"], capture_output=True, text=True, check=True)
+    return {line.split()[0] for line in done.stdout.splitlines()}
+
+
+def addresses() -> str:
+    """The IPv4 addresses in the calling thread's network, as `ip` prints them."""
+    return subprocess.run(["ip", "-4", "address"], capture_output=True, text=True, check=True).stdout
+
+
+def routes() -> list[str]:
+    done = subprocess.run(["ip", "-4", "route"], capture_output=True, text=True, check=True)
+    return done.stdout.splitlines()
