@@ -38,7 +38,7 @@ OnMessage = Callable[[str, Sequence[int], str], None]
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What the manual does not say of the speed of the PAM."""
+    """The speed of the PAM, which the manual does not give."""
 
     statements_per_ms: int = 10_000
     """Statements of all programs together in a millisecond of the basic cycle."""

@@ -64,7 +64,7 @@ class TaskItem(Unit):
         """The sequence that is alive."""
         self.wait: Wait | None = None
         self._blocked: FinishWait | None = None
-        """What an exception with XEQ_TASK ... WAIT waits for, in addition to what the sequence itself waits for."""
+        """The end that an exception with XEQ_TASK ... WAIT waits for, beside the wait of the sequence itself."""
         self.exception: Armed | None = None
         self.timed_out = False
         """TIMEOUT, which the last CONDITION or EXCEPTION has set (G-23)."""

@@ -1,4 +1,4 @@
-"""What a suspended sequence waits for (PAML-292, section 2.16).
+"""The waits of suspended sequences (PAML-292, section 2.16).
 
 `is_over` is asked when the task is served.  What a wait depends on wakes the task; a wait that nothing wakes asks for
 the basic cycles in which it has to be looked at.

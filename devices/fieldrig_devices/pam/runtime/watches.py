@@ -1,4 +1,4 @@
-"""What is looked at when a variable or an object changes.
+"""Formulas and events that are looked at when a variable or an object changes.
 
 A formula that depends on something is registered at each of its places; a change there calls what was registered.
 """

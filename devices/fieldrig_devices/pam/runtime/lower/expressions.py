@@ -40,7 +40,7 @@ class Formal:
 
 @dataclass(slots=True)
 class Surroundings:
-    """Where an expression is."""
+    """The surroundings of an expression."""
 
     formals: Mapping[str, Formal] = field(default_factory=dict)
     asks: Verb = Verb.NOW

@@ -39,7 +39,7 @@ class Formula:
     type: Type
     cells: tuple[CellRange, ...]
     objects: tuple[str, ...]
-    """Objects whose changes the run time is told of."""
+    """Objects that report their changes to the run time."""
     is_polled: bool
 
     @property

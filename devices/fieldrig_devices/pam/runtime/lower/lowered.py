@@ -1,4 +1,4 @@
-"""What the lowerer makes of an application: routines, formulas, and what sequences do at their service statements."""
+"""The result of lowering an application: routines, formulas, and what sequences do at their service statements."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""What generated code does with objects: each way is a function of its own, which is made when a program starts."""
+"""The ways in which generated code uses objects: each is a function of its own, which is made when a program starts."""
 
 from dataclasses import dataclass, field
 from enum import Enum
@@ -8,7 +8,7 @@ from fieldrig_devices.pam.language.tree import Index
 
 
 class Verb(Enum):
-    """What a function does.  The name is the beginning of the function's name in the generated text."""
+    """The work of a function.  The value is the beginning of the function's name in the generated text."""
 
     VALUE = "value"
     """Return the value of an item."""
