@@ -54,14 +54,15 @@ class Pam(Device):
         ring: Link[RingMessage],
         wires: Link[Signal] | None = None,
         debugger: Link[SerialMessage] | None = None,
+        rs422: Link[SerialMessage] | None = None,
     ) -> None:
         """ConfigError, with every mistake, for an application that cannot be compiled."""
         self._clock, self._settings, self._ring = clock, settings, ring
-        self._wires, self._debugger = wires, debugger
+        self._wires, self._debugger, self._rs422 = wires, debugger, rs422
         self._compiled = _compiled(settings)
         self._memory = Memory()
         self._display = Display()
-        self._messages = Messages(self._print)
+        self._messages = Messages(lambda text: _send(debugger, text))
         self._panel = PanelPart({"PAMDISPLAY": [PamDisplay(self._show, self._monitor)]})
         self._volts = {0: 0.0, 1: 0.0}
         self._cycle: PowerCycle | None = None
@@ -70,6 +71,8 @@ class Pam(Device):
         self.injected = self._faults = InjectedFaults[Fault[Any]](
             clock, MODELS, Faults(Fault), on_change=self._on_faults
         )
+        if rs422 is not None:
+            rs422.on_receive(self._on_rs422)
 
     # ---- power
 
@@ -104,6 +107,7 @@ class Pam(Device):
             self._panel,
             shapes=shapes_beside(self._settings.application),
             volts=self._set_volts,
+            rs422=lambda data: _send(self._rs422, data),
             on_message=self._on_message,
         )
         self._begin_ns, self._cycles = now_ns, 0
@@ -157,17 +161,17 @@ class Pam(Device):
     def _monitor(self, value: float) -> None:
         self._display.monitor(value, self._clock.now_ns())
 
-    def _print(self, text: bytes) -> None:
-        if self._debugger is not None:
-            self._debugger.send(text)
+    def _on_rs422(self, message: SerialMessage) -> None:
+        if isinstance(message, bytes) and self._cycle is not None:
+            self._cycle.ports.receive(message)
 
     # ---- outputs of the front
 
     def _set_volts(self, address: int, volts: float) -> None:
         self._volts[address] = volts
-        wire = self._settings.analog_wires.get(address)  # type: ignore[call-overload]
-        if wire and self._wires is not None:
-            self._wires.send(Signal(wire, volts, "V"))
+        wires = self._settings.analog_wires
+        if self._wires is not None and address < len(wires) and wires[address]:
+            self._wires.send(Signal(wires[address], volts, "V"))
 
     def _led(self) -> str:
         """Return the state of the green LED: it blinks after errors of the kernel (tables 12-8 to 12-10)."""
@@ -220,3 +224,8 @@ def _compiled(settings: PamSettings) -> Compiled:
         return compile_application(decoded(path.read_bytes()), path.name, reader_beside(path))
     except CompileError as wrong:
         raise refused(wrong, {path.name: str(path)}) from wrong
+
+
+def _send(line: Link[SerialMessage] | None, data: bytes) -> None:
+    if line is not None:
+        line.send(data)

@@ -70,9 +70,10 @@ class PowerCycle:
         *,
         shapes: Shapes,
         volts: Volts,
+        rs422: Callable[[bytes], None],
         on_message: OnMessage,
     ) -> None:
-        """`on_message` takes all messages."""
+        """`rs422` sends on the line to the RS422 master, and `on_message` takes all messages."""
         self._clock, self._say = clock, on_message
         self._panel, self._on_message = panel, on_message
         self.state = State.RING
@@ -88,7 +89,7 @@ class PowerCycle:
         self.objects = ApplicationObjects(
             compiled.program, self.runtime, self.ring, options=settings.options(), shapes=shapes, volts=volts
         )
-        self.ports = Ports(compiled.program, memory, self.runtime, settings.ports, self.objects.is_active)
+        self.ports = Ports(compiled.program, memory, self.runtime, settings.ports, self.objects.is_active, rs422)
         for node in self.objects.nodes:
             self.ring.configure(node.address, node.items)
         self._axes = [node for node in self.objects.nodes if node.node_type is NodeType.ST1]

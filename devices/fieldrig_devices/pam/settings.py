@@ -107,8 +107,10 @@ class PamSettings(Settings):
         strict=False,
         description="date and time of the PAM's clock when the rig starts, such as 1995-10-15 14:30:45",
     )
-    analog_wires: dict[Literal[0, 1], str] = Field(
-        default={}, description="wires of the analog outputs on the front, 0 to 2.5 V, by their addresses"
+    analog_wires: list[str] = Field(
+        default=[],
+        max_length=2,
+        description='wires of the analog outputs 0 and 1 on the front, 0 to 2.5 V; "" is an output without a wire',
     )
     ring: RingReadings = Field(default_factory=RingReadings, description="the PAM's end of its ring")
     objects: ObjectReadings = Field(default_factory=ObjectReadings, description="readings of the manual about objects")
@@ -117,8 +119,9 @@ class PamSettings(Settings):
 
     def claims(self, device: str) -> Iterator[Claim]:
         yield Claim("ring", MASTER, "of the ring", ())
-        for address, wire in self.analog_wires.items():
-            yield Claim("wires", "wire", wire, ("analog_wires", address))
+        for address, wire in enumerate(self.analog_wires):
+            if wire:
+                yield Claim("wires", "wire", wire, ("analog_wires", address))
 
     def ring_settings(self, thirds: int) -> RingSettings:
         """Return the settings of the ring for a basic cycle of this many thirds of a millisecond."""
