@@ -95,7 +95,7 @@ class Pam(Device):
         now_ns = self._clock.now_ns()
         name = self._compiled.application
         self._messages.clear()
-        self._display.restart(f"{name.name[:LONGEST_NAME]} {name.version}", now_ns)
+        self._display.restart(f"{name.name[:LONGEST_NAME]} V{name.version}", now_ns)
         for address in self._volts:
             self._set_volts(address, 0.0)
         self._cycle = PowerCycle(

@@ -1,4 +1,4 @@
-"""What the fatal error panel says beside the code of an error (tables 12-7 to 12-12, PAMS-060)."""
+"""The information of the fatal error panel beside the code of an error (tables 12-7 to 12-12, PAMS-060)."""
 
 from collections.abc import Mapping, Sequence
 from typing import Final
