@@ -26,6 +26,7 @@ from fieldrig.settings import Settings
 from fieldrig_bus.can.faults import CanFault
 from fieldrig_bus.can.member import Controller
 from fieldrig_bus.modbus.identification import Identification, ServerId
+from fieldrig_bus.ring.pam.faults import RingFault as PamRingFault
 from fieldrig_bus.ring.sercos.faults import RingFault
 from fieldrig_bus.telephone.exchange import IncomingSettings, OutgoingSettings
 from fieldrig_bus.telephone.faults import TelephoneFault
@@ -80,6 +81,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a controller": {"controller": Controller},
     "Keys of a fault": faults.models_of(CanFault),
     "Keys of a ring fault": faults.models_of(RingFault),
+    "Keys of a PAM ring fault": faults.models_of(PamRingFault),
     "Keys of a telephone fault": faults.models_of(TelephoneFault),
     "Keys of a modem fault": faults.models_of(ModemFault),
     "Keys of calls over TCP": {"incoming": IncomingSettings, "outgoing": OutgoingSettings},

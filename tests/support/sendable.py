@@ -38,6 +38,8 @@ from fieldrig_bus.opcua.message import (
     Write,
 )  # fmt: skip
 from fieldrig_bus.opcua.message import Offer as OpcOffer
+from fieldrig_bus.ring.pam.message import Cycle as PamCycle
+from fieldrig_bus.ring.pam.message import Frames, Reports
 from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst
 from fieldrig_bus.serial.message import Break, ControlLines, Format
 from fieldrig_bus.signals.pulse_train import PulseTrain
@@ -69,6 +71,7 @@ GOOD: dict[type, list[Any]] = {
     Mst: [Mst(0, b"\xff\x04")],
     Mdt: [Mdt(b""), Mdt(b"\xff\x01\x02")],
     bytes: [b"", b"\x05\x00\x00"],
+    Frames: [Frames(0, ()), Frames(1, ((0, b"\x01"), (255, bytes(255)), (0x10F, b"x")))],
     OpcOffer: [OpcOffer("plc", "a controller", 0)],
     Browse: [Browse("plc", 1, ""), Browse("plc", 2, "PLC_PRG", 100)],
     Find: [Find("plc", 1, "PLC_PRG.n")],
@@ -171,7 +174,12 @@ BAD: dict[type, list[Any]] = {
     Break: [Break(-1), Break(1 << 32), Break(_any(0.5)), Break(_any("1"))],
     Mst: [Mst(0, b""), Mst(-1, b"\xff\x04"), Mst(0, bytes(1 << 16)), Mst(0, _any("ff")), Mst(_any("0"), b"\xff\x04")],
     Mdt: [Mdt(bytes(1 << 16)), Mdt(_any(None)), Mdt(_any(bytearray(2)))],
+    Frames: [Frames(-1, ()), Frames(0, ((0x100, b"x"),)), Frames(0, ((0x110, b"x"),)), Frames(0, ((1, b""),)),
+             Frames(0, ((1, bytes(256)),)), Frames(0, ((-1, b"x"),)), Frames(_any("0"), ()), Frames(0, _any([])),
+             Frames(0, ((_any("1"), b"x"),)), Frames(0, ((1, _any("x")),))],
     # The ring's own words.
+    PamCycle: [PamCycle(0, ())],
+    Reports: [Reports(0, (), ())],
     Cycle: [Cycle(0, b"\xff\x04", b"")],
     Answers: [Answers(0, (), True)],
     bytes: [],

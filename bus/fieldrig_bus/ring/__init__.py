@@ -1,1 +1,1 @@
-"""Rings of stations: what they have in common (`topology`, `breaks`, `transport`), and SERCOS (`sercos`)."""
+"""Rings of stations: what they have in common, SERCOS (`sercos`), and the ring of a PAM (`pam`)."""

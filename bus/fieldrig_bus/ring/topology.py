@@ -8,17 +8,19 @@ The contents of the telegrams depend on the kind of ring.
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import Generic, TypeVar
 
-from fieldrig_bus.ring.breaks import MASTER
+from fieldrig_bus.ring.faults import MASTER
 
 
 class Node:
     """A station at its place in the ring."""
 
-    __slots__ = ("addresses", "name", "place")
+    __slots__ = ("address", "addresses", "name", "place")
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.place = 0
+        self.address = -1
+        """The first of its addresses; few stations have more."""
         self.addresses: tuple[int, ...] = ()
         """The addresses at which it answers; none if it is not a station, or is not there."""
 
@@ -29,12 +31,15 @@ N = TypeVar("N", bound=Node)
 class Layout(Generic[N]):
     """The ring as it is at one instant."""
 
-    __slots__ = ("deaf", "doubles", "hearing", "is_closed", "names")
+    __slots__ = ("addresses", "dark", "deaf", "doubles", "hearing", "is_closed", "is_dark", "names")
 
-    def __init__(self, hearing: list[N], deaf: list[N], is_closed: bool) -> None:
+    def __init__(self, hearing: list[N], deaf: list[N], dark: list[N], is_closed: bool, is_dark: bool) -> None:
         self.hearing, self.is_closed = hearing, is_closed
+        self.dark, self.is_dark = dark, is_dark
+        """Stations directly behind an opening, where no light arrives, and whether the master is at such a place."""
         self.names, self.deaf = tuple(node.name for node in hearing), tuple(node.name for node in deaf)
-        addresses = [address for node in hearing for address in node.addresses]
+        self.addresses = addresses = tuple(address for node in hearing for address in node.addresses)
+        """The addresses of the stations that hear, in the order of the ring."""
         self.doubles = {address for address in addresses if addresses.count(address) > 1}
         """Addresses that more than one station has."""
 
@@ -85,14 +90,20 @@ class Topology(Generic[N]):
         self.station_count = sum(bool(node.addresses) for node in ring)
         hearing: list[N] = []
         deaf: list[N] = []
-        is_open = MASTER in broken or self.master in broken
+        dark: list[N] = []
+        is_open = is_dark = MASTER in broken or self.master in broken
         for node in ring:
+            is_cut = node.name in broken
             if node.name in off or not node.addresses:
-                is_open |= node.name not in self._bypassed
+                is_cut |= node.name not in self._bypassed
             else:
                 (deaf if is_open else hearing).append(node)
-            is_open |= node.name in broken
-        return Layout(hearing, deaf, not is_open)
+                if is_dark:
+                    dark.append(node)
+                is_dark = False
+            is_open |= is_cut
+            is_dark |= is_cut
+        return Layout(hearing, deaf, dark, not is_open, is_dark)
 
     def _station(self, name: str) -> N:
         return self.stations.get(name) or self._make(name)

@@ -32,7 +32,10 @@ class ReportHandler(Protocol):
     """The receiver of the reports of all nodes, in the PAM."""
 
     def on_report(self, address: int, report: Report) -> None:
-        """Take a report of a node, at the beginning of a basic cycle."""
+        """Take a report of an active node, at the beginning of a basic cycle.
+
+        A `Trouble` has been shown as a message already; its error word is the objects' business.
+        """
 
 
 class NodePort(Protocol):

@@ -5,30 +5,18 @@ MST and MDT go out once; where a fault makes stations hear different things, the
 
 import struct
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Final
 
 from fieldrig_bus.ring.sercos.fibre import Heard
 from fieldrig_bus.ring.sercos.message import Cycle
+from fieldrig_bus.ring.transport.spread import Spread, decode_rows, encode_rows
 from fieldrig_bus.ring.transport.wire import HEAD, SEQUENCES
 
 CYCLE_HEAD: Final = struct.Struct("<IHB")
 """After the head of every ring: number, where the MST ends in the message, and 0 if the MDT is all that follows."""
 _MORE: Final = struct.Struct("<HH?")  # lengths of MDT and answers, and whether a list of stations follows
-_LISTED: Final = struct.Struct("<BB")  # telegrams that it hears, length of its name
 _START: Final = HEAD.size + CYCLE_HEAD.size
 _MST, _MDT = 1, 2
-
-
-class Spread(NamedTuple):
-    """One cycle, as every process gets it."""
-
-    sequence: int
-    instant_ns: int
-    """The instant by the clock of the master's machine."""
-    heard: Sequence[Heard]
-    """Cycles with the stations that hear them; without names, all stations hear the cycle."""
-    answers: bytes
-    """The `Answers` of the cycle, encoded, if any member observes."""
 
 
 def encode_spread(sequence: int, instant_ns: int, heard: Sequence[Heard], answers: bytes, stations: int) -> bytes:
@@ -45,16 +33,10 @@ def encode_spread(sequence: int, instant_ns: int, heard: Sequence[Heard], answer
 
 
 def _listed(heard: Sequence[Heard]) -> bytes:
-    rows = bytearray()
-    for cycle, names in heard:
-        hears = _MST * bool(cycle.mst) + _MDT * bool(cycle.mdt)
-        for name in names:
-            text = name.encode()
-            rows += _LISTED.pack(hears, len(text)) + text
-    return bytes(rows)
+    return encode_rows((_MST * bool(cycle.mst) + _MDT * bool(cycle.mdt), names) for cycle, names in heard)
 
 
-def decode_spread(data: bytes) -> Spread:
+def decode_spread(data: bytes) -> Spread[Cycle]:
     """The inverse of `encode_spread`.  ValueError for anything else."""
     try:
         sequence, instant_ns = HEAD.unpack_from(data)
@@ -77,15 +59,7 @@ def decode_spread(data: bytes) -> Spread:
 
 
 def _heard(number: int, mst: bytes, mdt: bytes, rows: bytes) -> list[Heard]:
-    groups: dict[int, list[str]] = {}
-    start = 0
-    while start < len(rows):
-        hears, length = _LISTED.unpack_from(rows, start)
-        start += _LISTED.size + length
-        if start > len(rows):
-            raise ValueError("the name of a station in a cycle is cut short")
-        groups.setdefault(hears, []).append(rows[start - length : start].decode())
     return [
         (Cycle(number, mst if hears & _MST else b"", mdt if hears & _MDT else b""), names)
-        for hears, names in groups.items()
+        for hears, names in decode_rows(rows).items()
     ]

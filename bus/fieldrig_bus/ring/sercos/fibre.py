@@ -8,17 +8,15 @@ Left out: the delay of the stations, and optical power; a fibre carries or it do
 """
 
 import logging
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from random import Random
-from typing import Any, Final
+from collections.abc import Iterable, Sequence
+from typing import Final
 
-from fieldrig.faults import Fault, Faults
-from fieldrig.wording import closest
-from fieldrig_bus.ring.breaks import MASTER, Break, Off
-from fieldrig_bus.ring.sercos.faults import Distort, Late, RingFault, fault_of, place_of
+from fieldrig_bus.ring.faults import MASTER
+from fieldrig_bus.ring.medium import Medium
+from fieldrig_bus.ring.sercos.faults import MODELS, Distort, Late, RingFault
 from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mst
 from fieldrig_bus.ring.sercos.timing import GAP_NS, answers_ns, telegram_ns
-from fieldrig_bus.ring.topology import Layout, Node, Topology
+from fieldrig_bus.ring.topology import Layout, Node
 
 log = logging.getLogger(__name__)
 
@@ -32,12 +30,10 @@ Heard = tuple[Cycle, Sequence[str]]
 class Station(Node):
     """One station of the ring, with the AT buffers of its interface chip."""
 
-    __slots__ = ("address", "at", "more")
+    __slots__ = ("at", "more")
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
-        self.address = -1
-        """The first of its addresses; few stations have more."""
         self.at: bytes | None = None
         """The AT in its buffer."""
         self.more: dict[int, bytes] = {}
@@ -62,7 +58,7 @@ class Station(Node):
         return ats
 
 
-class Fibre:
+class Fibre(Medium[Station]):
     """One fibre ring with its stations."""
 
     def __init__(
@@ -74,71 +70,17 @@ class Fibre:
         members: Iterable[str] = (),
     ) -> None:
         """`Topology` explains `order` and `members`."""
-        self._topology = Topology(Station, order, bypassed, members)
-        self.stations: dict[str, Station] = self._topology.stations
+        super().__init__(Station, MODELS, order, bypassed, faults, members)
         self._mbaud = mbaud
-        self._given = tuple(faults)
-        self.observers: list[str] = []
-        """Members that hear everything without being a station."""
         self.until_ns = 0
         """The end of the telegrams of the cycle that was begun, as far as they are known."""
-        self._layout: Layout[Station] | None = None
-        """The present layout; determined again after a change, and in every cycle while there are faults."""
         self._open: Mst | None = None
         """The cycle that has begun and not ended."""
         self._spoilt_mst: list[Distort] = []
-        self._was_calm = True
         self._lengths: list[int] = []
         self._slots_ns = answers_ns((), mbaud)
         """Duration of MST and ATs of these lengths."""
-        self.faults: Faults[Fault[Any]] = Faults(Fault)
-        self.cycles = self.errors = self.overruns = self.late = 0
-
-    def begin(self, now_ns: int, random: Random) -> None:
-        """Start the ring, with the faults that it has from the start."""
-        self.faults = Faults(Fault, random)
-        for fault in self._given:
-            self.faults.add(now_ns, fault)
-
-    # ---- stations
-
-    @property
-    def master(self) -> str | None:
-        """The member that sends MST and MDT."""
-        return self._topology.master
-
-    @property
-    def station_count(self) -> int:
-        """The number of stations that have joined, with or without power."""
-        return self._topology.station_count
-
-    def join(self, name: str) -> None:
-        """Add a member to the ring."""
-        self._topology.join(name)
-        self._layout = None
-
-    def leave(self, name: str) -> None:
-        """Remove a member from the ring."""
-        self._topology.leave(name)
-        if name in self.observers:
-            self.observers.remove(name)
-        self._layout = None
-
-    def listen(self, name: str, interest: Sequence[Any] | None) -> None:
-        """An interest is `["master"]`, `[["drive", ADDRESS], ...]`, or None to observe without being a station."""
-        words = [] if interest is None else list(interest)
-        if MASTER in words:
-            self._topology.master = name
-        self.answer_at(name, None if interest is None else [word[1] for word in words if word != MASTER])
-
-    def answer_at(self, name: str, addresses: Sequence[int] | None) -> None:
-        """Make the member a station with these addresses from now on, or an observer for None."""
-        station = self.stations[name]
-        station.addresses = tuple(addresses or ())
-        station.address = station.addresses[0] if station.addresses else -1
-        if addresses is None and name not in self.observers:
-            self.observers.append(name)
-        self._layout = None
+        self.errors = self.overruns = self.late = 0
 
     # ---- cycles
 
@@ -146,11 +88,7 @@ class Fibre:
         """Begin a cycle, and return what the master hears.  `late` is the number of stations known not to be ready."""
         self.cycles += 1
         self.overruns += now_ns < self.until_ns
-        is_calm = not self.faults.is_any_left(now_ns)
-        layout = self._layout
-        if layout is None or not (is_calm and self._was_calm):
-            layout = self._layout = self._laid_out(now_ns)
-        self._was_calm = is_calm
+        layout, is_calm = self.laid_out(now_ns)
         if is_calm and not layout.doubles:
             self._spoilt_mst = []
             ats, errors = self._taken(layout), 0
@@ -174,7 +112,7 @@ class Fibre:
             return []
         self._open = None
         if layout is None:  # the ring has changed since
-            layout = self._layout = self._laid_out(now_ns)
+            layout = self._layout = self._present_layout(now_ns)
         if mdt:
             self.until_ns = max(now_ns, self.until_ns) + GAP_NS + telegram_ns(len(mdt), self._mbaud)
         spoilt_mdt = self._spoilt(now_ns, mst.number, _MDT) if mdt and self.faults.is_any_left(now_ns) else []
@@ -217,13 +155,6 @@ class Fibre:
         return taken, errors, held
 
     # ---- faults
-
-    def _laid_out(self, now_ns: int) -> Layout[Station]:
-        broken = {fault.settings.after for fault in self._on(now_ns, Break)}
-        return self._topology.layout(broken, {fault.settings.station for fault in self._on(now_ns, Off)})
-
-    def _on(self, now_ns: int, *kinds: type[Any]) -> Iterator[Fault[Any]]:
-        return (fault for fault in self.faults.of(*kinds) if fault.is_on(now_ns))
 
     def _groups(self, cycle: Cycle, layout: Layout[Station], spoilt_mdt: Sequence[Distort]) -> list[Heard]:
         """Group the stations by the telegrams of the cycle that they hear."""
@@ -277,34 +208,9 @@ class Fibre:
 
     # ---- operation
 
-    def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
-        """Inject a fault, and return its number.  ValueError for an unknown fault, or an unknown station."""
-        settings = fault_of(fault)
-        key, place = place_of(settings)
-        known = [station.name for station in self._topology.ring()]
-        if key == "after":
-            known.insert(0, MASTER)
-        if place not in known and (key, place) != ("after", self.master):
-            raise ValueError(f"the ring has no station {place!r}\n{closest(place, known)}")
-        self._layout = None
-        return self.faults.add(now_ns, settings).number
-
-    def all_faults(self, now_ns: int) -> dict[int, dict[str, Any]]:
-        """Injected faults by number."""
-        return self.faults.about(now_ns)
-
-    def clear_fault(self, number: int) -> None:
-        """Clear a fault.  ValueError if there is none with this number."""
-        self.faults.clear(number)
-        self._layout = None
-
     def statistics(self, now_ns: int) -> dict[str, float]:
-        """Counters by name."""
-        layout = self._layout or self._laid_out(now_ns)
         return {
-            "cycles": float(self.cycles),
-            "stations": float(len(layout.hearing) + len(layout.deaf)),
-            "ring_closed": float(layout.is_closed),
+            **super().statistics(now_ns),
             "wrong_fcs": float(self.errors),
             "late": float(self.late),
             "overruns": float(self.overruns),

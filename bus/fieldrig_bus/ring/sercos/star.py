@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig.bus import Attachment
 from fieldrig.clock import MS
+from fieldrig_bus.ring.model import RING
 from fieldrig_bus.ring.sercos.cycle_wire import encode_spread
 from fieldrig_bus.ring.sercos.fibre import Fibre
 from fieldrig_bus.ring.sercos.message import Answers, Mdt, Mst, encode
-from fieldrig_bus.ring.sercos.model import RING
 from fieldrig_bus.ring.transport.centre import Centre
 
 if TYPE_CHECKING:
@@ -39,9 +39,7 @@ class Star(Centre):
         """`at` and `handler` are those of the master."""
         self._fibre = Fibre(settings.order, settings.mbaud, settings.bypassed, settings.faults, at.members)
         super().__init__(bus, at, self._fibre, settings.patience_ms * MS, handler, loop)
-        self._fibre.begin(at.clock.now_ns(), Random(f"{at.seed}/{bus}"))
-        self._fibre.join(at.member)
-        self._fibre.listen(at.member, ["master"])
+        self._fibre.begin_with(at.member, at.clock.now_ns(), Random(f"{at.seed}/{bus}"))
         self._answers: Answers | None = None
 
     def send(self, message: Any) -> None:

@@ -16,7 +16,7 @@ from pydantic import Field
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS
 from fieldrig.settings import Settings
-from fieldrig_bus.ring.breaks import MASTER
+from fieldrig_bus.ring.faults import MASTER
 from fieldrig_bus.ring.transport.centre import Centre, Spokes
 from fieldrig_bus.ring.transport.rack import Rack
 

@@ -25,8 +25,8 @@ from fieldrig_bus.ring.transport.wire import Stations
 
 log = logging.getLogger(__name__)
 
-LONGEST_OUT: Final = 16 * 1024
-LONGEST_BACK: Final = 8 * 1024
+LONGEST_OUT: Final = 32 * 1024
+LONGEST_BACK: Final = 32 * 1024
 LONGEST_WORD: Final = 64 * 1024
 """Largest announcement of a process's stations, in bytes."""
 RETRY_S: Final = 0.02

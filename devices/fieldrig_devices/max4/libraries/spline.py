@@ -78,6 +78,11 @@ def _second_derivatives(
 
 def profile_of_file(data: bytes) -> Profile:
     """The profile in a file of support points.  ValueError, with the line, for anything else."""
+    return spline(*support_points(data))
+
+
+def support_points(data: bytes) -> tuple[list[Point], tuple[float, float] | None]:
+    """The points in a file, and the slopes at its ends if it gives them.  ValueError, with the line, for all else."""
     points: list[Point] = []
     slopes: tuple[float, float] | None = None
     for number, line in enumerate(data.decode("latin-1").splitlines(), start=1):
@@ -95,4 +100,4 @@ def profile_of_file(data: bytes) -> Profile:
             raise ValueError(f"line {number}: expected at most {MOST_POINTS} support points")
         else:
             points.append((first, second))
-    return spline(points, slopes)
+    return points, slopes

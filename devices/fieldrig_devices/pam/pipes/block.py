@@ -17,10 +17,17 @@ class Block(ABC):
         self.is_active = False
         self.period_s = 0.0
         """Time between two values of the flow, in seconds."""
+        self.period: float | None = None
+        """The period of the flow that arrives, from the source or a periodic transformer (PAML-410); None without."""
 
     @property
     def ready(self) -> bool:
         return True
+
+    @property
+    def outgoing_period(self) -> float | None:
+        """The period of the flow that leaves the block."""
+        return self.period
 
     def start(self, period_s: float) -> None:
         """The first pipe with this block is activated; `period_s` is its period in seconds."""

@@ -32,5 +32,9 @@ class Cam(Block):
         super().__init__()
         self.profile, self.value_period = profile, value_period
 
+    @property
+    def outgoing_period(self) -> float | None:
+        return self.value_period
+
     def transform(self, value: float) -> float:
         return wrapped(self.profile.at(value), self.value_period)

@@ -56,9 +56,6 @@ class Comparator(Block):
     def _has_wrapped(self, last: float, value: float) -> bool:
         return self.period is not None and abs(value - last) > self.period / 2
 
-    period: float | None = None
-    """The period of the flow, which the block inherits from the source of its pipe (PAML-410); None without one."""
-
     def _compare(self, value: float, *, has_wrapped: bool) -> None:
         self._waits_for_zero = self._waits_for_zero and not has_wrapped
         was_reached, self._is_reached = self._is_reached, not self._waits_for_zero and value >= self.reference

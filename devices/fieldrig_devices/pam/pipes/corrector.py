@@ -1,7 +1,7 @@
 """The corrector: it moves the flow so that an event happens at the value where it must be (PAML-500 to PAML-518).
 
 The sign follows the manual's two examples: with the reference OUTPUT the correction is "must be" minus "is", with INPUT
-it is "is" minus "must be".  Corrections add up in the flow.
+it is "is" minus "must be"; a setting reverses the latter.  Corrections add up in the flow.
 """
 
 from dataclasses import dataclass
@@ -24,6 +24,8 @@ class Settings:
     is_repetitive: bool
     """TRIGGER_MODE: False is ONCE."""
     value_period: float | None = None
+    is_input_sign_reversed: bool = False
+    """True if the correction with the reference INPUT is "must be" minus "is" as well."""
 
 
 class Corrector(Block):
@@ -43,7 +45,9 @@ class Corrector(Block):
         self._corrected = 0.0
         self._way: Profile = keep(0.0)
         self._periods = 0
-        self._flow: list[float] = []
+        self._flow: tuple[float, ...] = ()
+        self._is_armed = False
+        """True if the next event is waited for after the running correction."""
 
     @property
     def ready(self) -> bool:
@@ -51,18 +55,20 @@ class Corrector(Block):
 
     def start(self, period_s: float) -> None:
         super().start(period_s)
-        self.state, self.triggered, self._flow = "standby", False, []
-        self._corrected, self._way, self._periods = 0.0, keep(0.0), 0
+        self.state, self.triggered, self._flow = "standby", False, ()
+        self._corrected, self._way, self._periods, self._is_armed = 0.0, keep(0.0), 0, False
 
     def trigger(self, must_be: float) -> None:
         """Wait for the event, which must find the flow at `must_be`; a running correction goes on first."""
         self._must_be = must_be
         self.triggered = False
+        self._is_armed = True
         if self.state != "in correction":
             self.state = "wait event"
 
     def trigger_off(self) -> None:
         """Disable the corrector; a running correction is completed (G-33)."""
+        self._is_armed = False
         if self.state != "in correction":
             self.state = "standby"
 
@@ -86,23 +92,31 @@ class Corrector(Block):
         back = age_s + self.delay_s
         seen = position - speed * back + acceleration * back * back / 2
         self.latched = (seen, speed - acceleration * back, acceleration)
-        difference = self._must_be - seen if self.settings.is_output else seen - self._must_be
+        is_forward = self.settings.is_output or self.settings.is_input_sign_reversed
+        difference = self._must_be - seen if is_forward else seen - self._must_be
         self.correction = nearest(difference, self.settings.value_period)
+        self._is_armed = self.settings.is_repetitive
         if self.settings.is_immediate:
             self._begin()
         else:
-            self.state = "wait correction"
+            self.state, self.triggered = "wait correction", True
 
     def transform(self, value: float) -> float:
+        found = value + self._corrected
+        if self.state == "in correction":
+            found += self._moved()
+        self._flow = (*self._flow[-2:], found if self.settings.is_output else value)
+        return found
+
+    def _moved(self) -> float:
+        """Go on with the correction for a period, and return its way up to now."""
         self._periods += 1
         seconds = self._periods * self.period_s
-        if self.state == "in correction" and seconds >= self._way.duration_s:
-            self._corrected += self.correction
-            self._way = keep(0.0)
-            self.state = "wait event" if self.settings.is_repetitive else "standby"
-        found = value + self._corrected + (self._way.values_at(seconds)[0] if self.state == "in correction" else 0.0)
-        self._flow = [*self._flow[-2:], found if self.settings.is_output else value]
-        return found
+        if seconds < self._way.duration_s:
+            return self._way.values_at(seconds)[0]
+        self._corrected += self.correction
+        self.state = "wait event" if self._is_armed else "standby"
+        return self.correction
 
     def _begin(self) -> None:
         self._way = move(self.correction, 0.0, Limits(self.level, self.slope, self.slope))
@@ -112,7 +126,7 @@ class Corrector(Block):
 
     def _derivatives(self) -> tuple[float, float, float]:
         """Return the last value of the flow with its first and second difference by time."""
-        period, flow = self.settings.value_period, self._flow
+        period, flow = self.settings.value_period or self.period, self._flow
         last = nearest(flow[-1] - flow[-2], period) / self.period_s if len(flow) > 1 else 0.0
         if len(flow) < 3:
             return flow[-1], last, 0.0

@@ -11,6 +11,10 @@ class Derivator(Block):
         self.value_period = value_period
         self._last: float | None = None
 
+    @property
+    def outgoing_period(self) -> float | None:
+        return None
+
     def start(self, period_s: float) -> None:
         super().start(period_s)
         self._last = None

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 
-from fieldrig_devices.pam.pipes.block import wrapped
+from fieldrig_devices.pam.pipes.block import nearest, wrapped
 
 
 class Generator(ABC):
@@ -16,14 +16,27 @@ class Generator(ABC):
         """The position at which the present motion began."""
         self._periods = 0
         """Number of periods since then."""
+        self.lead_s = 0.0
+        """Time by which the flow is ahead of the position, with ANTI_DELAY (PAML-635)."""
+        self.takes_shorter_way = False
+        """True if an absolute move in a periodic system takes the shorter way round (G-14)."""
+
+    @property
+    def ready(self) -> bool:
+        """True if the last command has been carried out; a run is, when its speed is reached (G-38)."""
+        return True
+
+    @property
+    def outgoing_period(self) -> float | None:
+        return self.position_period
 
     @property
     def _seconds(self) -> float:
         return self._periods * self.period_s
 
     @abstractmethod
-    def _moved(self) -> float:
-        """Return the way of the present motion up to now."""
+    def _moved(self, seconds: float) -> float:
+        """Return the way of the present motion after this time."""
 
     @abstractmethod
     def _rest(self) -> None:
@@ -36,7 +49,12 @@ class Generator(ABC):
 
     @property
     def _absolute(self) -> float:
-        return self._base + self._moved()
+        return self._base + self._moved(self._seconds)
+
+    def _way_to(self, position: float) -> float:
+        """Return the distance to a position: the numeric difference, over several periods if that is so (G-14)."""
+        difference = position - self.position
+        return nearest(difference, self.position_period) if self.takes_shorter_way else difference
 
     def start(self, period_s: float) -> None:
         """The pipe is activated with this period in seconds: the position is INITIAL_POSITION (PAML-607)."""
@@ -48,9 +66,9 @@ class Generator(ABC):
         self.is_active = False
 
     def step(self) -> float:
-        """Go on for a period, and return the position."""
+        """Go on for a period, and return the value of the flow."""
         self._periods += 1
-        return self.position
+        return wrapped(self._base + self._moved(self._seconds + self.lead_s), self.position_period)
 
     def set_position(self, position: float) -> None:
         """Call the present position `position`: a step of an active generator, else its next start (PAML-606, 633)."""

@@ -33,6 +33,10 @@ class Phaser(Block):
         if self.is_active and self.state in ("stopped", "starting"):
             self.value = self._standby_value
 
+    @property
+    def outgoing_period(self) -> float | None:
+        return self.value_period
+
     def set_phase(self, phase: float) -> None:
         """Change the phase: by its slope in a started block, else at once (PAML-584 to PAML-586)."""
         is_slewed = self.is_active and self.state in ("started", "stopping")
@@ -76,9 +80,12 @@ class Phaser(Block):
         return self._computed if self.state in ("started", "stopping") else self._standby_value
 
     def _crosses(self, last: float, value: float) -> bool:
-        """True if the way from one value to the next, the shorter one around the period, meets the stand-by value."""
+        """True if the way from one value to the next, the shorter one around the period, meets the stand-by value.
+
+        A value that begins at the stand-by value meets it.
+        """
         step = nearest(value - last, self.value_period)
         ahead = wrapped(self._standby_value - last, self.value_period)
         if step < 0:
             ahead = wrapped(last - self._standby_value, self.value_period)
-        return 0 < ahead <= abs(step)
+        return ahead <= abs(step)

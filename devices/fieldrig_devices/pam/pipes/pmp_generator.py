@@ -1,5 +1,6 @@
 """The PMP generator: moves with a limited jerk, also forward and backward without a stop (PAML-600 to PAML-608)."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
@@ -35,12 +36,12 @@ class _Piece:
 
 
 class JerkProfile:
-    """Pieces of constant jerk, from rest at position 0."""
+    """Pieces of constant jerk from position 0, at rest or at a speed; behind them the speed remains."""
 
-    def __init__(self) -> None:
+    def __init__(self, speed: float = 0.0) -> None:
         self.pieces: list[_Piece] = []
         self.duration_s = 0.0
-        self._end = (0.0, 0.0, 0.0)
+        self._end = (0.0, speed, 0.0)
 
     @property
     def distance(self) -> float:
@@ -60,6 +61,12 @@ class JerkProfile:
     def cruise(self, seconds: float) -> None:
         self._add(seconds, 0.0)
 
+    def then(self, pieces: "JerkProfile", sign: float) -> None:
+        """Add another motion that ends at rest, mirrored if the sign is negative."""
+        for piece in pieces.pieces:
+            self._add(piece.seconds, sign * piece.jerk)
+        self._end = (self._end[0], 0.0, 0.0)
+
     def _add(self, seconds: float, jerk: float) -> None:
         if seconds > 0:
             piece = _Piece(seconds, *self._end, jerk)
@@ -73,7 +80,7 @@ class JerkProfile:
             if seconds < piece.seconds:
                 return piece.at(max(seconds, 0.0))
             seconds -= piece.seconds
-        return self._end[0], 0.0, 0.0
+        return self._end[0] + self._end[1] * seconds, self._end[1], 0.0
 
     def turning_position(self) -> float:
         """Return the position at which the speed passes through zero."""
@@ -139,12 +146,14 @@ def _largest(fits: Callable[[float], bool]) -> float:
 
 
 class PmpGenerator(Generator):
-    """A command while a motion runs is ignored (PAML-603); one argument is a single move, two go there and back."""
+    """A command while a motion runs is ignored (PAML-603); one argument is a single move, two go there and back.
+
+    A run changes the speed with the limits of FIRST_TRAVEL_SPEED; a move out of a run stops first.
+    """
 
     def __init__(self, limits: PmpLimits, initial_position: float, position_period: float | None) -> None:
         super().__init__(initial_position, position_period)
         self.limits = limits
-        self._sign = 1.0
         self._way = JerkProfile()
 
     @property
@@ -153,25 +162,41 @@ class PmpGenerator(Generator):
 
     @property
     def speed(self) -> float:
-        return self._sign * self._way.at(self._seconds)[1] if self.is_active else 0.0
+        return self._way.at(self._seconds)[1] if self.is_active else 0.0
 
-    def _moved(self) -> float:
-        return self._sign * self._way.at(self._seconds)[0]
+    @property
+    def acceleration(self) -> float:
+        return self._way.at(self._seconds)[2] if self.is_active else 0.0
+
+    def _moved(self, seconds: float) -> float:
+        return self._way.at(seconds)[0]
 
     def _rest(self) -> None:
         self._way = JerkProfile()
 
     def absolute_move(self, first: float, last: float | None = None) -> None:
         """Move to `first`, and then to `last` if it is on the other side of it."""
-        self.relative_move(first - self.position, None if last is None else last - first)
+        self.relative_move(self._way_to(first), None if last is None else last - first)
 
     def relative_move(self, first: float, last: float | None = None) -> None:
         """Move by `first`, and then by `last`, which must have the opposite sign; otherwise nothing moves."""
-        if not self.is_active or not self.ready or first == 0 or (last is not None and first * last >= 0):
+        if not self.is_active or not self.ready or (last is not None and first * last >= 0):
             return
-        self._base, self._sign = self._absolute, 1.0 if first > 0 else -1.0
-        self._periods = 0
-        if last is None:
-            self._way = single(abs(first), self.limits)
-        else:
-            self._way = forward_backward(abs(first), abs(last), self.limits)
+        way = JerkProfile(self.speed)
+        way.ramp(0.0, self.limits.acceleration, self.limits.jerk)
+        first -= way.distance
+        if first and last is None:
+            way.then(single(abs(first), self.limits), math.copysign(1.0, first))
+        elif last is not None and first * last < 0:
+            way.then(forward_backward(abs(first), abs(last), self.limits), math.copysign(1.0, first))
+        self._follow(way)
+
+    def run(self, speed: float) -> None:
+        """Go on at a speed; 0 ends the motion."""
+        if self.is_active and self.ready:
+            way = JerkProfile(self.speed)
+            way.ramp(speed, self.limits.acceleration, self.limits.jerk)
+            self._follow(way)
+
+    def _follow(self, way: JerkProfile) -> None:
+        self._base, self._way, self._periods = self._absolute, way, 0

@@ -14,7 +14,6 @@ class TmpGenerator(Generator):
 
     @property
     def ready(self) -> bool:
-        """True if the last command has been carried out; a run is, when its speed is reached (G-38)."""
         return self._seconds >= self._way.duration_s
 
     @property
@@ -25,15 +24,14 @@ class TmpGenerator(Generator):
     def acceleration(self) -> float:
         return self._way.values_at(self._seconds)[2] if self.is_active else 0.0
 
-    def _moved(self) -> float:
-        return self._way.values_at(self._seconds)[0]
+    def _moved(self, seconds: float) -> float:
+        return self._way.values_at(seconds)[0]
 
     def _rest(self) -> None:
         self._way = keep(0.0)
 
     def absolute_move(self, position: float) -> None:
-        """Move to a position by the numeric difference, over several periods if that is so (G-14)."""
-        self._follow(move(position - self.position, self.speed, self.limits))
+        self._follow(move(self._way_to(position), self.speed, self.limits))
 
     def relative_move(self, distance: float) -> None:
         self._follow(move(distance, self.speed, self.limits))

@@ -4,8 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig_bus.ring.sercos.cycle_wire import Spread, decode_spread, encode_spread
+from fieldrig_bus.ring.sercos.cycle_wire import decode_spread, encode_spread
 from fieldrig_bus.ring.sercos.message import Cycle
+from fieldrig_bus.ring.transport.spread import Spread
 from fieldrig_bus.ring.transport.wire import decode_back, encode_back
 
 NUMBERS = st.integers(0, 0xFFFF_FFFF)

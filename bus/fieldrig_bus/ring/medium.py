@@ -1,0 +1,141 @@
+"""The medium of a ring of any kind: its stations, its observers, what opens it, and its other faults.
+
+`topology` has the order of the stations.  A kind of ring adds what its telegrams do in a cycle.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from random import Random
+from typing import Any, Generic, TypeVar
+
+from fieldrig.faults import Fault, Faults, Timed, fault_of
+from fieldrig.wording import closest
+from fieldrig_bus.ring.faults import MASTER, Break, Off, place_of
+from fieldrig_bus.ring.topology import Layout, Node, Topology
+
+N = TypeVar("N", bound=Node)
+
+
+class Medium(Generic[N]):
+    """One ring with its stations."""
+
+    def __init__(
+        self,
+        make: Callable[[str], N],
+        models: Mapping[str, type[Timed]],
+        order: Sequence[str],
+        bypassed: Iterable[str] = (),
+        faults: Iterable[Timed] = (),
+        members: Iterable[str] = (),
+    ) -> None:
+        """`models` are the faults that it takes; `Topology` explains `order` and `members`."""
+        self._topology = Topology(make, order, bypassed, members)
+        self.stations: dict[str, N] = self._topology.stations
+        self._models = models
+        self._given = tuple(faults)
+        self.observers: list[str] = []
+        """Members that hear everything without being a station."""
+        self._layout: Layout[N] | None = None
+        """The present layout; determined again after a change, and in every cycle while there are faults."""
+        self._was_calm = True
+        self.faults: Faults[Fault[Any]] = Faults(Fault)
+        self.cycles = 0
+
+    def begin(self, now_ns: int, random: Random) -> None:
+        """Start the ring, with the faults that it has from the start."""
+        self.faults = Faults(Fault, random)
+        for fault in self._given:
+            self.faults.add(now_ns, fault)
+
+    def begin_with(self, master: str, now_ns: int, random: Random) -> None:
+        """Start the ring with its master as the first member."""
+        self.begin(now_ns, random)
+        self.join(master)
+        self.listen(master, [MASTER])
+
+    # ---- stations
+
+    @property
+    def master(self) -> str | None:
+        """The member that is the master of the ring."""
+        return self._topology.master
+
+    @property
+    def station_count(self) -> int:
+        """The number of stations that have joined, with or without power."""
+        return self._topology.station_count
+
+    def join(self, name: str) -> None:
+        """Add a member to the ring."""
+        self._topology.join(name)
+        self._layout = None
+
+    def leave(self, name: str) -> None:
+        """Remove a member from the ring."""
+        self._topology.leave(name)
+        if name in self.observers:
+            self.observers.remove(name)
+        self._layout = None
+
+    def listen(self, name: str, interest: Sequence[Any] | None) -> None:
+        """An interest is `["master"]`, `[[WORD, ADDRESS], ...]`, or None to observe without being a station."""
+        words = [] if interest is None else list(interest)
+        if MASTER in words:
+            self._topology.master = name
+        self.answer_at(name, None if interest is None else [word[1] for word in words if word != MASTER])
+
+    def answer_at(self, name: str, addresses: Sequence[int] | None) -> None:
+        """Make the member a station with these addresses from now on, or an observer for None."""
+        station = self.stations[name]
+        station.addresses = tuple(addresses or ())
+        station.address = station.addresses[0] if station.addresses else -1
+        if addresses is None and name not in self.observers:
+            self.observers.append(name)
+        self._layout = None
+
+    # ---- faults
+
+    def laid_out(self, now_ns: int) -> tuple[Layout[N], bool]:
+        """The layout for a cycle that begins now, and whether the ring has no fault."""
+        is_calm = not self.faults.is_any_left(now_ns)
+        layout = self._layout
+        if layout is None or not (is_calm and self._was_calm):
+            layout = self._layout = self._present_layout(now_ns)
+        self._was_calm = is_calm
+        return layout, is_calm
+
+    def _present_layout(self, now_ns: int) -> Layout[N]:
+        broken = {fault.settings.after for fault in self._on(now_ns, Break)}
+        return self._topology.layout(broken, {fault.settings.station for fault in self._on(now_ns, Off)})
+
+    def _on(self, now_ns: int, *kinds: type[Any]) -> Iterator[Fault[Any]]:
+        return (fault for fault in self.faults.of(*kinds) if fault.is_on(now_ns))
+
+    def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
+        """Inject a fault, and return its number.  ValueError for an unknown fault, or an unknown station."""
+        settings = fault_of(fault, self._models)
+        key, place = place_of(settings)
+        known = [station.name for station in self._topology.ring()]
+        if key == "after":
+            known.insert(0, MASTER)
+        if place not in known and (key, place) != ("after", self.master):
+            raise ValueError(f"the ring has no station {place!r}\n{closest(place, known)}")
+        self._layout = None
+        return self.faults.add(now_ns, settings).number
+
+    def all_faults(self, now_ns: int) -> dict[int, dict[str, Any]]:
+        """Injected faults by number."""
+        return self.faults.about(now_ns)
+
+    def clear_fault(self, number: int) -> None:
+        """Clear a fault.  ValueError if there is none with this number."""
+        self.faults.clear(number)
+        self._layout = None
+
+    def statistics(self, now_ns: int) -> dict[str, float]:
+        """Counters by name."""
+        layout = self._layout or self._present_layout(now_ns)
+        return {
+            "cycles": float(self.cycles),
+            "stations": float(len(layout.hearing) + len(layout.deaf)),
+            "ring_closed": float(layout.is_closed),
+        }

@@ -1,0 +1,49 @@
+"""The ring of a PAM as a function of time: all nodes hear the frames, and the PAM the reports, when both are over."""
+
+import logging
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+from fieldrig_bus.ring.model import RING, MediumModel
+from fieldrig_bus.ring.pam.faults import RingFault
+from fieldrig_bus.ring.pam.medium import PamMedium
+from fieldrig_bus.ring.pam.message import Frames, RingMessage, span_bytes
+
+log = logging.getLogger(__name__)
+
+BYTE_NS: Final = 800
+"""Duration of a byte on the fibre, at 10 Mbit/s; the manual gives no rate."""
+
+
+class PamRingModel(MediumModel[RingMessage]):
+    """The ring of one PAM."""
+
+    def __init__(self, order: Sequence[str], bypassed: Iterable[str] = (), faults: Iterable[RingFault] = ()) -> None:
+        """`order` names stations; stations that it does not name follow in the order of joining."""
+        self.medium = PamMedium(order, bypassed, faults)
+        super().__init__(self.medium)
+        self._over_ns = 0
+        self._overruns = 0
+
+    def submit(self, now_ns: int, member: str, message: RingMessage) -> None:
+        if message.__class__ is bytes:
+            self.medium.stations[member].lay(message)
+        elif member != self.medium.master:
+            log.debug("%s is not the master of the ring", member)
+        elif isinstance(message, Frames):
+            self._go_round(now_ns, message)
+
+    def _go_round(self, now_ns: int, frames: Frames) -> None:
+        """A cycle that begins before the last one is over waits for its end."""
+        master = self.medium.master
+        assert master is not None, "it sent the frames"
+        self._overruns += now_ns < self._over_ns
+        reports, heard = self.medium.go_round(now_ns, frames)
+        bytes_in_all = span_bytes(frames.frames) + span_bytes(reports.reports) + len(reports.addresses)
+        self._over_ns = max(now_ns, self._over_ns) + bytes_in_all * BYTE_NS
+        self._schedule(self._over_ns, RING, reports, (master,))
+        for cycle, names in heard:
+            self._schedule(self._over_ns, master, cycle, names)
+
+    def statistics(self, now_ns: int) -> dict[str, float]:
+        return {**super().statistics(now_ns), "overruns": float(self._overruns)}

@@ -1,0 +1,29 @@
+"""Base of the rings of a PAM in real time."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+from fieldrig.bus import Attachment
+from fieldrig_bus.ring.pam.family import PamRingFamily
+from fieldrig_bus.ring.pam.message import RingMessage
+from fieldrig_bus.ring.pam.rack import NodeRack
+from fieldrig_bus.ring.pam.star import PamStar
+from fieldrig_bus.ring.pam.virtual import PamRingSettings
+from fieldrig_bus.ring.transport.bus import StarBus, StarSettings
+
+
+class PamRingStarSettings(StarSettings, PamRingSettings):
+    """Settings of a PAM's ring in real time."""
+
+
+class PamRingStar(PamRingFamily, StarBus[RingMessage]):
+    """A PAM's ring in real time; a subclass says what carries it."""
+
+    settings: PamRingStarSettings
+
+    def make_centre(self, at: Attachment, handler: Callable[[Any], None], loop: asyncio.AbstractEventLoop) -> PamStar:
+        return PamStar(self.name, at, self.settings, handler, loop)
+
+    def make_rack(self, loop: asyncio.AbstractEventLoop) -> NodeRack:
+        return NodeRack(self.name, loop)

@@ -1,0 +1,22 @@
+"""`pamring.zenoh`: the ring of a PAM in real time over Zenoh, also between machines."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from fieldrig_bus.ring.pam.star_bus import PamRingStar, PamRingStarSettings
+from fieldrig_bus.ring.transport.zenoh import ENVIRONMENT, ZenohCarrier, ZenohSettings
+
+
+class PamRingZenohSettings(ZenohSettings, PamRingStarSettings):
+    """Settings of a PAM's ring over Zenoh."""
+
+
+class PamRingZenoh(PamRingStar):
+    about: ClassVar[str] = "ring of a PAM with its nodes, in real time over Zenoh"
+    has_threads: ClassVar[bool] = True
+    environment: ClassVar[Mapping[str, str]] = ENVIRONMENT
+    settings: PamRingZenohSettings
+
+    def __init__(self, name: str, settings: PamRingZenohSettings) -> None:
+        super().__init__(name, settings)
+        self.carrier = ZenohCarrier(name, settings.endpoint)

@@ -1,0 +1,227 @@
+"""Axes: orders to the trapezoid in the node, and set-points of pipes (section 2.3 of the language's digest).
+
+The position of an axis is the sum of two parts: its own, which its orders move, and that of a pipe (PAML-042).  The PAM
+knows the destination of its orders, and the own part exactly only when they are done (PAML-061, PAML-064).
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+from fieldrig_devices.pam.objects.declared import Declared
+from fieldrig_devices.pam.objects.object_item import ObjectItem, has_error
+from fieldrig_devices.pam.objects.parameters import AboveZero
+from fieldrig_devices.pam.objects.pipe_input import PIPE_INPUTS, PipeInput
+from fieldrig_devices.pam.objects.site import RingNode, Site
+from fieldrig_devices.pam.pipes.block import nearest, wrapped
+from fieldrig_devices.pam.pipes.converter import Mode, Taker
+from fieldrig_devices.pamring.frames import (
+    AxisItem,
+    AxisOrder,
+    AxisReport,
+    EndOfPipe,
+    Move,
+    SetPointMode,
+)
+
+ERROR_MASK: Final = 0xD0F8FFFF
+"""The bits of the status word that are errors (PAMS-049)."""
+
+
+class Axis(ObjectItem):
+    travel_speed = AboveZero()
+    acceleration = AboveZero()
+    deceleration = AboveZero()
+
+    def __init__(self, declared: Declared, site: Site, node: RingNode) -> None:
+        super().__init__(declared.name)
+        self.node, self.site = node, site
+        self.units = declared.number("PULSES_PER_UNIT")
+        """Resolver units in a unit of length; a negative number turns the motor the other way (PAML-046)."""
+        self.period = declared.number("POSITION_PERIOD") or None
+        self.travel_speed = declared.number("TRAVEL_SPEED")
+        self.acceleration = declared.number("ACCELERATION")
+        self.deceleration = declared.number("DECELERATION", self.acceleration)
+        self.initial_position = declared.number("INITIAL_POSITION")
+        """A program may write it; it has effect at the next start (E-01)."""
+        self.pipe: PipeInput | None = None
+        """The pipe that drives the axis."""
+        self.watchers: list[Callable[[], None]] = []
+        """They are called when an order is done."""
+        self.on_stop: list[Callable[[], None]] = []
+        """They are called before a stop, which ends what else moves the axis."""
+        self.is_grouped = False
+        self._status = self._error = 0
+        self._ordered = self._done = 0
+        self._own = self.initial_position
+        node.add(self._axis_item)
+        node.axis_receiver = self.on_report
+
+    def _axis_item(self, item: int) -> AxisItem:
+        period = abs(round(self.units * self.period)) if self.period is not None else 0
+        return AxisItem(item, round(self.initial_position * self.units), period)
+
+    # ---- the state
+
+    def on_report(self, report: AxisReport) -> None:
+        """Take the state of the axis; a finished order makes the own part exact."""
+        was_ready = self.is_ready
+        self._status, self._error = report.status, report.error & ERROR_MASK
+        self._done = report.number or self._done
+        if self.is_ready and not was_ready:
+            own = report.set_point / self.units
+            if abs(nearest(own - self._own, self.period)) > 1 / abs(self.units):
+                self._own = wrapped(own, self.period)
+            for watcher in list(self.watchers):
+                watcher()
+        self.site.kernel.touched(self.name)
+
+    @property
+    def is_ready(self) -> bool:
+        return self._done == self._ordered
+
+    @property
+    def position(self) -> float:
+        part = self.pipe.part if self.pipe is not None else 0.0
+        return wrapped(self._own + part, self.period)
+
+    def ask_ready(self) -> bool:
+        return self.is_ready
+
+    def ask_position(self) -> float:
+        return self.position
+
+    def ask_speed(self) -> float:
+        return self.pipe.speed if self.pipe is not None else 0.0
+
+    def ask_generator_position(self) -> float:
+        return wrapped(self._own, self.period)
+
+    def ask_pipe_motionless(self) -> bool:
+        """True once the last set-point of the pipe has reached the node, one cycle after it was sent (PAML-063)."""
+        return self.is_grouped or self.pipe is None or self.pipe.changed_in < self.site.kernel.cycle_number
+
+    def ask_status(self, mask: int | None = None) -> int | bool:
+        return has_error(self._status, mask)
+
+    def ask_error(self) -> bool:
+        return bool(self._error)
+
+    def ask_error_code(self, mask: int | None = None) -> int | bool:
+        return has_error(self._error, mask)
+
+    # ---- orders
+
+    def carry_out(self, function: str, arguments: tuple[float, ...], number: int) -> AxisOrder:
+        """Return the order of an executive function, as if it were sent, with its number in this PAM."""
+        order: AxisOrder = getattr(self, f"_{function}")(*arguments)
+        if order.number:
+            order = AxisOrder(number, order.move, order.value, order.speed, order.acceleration, order.deceleration)
+            self._ordered = number
+        self.site.kernel.touched(self.name)
+        return order
+
+    def _send(self, function: str, *arguments: float) -> None:
+        self.node.send(self.carry_out(function, arguments, self.site.next_number()))
+
+    def do_absolute_move(self, position: float) -> None:
+        self._send("absolute_move", position)
+
+    def do_relative_move(self, distance: float) -> None:
+        self._send("relative_move", distance)
+
+    def do_run(self, speed: float) -> None:
+        self._send("run", speed)
+
+    def do_power_on(self) -> None:
+        self._send("power_on")
+
+    def do_power_off(self) -> None:
+        self._send("power_off")
+
+    def do_position(self, position: float) -> None:
+        self._send("position", position)
+
+    def do_update_status(self) -> None:
+        self._send("update_status")
+
+    def do_stop(self) -> None:
+        """Stop all motion.  The pipe is disconnected, and so are all axes of a set that it drives (PAML-057)."""
+        if self.pipe is not None and self.pipe.stop_all is not None:
+            self.pipe.stop_all()
+        else:
+            self._send("stop")
+
+    def halt(self) -> None:
+        """Stop the motion of the axis's own part alone, without an end of what else moves it."""
+        self.node.send(self.carry_out("halt", (), self.site.next_number()))
+
+    def _absolute_move(self, position: float) -> AxisOrder:
+        position = float(position)
+        if self.site.options.takes_shorter_way:
+            position = self._own + nearest(position - self._own, self.period)
+        self._own = wrapped(position, self.period)
+        return self._limited(Move.ABSOLUTE_MOVE, position, self.travel_speed)
+
+    def _relative_move(self, distance: float) -> AxisOrder:
+        self._own = wrapped(self._own + distance, self.period)
+        return self._limited(Move.RELATIVE_MOVE, distance, self.travel_speed)
+
+    def _run(self, speed: float) -> AxisOrder:
+        return self._limited(Move.RUN, speed, abs(speed))
+
+    def _power_on(self) -> AxisOrder:
+        self._own = 0.0
+        return AxisOrder(1, Move.POWER_ON)
+
+    def _power_off(self) -> AxisOrder:
+        return self._limited(Move.POWER_OFF, 0.0, 0.0)
+
+    def _stop(self) -> AxisOrder:
+        for action in list(self.on_stop):
+            action()
+        if self.pipe is not None:
+            self._own, self.pipe = self.position, None
+        return self._halt()
+
+    def _halt(self) -> AxisOrder:
+        return self._limited(Move.STOP, 0.0, 0.0)
+
+    def _position(self, position: float) -> AxisOrder:
+        part = self.pipe.part if self.pipe is not None else 0.0
+        self._own = wrapped(position - part, self.period)
+        return AxisOrder(0, Move.POSITION, round(position * self.units))
+
+    def _update_status(self) -> AxisOrder:
+        return AxisOrder(0, Move.UPDATE_STATUS)
+
+    def _limited(self, move: Move, value: float, speed: float) -> AxisOrder:
+        scale = abs(self.units)
+        limits = (round(speed * scale), round(self.acceleration * scale), round(self.deceleration * scale))
+        return AxisOrder(1, move, round(value * self.units), *limits)
+
+    # ---- the end of a pipe
+
+    def attach(self, mode: Mode, period_s: float) -> Taker:
+        return self.join(mode, period_s).take
+
+    def join(self, mode: Mode, period_s: float, stop_all: Callable[[], None] | None = None) -> PipeInput:
+        """A pipe drives the axis from now on; without a step of the mode if another one did before (G-45)."""
+        known = self.pipe
+        if known is not None and known.mode != mode:
+            self.detach()
+            known = None
+        pipe = PIPE_INPUTS[mode](self, period_s, stop_all)
+        if known is not None:
+            pipe.go_on_from(known)
+        elif mode == "POSITION":
+            self._own = 0.0
+        self.pipe = pipe
+        return pipe
+
+    def detach(self) -> None:
+        """The pipe has ended: its part of the position becomes the axis's own (PAML-406)."""
+        if self.pipe is not None:
+            mode = SetPointMode[self.pipe.mode]
+            self._own, self.pipe = self.position, None
+            self.node.send(EndOfPipe(mode))
+            self.site.kernel.touched(self.name)

@@ -1,0 +1,50 @@
+"""Nodes and nodes groups (section 2.2 of the language's digest)."""
+
+from typing import Final
+
+from fieldrig_devices.pam.objects.declared import Declared
+from fieldrig_devices.pam.objects.object_item import ObjectItem, has_error
+from fieldrig_devices.pam.objects.site import RingNode, Site
+from fieldrig_devices.pamring.frames import NodeType, Severity, Trouble
+
+LETTERS: Final = {Severity.WARNING: "W", Severity.ENDED: "K", Severity.ERROR: "E"}
+
+
+class NodeItem(ObjectItem):
+    """A node in programs.  Only a Smart-IO has an error word; that of an ST1 is its axis's (E-03)."""
+
+    def __init__(self, name: str, node: RingNode) -> None:
+        super().__init__(name)
+        self._node = node
+
+    def ask_error(self) -> bool:
+        return bool(self._node.error_word)
+
+    def ask_error_code(self, mask: int | None = None) -> int | bool:
+        return has_error(self._node.error_word, mask)
+
+
+def declare_nodes(declared: Declared, site: Site, count: int) -> list[ObjectItem]:
+    """Put the nodes of a declaration on the ring, at consecutive addresses (PAML-022)."""
+    group = declared.reference("NODES_GROUP")
+    node_type = NodeType[declared.word("TYPE")]
+    site.nodes[declared.name] = [
+        RingNode(
+            declared.name,
+            declared.integer("ADDRESS") + index,
+            node_type,
+            site.port,
+            (group, index) if group else None,
+        )
+        for index in range(count)
+    ]
+    return [NodeItem(declared.name, node) for node in site.nodes[declared.name]]
+
+
+def on_trouble(node: RingNode, trouble: Trouble, site: Site) -> None:
+    """Show a message of a node, with its address as the first detail (section 14.3), and keep its error word."""
+    if node.node_type is NodeType.SMART_IO:
+        node.error_word = trouble.word
+    code = f"04..{LETTERS[trouble.severity]}{trouble.code:03X}"
+    site.kernel.report(code, (node.address, *trouble.details))
+    site.kernel.touched(node.name)

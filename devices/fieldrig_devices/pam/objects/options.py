@@ -1,0 +1,31 @@
+"""Passages of the manual that can be read in two ways, and facts of a machine that it does not state."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """The defaults are the readings of the manual's digest."""
+
+    takes_shorter_way: bool = False
+    """True if an absolute move of a periodic axis or generator takes the shorter way round (G-14)."""
+    amplifier_unwraps: bool = True
+    """True if an amplifier counts the periods of its input, so that its output has no step there (G-29)."""
+    corrector_input_sign_reversed: bool = False
+    """True if CORRECTION_REFERENCE = INPUT corrects by "must be" minus "is", as OUTPUT does (G-33)."""
+    keeps_written_parameters: bool = True
+    """True if a block begins its life with the values last written, False if with those declared (PAML-409)."""
+    set_point_delay_cycles: float = 1.0
+    """Time from the computation of a set-point until it works in a node; ANTI_DELAY = YES compensates it (PAML-635)."""
+    report_delay_cycles: float = 1.0
+    """Time from the frame of a node with an input until the PAM has it (PAML-513)."""
+    read_cycles: int = 6
+    """Basic cycles that a read over the ring takes at least (PAML-144)."""
+    read_timeout_cycles: int = 100
+    """Basic cycles after which a read without an answer is given up, with 07..E021."""
+    largest_torque_nm: float = 10.0
+    """Torque of a motor that the converter's mode TORQUE counts from (G-37)."""
+    motor_turn: int = 1 << 32
+    """Resolver units in a turn of the motor (PAML-045)."""
+    deviating_axes: frozenset[int] = frozenset()
+    """Addresses of ST1 nodes whose CKV, CKA, CKR, CKH or EQUIP differ, so that they join no group (PAML-163)."""

@@ -1,0 +1,90 @@
+"""The inputs of an axis for a pipe, one for each mode of the converter (section 2.22 of the language's digest)."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Final
+
+from fieldrig_devices.pam.pipes.block import nearest
+from fieldrig_devices.pam.pipes.converter import Mode
+from fieldrig_devices.pamring.frames import SetPoint, SetPointMode
+
+if TYPE_CHECKING:
+    from fieldrig_devices.pam.objects.axis import Axis
+
+
+class PipeInput:
+    """The input of an axis for the positions of a pipe; a set-point is sent only when it changes."""
+
+    mode: Mode = "POSITION"
+    set_point_mode = SetPointMode.POSITION
+
+    def __init__(self, axis: "Axis", period_s: float, stop_all: Callable[[], None] | None) -> None:
+        self._axis, self._period_s, self.stop_all = axis, period_s, stop_all
+        self.part = self.last = axis.position
+        """The pipe's part of the position, now and one value before."""
+        self.sent: int | None = None
+        self.changed_in = -1
+        """The basic cycle of the last new set-point."""
+
+    @property
+    def speed(self) -> float:
+        return nearest(self.part - self.last, self._axis.period) / self._period_s
+
+    def go_on_from(self, known: "PipeInput") -> None:
+        self.part, self.last, self.sent, self.changed_in = known.part, known.last, known.sent, known.changed_in
+
+    def take(self, value: float) -> None:
+        """Take a value of the flow, and send it to the node."""
+        axis = self._axis
+        set_point = self.follow(value)
+        if set_point != self.sent and axis.pipe is self:
+            self.note(set_point)
+            axis.node.send(SetPoint(self.set_point_mode, set_point))
+
+    def follow(self, value: float) -> int:
+        """Take a position in units of the axis, and return the set-point."""
+        self.last, self.part = (self.part if self.sent is not None else value), value
+        return round(value * self._axis.units)
+
+    def note(self, set_point: int) -> None:
+        """Note a set-point as sent."""
+        site = self._axis.site
+        self.sent, self.changed_in = set_point, site.kernel.cycle_number
+        site.moved.add(self._axis.name)
+
+
+class SpeedInput(PipeInput):
+    """`part` is the way of the pipe since its beginning."""
+
+    mode: Mode = "SPEED"
+    set_point_mode = SetPointMode.SPEED
+
+    def __init__(self, axis: "Axis", period_s: float, stop_all: Callable[[], None] | None) -> None:
+        super().__init__(axis, period_s, stop_all)
+        self.part = self.last = 0.0
+
+    @property
+    def speed(self) -> float:
+        return self.last
+
+    def follow(self, value: float) -> int:
+        self.last = value
+        if value:
+            self.part += value * self._period_s
+            self._axis.site.moved.add(self._axis.name)
+        return round(value * self._axis.units)
+
+
+class TorqueInput(SpeedInput):
+    mode: Mode = "TORQUE"
+    set_point_mode = SetPointMode.TORQUE
+
+    def follow(self, value: float) -> int:
+        """Take a torque limit in Nm (PAML-484)."""
+        return min(round(abs(value) / self._axis.site.options.largest_torque_nm * 1000), 1000)
+
+
+PIPE_INPUTS: Final[Mapping[str, type[PipeInput]]] = {
+    "POSITION": PipeInput,
+    "SPEED": SpeedInput,
+    "TORQUE": TorqueInput,
+}

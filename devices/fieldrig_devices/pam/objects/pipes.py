@@ -1,0 +1,208 @@
+"""The pipes of an application: which blocks live, and what each basic cycle computes (section 2.18 of the digest).
+
+All pipes from one source are a network with one period and phase.  When a pipe begins or ends, its network is laid out
+again as a flat list of steps, so that a shared block computes once and a cycle only calls one step after another.
+"""
+
+from collections.abc import Callable, Sequence
+
+from fieldrig_devices.pam.objects.axes_set import AxesSet
+from fieldrig_devices.pam.objects.axis import Axis
+from fieldrig_devices.pam.objects.corrector_item import CorrectorItem
+from fieldrig_devices.pam.objects.declared import Declared
+from fieldrig_devices.pam.objects.object_item import ObjectItem
+from fieldrig_devices.pam.objects.site import Site
+from fieldrig_devices.pam.objects.sources import SourceItem
+from fieldrig_devices.pam.objects.transformer_item import TransformerItem
+from fieldrig_devices.pam.objects.transformers import DistributorItem
+from fieldrig_devices.pam.pipes.converter import Converter, Destination
+from fieldrig_devices.pam.pipes.distributor import Distributor
+
+Step = Callable[[float], float]
+
+
+class ConverterItem(ObjectItem):
+    """The end of a pipe in programs; most functions are only for an axes set (PAML-481)."""
+
+    def __init__(self, declared: Declared, site: Site, destination: Destination, pipes: "Pipes") -> None:
+        super().__init__(declared.name)
+        self._site, self._pipes, self.destination = site, pipes, destination
+        self.block = Converter(destination, declared.word("MODE"))  # type: ignore[arg-type]
+
+    def ask_ready(self) -> bool:
+        return self.block.ready
+
+    def do_disactivate(self) -> None:
+        self._pipes.end(self)
+
+    do_deactivate = do_disactivate
+
+    def do_connect(self, *axes: Axis) -> None:
+        self._set().connect(axes)
+
+    def do_connect_all(self) -> None:
+        self._set().connect(self._set().axes)
+
+    def do_disconnect(self, *axes: Axis) -> None:
+        self._set().disconnect(axes)
+
+    def do_disconnect_all(self) -> None:
+        self._set().disconnect(self._set().axes)
+
+    def do_change_ratio(self, axis: Axis, ratio: float) -> None:
+        self._set().change_ratio([axis], ratio)
+
+    def do_change_all_ratios(self, ratio: float) -> None:
+        self._set().change_ratio(self._set().axes, ratio)
+
+    def _set(self) -> AxesSet:
+        if not isinstance(self.destination, AxesSet):
+            return AxesSet(self.name, self._site, (), optimizes=False)
+        return self.destination
+
+
+class Pipe:
+    """An active pipe, from its source to its converter."""
+
+    def __init__(self, blocks: Sequence[ObjectItem]) -> None:
+        self.converter: ConverterItem = blocks[0]  # type: ignore[assignment]
+        self.source: SourceItem = blocks[-1]  # type: ignore[assignment]
+        self.transformers: list[TransformerItem] = list(reversed(blocks[1:-1]))  # type: ignore[arg-type]
+
+    @property
+    def lives(self) -> "list[SourceItem | TransformerItem]":
+        """The blocks with a life of their own."""
+        return [self.source, *self.transformers]
+
+    @property
+    def distributor(self) -> Distributor | None:
+        found = [item.block for item in self.transformers if isinstance(item, DistributorItem)]
+        return found[0] if found else None
+
+    @property
+    def period_s(self) -> float:
+        return self.source.period * (self.distributor.divisor if self.distributor is not None else 1)
+
+
+class Branch:
+    """The steps of a pipe behind the blocks that it shares with the pipes in front of it."""
+
+    def __init__(self, pipe: Pipe, begin: TransformerItem | None, steps: Sequence[Step]) -> None:
+        self.begin = begin.block if begin is not None else None
+        self.distributor, self.steps = pipe.distributor, tuple(steps)
+        self.names = tuple(item.name for item in (*pipe.transformers, pipe.converter))
+        self.correctors = tuple(item for item in pipe.transformers if isinstance(item, CorrectorItem))
+
+
+class Network:
+    """The pipes of one source."""
+
+    def __init__(self, source: SourceItem, site: Site) -> None:
+        self._source, self._site = source, site
+        self._cycles = round(source.period / site.cycle_s)
+        self._left = 1
+        self._number = 0
+        """Number of the present period, which the distributors count (PAML-542)."""
+        self._branches: list[Branch] = []
+
+    def lay_out(self, pipes: Sequence[Pipe]) -> None:
+        """Lay out the steps: each pipe goes on behind the last block that a pipe before it computes."""
+        done: set[int] = set()
+        self._branches = []
+        for pipe in pipes:
+            fresh = [item for item in pipe.transformers if id(item) not in done]
+            shared = [item for item in pipe.transformers if id(item) in done]
+            done.update(id(item) for item in fresh)
+            steps = [item.block.pass_on for item in fresh]
+            steps.append(pipe.converter.block.pass_on)
+            self._branches.append(Branch(pipe, shared[-1] if shared else None, steps))
+
+    def flow(self) -> None:
+        self._left -= 1
+        if self._left:
+            return
+        self._left = self._cycles
+        source = self._source
+        first = source.block.step()
+        kernel = self._site.kernel
+        touched, cycle = kernel.touched, kernel.cycle_number
+        touched(source.name)
+        for branch in self._branches:
+            distributor = branch.distributor
+            if distributor is not None and self._number % distributor.divisor != distributor.shift:
+                continue
+            for corrector in branch.correctors:
+                corrector.flowed_in = cycle
+            value = first if branch.begin is None else branch.begin.value
+            for step in branch.steps:
+                value = step(value)
+            for name in branch.names:
+                touched(name)
+        self._number += 1
+
+
+class Pipes:
+    """All active pipes."""
+
+    def __init__(self, site: Site) -> None:
+        self._site = site
+        self._declared: dict[str, Declared] = {}
+        self._pipes: list[Pipe] = []
+        self._networks: dict[str, Network] = {}
+
+    def declare(self, declared: Declared) -> None:
+        """Keep the declaration of a block, for blocks that begin with its values."""
+        self._declared[declared.name] = declared
+
+    def connect(self, blocks: Sequence[ObjectItem]) -> None:
+        """Make and activate a pipe, which takes the place of the one with the same destination (PAML-407)."""
+        pipe = Pipe(blocks)
+        replaced = [known for known in self._pipes if known.converter.destination is pipe.converter.destination]
+        kept = [known for known in self._pipes if known not in replaced]
+        for known in replaced:
+            if known.converter is not pipe.converter:
+                known.converter.block.give_up()
+        self._change([*kept, pipe])
+        pipe.converter.block.start(pipe.period_s)
+
+    def end(self, converter: ConverterItem) -> None:
+        """Dissolve the pipe of a converter (PAML-406)."""
+        ended = [pipe for pipe in self._pipes if pipe.converter is converter]
+        if ended:
+            converter.block.stop()
+            self._change([pipe for pipe in self._pipes if pipe not in ended])
+            self._site.kernel.touched(converter.name)
+
+    def _change(self, pipes: list[Pipe]) -> None:
+        """Let blocks without a pipe end and new ones begin (PAML-409), and lay out the networks."""
+        before = {id(item): item for pipe in self._pipes for item in pipe.lives}
+        after = {id(item): item for pipe in pipes for item in pipe.lives}
+        for key, item in before.items():
+            if key not in after:
+                item.end()
+        self._pipes = pipes
+        for pipe in pipes:
+            self._begin(pipe, before)
+            before.update((id(item), item) for item in pipe.lives)
+        sources = {pipe.source.name: pipe.source for pipe in pipes}
+        self._networks = {
+            name: self._networks.get(name) or Network(source, self._site) for name, source in sources.items()
+        }
+        for name, network in self._networks.items():
+            network.lay_out([pipe for pipe in pipes if pipe.source.name == name])
+
+    def _begin(self, pipe: Pipe, living: "dict[int, SourceItem | TransformerItem]") -> None:
+        """Let the new blocks of a pipe begin, and hand the period of the values from block to block (PAML-410)."""
+        for item in pipe.lives:
+            if id(item) not in living:
+                if not self._site.options.keeps_written_parameters:
+                    item.declare(self._declared[item.name])
+                item.begin(pipe.source.period if item is pipe.source else pipe.period_s)
+        period = pipe.source.block.outgoing_period
+        for transformer in pipe.transformers:
+            transformer.block.period = period
+            period = transformer.block.outgoing_period
+
+    def flow(self) -> None:
+        for network in tuple(self._networks.values()):
+            network.flow()

@@ -1,0 +1,116 @@
+"""The parts that all objects of an application share: its nodes on the ring, requests to them, and the run time."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from fieldrig_devices.pam.objects.options import Options
+from fieldrig_devices.pam.runtime.item import Kernel
+from fieldrig_devices.pamring.ends import PamPort
+from fieldrig_devices.pamring.frames import Answer, Configuration, NodeType, Order, Read
+
+LAST_NUMBER: Final = 65535
+"""Orders and requests are numbered from 1 to this, and again."""
+MOST_GROUPS: Final = 15
+"""Groups of axes in a PAM (PAML-164)."""
+
+
+@dataclass(slots=True)
+class RingNode:
+    """A node as the application declares it, with the items that the PAM configures on it."""
+
+    name: str
+    address: int
+    node_type: NodeType
+    port: PamPort
+    component: tuple[str, int] | None = None
+    """The NODES_GROUP and the number of the component that the node belongs to."""
+    items: list[Configuration] = field(default_factory=list)
+    receivers: dict[int, Callable[[Any], None]] = field(default_factory=dict)
+    """The objects that take the reports on an item."""
+    axis_receiver: Callable[[Any], None] | None = None
+    is_active: bool = True
+    error_word: int = 0
+
+    def add(self, make: Callable[[int], Configuration], receiver: Callable[[Any], None] | None = None) -> int:
+        """Configure an item, whose number `make` gets and this returns."""
+        item = len(self.items) + 1
+        self.items.append(make(item))
+        if receiver is not None:
+            self.receivers[item] = receiver
+        return item
+
+    def send(self, order: Order) -> None:
+        """Send an order, unless the node's component is missing."""
+        if self.is_active:
+            self.port.send(self.address, order)
+
+
+@dataclass(slots=True)
+class _Request:
+    node: RingNode
+    asked_in: int
+    least_cycles: int
+    then: Callable[[int | None], None]
+    answer: Answer | None = None
+
+
+class Site:
+    """The surroundings of the objects."""
+
+    def __init__(self, kernel: Kernel, port: PamPort, options: Options) -> None:
+        self.kernel, self.port, self.options = kernel, port, options
+        self.cycle_s = kernel.thirds / 3000
+        self.nodes: dict[str, list[RingNode]] = {}
+        self.free_groups = list(range(1, MOST_GROUPS + 1))
+        self.moved: set[str] = set()
+        """Axes that have got a new set-point in this cycle."""
+        self.every_cycle: dict[str, Callable[[], None]] = {}
+        """Work behind the pipes of each basic cycle, by the object."""
+        self._moved_before: set[str] = set()
+        self._number = self._request = 0
+        self._requests: dict[int, _Request] = {}
+
+    def next_number(self) -> int:
+        """Return the number of the next order to axes."""
+        self._number = self._number % LAST_NUMBER + 1
+        return self._number
+
+    def read(self, node: RingNode, register: int, then: Callable[[int | None], None], least_cycles: int = 0) -> None:
+        """Read a register; `then` gets the answer after `least_cycles` at the earliest, and None after a time-out."""
+        self._request = self._request % LAST_NUMBER + 1
+        self._requests[self._request] = _Request(node, self.kernel.cycle_number, least_cycles, then)
+        node.send(Read(self._request, register))
+
+    def on_answer(self, answer: Answer) -> None:
+        request = self._requests.get(answer.request)
+        if request is not None:
+            request.answer = answer
+
+    def take(self) -> None:
+        """Pass on the answers that are due, and show axes to the programs that wait for the end of a motion."""
+        if self._requests:
+            self._take_answers()
+        for name in self._moved_before:
+            self.kernel.touched(name)
+        self._moved_before.clear()
+
+    def flowed(self) -> None:
+        """The pipes have flowed: show the axes that they have moved, in this cycle and in the next."""
+        for work in tuple(self.every_cycle.values()):
+            work()
+        for name in self.moved:
+            self.kernel.touched(name)
+        self.moved, self._moved_before = self._moved_before, self.moved
+
+    def _take_answers(self) -> None:
+        now = self.kernel.cycle_number
+        for number, request in list(self._requests.items()):
+            cycles = now - request.asked_in
+            if request.answer is not None and cycles >= request.least_cycles:
+                del self._requests[number]
+                request.then(request.answer.value)
+            elif cycles >= self.options.read_timeout_cycles:
+                del self._requests[number]
+                self.kernel.report("07..E021", (request.node.address,))
+                request.then(None)

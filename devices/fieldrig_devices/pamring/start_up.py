@@ -1,0 +1,321 @@
+"""How a PAM starts its ring: nodes are found, identified and compared, then configured, and then they run.
+
+Source: the messages of section 14.6 and the errors of 14.4 and 14.5 of the digest of the system; their order is that of
+section 3.1 of the digest of the language.  All nodes are configured before the one `Run` that all of them hear, so the
+message for the ST1 nodes, which comes after those for the Smart-IO nodes, is held back until then.
+"""
+
+import logging
+from collections import deque
+from collections.abc import Callable, Sequence
+from enum import Enum, auto
+from typing import Final, NamedTuple
+
+from fieldrig.clock import MS, Clock
+from fieldrig_bus.ring.pam.message import BROADCAST, Reception, Reports
+from fieldrig_devices.pamring import messages
+from fieldrig_devices.pamring.declared import (
+    DeclaredNode,
+    active_addresses,
+    nodes_without_items,
+    ring_mistakes,
+    types_of,
+)
+from fieldrig_devices.pamring.frames import (
+    Accepted,
+    AxisItem,
+    Configuration,
+    Identify,
+    Identity,
+    InputChanged,
+    InputItem,
+    NodeType,
+    Refused,
+    Report,
+    Run,
+    Running,
+    Trouble,
+)
+from fieldrig_devices.pamring.outbox import Outbox
+from fieldrig_devices.pamring.settings import RingSettings
+
+log = logging.getLogger(__name__)
+
+Say = Callable[[str, Sequence[int], str], None]
+"""Shows a message: its code, D1 to D3, and its text if it has one."""
+
+
+class Phase(Enum):
+    """The phases of a ring, from power-on until it runs or has failed."""
+
+    OFF = auto()
+    WAITING = auto()
+    """The nodes power on."""
+    IDENTIFYING = auto()
+    CONFIGURING = auto()
+    STARTING = auto()
+    READING = auto()
+    """The inputs report their first values."""
+    RUNNING = auto()
+    FAILED = auto()
+    """The ring has stopped, until the PAM is reset."""
+
+
+class StartUp:
+    """The ring from power-on until it runs or has failed."""
+
+    def __init__(
+        self, clock: Clock, settings: RingSettings, nodes: Sequence[DeclaredNode], outbox: Outbox, say: Say
+    ) -> None:
+        self._clock, self._settings, self._nodes = clock, settings, tuple(nodes)
+        self._outbox, self._say = outbox, say
+        self.phase = Phase.OFF
+        self.items: dict[int, list[Configuration]] = {}
+        """The items of each address, in the order in which they are configured."""
+        self.addresses: tuple[int, ...] = ()
+        """The addresses on the ring, as they came round last."""
+        self.types: dict[int, NodeType] = {}
+        """The types of the nodes that answered."""
+        self.active: frozenset[int] = frozenset()
+        """The nodes that the application works with."""
+        self._deadline_ns = 0
+        self._is_closed = False
+        self._unsent: deque[tuple[int, Configuration]] = deque()
+        self._pending: dict[tuple[int, int], Configuration] = {}
+        """The items that are not acknowledged yet, by address and number."""
+        self._not_running: set[int] = set()
+        self._unread: dict[tuple[int, int], InputItem] = {}
+        """The inputs of Smart-IO nodes whose first value is missing."""
+        self._refusals: set[str] = set()
+        """The errors that end the configuration."""
+
+    def begin(self) -> None:
+        """Power on."""
+        self._enter(Phase.WAITING)
+
+    def advance(self) -> None:
+        """Go on as far as possible.  Called in every basic cycle."""
+        while (step := STEPS.get(self.phase)) is not None:
+            is_done = step.is_done(self)
+            if not is_done and self._clock.now_ns() < self._deadline_ns:
+                return
+            step.finish(self, is_done)
+            if self.phase is not Phase.FAILED:
+                self._enter(step.following)
+
+    def fail(self, *found: messages.Message) -> None:
+        """Show errors, and stop the ring."""
+        for code, details in found:
+            self._say(code, details, "")
+        self.phase = Phase.FAILED
+
+    def fail_ring(self, *found: messages.Message) -> None:
+        """Show errors of the ring, as they are followed by others during the start (06..F001), and stop the ring."""
+        following = [] if self.phase is Phase.RUNNING else [_plain(messages.NOT_INITIALISED)]
+        self.fail(*found, *following, _plain(messages.RING_IN_ERROR))
+
+    def _enter(self, phase: Phase) -> None:
+        self.phase = phase
+        step = STEPS.get(phase)
+        if step is not None:
+            step.begin(self)
+            self._go_on_waiting()
+
+    def _go_on_waiting(self) -> None:
+        """Something has arrived, so the time-out of this phase begins again."""
+        self._deadline_ns = self._clock.now_ns() + STEPS[self.phase].timeout_ns(self)
+
+    # ---- what comes from the ring
+
+    def on_ring(self, reports: Reports) -> None:
+        """A cycle has come round.  An opening is tolerated only while the nodes power on."""
+        self._is_closed = reports.reception is not Reception.NO_CARRIER
+        self.addresses = reports.addresses
+        if reports.reception is Reception.CRC_ERROR:
+            self.fail_ring((messages.CRC_ERROR, (reports.place, 0, 0)))
+        elif not self._is_closed and self.phase is not Phase.WAITING:
+            self.fail_ring(_plain(messages.NOTHING_RECEIVED))
+
+    def on_report(self, address: int, report: Report) -> None:
+        """Take a report of a node.  Those that are not of the start don't matter here."""
+        match report:
+            case Identity():
+                if self.phase is Phase.IDENTIFYING:
+                    self.types[address] = report.node_type
+            case Accepted() | Refused():
+                self._on_acknowledge(address, report)
+            case Running():
+                self._not_running.discard(address)
+            case InputChanged():
+                if self._unread.pop((address, report.item), None) is not None and self.phase is Phase.READING:
+                    self._go_on_waiting()
+            case Trouble() if self.phase is Phase.CONFIGURING and report.details[0] == messages.UNALLOWED_COMMAND:
+                self._refusals.add(messages.INITIALISATION_REFUSED)
+
+    def _on_acknowledge(self, address: int, report: Accepted | Refused) -> None:
+        item = self._pending.pop((address, report.item), None)
+        if item is None:
+            self._say(messages.BAD_ACKNOWLEDGE, (address, report.item, 0), "")
+        elif isinstance(report, Refused):
+            self._on_refusal(address, item)
+        if self.phase is Phase.CONFIGURING:
+            self._go_on_waiting()
+
+    def _on_refusal(self, address: int, item: Configuration) -> None:
+        if self.types[address] is NodeType.SMART_IO:
+            self._say(messages.ITEM_REFUSED, (address, item.item, 0), "")
+            self._refusals.add(messages.CONFIGURATION_ERROR)
+        elif isinstance(item, AxisItem):
+            self._refusals.add(messages.AXIS_REFUSED)
+        else:
+            self.fail((messages.BAD_ST1_ITEM, (item.item, 0, 0)))
+
+    # ---- the phases
+
+    def _begin_waiting(self) -> None:
+        self._is_closed = False
+
+    def _are_all_there(self) -> bool:
+        return self._is_closed and types_of(self._nodes).keys() <= set(self.addresses)
+
+    def _finish_waiting(self, is_done: bool) -> None:
+        if not self._is_closed:
+            self.fail_ring(_plain(messages.NOTHING_RECEIVED))
+
+    def _begin_identifying(self) -> None:
+        self.types.clear()
+        self._outbox.put(BROADCAST, Identify())
+
+    def _are_identified(self) -> bool:
+        return all(address in self.types for address in self.addresses)
+
+    def _finish_identifying(self, is_done: bool) -> None:
+        mistakes = list(ring_mistakes(self._nodes, self.addresses, self.types, self._settings.most_nodes))
+        if mistakes:
+            self.fail_ring(*mistakes)
+        lacking = nodes_without_items(self._nodes, self.addresses)
+        if lacking:
+            self._fail_nodes(lacking)
+        if self.phase is not Phase.FAILED:
+            self.active = active_addresses(self._nodes, self.addresses)
+            self._say_all(messages.EMPTY_RING_CHECKED)
+            if self.active:
+                self._say_all(messages.RING_CHECKED, messages.NODES_READY)
+            else:
+                self._say_all(messages.READY_WITHOUT_NODES)
+
+    def _fail_nodes(self, lacking: Sequence[messages.Message]) -> None:
+        """Show each NODE of which nothing is on the ring; where the ring is not empty, a last error follows."""
+        text = "" if self.addresses else messages.ALL_NODES_INACTIVE
+        for code, details in lacking:
+            self._say(code, details, text)
+        if self.addresses:
+            self._say(messages.NODE_WITHOUT_ITEMS, (), messages.NODE_INIT_ERROR)
+        self.phase = Phase.FAILED
+
+    def _begin_configuring(self) -> None:
+        self._refusals.clear()
+        self._unsent.extend((address, item) for address in sorted(self.active) for item in self.items.get(address, ()))
+        self._pending = {(address, item.item): item for address, item in self._unsent}
+        self._unread = {
+            key: item
+            for key, item in self._pending.items()
+            if isinstance(item, InputItem) and self.types[key[0]] is NodeType.SMART_IO
+        }
+
+    def _are_configured(self) -> bool:
+        while self._unsent and len(self._outbox) < self._settings.frames_per_cycle:
+            self._outbox.put(*self._unsent.popleft())
+            self._go_on_waiting()
+        return not self._pending
+
+    def _finish_configuring(self, is_done: bool) -> None:
+        if not is_done:
+            self._refusals.add(messages.CONFIGURATION_UNANSWERED)
+        if self._refusals:
+            self.fail(*map(_plain, sorted(self._refusals)))
+        elif self._has(NodeType.SMART_IO):
+            self._say_all(messages.SMART_IO_CONFIGURED)
+
+    def _begin_starting(self) -> None:
+        self._not_running = set(self.active)
+        if self.active:
+            self._outbox.put(BROADCAST, Run())
+
+    def _are_running(self) -> bool:
+        return not self._not_running
+
+    def _finish_starting(self, is_done: bool) -> None:
+        if not is_done:
+            self.fail(_plain(messages.RUN_UNANSWERED))
+        elif self._has(NodeType.SMART_IO):
+            self._say_all(messages.SMART_IO_RUNNING)
+
+    def _begin_reading(self) -> None:
+        """The inputs of nodes that run are under way already."""
+
+    def _are_read(self) -> bool:
+        return not self._unread
+
+    def _finish_reading(self, is_done: bool) -> None:
+        """An input without a value is an error, but none that stops the PAM (07..E021)."""
+        if not is_done:
+            address, item = next(iter(self._unread))
+            self._say(messages.READ_TIMEOUT, (address, item, 0), "")
+        elif self._has(NodeType.SMART_IO):
+            self._say_all(messages.INPUTS_RECEIVED)
+        if self._has(NodeType.ST1):
+            self._say_all(messages.ST1_IO_CONFIGURED)
+
+    def _longest_first_value_ns(self) -> int:
+        """An input has its first value after DEBOUNCE samples, one in each PERIOD."""
+        longest_ms = max((item.period_ms * item.debounce for item in self._unread.values()), default=0)
+        return self._settings.first_value_ns + longest_ms * MS
+
+    def _has(self, node_type: NodeType) -> bool:
+        return any(self.types[address] is node_type for address in self.active)
+
+    def _say_all(self, *codes: str) -> None:
+        for code in codes:
+            self._say(code, (), "")
+
+
+def _plain(code: str) -> messages.Message:
+    return code, (0, 0, 0)
+
+
+class Step(NamedTuple):
+    """One phase: how it begins, when it is done, how long it may take, how it ends, and what follows."""
+
+    begin: Callable[[StartUp], None]
+    is_done: Callable[[StartUp], bool]
+    timeout_ns: Callable[[StartUp], int]
+    finish: Callable[[StartUp, bool], None]
+    """Called with False after a time-out.  It may fail."""
+    following: Phase
+
+
+_S = StartUp
+STEPS: Final = {
+    Phase.WAITING: Step(
+        _S._begin_waiting, _S._are_all_there, lambda s: s._settings.boot_ns, _S._finish_waiting, Phase.IDENTIFYING
+    ),
+    Phase.IDENTIFYING: Step(
+        _S._begin_identifying,
+        _S._are_identified,
+        lambda s: s._settings.identify_ns,
+        _S._finish_identifying,
+        Phase.CONFIGURING,
+    ),
+    Phase.CONFIGURING: Step(
+        _S._begin_configuring,
+        _S._are_configured,
+        lambda s: s._settings.acknowledge_ns,
+        _S._finish_configuring,
+        Phase.STARTING,
+    ),
+    Phase.STARTING: Step(
+        _S._begin_starting, _S._are_running, lambda s: s._settings.acknowledge_ns, _S._finish_starting, Phase.READING
+    ),
+    Phase.READING: Step(_S._begin_reading, _S._are_read, _S._longest_first_value_ns, _S._finish_reading, Phase.RUNNING),
+}

@@ -1,0 +1,281 @@
+"""Axes: orders to the node, what is known of their positions, and set-points of a pipe."""
+
+import pytest
+from pam_objects import Bench
+from pam_programs import HEADER
+
+from fieldrig_devices.pam.objects.options import Options
+from fieldrig_devices.pamring.frames import (
+    AxisItem,
+    AxisOrder,
+    AxisReport,
+    EndOfPipe,
+    Move,
+    SetPoint,
+    SetPointMode,
+)
+
+TURN = 1 << 32
+AXES = (
+    HEADER
+    + """
+NODE NOD_Belt; ADDRESS = 1; TYPE = ST1; END
+NODE NOD_Station; NUMBER = 2; ADDRESS = 2; TYPE = ST1; END
+AXIS AXI_Belt; NODE = NOD_Belt; PULSES_PER_UNIT = 11930464.7111111111; TRAVEL_SPEED = 3600; ACCELERATION = 36000;
+  INITIAL_POSITION = 30; POSITION_PERIOD = 360; END
+AXIS AXI_Station; NODE = NOD_Station; PULSES_PER_UNIT = -100; TRAVEL_SPEED = 10; ACCELERATION = 20; DECELERATION = 40;
+  INITIAL_POSITION = 0; POSITION_RANGE = -5 5; END
+TMP_GENERATOR TMP_Master; TRAVEL_SPEED = 360; ACCELERATION = 3600; INITIAL_POSITION = 100; POSITION_PERIOD = 360;
+  PERIOD = 0.001; ANTI_DELAY = NO; END
+TMP_GENERATOR TMP_Other; TRAVEL_SPEED = 360; ACCELERATION = 3600; INITIAL_POSITION = 5; POSITION_PERIOD = 360;
+  PERIOD = 0.001; ANTI_DELAY = NO; END
+CONVERTER CNV_Belt; DESTINATION = AXI_Belt; MODE = POSITION; END
+CONVERTER CNV_Other; DESTINATION = AXI_Belt; MODE = POSITION; END
+CONVERTER CNV_Speed; DESTINATION = AXI_Belt; MODE = SPEED; END
+CONVERTER CNV_Torque; DESTINATION = AXI_Belt; MODE = TORQUE; END
+"""
+)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    found = Bench(AXES)
+    found.st1(1, 2, 3)
+    return found
+
+
+def order(bench: Bench, address: int = 1) -> AxisOrder:
+    found = bench.sent(address)[-1]
+    assert isinstance(found, AxisOrder)
+    return found
+
+
+@pytest.mark.manual("PAML-043")
+@pytest.mark.manual("PAML-045")
+def test_a_node_gets_its_axis_in_resolver_units(bench: Bench) -> None:
+    assert [node.items for node in bench.objects.nodes] == [
+        [AxisItem(1, round(TURN / 12), TURN)],
+        [AxisItem(1, 0, 0)],
+        [AxisItem(1, 0, 0)],
+    ]
+    assert bench.ask("AXI_Belt", "position") == 30
+
+
+@pytest.mark.manual("PAML-052")
+@pytest.mark.manual("PAML-046")
+@pytest.mark.parametrize(
+    ("function", "arguments", "expected"),
+    [
+        ("absolute_move", (2.5,), AxisOrder(1, Move.ABSOLUTE_MOVE, -250, 1000, 2000, 4000)),
+        ("relative_move", (-1,), AxisOrder(1, Move.RELATIVE_MOVE, 100, 1000, 2000, 4000)),
+        ("run", (4,), AxisOrder(1, Move.RUN, -400, 400, 2000, 4000)),
+        ("stop", (), AxisOrder(1, Move.STOP, 0, 0, 2000, 4000)),
+        ("power_on", (), AxisOrder(1, Move.POWER_ON)),
+        ("power_off", (), AxisOrder(1, Move.POWER_OFF, 0, 0, 2000, 4000)),
+        ("position", (3,), AxisOrder(0, Move.POSITION, -300)),
+        ("update_status", (), AxisOrder(0, Move.UPDATE_STATUS)),
+    ],
+)
+def test_orders(bench: Bench, function: str, arguments: tuple[float, ...], expected: AxisOrder) -> None:
+    bench.item("AXI_Station", 1).do(function, arguments)
+    assert bench.port.sent == [(3, expected)]
+
+
+@pytest.mark.manual("PAML-049")
+@pytest.mark.manual("PAML-050")
+@pytest.mark.manual("PAML-051")
+def test_new_limits_hold_for_the_next_motion_and_zero_is_ignored(bench: Bench) -> None:
+    for axis in bench.objects.items["AXI_Station"]:
+        for parameter in ("TRAVEL_SPEED", "ACCELERATION", "DECELERATION"):
+            axis.set_parameter(parameter, 0)
+            axis.set_parameter(parameter, -7)
+        axis.set_parameter("ACCELERATION", 30)
+    assert bench.port.sent == []
+    bench.do("AXI_Station", "relative_move", 1)
+    assert order(bench, 2) == AxisOrder(1, Move.RELATIVE_MOVE, -100, 1000, 3000, 4000)
+    assert bench.item("AXI_Station").parameter("DECELERATION") == 40
+
+
+@pytest.mark.manual("PAML-059")
+@pytest.mark.manual("PAMS-033")
+def test_an_axis_is_ready_when_its_last_physical_order_is_done(bench: Bench) -> None:
+    assert bench.ask("AXI_Belt", "ready")
+    bench.do("AXI_Belt", "relative_move", 360)
+    bench.cycle(5)
+    bench.do("AXI_Belt", "update_status")
+    assert not bench.ask("AXI_Belt", "ready")
+    bench.do("AXI_Belt", "relative_move", 1)
+    bench.objects.on_report(1, AxisReport(2, 0, 1, 0))  # the first one is done, the second under way
+    assert not bench.ask("AXI_Belt", "ready")
+    bench.until(lambda: bool(bench.ask("AXI_Belt", "ready")))
+    assert "AXI_Belt" in bench.kernel.touched_names
+    bench.do("AXI_Belt", "position", 7)
+    assert bench.ask("AXI_Belt", "ready")
+
+
+@pytest.mark.manual("PAMS-010")
+@pytest.mark.manual("PAML-061")
+def test_a_turn_takes_0_2_s_and_its_destination_is_known_at_once(bench: Bench) -> None:
+    bench.do("AXI_Belt", "position", 0)
+    bench.do("AXI_Belt", "relative_move", 720)
+    assert bench.ask("AXI_Belt", "generator_position") == 0  # two turns
+    bench.do("AXI_Belt", "absolute_move", 360)
+    cycles = bench.until(lambda: bool(bench.ask("AXI_Belt", "ready")))
+    assert cycles == pytest.approx(200, abs=3)  # 0.1 s up, 0.1 s down
+    assert bench.ask("AXI_Belt", "position") == pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.manual("PAML-062")
+def test_a_run_is_ended_by_a_stop_and_the_node_tells_where(bench: Bench) -> None:
+    bench.do("AXI_Belt", "run", 360)
+    bench.until(lambda: bool(bench.ask("AXI_Belt", "ready")))
+    bench.cycle(500)
+    bench.do("AXI_Belt", "run", 0)
+    bench.until(lambda: bool(bench.ask("AXI_Belt", "ready")))
+    assert bench.ask("AXI_Belt", "position") == pytest.approx(bench.nodes[1].position / TURN * 360 % 360)
+
+
+@pytest.mark.manual("PAMS-013")
+def test_power_on_makes_the_position_zero(bench: Bench) -> None:
+    bench.do("AXI_Belt", "power_on")
+    assert bench.ask("AXI_Belt", "position") == 0
+
+
+@pytest.mark.manual("PAMS-010")
+def test_an_absolute_move_is_the_numeric_difference_or_the_shorter_way() -> None:
+    for options, target in ((Options(), 10), (Options(takes_shorter_way=True), 370)):
+        bench = Bench(AXES, options=options)
+        bench.do("AXI_Belt", "position", 350)
+        bench.do("AXI_Belt", "absolute_move", 10)
+        assert order(bench).value == pytest.approx(target / 360 * TURN, abs=1)
+        assert bench.ask("AXI_Belt", "generator_position") == 10
+
+
+@pytest.mark.manual("PAML-060")
+@pytest.mark.manual("PAMS-049")
+@pytest.mark.manual("PAMS-055")
+def test_status_and_errors_of_a_report(bench: Bench) -> None:
+    assert not bench.ask("AXI_Belt", "error")
+    bench.objects.on_report(1, AxisReport(1 | 16, 0x2F07_0000, 0, 0))
+    assert bench.ask("AXI_Belt", "status") == 17
+    assert [bench.ask("AXI_Belt", "status", mask) for mask in (16, 2)] == [True, False]
+    assert not bench.ask("AXI_Belt", "error")  # none of these bits is an error
+    bench.objects.on_report(1, AxisReport(1, 0x9080_0010, 0, 0))
+    assert bench.ask("AXI_Belt", "error")
+    assert bench.ask("AXI_Belt", "error_code") == 0x9080_0010
+    assert [bench.ask("AXI_Belt", "error_code", mask) for mask in (0x10, 0x20)] == [True, False]
+
+
+@pytest.mark.manual("PAML-482")
+@pytest.mark.manual("PAML-485")
+@pytest.mark.manual("PAML-404")
+def test_a_pipe_moves_the_axis_to_its_first_value(bench: Bench) -> None:
+    bench.connect("CNV_Belt", "TMP_Master")
+    assert (bench.ask("CNV_Belt", "ready"), bench.ask("AXI_Belt", "position")) == (False, 30)
+    bench.cycle()
+    assert (bench.ask("CNV_Belt", "ready"), bench.ask("AXI_Belt", "position")) == (True, 100)
+    bench.cycle(10)
+    assert bench.sent(1) == [SetPoint(SetPointMode.POSITION, round(TURN * 100 / 360))]  # no change, no frame
+
+
+@pytest.mark.manual("PAML-063")
+@pytest.mark.manual("PAMS-031")
+def test_a_pipe_is_motionless_one_cycle_after_its_last_set_point(bench: Bench) -> None:
+    bench.connect("CNV_Belt", "TMP_Master")
+    bench.cycle(2)
+    assert bench.ask("AXI_Belt", "pipe_motionless")
+    bench.do("TMP_Master", "relative_move", 180)
+    seen = []
+    while not bench.ask("TMP_Master", "ready"):
+        bench.cycle(work=lambda: seen.append(bench.ask("AXI_Belt", "pipe_motionless")))
+    assert not any(seen)
+    bench.kernel.touched_names.clear()
+    bench.cycle()
+    assert bench.ask("AXI_Belt", "pipe_motionless")
+    assert "AXI_Belt" in bench.kernel.touched_names
+    bench.do("CNV_Belt", "disactivate")
+    assert bench.ask("AXI_Belt", "position") == pytest.approx(280)
+    assert bench.nodes[1].position == pytest.approx(280 / 360 * TURN, abs=1)
+
+
+@pytest.mark.manual("PAML-042")
+@pytest.mark.manual("PAML-053")
+@pytest.mark.manual("PAML-054")
+def test_moves_are_superimposed_on_the_pipe(bench: Bench) -> None:
+    bench.connect("CNV_Belt", "TMP_Master")
+    bench.cycle(2)
+    bench.do("TMP_Master", "run", 36)
+    bench.do("AXI_Belt", "relative_move", 10)
+    bench.until(lambda: bool(bench.ask("AXI_Belt", "ready")))
+    assert bench.ask("AXI_Belt", "generator_position") == pytest.approx(10)
+    assert bench.ask("AXI_Belt", "position") == pytest.approx(bench.ask("TMP_Master", "position") + 10, abs=0.04)
+    assert bench.ask("AXI_Belt", "speed") == pytest.approx(36)  # of the pipe alone
+    bench.do("AXI_Belt", "absolute_move", -20)
+    bench.until(lambda: bool(bench.ask("AXI_Belt", "ready")))
+    assert bench.ask("AXI_Belt", "position") == pytest.approx(bench.ask("TMP_Master", "position") - 20, abs=0.04)
+    bench.do("CNV_Belt", "disactivate")
+    bench.cycle()
+    assert bench.nodes[1].position == pytest.approx(bench.ask("AXI_Belt", "position") / 360 * TURN, abs=2)
+
+
+@pytest.mark.manual("PAML-057")
+@pytest.mark.manual("PAMS-017")
+def test_a_stop_disconnects_the_pipe(bench: Bench) -> None:
+    bench.connect("CNV_Belt", "TMP_Master")
+    bench.cycle(2)
+    bench.do("TMP_Master", "run", 360)
+    bench.cycle(200)
+    bench.do("AXI_Belt", "stop")
+    assert order(bench).move is Move.STOP
+    count = len(bench.port.sent)
+    bench.cycle(20)
+    assert len(bench.port.sent) == count
+    assert bench.ask("AXI_Belt", "speed") == 0
+    bench.do("CNV_Belt", "disactivate")
+    assert len(bench.port.sent) == count  # the pipe has ended for this axis already
+
+
+@pytest.mark.manual("PAML-407")
+def test_another_pipe_to_the_same_axis_replaces_the_first(bench: Bench) -> None:
+    bench.connect("CNV_Belt", "TMP_Master")
+    bench.cycle(2)
+    bench.connect("CNV_Other", "TMP_Other")
+    bench.cycle(2)
+    assert bench.set_points(1) == [round(TURN * 100 / 360), round(TURN * 5 / 360)]
+    assert not any(isinstance(order, EndOfPipe) for order in bench.sent(1))
+    assert (bench.ask("CNV_Belt", "ready"), bench.ask("CNV_Other", "ready")) == (False, True)
+    assert bench.ask("TMP_Master", "position") == 0  # its last pipe has ended
+    bench.do("CNV_Belt", "disactivate")
+    assert bench.ask("AXI_Belt", "position") == 5
+
+
+@pytest.mark.manual("PAML-483")
+@pytest.mark.manual("PAMS-022")
+def test_a_speed_leaves_the_position_and_ends_at_zero(bench: Bench) -> None:
+    bench.item("TMP_Master").set_parameter("INITIAL_POSITION", 0)
+    bench.connect("CNV_Speed", "TMP_Master")
+    bench.cycle(2)
+    assert (bench.set_points(1), bench.ask("AXI_Belt", "position")) == ([0], 30)
+    bench.do("TMP_Master", "position", 90)
+    bench.cycle(100)
+    assert bench.sent(1)[-1] == SetPoint(SetPointMode.SPEED, TURN // 4)
+    assert bench.ask("AXI_Belt", "speed") == 90
+    assert bench.ask("AXI_Belt", "position") == pytest.approx(39)  # 90 u/s for 0.1 s
+    bench.do("CNV_Speed", "disactivate")
+    assert bench.sent(1)[-1] == EndOfPipe(SetPointMode.SPEED)
+
+
+@pytest.mark.manual("PAML-484")
+def test_a_torque_is_a_limit(bench: Bench) -> None:
+    bench.item("TMP_Master").set_parameter("INITIAL_POSITION", 2.5)
+    bench.connect("CNV_Torque", "TMP_Master")
+    bench.cycle(2)
+    bench.do("TMP_Master", "position", 20)
+    bench.cycle()
+    assert bench.set_points(1) == [250, 1000]  # of a motor of 10 Nm
+    bench.connect("CNV_Belt", "TMP_Master")
+    bench.cycle()
+    assert bench.sent(1)[-2:] == [
+        EndOfPipe(SetPointMode.TORQUE),
+        SetPoint(SetPointMode.POSITION, round(TURN * 20 / 360)),
+    ]
