@@ -2,17 +2,20 @@
 
 from collections.abc import Sequence
 
+import pytest
+
 from fieldrig.clock import VirtualClock
 from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Library, Pending
 from fieldrig_devices.iec.program import ConfiguredObject
 from fieldrig_devices.iec.runtime import Runtime
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.thread import Thread
 from fieldrig_devices.iec.types import Value
+from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.languages.source_file import SourceFile
 
 ENOUGH_NS = 1_000_000_000
 MAIN = "PLC_PRG"
@@ -109,3 +112,10 @@ class IecBench:
 
 def program(declarations: str, body: str) -> str:
     return f"PROGRAM PLC_PRG\nVAR\n{declarations}\nEND_VAR\n{body}\nEND_PROGRAM\n"
+
+
+def refused(text: str, dialect: Dialect) -> list[str]:
+    """Return the messages about a program that does not compile."""
+    with pytest.raises(CompileError) as found:
+        IecBench(text, dialect)
+    return [str(mistake) for mistake in found.value.mistakes]

@@ -55,6 +55,12 @@ TYPES: Final = {
     "DATE": Mapped(_T.DateTime, ua.ObjectIds.DateTime, 0, 2**32 - 1),
     "DT": Mapped(_T.DateTime, ua.ObjectIds.DateTime, 0, 2**32 - 1),
     "TOD": Mapped(_T.DateTime, ua.ObjectIds.DateTime, 0, 86_399_999),
+    "LTIME": _integer(_T.Int64, 64, True),
+    "LDATE": _integer(_T.Int64, 64, True),
+    "LTOD": Mapped(_T.Int64, ua.ObjectIds.Int64, 0, 86_400_000_000_000 - 1),
+    "LDT": _integer(_T.Int64, 64, True),
+    "CHAR": _integer(_T.Byte, 8, False),
+    "WCHAR": _integer(_T.UInt16, 16, False),
     "ENUM": Mapped(_T.Int32, ua.ObjectIds.Int32, -(2**15), 2**15 - 1),
 }
 """The mapping of each IEC type; an unknown one is shown as a string."""

@@ -39,3 +39,13 @@ def decoded(data: bytes, *, is_wide: bool) -> str:
         return data.partition(b"\0")[0].decode("latin-1")
     text = data[: len(data) & ~1].decode("utf-16-le", "surrogatepass")
     return _OUTSIDE_WIDE.sub(_UNKNOWN, text.partition("\0")[0])
+
+
+def narrowed_code(code: int) -> int:
+    """Return the code of a character of a WSTRING in a STRING; that of ? if it does not have the character."""
+    return code if code <= 0xFF else ord("?")
+
+
+def of_code(code: int) -> str:
+    """Return the character with this code of 16 bits."""
+    return _OUTSIDE_WIDE.sub(_UNKNOWN, chr(code))

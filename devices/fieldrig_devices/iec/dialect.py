@@ -15,7 +15,8 @@ class Dialect:
 
     name: str
     has_long_types: bool = False
-    """LWORD, LINT and ULINT, with the size L of addresses (manual 691, X13)."""
+    """LWORD, LINT and ULINT, with the size L of addresses (manual 691, X13), and edition 3's LTIME, LDATE, LTOD, LDT,
+    CHAR and WCHAR."""
     has_wide_strings: bool = False
     """WSTRING, and its constants in double quotes."""
     has_power: bool = False

@@ -7,7 +7,7 @@ are in ms, dates in s since 1970-01-01, and a string is Latin-1.  Each function 
 
 import re
 from collections.abc import Mapping
-from datetime import UTC, date, datetime
+from datetime import date, timedelta
 from typing import Final
 
 from fieldrig_devices.iec import characters
@@ -24,11 +24,22 @@ class LiteralError(Exception):
 
 _LONGEST_NUMBER: Final = 80
 _DIGITS: Final = {2: "0 and 1", 8: "0 to 7", 16: "0 to 9 and A to F"}
-_UNITS: Final = {"d": 86_400_000_000, "h": 3_600_000_000, "m": 60_000_000, "s": 1_000_000, "ms": 1_000, "us": 1}
-"""Units of a time from the largest to the smallest, in microseconds."""
+_UNITS: Final = {
+    "d": 86_400_000_000_000,
+    "h": 3_600_000_000_000,
+    "m": 60_000_000_000,
+    "s": 1_000_000_000,
+    "ms": 1_000_000,
+    "us": 1_000,
+    "ns": 1,
+}
+"""Units of a time from the largest to the smallest, in nanoseconds."""
+_SMALL_UNITS: Final = ("us", "ns")
+_MS: Final = _UNITS["ms"]
+_S: Final = _UNITS["s"]
 _ORDER: Final = list(_UNITS)
-_LIMITS: Final = {"h": 24, "m": 60, "s": 60, "ms": 1_000, "us": 1_000}
-_PART: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?)(ms|us|d|h|m|s)_?", re.IGNORECASE)
+_LIMITS: Final = {"h": 24, "m": 60, "s": 60, "ms": 1_000, "us": 1_000, "ns": 1_000}
+_PART: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?)(ms|us|ns|d|h|m|s)_?", re.IGNORECASE)
 _CLOCK: Final = re.compile(r"([0-9]{1,9}):([0-9]{1,9})(?::([0-9]{1,9})(?:\.([0-9]{1,9}))?)?")
 _DATE: Final = re.compile(r"([0-9]{1,9})-([0-9]{1,9})-([0-9]{1,9})")
 _EPOCH: Final = date(1970, 1, 1)
@@ -39,6 +50,8 @@ _WIDE_ESCAPES: Final = {**_ESCAPES, '"': '"'}
 _WIDE_ESCAPE: Final = re.compile(r"\$([0-9A-Fa-f]{4}|.?)", re.DOTALL)
 MOST_MILLISECONDS: Final = 2**32 - 1
 """T#49d17h2m47s295ms, the largest TIME."""
+MOST_NANOSECONDS: Final = 2**63 - 1
+"""LTIME#106751d23h47m16s854ms775us807ns, the largest LTIME."""
 
 
 def integer(text: str) -> int:
@@ -119,13 +132,26 @@ def _unescaped(code: str, digits: int, escapes: Mapping[str, str], expected: str
 
 def time(text: str, dialect: Dialect) -> int:
     """Return the milliseconds of `2d4h12m`, which is the part behind T#."""
+    sign, nanoseconds = _signed(text, dialect)
+    if nanoseconds // _MS > MOST_MILLISECONDS:
+        raise LiteralError(f"T#{text} is too long", "at most T#49d17h2m47s295ms")
+    return sign * (nanoseconds // _MS)
+
+
+def long_time(text: str, dialect: Dialect) -> int:
+    """Return the nanoseconds of the part behind LTIME#."""
+    sign, nanoseconds = _signed(text, dialect)
+    if nanoseconds > MOST_NANOSECONDS:
+        raise LiteralError(f"LTIME#{text} is too long", "at most LTIME#106751d23h47m16s854ms775us807ns")
+    return sign * nanoseconds
+
+
+def _signed(text: str, dialect: Dialect) -> tuple[int, int]:
+    """Return the sign and the nanoseconds of a time."""
     sign, body = (-1, text[1:]) if text[:1] == "-" else (1, text.removeprefix("+"))
     if sign < 0 and not dialect.allows_negative_times:
         raise LiteralError("a time cannot be negative", "T#0ms or more")
-    milliseconds = _microseconds(_parts(body), dialect) // 1_000
-    if milliseconds > MOST_MILLISECONDS:
-        raise LiteralError(f"T#{text} is too long", "at most T#49d17h2m47s295ms")
-    return sign * milliseconds
+    return sign, _nanoseconds(_parts(body), dialect)
 
 
 def _parts(text: str) -> list[tuple[str, str]]:
@@ -144,7 +170,7 @@ def _parts(text: str) -> list[tuple[str, str]]:
     return parts
 
 
-def _microseconds(parts: list[tuple[str, str]], dialect: Dialect) -> int:
+def _nanoseconds(parts: list[tuple[str, str]], dialect: Dialect) -> int:
     total = 0
     last = -1
     for place, (number, unit) in enumerate(parts):
@@ -153,14 +179,14 @@ def _microseconds(parts: list[tuple[str, str]], dialect: Dialect) -> int:
             before = _ORDER[last]
             raise LiteralError(f"{unit} follows {before}", "the units in the order d, h, m, s, ms, each once")
         last = order
-        if unit == "us" and not dialect.allows_time_fractions:
-            raise LiteralError("the unit us is not known here", "d, h, m, s or ms")
+        if unit in _SMALL_UNITS and not dialect.allows_time_fractions:
+            raise LiteralError(f"the unit {unit} is not known here", "d, h, m, s or ms")
         whole, _, fraction = number.partition(".")
         if fraction and not dialect.allows_time_fractions:
             raise LiteralError(f"{number}{unit} has a fraction", "whole numbers", "Write T#1s500ms for 1.5 s.")
         if fraction and place < len(parts) - 1:
             raise LiteralError(f"{number}{unit} has a fraction", "a fraction in the last unit only")
-        if len(whole) > 15:
+        if len(whole) > 19:
             raise LiteralError(f"{number}{unit} is too long", "at most T#49d17h2m47s295ms")
         if place and not dialect.allows_time_overflow and int(whole) >= _LIMITS[unit]:
             what = f"{number}{unit} overflows"
@@ -172,7 +198,7 @@ def _microseconds(parts: list[tuple[str, str]], dialect: Dialect) -> int:
 
 
 def _clock(text: str) -> int:
-    """Return the milliseconds of `12:00:00.123`."""
+    """Return the nanoseconds of `12:00:00.123`."""
     match = _CLOCK.fullmatch(text)
     if match is None:
         raise LiteralError(
@@ -181,16 +207,31 @@ def _clock(text: str) -> int:
     hours, minutes, seconds = int(match[1]), int(match[2]), int(match[3] or 0)
     if hours > 23 or minutes > 59 or seconds > 59:
         raise LiteralError(f"{text} is not a time of day", "00:00:00 to 23:59:59.999")
-    fraction = int((match[4] or "")[:3].ljust(3, "0"))
-    return ((hours * 60 + minutes) * 60 + seconds) * 1_000 + fraction
+    fraction = int((match[4] or "").ljust(9, "0"))
+    return ((hours * 60 + minutes) * 60 + seconds) * _S + fraction
 
 
 def time_of_day(text: str) -> int:
+    return _clock(text) // _MS
+
+
+def long_time_of_day(text: str) -> int:
+    """Return the nanoseconds since midnight."""
     return _clock(text)
 
 
 def day(text: str) -> int:
     """Return the seconds since 1970 at the begin of `1998-12-07`, a year, a month and a day (X14)."""
+    return _days(text, MOST_MILLISECONDS // 86_400) * 86_400
+
+
+def long_day(text: str) -> int:
+    """Return the nanoseconds since 1970 at the begin of a day."""
+    return _days(text, MOST_NANOSECONDS // _UNITS["d"]) * _UNITS["d"]
+
+
+def _days(text: str, most: int) -> int:
+    """Return the days since 1970, which are at most `most`."""
     match = _DATE.fullmatch(text)
     if match is None:
         raise LiteralError(f"{text or 'nothing'} is not a date", "year-month-day, such as D#1998-12-07")
@@ -198,20 +239,34 @@ def day(text: str) -> int:
         days = (date(int(match[1]), int(match[2]), int(match[3])) - _EPOCH).days
     except (ValueError, OverflowError):
         raise LiteralError(f"there is no day {text}", "year-month-day, such as D#1998-12-07") from None
-    if not 0 <= days * 86_400 <= MOST_MILLISECONDS:
-        raise LiteralError(f"{text} is out of range", "1970-01-01 to 2106-02-06")
-    return days * 86_400
+    if not 0 <= days <= most:
+        raise LiteralError(f"{text} is out of range", f"1970-01-01 to {_EPOCH + timedelta(days=most)}")
+    return days
 
 
 def date_and_time(text: str) -> int:
     """Return the seconds since 1970 of `1998-02-13-14:20`; fractions of a second are cut off."""
-    date_text, _, clock_text = text.rpartition("-")
-    if text.count("-") != 3:
-        raise LiteralError(f"{text or 'nothing'} is not a date with a time", "such as DT#1998-02-13-14:20:00")
-    seconds = day(date_text) + _clock(clock_text) // 1_000
+    date_text, clock_text = _date_and_clock(text)
+    seconds = day(date_text) + _clock(clock_text) // _S
     if seconds > MOST_MILLISECONDS:
         raise LiteralError(f"{text} is out of range", "1970-01-01-00:00:00 to 2106-02-07-06:28:15")
     return seconds
+
+
+def long_date_and_time(text: str) -> int:
+    """Return the nanoseconds since 1970."""
+    date_text, clock_text = _date_and_clock(text)
+    nanoseconds = long_day(date_text) + _clock(clock_text)
+    if nanoseconds > MOST_NANOSECONDS:
+        raise LiteralError(f"{text} is out of range", "1970-01-01-00:00:00 to 2262-04-11-23:47:16.854775807")
+    return nanoseconds
+
+
+def _date_and_clock(text: str) -> tuple[str, str]:
+    date_text, _, clock_text = text.rpartition("-")
+    if text.count("-") != 3:
+        raise LiteralError(f"{text or 'nothing'} is not a date with a time", "such as DT#1998-02-13-14:20:00")
+    return date_text, clock_text
 
 
 # ---- values as text
@@ -219,23 +274,42 @@ def date_and_time(text: str) -> int:
 
 def time_text(milliseconds: int) -> str:
     """Return the constant of a TIME, such as T#1m30s."""
-    sign, rest = ("-", -milliseconds) if milliseconds < 0 else ("", milliseconds)
+    return f"T#{_parts_text(milliseconds * _MS)}"
+
+
+def long_time_text(nanoseconds: int) -> str:
+    """Return the constant of an LTIME, such as LTIME#1m30s."""
+    return f"LTIME#{_parts_text(nanoseconds)}"
+
+
+def _parts_text(nanoseconds: int) -> str:
+    sign, rest = ("-", -nanoseconds) if nanoseconds < 0 else ("", nanoseconds)
     parts = []
-    for unit in ("d", "h", "m", "s", "ms"):
-        count, rest = divmod(rest, _UNITS[unit] // 1_000)
+    for unit, size in _UNITS.items():
+        count, rest = divmod(rest, size)
         if count:
             parts.append(f"{count}{unit}")
-    return f"T#{sign}{''.join(parts) or '0ms'}"
+    return f"{sign}{''.join(parts) or '0ms'}"
 
 
-def clock_text(milliseconds: int) -> str:
-    seconds, rest = divmod(milliseconds, 1_000)
+def clock_text(nanoseconds: int) -> str:
+    """Return hours, minutes and seconds, with milliseconds or nanoseconds if there are any."""
+    seconds, rest = divmod(nanoseconds, _S)
     text = f"{seconds // 3_600:02}:{seconds // 60 % 60:02}:{seconds % 60:02}"
-    return f"{text}.{rest:03}" if rest else text
+    return f"{text}.{rest:09}" if rest % _MS else f"{text}.{rest // _MS:03}" if rest else text
 
 
 def day_text(seconds: int) -> str:
-    return datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%d")
+    return str(_EPOCH + timedelta(days=seconds // 86_400))
+
+
+def date_text(kind: str, value: int, unit_ns: int) -> str:
+    """Return the constant of a date or time of day; `kind` is the word in front of #, such as LDT."""
+    seconds, rest = divmod(value * unit_ns, _S)
+    if kind.endswith("TOD"):
+        return f"{kind}#{clock_text(value * unit_ns)}"
+    text = f"{kind}#{day_text(seconds)}"
+    return f"{text}-{clock_text(seconds % 86_400 * _S + rest)}" if kind.endswith("DT") else text
 
 
 def string_text(value: str) -> str:

@@ -25,7 +25,7 @@ from fieldrig_devices.iec.layout import (
 from fieldrig_devices.iec.library.integers import cut
 from fieldrig_devices.iec.lower.names import CUTS, REALS
 from fieldrig_devices.iec.lower.texts import FASTER
-from fieldrig_devices.iec.types import Elementary, Family, StringType, Type, Value
+from fieldrig_devices.iec.types import Elementary, StringType, Type, Value
 from fieldrig_devices.languages.faults import RunError
 
 _LETTERS: Final = {1: "Bb", 2: "Hh", 4: "Ii", 8: "Qq"}
@@ -42,7 +42,7 @@ _TEXTS: Final = {STRING_KIND: 1, WIDE_STRING_KIND: 2}
 def _wire(kind: Elementary) -> struct.Struct:
     if kind.is_real:
         return struct.Struct("<f" if kind is Elementary.REAL else "<d")
-    return struct.Struct("<" + _LETTERS[kind.size][kind.family is Family.SIGNED])
+    return struct.Struct("<" + _LETTERS[kind.size][kind.is_signed])
 
 
 _WIRES: Final = {number: _wire(kind) for number, kind in BY_NUMBER.items()}
@@ -61,7 +61,8 @@ def decoded(data: bytes, number: int) -> Value:
     kind = BY_NUMBER[number]
     if kind is Elementary.BOOL:
         return bool(value)
-    return value % (kind.high + 1) if kind is Elementary.TOD else value  # type: ignore[no-any-return]
+    is_clock = kind in (Elementary.TOD, Elementary.LTOD)
+    return value % (kind.high + 1) if is_clock else value  # type: ignore[no-any-return]
 
 
 def _text_bytes(value: str, number: int) -> bytes:

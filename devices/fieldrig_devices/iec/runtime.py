@@ -287,7 +287,7 @@ def checked(value: Value, symbol: Symbol) -> Value:
             raise ValueError(f"{symbol.path}: expected a text of at most {stored.length} characters, got {value!r}")
         wrong = characters.first_outside(value, is_wide=stored.is_wide)
         if wrong is not None:
-            raise ValueError(f"{symbol.path}: a {stored.name} does not have the character {wrong!r}")
+            raise ValueError(f"{symbol.path}: expected characters of a {stored.name}, got {wrong!r}")
         return value
     if stored is None or isinstance(value, str):
         raise ValueError(f"{symbol.path}: expected a value of type {kind}, got {value!r}")

@@ -34,6 +34,7 @@ _CLASSES: Final = {
     "BOOL": "Bool", "BYTE": "Byte", "WORD": "Word", "DWORD": "DWord", "LWORD": "LWord", "SINT": "SInt", "INT": "Int",
     "DINT": "DInt", "LINT": "LInt", "USINT": "USInt", "UINT": "UInt", "UDINT": "UDInt", "ULINT": "ULInt",
     "REAL": "Real", "LREAL": "LReal", "TIME": "Time", "DATE": "Date", "TOD": "TimeOfDay", "DT": "DateAndTime",
+    "LTIME": "LTime", "LDATE": "LDate", "LTOD": "LTimeOfDay", "LDT": "LDateAndTime", "CHAR": "Char", "WCHAR": "WChar",
 }  # fmt: skip
 """`typeclass` of the elementary types."""
 _LONG_NAMES: Final = {"TOD": "TIME_OF_DAY", "DT": "DATE_AND_TIME"}

@@ -24,8 +24,10 @@ class Family(Enum):
     REAL = "real number"
     TIME = "duration"
     DATE = "date"
+    CHARACTER = "character"
 
 
+_DAY_NS: Final = 86_400_000_000_000
 _FACTS: Final = {
     "BOOL": (1, Family.BOOL, 0, 1),
     "BYTE": (1, Family.BITS, 0, 2**8 - 1),
@@ -46,6 +48,12 @@ _FACTS: Final = {
     "DATE": (4, Family.DATE, 0, 2**32 - 1),
     "TOD": (4, Family.DATE, 0, 86_399_999),
     "DT": (4, Family.DATE, 0, 2**32 - 1),
+    "LTIME": (8, Family.TIME, -(2**63), 2**63 - 1),
+    "LDATE": (8, Family.DATE, -106_751 * _DAY_NS, 106_751 * _DAY_NS),
+    "LTOD": (8, Family.DATE, 0, _DAY_NS - 1),
+    "LDT": (8, Family.DATE, -(2**63), 2**63 - 1),
+    "CHAR": (1, Family.CHARACTER, 0, 2**8 - 1),
+    "WCHAR": (2, Family.CHARACTER, 0, 2**16 - 1),
 }
 """Size in bytes, family, and the smallest and the largest value."""
 
@@ -76,6 +84,18 @@ class Elementary(Enum):
     """In milliseconds since midnight."""
     DT = "DT"
     """In seconds since 1970-01-01."""
+    LTIME = "LTIME"
+    """In nanoseconds, with a sign."""
+    LDATE = "LDATE"
+    """In nanoseconds since 1970-01-01, at midnight."""
+    LTOD = "LTOD"
+    """In nanoseconds since midnight."""
+    LDT = "LDT"
+    """In nanoseconds since 1970-01-01."""
+    CHAR = "CHAR"
+    """The code of a character of a STRING."""
+    WCHAR = "WCHAR"
+    """The code of a character of a WSTRING."""
 
     def __init__(self, _: str) -> None:
         self.size, self.family, self.low, self.high = _FACTS[self.value]
@@ -85,7 +105,7 @@ class Elementary(Enum):
     family: Family
     low: int
     high: int
-    """The smallest and the largest value of integers, bit strings and times; 0 for real numbers."""
+    """The smallest and the largest value of integers, bit strings, times and characters; 0 for real numbers."""
 
     @property
     def bits(self) -> int:
@@ -101,6 +121,16 @@ class Elementary(Enum):
         return self.family is Family.REAL
 
     @property
+    def is_signed(self) -> bool:
+        """True for an integer or time that may be below 0."""
+        return self.low < 0
+
+    @property
+    def is_time(self) -> bool:
+        """True for a duration, a date, a time of day, or a date with a time."""
+        return self.family in (Family.TIME, Family.DATE)
+
+    @property
     def initial(self) -> "Value":
         """The value without a declared start value (PD-056)."""
         return False if self.family is Family.BOOL else 0.0 if self.is_real else 0
@@ -110,6 +140,24 @@ class Elementary(Enum):
 
 
 ALIASES: Final = {"TIME_OF_DAY": Elementary.TOD, "DATE_AND_TIME": Elementary.DT}
+LONG_ALIASES: Final = {"LTIME_OF_DAY": Elementary.LTOD, "LDATE_AND_TIME": Elementary.LDT}
+LONGER: Final = {
+    Elementary.TIME: Elementary.LTIME,
+    Elementary.DATE: Elementary.LDATE,
+    Elementary.TOD: Elementary.LTOD,
+    Elementary.DT: Elementary.LDT,
+}
+"""The types of edition 3 that have the same times and dates in nanoseconds."""
+OF_EDITION_3: Final = frozenset({*LONGER.values(), Elementary.CHAR, Elementary.WCHAR})
+"""Types whose names are free for others before edition 3."""
+UNITS_NS: Final = {
+    Elementary.TIME: 1_000_000,
+    Elementary.TOD: 1_000_000,
+    Elementary.DATE: 1_000_000_000,
+    Elementary.DT: 1_000_000_000,
+    **dict.fromkeys(LONGER.values(), 1),
+}
+"""Duration of one count of each type of times and dates, in nanoseconds."""
 
 
 @dataclass(frozen=True, slots=True)

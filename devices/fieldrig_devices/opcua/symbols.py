@@ -12,6 +12,7 @@ from fieldrig_bus.opcua.message import MOST_ELEMENTS, AnyValue, Kind, Node
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.symbols import Symbol, Symbols
 from fieldrig_devices.iec.types import (
+    LONGER,
     ArrayType,
     Elementary,
     EnumType,
@@ -23,7 +24,7 @@ from fieldrig_devices.iec.types import (
 )
 from fieldrig_devices.opcua.tree import UnknownNodeError
 
-_UNITS: Final = {Elementary.TIME: "ms"}
+_UNITS: Final = {Elementary.TIME: "ms", **dict.fromkeys(LONGER.values(), "ns")}
 
 
 class SymbolsTree:

@@ -36,6 +36,10 @@ def convert(context: Context, value: Expression, kind: Type, at: tree.Node) -> E
         return value
     if source == kind:
         return value
+    if isinstance(kind, StringType) and source is (Elementary.WCHAR if kind.is_wide else Elementary.CHAR):
+        return constants.converted(value, kind)
+    if isinstance(source, StringType) and kind is (Elementary.WCHAR if source.is_wide else Elementary.CHAR):
+        return _character(context, value, kind, at)
     if isinstance(source, SubrangeType):
         return convert(context, constants.converted(value, source.base), kind, at)
     if isinstance(source, EnumType) and not isinstance(kind, EnumType):
@@ -48,6 +52,13 @@ def convert(context: Context, value: Expression, kind: Type, at: tree.Node) -> E
         return _enumeration(context, value, kind, at)
     if isinstance(kind, PointerType) and _is_address(source):
         return _pointer(value, kind)
+    return _no(context, value, kind, at)
+
+
+def _character(context: Context, value: Expression, kind: Type, at: tree.Node) -> Expression | None:
+    """Return a constant of one character as such."""
+    if isinstance(value, Constant) and len(str(value.value)) == 1:
+        return constants.converted(value, kind)
     return _no(context, value, kind, at)
 
 

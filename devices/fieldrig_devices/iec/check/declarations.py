@@ -11,7 +11,7 @@ from fieldrig_devices.iec.check.type_specs import TypeSpecs
 from fieldrig_devices.iec.check.variables import Variables
 from fieldrig_devices.iec.program import Constant, Pou, Space, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import ALIASES, BlockType, Elementary, StringType
+from fieldrig_devices.iec.types import ALIASES, LONG_ALIASES, OF_EDITION_3, BlockType, Elementary, StringType
 
 
 class Declarations:
@@ -23,8 +23,10 @@ class Declarations:
         self._trees: dict[str, tuple[tree.Pou, str]] = {}
         """The POUs by name with their files, for those that extend them."""
         self._config_blocks: list[tuple[tree.Variables, str]] = []
-        project.types.update({kind.name.lower(): kind for kind in Elementary})
-        project.types.update({name.lower(): kind for name, kind in ALIASES.items()})
+        has_long = project.dialect.has_long_types
+        names = {kind.name: kind for kind in Elementary if has_long or kind not in OF_EDITION_3}
+        names |= {**ALIASES, **(LONG_ALIASES if has_long else {})}
+        project.types.update({name.lower(): kind for name, kind in names.items()})
         project.types["string"] = StringType()
         if project.dialect.has_wide_strings:
             project.types["wstring"] = StringType(is_wide=True)

@@ -35,6 +35,10 @@ LITERAL_TYPES: Final[dict[LiteralKind, Elementary]] = {
     LiteralKind.DATE: Elementary.DATE,
     LiteralKind.TOD: Elementary.TOD,
     LiteralKind.DT: Elementary.DT,
+    LiteralKind.LTIME: Elementary.LTIME,
+    LiteralKind.LDATE: Elementary.LDATE,
+    LiteralKind.LTOD: Elementary.LTOD,
+    LiteralKind.LDT: Elementary.LDT,
 }
 
 

@@ -18,13 +18,13 @@ from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, bit_string, integer, real
 from fieldrig_devices.iec.library.arguments import common as common_type
+from fieldrig_devices.iec.library.arguments import widens
 from fieldrig_devices.iec.program import COMPARISONS, Binary, Constant, Expression, Operator
 from fieldrig_devices.iec.types import Elementary, EnumType, Family, PointerType, StringType, SubrangeType
 
 ARITHMETIC: Final = frozenset({Operator.ADD, Operator.SUB, Operator.MUL, Operator.DIV, Operator.MOD})
 LOGIC: Final = frozenset({Operator.AND, Operator.OR, Operator.XOR})
 SHORT_CIRCUIT: Final = frozenset({Operator.AND_THEN, Operator.OR_ELSE})
-TIMES: Final = frozenset({Family.TIME, Family.DATE})
 BOOL: Final = Elementary.BOOL
 
 
@@ -93,10 +93,10 @@ def _arithmetic(
     context: Context, operator: Operator, left: Expression, right: Expression, kind: Elementary, at: tree.Node
 ) -> Expression | None:
     family = kind.family
-    if family in TIMES:
+    if kind.is_time:
         made = times.of_the_same_type(operator, left, right, kind)
         return made or _no(context, operator, left, right, at, "an operation for times, such as TIME + TIME")
-    if family is Family.BOOL or (family is Family.BITS and not context.mixes_integers):
+    if family in (Family.BOOL, Family.CHARACTER) or (family is Family.BITS and not context.mixes_integers):
         return _no(context, operator, left, right, at, "two numbers")
     if operator is Operator.MOD and family is Family.REAL:
         return _no(context, operator, left, right, at, "two integers", "MOD is for integers only")
@@ -126,9 +126,13 @@ def _meet(
         return _meet_literal(context, operator, left, right, at)
     if isinstance(first, StringType) and isinstance(second, StringType) and first.is_wide is second.is_wide:
         return left, right
+    if isinstance(first, StringType) and widens(second, first):
+        return left, constants.converted(right, first)
+    if isinstance(second, StringType) and widens(first, second):
+        return constants.converted(left, second), right
     if not isinstance(first, Elementary) or not isinstance(second, Elementary):
         return _no(context, operator, left, right, at, "two values of the same type")
-    if first.family in TIMES or second.family in TIMES:
+    if first.is_time or second.is_time:
         made = times.of_two_types(operator, left, right)
         return made or _no(context, operator, left, right, at, "two values of the same type", _time_hint(first, second))
     if operator in COMPARISONS:
@@ -148,7 +152,7 @@ def _meet_literal(
     assert isinstance(literal, Untyped)
     kind = typed.type
     if isinstance(kind, Elementary):
-        if kind.family in TIMES:
+        if kind.is_time:
             return _time_and_literal(context, operator, left, right, literal, kind, at)
         fitted = _fitted(literal, kind)
         if fitted is None and (kind.is_integer or kind.is_real):
@@ -191,7 +195,7 @@ def _time_and_literal(
     kind: Elementary,
     at: tree.Node,
 ) -> tuple[Expression, Expression] | Expression | None:
-    if kind is Elementary.TIME and operator in (Operator.MUL, Operator.DIV):
+    if kind.family is Family.TIME and operator in (Operator.MUL, Operator.DIV):
         number: Expression = Constant(literal.value, Elementary.LREAL if literal.is_real else Elementary.DINT)
         made = times.of_two_types(operator, *((number, right) if literal is left else (left, number)))
         if made is not None:

@@ -3,7 +3,24 @@
 from fieldrig_devices.iec import tree
 
 LONGEST = 40
-SPOKEN_WITH_A_VOWEL = ("A", "E", "I", "O", "a", "e", "i", "o", "LREAL", "LWORD", "LINT", "MC_")
+SPOKEN_WITH_A_VOWEL = (
+    "A",
+    "E",
+    "I",
+    "O",
+    "a",
+    "e",
+    "i",
+    "o",
+    "LREAL",
+    "LWORD",
+    "LINT",
+    "LTIME",
+    "LTOD",
+    "LDATE",
+    "LDT",
+    "MC_",
+)
 
 
 def text(node: tree.Node) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fieldrig_devices.iec.types import Elementary, EnumType, Family, StringType, SubrangeType, Type
+from fieldrig_devices.iec.types import LONGER, Elementary, EnumType, Family, StringType, SubrangeType, Type
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,10 +58,13 @@ def widens(argument: Argument, into: Type) -> bool:
     given, target = plain(argument), plain(into)
     if isinstance(given, Untyped):
         return isinstance(target, Elementary) and fits(given.value, target)
-    if isinstance(given, StringType):
-        return isinstance(target, StringType) and given.is_wide is target.is_wide
+    if isinstance(target, StringType):
+        is_text = isinstance(given, StringType) and given.is_wide is target.is_wide
+        return is_text or given is (Elementary.WCHAR if target.is_wide else Elementary.CHAR)
     if not isinstance(given, Elementary) or not isinstance(target, Elementary) or given is target:
         return given == target
+    if LONGER.get(given) is target:
+        return True
     if target.is_real:
         return given.is_integer or given is Elementary.REAL
     return given.is_integer and target.is_integer and given.size <= target.size

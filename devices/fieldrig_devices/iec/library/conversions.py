@@ -8,6 +8,9 @@ Source: PacDrive manual 2564 to 2745 (PD-L37 to PD-L44).  What the manual leaves
                             number" and anything larger give 0
     times and dates         are the number behind them: ms, or seconds since 1970 [X10]; DT_TO_TOD and DT_TO_DATE take
                             the value apart, as the standard says; a TOD is brought into one day, a DATE to midnight
+    times in nanoseconds    are the number behind them too, but keep their meaning where they become another time or
+                            date: LTIME_TO_TIME gives ms; what is too small is cut off, what is too large wraps around
+    characters              are their codes; what is no character of the other kind becomes a question mark
     STRING, WSTRING         see `texts.py`; a STRING becomes a WSTRING as it is, and a character of a WSTRING that a
                             STRING does not have becomes a question mark
 """
@@ -22,6 +25,9 @@ from fieldrig_devices.iec.library.integers import wrapped
 from fieldrig_devices.iec.library.overload import REAL_NS, SIMPLE_NS, TEXT_NS, expand
 from fieldrig_devices.iec.types import (
     ALIASES,
+    LONG_ALIASES,
+    LONGER,
+    UNITS_NS,
     Elementary,
     EnumType,
     Family,
@@ -35,10 +41,15 @@ from fieldrig_devices.iec.types import (
 Plain = Elementary | StringType
 
 DAY_S: Final = 86_400
-DAY_MS: Final = 86_400_000
 _MASK: Final = 2**32 - 1
+_DAY_NS: Final = 86_400_000_000_000
 _TEXTS: Final = (StringType(), StringType(is_wide=True))
-_NAMES: Final[Mapping[str, Plain]] = {**Elementary.__members__, **ALIASES, **{text.name: text for text in _TEXTS}}
+_NAMES: Final[Mapping[str, Plain]] = {
+    **Elementary.__members__,
+    **ALIASES,
+    **LONG_ALIASES,
+    **{text.name: text for text in _TEXTS},
+}
 
 
 def pair(name: str) -> tuple[Plain, Plain] | None:
@@ -67,6 +78,11 @@ def truncated(value: float) -> int:
     return int(value) if -(2.0**63) <= value < 2.0**63 else 0
 
 
+def midnight(value_ns: int) -> int:
+    """The midnight before a time in nanoseconds since 1970; the first one of an LDATE before that."""
+    return max(value_ns // _DAY_NS * _DAY_NS, Elementary.LDATE.low)
+
+
 def shortened(text: str, length: int) -> str:
     return text[:length]
 
@@ -77,7 +93,9 @@ FUNCTIONS: Final[Mapping[str, Callable[..., Value]]] = {
     "SINGLE": reals.single,
     "FLOAT": float,
     "SHORTEN": shortened,
+    "MIDNIGHT": midnight,
     "NARROW": characters.narrowed,
+    "NARROW_CODE": characters.narrowed_code,
     **{f"{kind.name}_TO_{text.name}": texts.writer(kind) for kind in Elementary for text in _TEXTS},
     **{f"{text.name}_TO_{kind.name}": texts.reader(kind) for kind in Elementary for text in _TEXTS},
 }
@@ -126,11 +144,15 @@ def python_of(source: Type, target: Type) -> str:
         return "({0} != 0)"
     if given.is_real:
         return _number_to(wanted, "ROUND({0})")
+    if given.is_time and wanted.is_time and not (given in LONGER and wanted in LONGER):
+        return _to_time(given, wanted)
+    if given is Elementary.WCHAR and wanted is Elementary.CHAR:
+        return "NARROW_CODE({0})"
     if given is Elementary.BOOL:
-        return "(1 if {0} else 0)" if wanted is not Elementary.DATE else "({0} * 0)"
+        return "(1 if {0} else 0)" if wanted not in _DAYS else "({0} * 0)"
     if given is Elementary.DT and wanted is Elementary.TOD:
         return f"({{0}} % {DAY_S} * 1000)"
-    if given.low >= wanted.low and given.high <= wanted.high and wanted is not Elementary.DATE:
+    if given.low >= wanted.low and given.high <= wanted.high and wanted not in _DAYS:
         return "{0}"
     return _number_to(wanted, "{0}")
 
@@ -144,10 +166,29 @@ def _to_real(given: Elementary, wanted: Elementary) -> str:
 def _number_to(wanted: Elementary, python: str) -> str:
     """The Python of an integer of any size, brought into the range of the type."""
     if wanted is Elementary.TOD:
-        return f"(({python} & {_MASK}) % {DAY_MS})"
+        return f"(({python} & {_MASK}) % {_day(wanted)})"
+    if wanted is Elementary.LTOD:
+        return f"({python} % {_day(wanted)})"
+    if wanted is Elementary.LDATE:
+        return f"MIDNIGHT({wrapped(python, wanted)})"
     if wanted is Elementary.DATE:
-        return f"(({python} & {_MASK}) // {DAY_S} * {DAY_S})"
+        return f"({wrapped(python, wanted)} // {_day(wanted)} * {_day(wanted)})"
     return wrapped(python, wanted)
+
+
+_DAYS: Final = (Elementary.DATE, Elementary.LDATE)
+
+
+def _day(kind: Elementary) -> int:
+    """A day in what the type counts in."""
+    return _DAY_NS // UNITS_NS[kind]
+
+
+def _to_time(given: Elementary, wanted: Elementary) -> str:
+    """The Python of a time or date that keeps its meaning, as far as the other type has it."""
+    before, after = UNITS_NS[given], UNITS_NS[wanted]
+    python = f"{{0}} * {before // after}" if before >= after else f"({{0}} // {after // before})"
+    return f"({python} % {_day(wanted)})" if wanted is Elementary.TOD else _number_to(wanted, python)
 
 
 def cost_of(source: Type, target: Type) -> int:

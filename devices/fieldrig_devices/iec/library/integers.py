@@ -2,12 +2,12 @@
 
 from typing import Final
 
-from fieldrig_devices.iec.types import Elementary, Family
+from fieldrig_devices.iec.types import Elementary
 
 
 def wrapped(python: str, kind: Elementary) -> str:
     """A Python expression that cuts the integer `python` to the type, without saturation (PD-L39)."""
-    if kind.family is not Family.SIGNED:
+    if not kind.is_signed:
         return f"({python} & {2**kind.bits - 1})"
     return f"(({python} + {2 ** (kind.bits - 1)} & {2**kind.bits - 1}) - {2 ** (kind.bits - 1)})"
 
@@ -15,7 +15,7 @@ def wrapped(python: str, kind: Elementary) -> str:
 def cut(value: int, kind: Elementary) -> int:
     """The lowest bits of the value as a value of the type."""
     low = value & ((1 << kind.bits) - 1)
-    return low - (1 << kind.bits) if kind.family is Family.SIGNED and low > kind.high else low
+    return low - (1 << kind.bits) if kind.is_signed and low > kind.high else low
 
 
 POWER_BITS: Final = 64

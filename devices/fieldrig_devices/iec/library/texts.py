@@ -10,16 +10,18 @@ import math
 import re
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from typing import Final
 
-from fieldrig_devices.iec import literals
-from fieldrig_devices.iec.dialect import EPAS_4
+from fieldrig_devices.iec import characters, literals
+from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
 from fieldrig_devices.iec.library import reals
-from fieldrig_devices.iec.types import Elementary, Value
+from fieldrig_devices.iec.types import Elementary, Family, Value
 
 LONGEST: Final = 40
 """No text of a value is longer."""
 
+_E: Final = Elementary
 _EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
 _UNITS: Final = (("d", 86_400_000), ("h", 3_600_000), ("m", 60_000), ("s", 1_000), ("ms", 1))
 """The components of a duration, in ms."""
@@ -83,6 +85,10 @@ _WRITERS: Final[dict[Elementary, Callable[..., str]]] = {
     Elementary.DATE: _date_text,
     Elementary.TOD: _tod_text,
     Elementary.DT: _dt_text,
+    Elementary.LTIME: literals.long_time_text,
+    **{kind: partial(literals.date_text, kind.name, unit_ns=1) for kind in (_E.LDATE, _E.LTOD, _E.LDT)},
+    Elementary.CHAR: chr,
+    Elementary.WCHAR: characters.of_code,
 }
 
 
@@ -100,6 +106,10 @@ _TIMES: Final[dict[Elementary, tuple[tuple[str, str], Callable[[str], int]]]] = 
     Elementary.DATE: (("D", "DATE"), literals.day),
     Elementary.TOD: (("TOD", "TIME_OF_DAY"), literals.time_of_day),
     Elementary.DT: (("DT", "DATE_AND_TIME"), literals.date_and_time),
+    Elementary.LTIME: (("LT", "LTIME"), lambda text: literals.long_time(text, EDITION_3)),
+    Elementary.LDATE: (("LD", "LDATE"), literals.long_day),
+    Elementary.LTOD: (("LTOD", "LTIME_OF_DAY"), literals.long_time_of_day),
+    Elementary.LDT: (("LDT", "LDATE_AND_TIME"), literals.long_date_and_time),
 }
 """The words in front of # in a literal, and the function that reads the part behind it."""
 _LONGEST_NUMBER: Final = 100
@@ -140,10 +150,18 @@ def _time_reader(kind: Elementary) -> Callable[[str], int | None]:
     return read
 
 
+def _first_code(most: int, text: str) -> int:
+    """Return the code of the first character; 0 if there is none, and that of ? if the type does not have it."""
+    code = ord(text[0]) if text else 0
+    return code if code <= most else ord("?")
+
+
 def reader(kind: Elementary) -> Callable[[str], Value]:
     """Return the function that reads a text as a value of the type; 0 if it is not one."""
     if kind is Elementary.BOOL:
         return _read_bool
+    if kind.family is Family.CHARACTER:
+        return partial(_first_code, kind.high)
     if kind is Elementary.REAL:
         return lambda text: reals.single(_read_real(text))
     if kind is Elementary.LREAL:

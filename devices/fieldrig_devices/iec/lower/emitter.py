@@ -4,7 +4,7 @@ from typing import Final
 
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.lower.names import CUTS, REALS
-from fieldrig_devices.iec.lower.values import LARGEST, Value, is_signed, outside
+from fieldrig_devices.iec.lower.values import LARGEST, Value, outside
 from fieldrig_devices.iec.types import Elementary, StringType
 
 INDENT: Final = "    "
@@ -68,9 +68,9 @@ class Emitter:
         if value.fits:
             return value
         assert isinstance(kind, Elementary)
-        if kind is Elementary.TOD:
+        if kind in (Elementary.TOD, Elementary.LTOD):
             return Value(f"({value.text}) % {kind.high + 1}", kind, 0, kind.high)
-        if not is_signed(kind):
+        if not kind.is_signed:
             return Value(f"({value.text} & {kind.high})", kind, 0, kind.high)
         name = self.new(value.text)
         self.add(f"if {outside(name, value)}:")

@@ -8,12 +8,10 @@ from typing import Final
 
 from fieldrig.sandbox import Values
 from fieldrig_devices.iec.library.intrinsics import IMPLEMENTATIONS
-from fieldrig_devices.iec.types import Elementary, Family
+from fieldrig_devices.iec.types import Elementary
 
 REALS: Final = 64  # elements of F
-CUTS: Final = {
-    kind: f"as_{kind.name}" for kind in Elementary if kind.family in (Family.SIGNED, Family.UNSIGNED, Family.BITS)
-}
+CUTS: Final = {kind: f"as_{kind.name}" for kind in Elementary if kind.is_integer or kind.is_signed}
 """Functions that cut an integer to a type, for those types where that is no simple mask."""
 AREA_TABLES: Final = {"I": "I", "Q": "Q", "M": "X"}
 

@@ -62,10 +62,6 @@ def _real(value: float) -> str:
     return repr(value) if repr(value)[0] != "-" else f"({value!r})"
 
 
-def is_signed(kind: Elementary) -> bool:
-    return kind.family is Family.SIGNED
-
-
 def outside(name: str, value: Value) -> str:
     """The condition under which the named value has to be cut to its signed type."""
     kind = value.type

@@ -56,6 +56,14 @@ _TIMES: Final[Mapping[str, tuple[LiteralKind, Callable[[str], int]]]] = {
     "DT": (LiteralKind.DT, literals.date_and_time),
     "DATE_AND_TIME": (LiteralKind.DT, literals.date_and_time),
 }
+_LONG_TIMES: Final[Mapping[str, tuple[LiteralKind, Callable[[str], int]]]] = {
+    "LD": (LiteralKind.LDATE, literals.long_day),
+    "LDATE": (LiteralKind.LDATE, literals.long_day),
+    "LTOD": (LiteralKind.LTOD, literals.long_time_of_day),
+    "LTIME_OF_DAY": (LiteralKind.LTOD, literals.long_time_of_day),
+    "LDT": (LiteralKind.LDT, literals.long_date_and_time),
+    "LDATE_AND_TIME": (LiteralKind.LDT, literals.long_date_and_time),
+}
 
 
 class Expressions(Cursor):
@@ -207,6 +215,11 @@ class Expressions(Cursor):
         if upper in _TIMES:
             kind, read = _TIMES[upper]
             return self._literal(kind, at, rest, read)
+        if self.dialect.has_long_types and upper in _LONG_TIMES:
+            kind, read = _LONG_TIMES[upper]
+            return self._literal(kind, at, rest, read)
+        if self.dialect.has_long_types and upper in ("LT", "LTIME"):
+            return self._literal(LiteralKind.LTIME, at, rest, lambda inner: literals.long_time(inner, self.dialect))
         if upper in ("T", "TIME", "LTIME"):
             return self._literal(LiteralKind.TIME, at, rest, lambda inner: literals.time(inner, self.dialect))
         if upper == "BOOL":
@@ -215,9 +228,10 @@ class Expressions(Cursor):
             return self._literal(LiteralKind.INTEGER, at, rest, _signed_integer, upper)
         if upper in ("REAL", "LREAL"):
             return self._literal(LiteralKind.REAL, at, rest, literals.real, upper)
-        if upper == "STRING" and rest[:1] == "'":
+        is_character = upper == "CHAR" and self.dialect.has_long_types
+        if (upper == "STRING" or is_character) and rest[:1] == "'":
             return self._literal(LiteralKind.STRING, at, rest, literals.string, upper)
-        if upper == "WSTRING" and rest[:1] == '"' and self.dialect.has_wide_strings:
+        if upper in ("WSTRING", "WCHAR") and rest[:1] == '"' and self.dialect.has_wide_strings:
             return self._literal(LiteralKind.WSTRING, at, rest, literals.wide_string, upper)
         if rest[:1].isalpha() or rest[:1] == "_":
             place = self.places[at]

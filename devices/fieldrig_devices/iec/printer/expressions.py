@@ -3,6 +3,7 @@
 from fieldrig_devices.iec import literals, tree
 from fieldrig_devices.iec.parser.expressions import RANKS
 from fieldrig_devices.iec.tree import LiteralKind
+from fieldrig_devices.iec.types import UNITS_NS, Elementary
 
 _SIGN = max(RANKS.values()) + 1
 _PLACES = (tree.Name, tree.Member, tree.Index, tree.Dereference, tree.Call)
@@ -90,12 +91,16 @@ def _number(kind: LiteralKind, value: int) -> str:
     match kind:
         case LiteralKind.TIME:
             return literals.time_text(value)
-        case LiteralKind.DATE:
-            return f"D#{literals.day_text(value)}"
-        case LiteralKind.TOD:
-            return f"TOD#{literals.clock_text(value)}"
-        case LiteralKind.DT:
-            return f"DT#{literals.day_text(value)}-{literals.clock_text(value % 86_400 * 1_000)}"
+        case LiteralKind.LTIME:
+            return literals.long_time_text(value)
+        case LiteralKind.DATE | LiteralKind.TOD | LiteralKind.DT:
+            return literals.date_text("D" if kind is LiteralKind.DATE else kind.name, value, _unit_ns(kind))
+        case LiteralKind.LDATE | LiteralKind.LTOD | LiteralKind.LDT:
+            return literals.date_text(kind.name, value, _unit_ns(kind))
         case LiteralKind.REAL:
             return literals.real_text(float(value))
     return str(value)
+
+
+def _unit_ns(kind: LiteralKind) -> int:
+    return UNITS_NS[Elementary[kind.name]]

@@ -16,11 +16,15 @@ class LiteralKind(Enum):
     DATE = "DATE"
     TOD = "TIME_OF_DAY"
     DT = "DATE_AND_TIME"
+    LTIME = "LTIME"
+    LDATE = "LDATE"
+    LTOD = "LTIME_OF_DAY"
+    LDT = "LDATE_AND_TIME"
 
 
 @dataclass(slots=True)
 class Literal(Node):
-    """A constant.  `value` is as at run time: times in ms, dates in s since 1970, a string without quotes."""
+    """A constant.  `value` is as at run time (`types.Elementary` has the units of times); a string has no quotes."""
 
     kind: LiteralKind
     value: bool | int | float | str

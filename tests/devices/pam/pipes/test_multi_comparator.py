@@ -12,7 +12,7 @@ from fieldrig_devices.pam.pipes.multi_comparator import Mode, MultiComparator, R
 MS = 0.001
 PERIOD = 1.0
 STEP = 0.004
-"""Of the flow in a period of a millisecond; a cycle of the machine takes 250 of them."""
+"""The way of the flow in a period of a millisecond; a cycle of the machine takes 250 of them."""
 
 
 def approximately(place: float) -> Any:

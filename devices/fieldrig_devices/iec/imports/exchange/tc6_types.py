@@ -13,7 +13,8 @@ Element = etree._Element
 
 ELEMENTARY: Final = frozenset((
     "BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "REAL",
-    "LREAL", "TIME", "DATE", "DT", "TOD", "TIME_OF_DAY", "DATE_AND_TIME",
+    "LREAL", "TIME", "DATE", "DT", "TOD", "TIME_OF_DAY", "DATE_AND_TIME", "LTIME", "LDATE", "LDT", "LTOD",
+    "LTIME_OF_DAY", "LDATE_AND_TIME", "CHAR", "WCHAR",
 ))  # fmt: skip
 _NOTHING: Final = tree.NamedType("INT")
 """Stands for a type that has a message already."""

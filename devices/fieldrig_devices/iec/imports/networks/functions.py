@@ -4,6 +4,7 @@ from itertools import pairwise
 from typing import Final
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.types import OF_EDITION_3
 
 OPERATORS: Final = {
     "add": "+", "sub": "-", "mul": "*", "div": "/", "mod": "MOD", "and": "AND", "or": "OR", "xor": "XOR",
@@ -34,7 +35,9 @@ _WIDTH: Final = (
     "BOOL", "BYTE", "USINT", "SINT", "WORD", "UINT", "INT", "DWORD", "UDINT", "DINT", "LWORD", "ULINT", "LINT", "REAL",
     "LREAL",
 )  # fmt: skip
-_ELEMENTARY: Final = frozenset((*_WIDTH, "TIME", "DATE", "TOD", "DT", "STRING", "WSTRING"))
+_ELEMENTARY: Final = frozenset(
+    (*_WIDTH, "TIME", "DATE", "TOD", "DT", *(kind.name for kind in OF_EDITION_3), "STRING", "WSTRING")
+)
 
 
 def is_standard(name: str) -> bool:
