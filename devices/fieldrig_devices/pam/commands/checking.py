@@ -11,6 +11,7 @@ from fieldrig.exits import Exit
 
 if TYPE_CHECKING:
     from fieldrig_devices.pam.language.preprocessor import Reader
+    from fieldrig_devices.pam.runtime.compiler import Compiled
 
 File = Annotated[Path, argument("FILE", "The source file of the application; it may include others beside it.")]
 
@@ -38,6 +39,19 @@ def reader_beside(path: Path) -> "Reader":
     return read
 
 
+def compiled(file: Path) -> "Compiled":
+    """Compile an application, or list its mistakes and exit."""
+    from fieldrig_devices.languages.mistakes import CompileError
+    from fieldrig_devices.pam.runtime.compiler import compile_application
+
+    try:
+        return compile_application(read_text(file), str(file), reader_beside(file))
+    except CompileError as wrong:
+        for mistake in wrong.mistakes:
+            typer.echo(str(mistake), err=True)
+        raise typer.Exit(Exit.WRONG) from wrong
+
+
 def check(file: File, as_json: AsJson = False) -> None:
     """Check an application, and list all its mistakes at once.
 
@@ -48,8 +62,10 @@ def check(file: File, as_json: AsJson = False) -> None:
     still takes, are no mistakes.
     """
     from fieldrig_devices.pam.language.compiler import checked
+    from fieldrig_devices.pam.runtime.compiler import too_large
 
     program, found = checked(read_text(file), str(file), reader_beside(file))
+    found += too_large(program, found)
     mistakes = [mistake for mistake in found if not mistake.is_note]
     if as_json:
         echo_json([dataclasses.asdict(mistake) for mistake in found])
