@@ -2,40 +2,22 @@
 
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from fieldrig.cli.common import AsJson, argument, echo_json, reading
 from fieldrig.exits import Exit
 
-if TYPE_CHECKING:
-    from fieldrig_devices.pam.language.preprocessor import Reader
-
 File = Annotated[Path, argument("FILE", "The source file of the application; it may include others beside it.")]
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a source file in UTF-8, or else in Latin-1, as the tools of 1995 write it."""
+    """Return the text of a source file."""
+    from fieldrig_devices.languages.source_file import decoded
+
     with reading(path):
-        data = path.read_bytes()
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
-
-
-def reader_beside(path: Path) -> "Reader":
-    """Return what reads included files: only those in the folder of the application and below it."""
-    folder = path.resolve().parent
-
-    def read(name: str) -> str | None:
-        included = (folder / name.replace("\\", "/")).resolve()
-        if not included.is_relative_to(folder) or not included.is_file():
-            return None
-        return read_text(included)
-
-    return read
+        return decoded(path.read_bytes())
 
 
 def check(file: File, as_json: AsJson = False) -> None:
@@ -47,6 +29,7 @@ def check(file: File, as_json: AsJson = False) -> None:
     The exit code is 0 if the application is right, and 2 if it has mistakes. Notes, such as old names that release 2.5
     still takes, are no mistakes.
     """
+    from fieldrig_devices.pam.application_files import reader_beside
     from fieldrig_devices.pam.language.compiler import checked
 
     program, found = checked(read_text(file), str(file), reader_beside(file))
