@@ -7,7 +7,7 @@ import typer
 
 from fieldrig.cli.common import argument, writing
 from fieldrig.exits import Exit
-from fieldrig_devices.pam.commands.checking import read_text, reader_beside
+from fieldrig_devices.pam.commands.checking import read_text
 
 File = Annotated[Path, argument("FILE", "The source file of the application.")]
 
@@ -24,6 +24,7 @@ def headers(
     PAM_VME.H has the CRC of each variable, VMECLASS.H the codes of their classes, and PAM_DEF.H the memory.
     """
     from fieldrig.store import replace_file
+    from fieldrig_devices.pam.application_files import reader_beside
     from fieldrig_devices.pam.language.compiler import checked
     from fieldrig_devices.pam.language.ports import ports_of
     from fieldrig_devices.pam.ports.options import PortOptions

@@ -1,7 +1,7 @@
 """The include files of a VME master in C: PAM_VME.H, PAM_DEF.H and VMECLASS.H.
 
-Source: manual lines 9130 to 9173 and 9567 to 9581.  The manual prints the structures of the panel and of the whole memory; the fields of the other two are named after its
-figures.
+Source: manual lines 9130 to 9173 and 9567 to 9581.  It prints the structures of the panel and of the whole memory; the
+fields of the other two are named after its figures.
 """
 
 from collections.abc import Mapping
