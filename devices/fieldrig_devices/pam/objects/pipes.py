@@ -86,7 +86,7 @@ class Pipe:
 
 
 class Flag:
-    """What `ready` of a block was, for the programs that wait for its change."""
+    """The last `ready` of a block, for the programs that wait for its change."""
 
     __slots__ = ("block", "name", "was_ready")
 
