@@ -19,11 +19,12 @@ class PipeInput:
 
     def __init__(self, axis: "Axis", period_s: float, stop_all: Callable[[], None] | None) -> None:
         self._axis, self._period_s, self.stop_all = axis, period_s, stop_all
+        self._units, self._site, self._send, self._name = axis.units, axis.site, axis.node.send, axis.name
         self.part = self.last = axis.position
         """The pipe's part of the position, now and one value before."""
         self.sent: int | None = None
         self.changed_in = -1
-        """The basic cycle of the last new set-point."""
+        """The basic cycle in which the pipe changed the position last."""
 
     @property
     def speed(self) -> float:
@@ -34,22 +35,21 @@ class PipeInput:
 
     def take(self, value: float) -> None:
         """Take a value of the flow, and send it to the node."""
-        axis = self._axis
         set_point = self.follow(value)
-        if set_point != self.sent and axis.pipe is self:
+        if set_point != self.sent and self._axis.pipe is self:
             self.note(set_point)
-            axis.node.send(SetPoint(self.set_point_mode, set_point))
+            self._send(SetPoint(self.set_point_mode, set_point))
 
     def follow(self, value: float) -> int:
         """Take a position in units of the axis, and return the set-point."""
         self.last, self.part = (self.part if self.sent is not None else value), value
-        return round(value * self._axis.units)
+        return round(value * self._units)
 
     def note(self, set_point: int) -> None:
-        """Note a set-point as sent."""
-        site = self._axis.site
-        self.sent, self.changed_in = set_point, site.kernel.cycle_number
-        site.moved.add(self._axis.name)
+        """Note a set-point as sent; the pipe changes the position in this cycle."""
+        site = self._site
+        self.sent, self.changed_in = set_point, site.cycle
+        site.moved.add(self._name)
 
 
 class SpeedInput(PipeInput):
@@ -70,8 +70,9 @@ class SpeedInput(PipeInput):
         self.last = value
         if value:
             self.part += value * self._period_s
-            self._axis.site.moved.add(self._axis.name)
-        return round(value * self._axis.units)
+            self.changed_in = self._site.cycle
+            self._site.moved.add(self._name)
+        return round(value * self._units)
 
 
 class TorqueInput(SpeedInput):
