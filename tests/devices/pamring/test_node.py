@@ -104,7 +104,6 @@ def test_run_without_identify_and_orders_before_run_change_nothing() -> None:
     assert bench.node.orders == []
 
 
-@pytest.mark.manual("PAML-163")
 def test_registers_are_read_before_run_because_groups_are_formed_by_them() -> None:
     bench = Bench()
     bench.hear((0, Identify()))
