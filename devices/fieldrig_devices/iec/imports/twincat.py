@@ -52,7 +52,7 @@ def _pou(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
                 _implementation(part, pieces, report)
                 pieces.close("END_METHOD")
             else:
-                report.mistake(line_of(part), "A method is not supported", "actions", "Choose the dialect edition-3.")
+                report.mistake(line_of(part), "A method is not supported", "actions", "Choose the dialect codesys.")
     for part in elements(of, "Property"):
         report.mistake(
             line_of(part),
