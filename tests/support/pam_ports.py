@@ -1,7 +1,7 @@
 """PAM applications with ports to a PLC: the listings of the manual, and the PAM's side of tests."""
 
 from collections.abc import Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pam_programs import HEADER
 
@@ -9,6 +9,7 @@ from fieldrig.clock import MS
 from fieldrig_devices.pam.language.compiler import checked
 from fieldrig_devices.pam.language.ports import PortVariable, ports_of
 from fieldrig_devices.pam.ports import Ports
+from fieldrig_devices.pam.ports.masters.rs422 import Rs422Master
 from fieldrig_devices.pam.ports.masters.s5 import S5Master
 from fieldrig_devices.pam.ports.masters.script import Script, carry_out
 from fieldrig_devices.pam.ports.masters.vme import VmeMaster
@@ -214,8 +215,17 @@ class PortBench:
         self.inactive: set[int] = set()
         self.options = options
         self.ports = Ports(
-            program, self.memory, self.kernel, options, lambda _group, component: component not in self.inactive
+            program,
+            self.memory,
+            self.kernel,
+            options,
+            lambda _group, component: component not in self.inactive,
+            self._on_sent,
         )
+        self.line: list[bytes] = []
+        """Bytes that the PAM has sent on the RS422 line."""
+        self.master: Rs422Master | None = None
+        """The master at the line."""
         self.now_ns = 0
         self.power_on_ns = 0
         """The PAM does nothing before this instant, when it begins by itself if it is not 0."""
@@ -234,6 +244,19 @@ class PortBench:
                     self.ports.take()
                     self.ports.give()
                 self.kernel.cycle_number += 1
+            if self.master is not None:
+                self.master.poll(self.now_ns)
+
+    def connect(self, **options: Any) -> Rs422Master:
+        """Put a master at the line, and let it ask for a session."""
+        self.master = Rs422Master(self.variables, self.ports.receive, **options)
+        self.master.begin(self.now_ns)
+        return self.master
+
+    def _on_sent(self, data: bytes) -> None:
+        self.line.append(data)
+        if self.master is not None:
+            self.master.receive(data)
 
     def play(self, script: Script[T]) -> T:
         """Run a script of a master; the PAM goes on during its pauses."""
@@ -265,4 +288,14 @@ def started_simatic(options: PortOptions | None = None) -> tuple[PortBench, S5Ma
     bench.begin()
     master = S5Master(bench.plans[0])
     bench.play(master.start_up())
+    return bench, master
+
+
+def started_rs422() -> tuple[PortBench, Rs422Master]:
+    """A bench with the listing of RS422 whose master runs."""
+    bench = PortBench(GROUP + RS422)
+    bench.begin()
+    master = bench.connect()
+    bench.cycles(300)
+    assert master.is_running
     return bench, master

@@ -24,13 +24,17 @@ class Do:
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """An instruction that runs `python` and then jumps if `condition` holds."""
+    """An instruction that runs `python` and then jumps if `condition` holds.
+
+    A jump back also ends the slice if `pause` holds; the next slice starts at the target.
+    """
 
     line: int
     python: tuple[str, ...]
     condition: str
     target: int
     cost: int = 1
+    pause: str = ""
 
 
 @dataclass(frozen=True, slots=True)

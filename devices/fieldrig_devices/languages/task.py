@@ -57,6 +57,12 @@ class Task:
         self.state, self._is_between, self._is_mixed, self._passed = TaskState.READY, False, False, None
         self.fault = None
 
+    def go_to(self, pc: int) -> None:
+        """Continue at an instruction of the routine that the task was started with."""
+        assert not self.stack
+        self.pc, self._is_between, self._passed = pc, True, None
+        self.state = TaskState.READY
+
     def stop(self) -> None:
         """End the task and discard its place."""
         self.stack.clear()

@@ -210,9 +210,12 @@ class _BlockWriter:
             case Do(python=python, cost=cost):
                 yield from (Line(text, pc) for text in python)
                 return spent + cost
-            case Branch(python=python, condition=condition, target=target, cost=cost):
+            case Branch(python=python, condition=condition, target=target, cost=cost, pause=pause):
                 yield from (Line(text, pc) for text in python)
                 yield Line(f"if {condition}:", pc)
+                if pause and target <= pc:
+                    yield Line(f"{INDENT}if {pause}:", pc)
+                    yield Line(f"{INDENT * 2}return {WAIT}, {target}, {_rest(spent + cost)}", pc)
                 yield from (Line(INDENT + text, pc) for text, *_ in self._leave(target, spent + cost, pc))
                 return spent + cost
             case Jump(target=target, cost=cost):

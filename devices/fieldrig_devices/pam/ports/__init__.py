@@ -17,7 +17,7 @@ A port that does not get ready in time reports 07..F020 to the Kernel and stops.
 every fatal error, and only `begin` leads on.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from typing import Protocol
 
@@ -26,6 +26,7 @@ from fieldrig_devices.pam.language.ports import PortPlan, ports_of
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.panel import SERIAL_PANEL, panel_cells
+from fieldrig_devices.pam.ports.rs422.port import Rs422Port
 from fieldrig_devices.pam.ports.simatic.port import SimaticPort
 from fieldrig_devices.pam.ports.variables import IsActive, PortItem, PortStatus
 from fieldrig_devices.pam.ports.vme.port import VmePort
@@ -73,6 +74,7 @@ class Ports:
         kernel: Kernel,
         options: PortOptions | None = None,
         is_active: IsActive = _all_active,
+        send: Callable[[bytes], None] = lambda _: None,
     ) -> None:
         """`is_active` returns whether a component of a NODES_GROUP is active, by its name and number from 0."""
         self.memory, self._kernel = memory, kernel
@@ -81,6 +83,10 @@ class Ports:
         self._ports: list[Port] = []
         if "DualPort" in plans:
             self._ports.append(self._dual_port(plans["DualPort"], is_active))
+        self._serial = None
+        if "RS422Port" in plans:
+            self._serial = Rs422Port(plans["RS422Port"], kernel, is_active, send, self._options.rs422_baud)
+            self._ports.append(self._serial)
         self.items: Mapping[str, Sequence[Item]] = {
             "DualPort": [PortStatus("DualPort", None, kernel)],
             "RS422Port": [PortStatus("RS422Port", None, kernel)],
@@ -117,6 +123,10 @@ class Ports:
     def give(self) -> None:
         for port in self._ports:
             port.give()
+
+    def receive(self, data: bytes) -> None:
+        if self._serial is not None:
+            self._serial.receive(data)
 
     def fail(self, origin: int, number: int, when: datetime, tag: int = 0, info: int = 0) -> None:
         """Write the fatal error panel; `tag` 1 says that `info` is a node, and 2 that it is a peripheral."""

@@ -36,3 +36,6 @@ class PortOptions(Settings):
         description="which bits of a word have its even byte address for clients that read bytes: `big` bits 8 to 15, "
         "`little` bits 0 to 7; by default little for a Simatic DualPort, whose bit addresses are counted so, else big",
     )
+    rs422_baud: int = Field(
+        default=38_400, ge=300, le=1_000_000, description="bit rate of the RS422 line, with 8 data bits and no parity"
+    )

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
 from typing import Any, Final
 
-from fieldrig_devices.pam.language.ports import PortPlan, PortVariable
+from fieldrig_devices.pam.language.ports import ALL_ITEMS, PortPlan, PortVariable
 from fieldrig_devices.pam.runtime.item import Kernel, Pending, Value
 
 IsActive = Callable[[str, int], bool]
@@ -33,16 +33,28 @@ _FLAG: Final[Mapping[str, Callable[[Value], bool]]] = {
 class PortItem:
     """One item of a variable."""
 
-    __slots__ = ("_convert", "_kernel", "_on_change", "_value", "index", "variable")
+    __slots__ = ("_convert", "_is_active", "_kernel", "_on_change", "_value", "index", "variable")
 
     def __init__(
-        self, variable: PortVariable, index: int, kernel: Kernel, on_change: Callable[["PortItem"], None]
+        self,
+        variable: PortVariable,
+        index: int,
+        kernel: Kernel,
+        is_active: IsActive,
+        on_change: Callable[["PortItem"], None],
     ) -> None:
         """`on_change` is called when a program has changed an output."""
+        self._is_active = is_active
         self.variable, self.index = variable, index
         self._kernel, self._on_change = kernel, on_change
         self._convert = _AS_CLASS[variable.kind]
         self._value = self._convert(0)
+
+    @property
+    def is_served(self) -> bool:
+        """False if the item belongs to a component that is not active (PAMS-086)."""
+        group = self.variable.group
+        return not group or self._is_active(group, self.index)
 
     def value(self) -> Value:
         return self._value
@@ -78,13 +90,22 @@ class PortItem:
 
 
 def items_of(
-    variables: Sequence[PortVariable], kernel: Kernel, on_change: Callable[[PortItem], None]
+    variables: Sequence[PortVariable],
+    kernel: Kernel,
+    is_active: IsActive,
+    on_change: Callable[[PortItem], None],
 ) -> dict[str, list[PortItem]]:
     """Return the items of each variable, by its name."""
     return {
-        variable.name: [PortItem(variable, index, kernel, on_change) for index in range(variable.number)]
+        variable.name: [PortItem(variable, index, kernel, is_active, on_change) for index in range(variable.number)]
         for variable in variables
     }
+
+
+def addressed(items: Sequence[PortItem], index: int) -> Sequence[PortItem]:
+    """Return the items of an index that are served; -1 means all."""
+    chosen = items if index == ALL_ITEMS else items[index : index + 1]
+    return [item for item in chosen if item.is_served]
 
 
 CODE_OK: Final = 1

@@ -4,7 +4,7 @@ Names of parameters, functions and symbolic values are those of the tables in `l
 `language/functions.py`.  The checker has refused everything else, so neither side checks names again.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -82,12 +82,22 @@ class Kernel(Protocol):
         """Show a system message of section 14, such as `07..E021`, with its details."""
 
 
-class Objects(Protocol):
-    """All objects of an application that are not of the language itself: the run time has variables and BOOLEANs."""
+class Part(Protocol):
+    """A part of the PAM that has objects of the application: the machine's objects, a port, or the panel."""
 
     @property
     def items(self) -> Mapping[str, Sequence[Item]]:
         """The items of each object, by its name."""
+
+    def take(self) -> None:
+        """Begin a basic cycle: what the ring has brought has been reported, and answers are there."""
+
+    def give(self) -> None:
+        """Hand the set-points and orders of this basic cycle to the ring."""
+
+
+class Objects(Part, Protocol):
+    """All objects of an application that are not of the language itself: the run time has variables and BOOLEANs."""
 
     def is_active(self, name: str, index: int) -> bool:
         """Return False if the item of an object, or of a NODES_GROUP, belongs to a component that is missing (G-46)."""
@@ -95,17 +105,5 @@ class Objects(Protocol):
     def connect(self, blocks: Sequence[Item]) -> None:
         """Make and activate a pipe, from the output block to the input block (PAML-403)."""
 
-    def inactive(self, group: str) -> Collection[int]:
-        """Return the components of a NODES_GROUP, from 0, that are not on the ring (PAML-005, G-46).
-
-        The run time asks once, before it starts the programs.
-        """
-
-    def take(self) -> None:
-        """Begin a basic cycle: what the ring has brought has been reported, and answers are there."""
-
     def flow(self) -> None:
         """Let all pipes that are due in this basic cycle flow."""
-
-    def give(self) -> None:
-        """Hand the set-points and orders of this basic cycle to the ring."""

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from fieldrig_devices.pam.language.ports import PortPlan, PortVariable
+from fieldrig_devices.pam.ports.masters.definitions import each_item
 from fieldrig_devices.pam.ports.masters.script import Read, Script, Write, read, wait_for
 from fieldrig_devices.pam.ports.simatic.cells import EVEN_BYTE, Place, bit_place, item_place
 from fieldrig_devices.pam.runtime.item import Value
@@ -50,10 +51,8 @@ class S5Master:
         given = initial or {}
         for variable in self._variables.values():
             if variable.is_input:
-                value = given.get(variable.name, 0)
-                values = [value] * variable.number if isinstance(value, bool | int | float) else value
-                for index, each in enumerate(values):
-                    yield from self._store(variable, index, each)
+                for _, index, value in each_item(variable, given.get(variable.name, 0)):
+                    yield from self._store(variable, index, value)
         yield from self._set(self._host_ready, True)
         yield from self._wait(self._dualport_ready, "DUALPORT_READY")
 

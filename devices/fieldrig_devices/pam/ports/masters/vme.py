@@ -6,7 +6,8 @@ It knows the variables by their names and gives an output the number of its defi
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final, NamedTuple
 
-from fieldrig_devices.pam.language.ports import ALL_ITEMS, PortVariable
+from fieldrig_devices.pam.language.ports import PortVariable
+from fieldrig_devices.pam.ports.masters.definitions import UNKNOWN, Definitions
 from fieldrig_devices.pam.ports.masters.script import MasterError, Pause, Read, Script, Write, read, wait_for
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.vme.layout import (
@@ -33,8 +34,6 @@ from fieldrig_devices.pam.runtime.item import Value
 
 WATCHDOG_NS: Final = 10_000_000
 PAM_TIMEOUT_NS: Final = 500_000_000
-UNKNOWN: Final = -1
-"""The key of a variable that the two sides define differently."""
 
 
 class Header(NamedTuple):
@@ -53,19 +52,19 @@ class VmeMaster:
         options = options or PortOptions()
         self._patience_ns = patience_ns
         self._clears_command = options.command_cleared_by == "master"
-        self._codes = class_codes(options.class_codes)
-        found = list(variables)
-        self._inputs = {variable.crc: variable for variable in found if variable.is_input}
-        self._outputs = [variable for variable in found if not variable.is_input]
-        self._keys: dict[str, int] = {}
+        self._known = Definitions(variables, class_codes(options.class_codes))
         self._headers: dict[int, Header] = {}
         self._head = self._tail = self._missed = 0
-        self.values: dict[str, list[Value]] = {
-            variable.name: [False if variable.kind == "FLAG_VAR" else 0] * variable.number for variable in found
-        }
+
+    @property
+    def values(self) -> Mapping[str, Sequence[Value]]:
         """The last values of all variables, by name and item."""
-        self.mistakes: list[str] = []
+        return self._known.values
+
+    @property
+    def mistakes(self) -> Sequence[str]:
         """Definitions of the PAM that differ, and blocks that make no sense."""
+        return self._known.mistakes
 
     # ---- start-up
 
@@ -77,10 +76,10 @@ class VmeMaster:
         yield from self.initialise(initial or {})
         answer = yield from self.command(Command.START)
         if answer != Answer.ACK_OK:
-            self.mistakes.append("the PAM has started with an incomplete configuration")
+            self._known.mistakes.append("the PAM has started with an incomplete configuration")
 
     def synchronise(self) -> Script[None]:
-        self._keys.clear()
+        self._known.forget_keys()
         self._head = self._tail = self._missed = 0
         yield Write(COMMAND, (Command.NOP,))
         yield Write(VME_PARAMETERS, (0,))
@@ -114,46 +113,32 @@ class VmeMaster:
             if answer != Answer.ACK_OK:
                 raise MasterError(f"ASK_DEF_IN was answered by {answer}")
             crc, key, code, number = yield Read(PAM_PARAMETERS, 4)
-            variable = self._inputs.get(crc)
-            if variable is None:
-                self.mistakes.append(f"the input with the CRC {crc:#06x} is unknown")
-                continue
-            self._keys[variable.name] = key if self._fits(variable, code, number) else UNKNOWN
+            self._known.take_input(crc, key, code, number)
 
     def configure_outputs(self) -> Script[None]:
-        for key, variable in enumerate(self._outputs, 1):
+        for key, variable in enumerate(self._known.outputs, 1):
             answer = yield from self.command(Command.DEF_OUT, variable.crc, key & 0xFFFF, key >> 16)
             if answer != Answer.ACK_OK:
-                self.mistakes.append(f"the PAM does not know the output {variable.name}")
+                self._known.mistakes.append(f"the PAM does not know the output {variable.name}")
                 continue
             code, number = yield Read(PAM_PARAMETERS + 2, 2)
-            self._keys[variable.name] = key if self._fits(variable, code, number) else UNKNOWN
+            self._known.take_output(key, code, number)
         yield from self.command(Command.END_DEF_OUT)
-
-    def _fits(self, variable: PortVariable, code: int, number: int) -> bool:
-        if (self._codes[variable.kind], variable.number) == (code, number):
-            return True
-        self.mistakes.append(f"{variable.name} has the class {code} and {number} items on the PAM")
-        return False
 
     def initialise(self, initial: Mapping[str, Value | Sequence[Value]]) -> Script[None]:
         yield from self.command(Command.INIT_IN)
-        for variable in self._inputs.values():
-            given = initial.get(variable.name, 0)
-            values = [given] * variable.number if isinstance(given, bool | int | float) else given
-            for index, value in enumerate(values):
-                while not (yield from self.put(variable.name, value, index)):
-                    yield Pause()
+        for variable, index, value in self._known.initial(initial):
+            while not (yield from self.put(variable.name, value, index)):
+                yield Pause()
         yield from self.command(Command.END_INIT_IN)
 
     # ---- execution
 
     def put(self, name: str, value: Value, index: int = 0) -> Script[bool]:
         """Send a value of an input, -1 as index for all items.  Return False if there is no room now."""
-        key = self._keys.get(name, UNKNOWN)
+        key, variable = self._known.key(name), self._known.input(name)
         if key == UNKNOWN:
             return True
-        variable = next(found for found in self._inputs.values() if found.name == name)
         header = self._headers[IN_HEADER]
         following = (self._head + 1) % header.blocks
         tail = yield from read(IN_HEADER + TAIL)
@@ -165,7 +150,7 @@ class VmeMaster:
             yield Write(place, (word,))
         yield Write(IN_HEADER + HEAD, (following,))
         self._head = following
-        self._keep(variable, index & 0xFFFF, value)
+        self._known.keep(variable, index, value)
         return True
 
     def take(self) -> Script[list[tuple[str, int, Value]]]:
@@ -178,25 +163,13 @@ class VmeMaster:
             self._tail = (self._tail + 1) % header.blocks
             yield Write(OUT_HEADER + TAIL, (self._tail,))
             key, index = block[1] << 16 | block[0], block[2]
-            if not 1 <= key <= len(self._outputs):
-                self.mistakes.append(f"a block has the unknown key {key}")
+            variable = self._known.output(key)
+            if variable is None:
                 continue
-            variable = self._outputs[key - 1]
             value = value_of(variable.kind, tuple(block[3:]))
-            if self._keys.get(variable.name) == key and self._keep(variable, index, value):
+            if self._known.keep(variable, index, value):
                 found.append((variable.name, index, value))
         return found
-
-    def _keep(self, variable: PortVariable, index: int, value: Value) -> bool:
-        values = self.values[variable.name]
-        if index == ALL_ITEMS:
-            values[:] = [value] * len(values)
-        elif index < len(values):
-            values[index] = value
-        else:
-            self.mistakes.append(f"{variable.name} has no item {index}")
-            return False
-        return True
 
     def watch(self) -> Script[bool]:
         """Serve the watchdog; call it every 10 ms.  Return False if the PAM is dead."""

@@ -48,10 +48,10 @@ class SimaticPort:
     def __init__(
         self, plan: PortPlan, memory: Memory, kernel: Kernel, is_active: IsActive, options: PortOptions
     ) -> None:
-        self._words, self._kernel, self._is_active = memory.words, kernel, is_active
+        self._words, self._kernel = memory.words, kernel
         self._sets_first = options.pam_ready == "set_first"
         self.status = PortStatus("DualPort", plan, kernel)
-        self.items: Mapping[str, Sequence[PortItem]] = items_of(plan.variables, kernel, self._push)
+        self.items: Mapping[str, Sequence[PortItem]] = items_of(plan.variables, kernel, is_active, self._push)
         self.state = State.PRESET
         watch_dog, self._period = plan.numbers("WATCH_DOG")[0], plan.numbers("PERIOD")[0]
         self._watch_dog, self.panel = watch_dog // 2, watch_dog - BEFORE_WATCH_DOG
@@ -129,7 +129,7 @@ class SimaticPort:
             return
         cycle_number = self._kernel.cycle_number
         for item, value in self._scan.changes(cycle_number):
-            if self._is_served(item):
+            if item.is_served:
                 item.receive(value)
         self._read_fifo()
         if self._announced and cycle_number % self._period == 0:
@@ -159,10 +159,10 @@ class SimaticPort:
     def _run(self) -> None:
         """Read the initial inputs, which the host has written without the FIFO, and begin."""
         for item, value in self._scan.all():
-            if self._is_served(item):
+            if item.is_served:
                 item.preset(value)
         for item in self._input_words.values():
-            if self._is_served(item):
+            if item.is_served:
                 item.preset(self._words[self._places[item].cell])
         set_flag(self._words, self._dualport_ready, True)
         self._kernel.report("07..M006")
@@ -172,10 +172,6 @@ class SimaticPort:
 
     # ---- variables
 
-    def _is_served(self, item: PortItem) -> bool:
-        group = item.variable.group
-        return not group or self._is_active(group, item.index)
-
     def _read_fifo(self) -> None:
         for _ in range(MOST_ENTRIES):
             address = self._in.get()
@@ -184,12 +180,12 @@ class SimaticPort:
             item = self._input_words.get(address)
             if item is None:
                 self._kernel.report("07..E011", (address,))
-            elif self._is_served(item):
+            elif item.is_served:
                 self._announced[item] = None
 
     def _push(self, item: PortItem) -> None:
         """Write a change of an output to its cell, and announce the cell."""
-        if self.state not in _RUNNING or not self._is_served(item):
+        if self.state not in _RUNNING or not item.is_served:
             return
         self._write(item)
         is_written = self._out.put(self._places[item].address)

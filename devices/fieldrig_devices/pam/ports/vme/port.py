@@ -11,7 +11,7 @@ from fieldrig_devices.pam.language.ports import ALL_ITEMS, PortPlan, PortVariabl
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.panel import VME_PANEL
-from fieldrig_devices.pam.ports.variables import IsActive, PortItem, PortStatus, items_of
+from fieldrig_devices.pam.ports.variables import IsActive, PortItem, PortStatus, addressed, items_of
 from fieldrig_devices.pam.ports.vme.fifo import Fifo
 from fieldrig_devices.pam.ports.vme.layout import (
     BLOCKS,
@@ -44,11 +44,11 @@ class VmePort:
     def __init__(
         self, plan: PortPlan, memory: Memory, kernel: Kernel, is_active: IsActive, options: PortOptions
     ) -> None:
-        self._memory, self._kernel, self._is_active = memory, kernel, is_active
+        self._memory, self._kernel = memory, kernel
         self.status = PortStatus("DualPort", plan, kernel)
         self.inputs = list(plan.inputs)
         self._outputs = {variable.crc: variable for variable in plan.outputs}
-        self.items: Mapping[str, Sequence[PortItem]] = items_of(plan.variables, kernel, self._push)
+        self.items: Mapping[str, Sequence[PortItem]] = items_of(plan.variables, kernel, is_active, self._push)
         self.state = State.PRESET
         self._in, self._out = Fifo(memory, IN_HEADER), Fifo(memory, OUT_HEADER)
         self._start_up = StartUp(memory, self, options)
@@ -167,7 +167,7 @@ class VmePort:
                 return
             variable = self._variable(block)
             if variable is not None:
-                for item in self._addressed(variable, block[2]):
+                for item in addressed(self.items[variable.name], block[2]):
                     item.preset(value_of(variable.kind, block[3:]))
 
     # ---- inputs
@@ -196,18 +196,12 @@ class VmePort:
 
     def _update(self, queue: list[tuple[PortVariable, int, Value]]) -> None:
         """Take the last value of each item over, so that a period raises one event (PAMS-079)."""
-        latest = {item: value for variable, index, value in queue for item in self._addressed(variable, index)}
+        latest = {
+            item: value for variable, index, value in queue for item in addressed(self.items[variable.name], index)
+        }
         queue.clear()
         for item, value in latest.items():
             item.receive(value)
-
-    def _addressed(self, variable: PortVariable, index: int) -> Sequence[PortItem]:
-        """Return the items of an index, without those of components that are not active (PAMS-086)."""
-        items = self.items[variable.name]
-        chosen = items if index == ALL_ITEMS else items[index : index + 1]
-        if not variable.group:
-            return chosen
-        return [item for item in chosen if self._is_active(variable.group, item.index)]
 
     # ---- outputs
 
@@ -215,9 +209,7 @@ class VmePort:
         """Write a change of an output that the master knows."""
         variable = item.variable
         key = self._keys.get(variable.name, NO_KEY)
-        if self.state not in _RUNNING or key == NO_KEY:
-            return
-        if variable.group and not self._is_active(variable.group, item.index):
+        if self.state not in _RUNNING or key == NO_KEY or not item.is_served:
             return
         is_written = self._out.put(output_block(key, item.index, variable.kind, item.value()))
         if not is_written and not self._is_overrun:

@@ -1,0 +1,98 @@
+"""Formulas: expressions that the run time evaluates by itself, with what they depend on.
+
+They are the conditions of waits, events, exceptions and actions, boolean equations, and the parts of [all+] and [all*].
+A formula is evaluated again when something that it depends on has changed.  One that depends on a COMMON variable, on a
+real answer or on a parameter is polled, because these produce no events (PAML-225, G-19).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from fieldrig_devices.pam.language.functions import INQUIRIES, MATHEMATICS, Type
+from fieldrig_devices.pam.language.tree import Expression, Inquiry, ParameterOf, Place, Reduction, Reference
+from fieldrig_devices.pam.runtime.layout import Layout
+from fieldrig_devices.pam.runtime.walk import nodes
+
+
+@dataclass(frozen=True, slots=True)
+class CellRange:
+    """Cells that a formula reads: those of all items, or that of the present one."""
+
+    first: int
+    count: int
+    is_present: bool
+
+    def of(self, item: int) -> range:
+        """Return the cells that the formula reads for an item."""
+        return (
+            range(self.first + item, self.first + item + 1)
+            if self.is_present
+            else range(self.first, self.first + self.count)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Formula:
+    number: int
+    place: Place
+    type: Type
+    cells: tuple[CellRange, ...]
+    objects: tuple[str, ...]
+    """Objects that report their changes to the run time."""
+    is_polled: bool
+
+    @property
+    def function(self) -> str:
+        return f"formula_{self.number}"
+
+
+class Kinds(Protocol):
+    layout: Layout
+
+    def kind(self, name: str) -> str: ...
+
+
+@dataclass(slots=True)
+class Formulas:
+    """All formulas of an application, and their Python text."""
+
+    table: list[Formula] = field(default_factory=list)
+    texts: list[str] = field(default_factory=list)
+
+    def add(self, expression: Expression, lines: Sequence[str], kind: Type, kinds: Kinds) -> Formula:
+        cells, objects, is_polled = _dependencies(expression, kinds)
+        formula = Formula(len(self.table), expression.place, kind, cells, objects, is_polled)
+        self.table.append(formula)
+        self.texts.append("".join([f"def {formula.function}(base):\n", *(f"    {line}\n" for line in lines)]))
+        return formula
+
+    @property
+    def source(self) -> str:
+        return "".join(self.texts)
+
+
+def _dependencies(expression: Expression, kinds: Kinds) -> tuple[tuple[CellRange, ...], tuple[str, ...], bool]:
+    cells: dict[CellRange, None] = {}
+    objects: dict[str, None] = {}
+    is_polled = False
+    reduced = {id(inner) for node in nodes(expression) if isinstance(node, Reduction) for inner in nodes(node.operand)}
+    for node in nodes(expression):
+        match node:
+            case ParameterOf():
+                is_polled = True
+            case Inquiry(subject=Reference(name=name), function=function) if function not in MATHEMATICS:
+                forms = INQUIRIES[kinds.kind(name)][function]
+                is_polled |= any(form.answer == "real" for form in forms)
+                objects[name] = None
+            case Reference(name=name, index=index):
+                variable = kinds.layout.cells.get(name)
+                if variable is None:
+                    is_polled |= kinds.kind(name) == "ENCODER"
+                    objects[name] = None
+                elif variable.is_common:
+                    is_polled = True
+                else:
+                    is_present = index == "i" and id(node) not in reduced
+                    cells[CellRange(variable.first, variable.count, is_present)] = None
+    return tuple(cells), tuple(objects), is_polled

@@ -1,0 +1,128 @@
+"""Actions, connected routines and POWERON parts: programs that do not wait (sections 2.13 and PAML-264)."""
+
+from collections import deque
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from fieldrig_devices.languages.debugging.stepping import Goal
+from fieldrig_devices.languages.task import Task, TaskState
+from fieldrig_devices.pam.runtime.item import Value
+from fieldrig_devices.pam.runtime.lower.lowered import ActionsCode
+from fieldrig_devices.pam.runtime.schedule import Unit
+from fieldrig_devices.pam.runtime.watches import Event
+
+if TYPE_CHECKING:
+    from fieldrig_devices.pam.runtime.lower.formulas import Formula
+    from fieldrig_devices.pam.runtime.runtime import Runtime
+
+
+class Runner:
+    """Runs routines to their ends, one at a time in the order in which they were asked for (G-27)."""
+
+    def __init__(self, runtime: "Runtime", name: str, frame: int) -> None:
+        self._runtime, self.name, self._frame = runtime, name, frame
+        self.task = Task(runtime.code)
+        self.goal: Goal | None = None
+        self._queue: deque[tuple[str, int, Sequence[Value]]] = deque()
+        self.timed_out = False
+        """TIMEOUT belongs to sequences."""
+
+    def add(self, routine: str, item: int = 0, arguments: Sequence[Value] = ()) -> None:
+        self._queue.append((routine, item, arguments))
+
+    @property
+    def is_idle(self) -> bool:
+        return not self._queue
+
+    def is_held(self) -> bool:
+        """True at a breakpoint."""
+        return self.task.state is TaskState.STOPPED
+
+    def clear(self) -> None:
+        self._queue.clear()
+        self.task.stop()
+
+    def run(self) -> None:
+        """Run what is in the queue.  A breakpoint leaves the rest for later."""
+        runtime = self._runtime
+        while self._queue and not self.is_held():
+            if self.task.state is not TaskState.READY:
+                routine, item, arguments = self._queue[0]
+                runtime.cells[self._frame : self._frame + len(arguments)] = arguments
+                self.task.start(routine, self._frame, item)
+            runtime.run(self)
+            if runtime.is_stopped:
+                return
+            if self.is_held():
+                runtime.on_stopped()
+                return
+            self._queue.popleft()
+
+
+class Condition:
+    """The condition of an ON_STATE action, which is evaluated when something has changed."""
+
+    def __init__(self, owner: "ActionsItem", formula: "Formula") -> None:
+        self._owner, self._formula = owner, formula
+        self._is_true, self._has_changed = False, True
+
+    def begin(self) -> None:
+        self._owner.watches.add(self._formula, self._owner.item, self._on_change)
+
+    @property
+    def is_polled(self) -> bool:
+        return self._formula.is_polled
+
+    def _on_change(self) -> None:
+        self._has_changed = True
+        self._owner.wake()
+
+    def holds(self) -> bool:
+        if self._has_changed or self._formula.is_polled:
+            found = self._owner.watches.value(self._formula, self._owner.item)
+            if found is not None:
+                self._is_true, self._has_changed = bool(found), False
+        return self._is_true
+
+
+class ActionsItem(Unit):
+    """One item of a group of actions."""
+
+    def __init__(self, runtime: "Runtime", code: ActionsCode, item: int, order: int, frame: int) -> None:
+        super().__init__(runtime.schedule, order, code.cycles)
+        self._runtime, self.code, self.item = runtime, code, item
+        self.watches = runtime.watches
+        name = code.name if code.count == 1 else f"{code.name}[{item + 1}]"
+        self.runner = Runner(runtime, name, frame)
+        self._reactions: list[tuple[Event | Condition, str]] = [
+            (
+                Event(self.watches, reaction.formula, item, self.wake)
+                if reaction.is_event
+                else Condition(self, reaction.formula),
+                reaction.routine,
+            )
+            for reaction in code.reactions
+        ]
+
+    def begin(self) -> None:
+        for trigger, _ in self._reactions:
+            trigger.begin()
+
+    def serve(self) -> None:
+        """Run the actions whose events have occurred, and those whose states are true (PAML-261, PAML-262)."""
+        if not self._runtime.is_working or self.runner.is_held():
+            return
+        for trigger, routine in self._reactions:
+            if isinstance(trigger, Event):
+                is_due, is_again = trigger.take(), trigger.is_polled
+            else:
+                is_due = trigger.holds()
+                is_again = is_due or trigger.is_polled
+            if is_again:
+                self.schedule.enter(self, self.schedule.cycle + 1)
+            if is_due:
+                self.runner.add(routine, self.item)
+                self.runner.run()
+                if self._runtime.is_stopped:
+                    return
+                self._runtime.run_routines()  # the end of an action (PAML-274)

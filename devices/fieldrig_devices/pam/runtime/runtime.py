@@ -1,0 +1,401 @@
+"""Runs an application: variables, equations, actions and tasks, one basic cycle after the other.
+
+Order of a basic cycle (PAML-401, G-16): the parts take what has come in, pipes flow, connected routines run, then
+equations, and actions and tasks in the order of their declarations, and the parts give what goes out.  Programs take no
+time: an application that does not come to rest in a cycle is stopped by 02..F060, the overrun of the basic cycle.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from fieldrig.sandbox import bind, compiled
+from fieldrig_devices.languages.faults import RunError
+from fieldrig_devices.languages.resumable import Code
+from fieldrig_devices.languages.task import TaskState
+from fieldrig_devices.pam.runtime import arithmetic
+from fieldrig_devices.pam.runtime.binding import Binding
+from fieldrig_devices.pam.runtime.compiler import Compiled
+from fieldrig_devices.pam.runtime.equations import Equations
+from fieldrig_devices.pam.runtime.item import Item, Objects, Part, RoutineRef, Value
+from fieldrig_devices.pam.runtime.lower.formulas import Formula
+from fieldrig_devices.pam.runtime.lower.lowered import SequenceCode, Site, routine_name
+from fieldrig_devices.pam.runtime.reactions import ActionsItem, Runner
+from fieldrig_devices.pam.runtime.schedule import Schedule
+from fieldrig_devices.pam.runtime.sequence import TaskItem
+from fieldrig_devices.pam.runtime.waits import Gate
+from fieldrig_devices.pam.runtime.watches import Watches
+
+OVERRUN: Final = "02..F060"
+EQUATIONS_INSTALLED: Final = "07..M015"
+STARTING_POWER_ON: Final = "07..M016"
+WORKING: Final = "07..M017"
+POWER_ON_COMPLETED: Final = "07..M018"
+
+OnMessage = Callable[[str, Sequence[int], str], None]
+"""Takes a system message: its code such as 02..F060, its details, and a text for the debugger."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The speed of the PAM, which the manual does not give."""
+
+    statements_per_ms: int = 10_000
+    """Statements of all programs together in a millisecond of the basic cycle."""
+    is_overrun_fatal: bool = True
+    """False: a sequence that does not come to rest goes on in the next basic cycle."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """Why the application has stopped."""
+
+    code: str
+    text: str
+    title: str
+    """The program, such as TSK_a.SEQ_b."""
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        where = f" in {self.title}" if self.title else ""
+        return f"{self.code}: {self.text}{where} ({self.file}:{self.line})"
+
+
+def silent(_code: str, _details: Sequence[int], _text: str) -> None:
+    """Take no notice of a message."""
+
+
+class Runtime:
+    """The programs of an application.  Implements `item.Kernel`; `start` connects it to the objects."""
+
+    def __init__(self, program: Compiled, on_message: OnMessage = silent, limits: Limits | None = None) -> None:
+        self.program, self._on_message, self._limits = program, on_message, limits or Limits()
+        self._flags = [0, 0]
+        self.schedule = Schedule(self._flags)
+        self.watches = Watches(program.layout.size)
+        self.watches.on_fault = self._on_formula_fault
+        self.cells: list[Any] = list(program.layout.start_values())
+        """The values of all variables and equations, then the formal parameters."""
+        self._objects: Objects | None = None
+        self._parts: list[Part] = []
+        self._running: TaskItem | Runner | None = None
+        self._budget = 0
+        self._statements = self._limits.statements_per_ms * self.thirds // 3
+        self.gates: dict[int, Gate] = {}
+        """The gates of CONDITION DUPL_START by the numbers of their sequences."""
+        self.tasks: list[TaskItem] = []
+        self.actions: list[ActionsItem] = []
+        self._by_name: dict[tuple[str, int], TaskItem] = {}
+        self.is_working = False
+        """True when all POWERON parts have finished (PAML-264)."""
+        self.is_stopped = False
+        """True after a fatal message."""
+        self.is_paused = False
+        """True while a debugger holds all programs."""
+        self.fault: Fault | None = None
+        self.on_stop: Callable[[], None] = lambda: None
+        """Called when a program reaches a breakpoint, has made a step, or stops by a fault."""
+
+    # ---- for objects (`item.Kernel`)
+
+    @property
+    def thirds(self) -> int:
+        """BASIC_PAM_CYCLE in thirds of a millisecond."""
+        return self.program.thirds
+
+    @property
+    def cycle_number(self) -> int:
+        """Number of basic cycles since power-on."""
+        return self.schedule.cycle
+
+    def touched(self, name: str) -> None:
+        self.watches.touched(name)
+
+    def start_routine(self, routine: RoutineRef) -> None:
+        """Have a connected routine run, in this basic cycle if its programs have not run yet (PAML-273)."""
+        if not routine.routine or self.is_stopped:
+            return
+        types = self._fitting(routine)
+        values = [
+            float(value) if kind == "real" else value for value, kind in zip(routine.arguments, types, strict=True)
+        ]
+        self.routines.add(routine_name(routine.routine, types), 0, values)
+        self._flags[0] = 1
+
+    def _fitting(self, routine: RoutineRef) -> tuple[Any, ...]:
+        """Return the types of arguments for which there is code: those of the arguments, or else the first."""
+        known = self.program.code.signatures[routine.routine]
+        own = tuple(_TYPES[type(value)] for value in routine.arguments)
+        return own if own in known else known[0]
+
+    def report(self, code: str, details: Sequence[int] = ()) -> None:
+        self._tell(code, details, "")
+
+    def _tell(self, code: str, details: Sequence[int], text: str) -> None:
+        if code[4] == "F":
+            self.is_stopped = True
+        self._on_message(code, details, text)
+
+    # ---- start
+
+    def start(self, objects: Objects, others: Sequence[Part] = ()) -> None:
+        """Connect the programs to all objects of the application, and let the POWERON parts begin."""
+        self._objects, self._parts = objects, [objects, *others]
+        code, layout = self.program.code, self.program.layout
+        items: dict[str, Sequence[Item]] = {}
+        for part in self._parts:
+            items |= part.items
+        scope = {"M": self.cells, "W": self._flags, **arithmetic.FUNCTIONS, **self._services()}
+        scope |= Binding(self, items).of(code.uses.table)
+        formulas = compiled(code.formulas.source, self.program.names, self.program.rules, "<formulas>")
+        functions = bind(formulas, scope)
+        self.watches.functions = [functions[formula.function] for formula in code.formulas.table]
+        names = {name: value for name, value in scope.items() if name != "__builtins__"}
+        self.code = Code(code.routines, names, max(code.stack_size, 1), self.program.rules)
+        self._layout_size = layout.size
+        self.routines = Runner(self, "connected routines", self._frame())
+        self._power_on = Runner(self, "power-on actions", self._frame())
+        self._make_units()
+        self.equations = Equations(self, items)
+        self._begin()
+
+    def _frame(self) -> int:
+        """Return where the formal parameters of another program begin."""
+        first = len(self.cells)
+        self.cells += [0] * max(self.program.code.stack_size, 1)
+        return first
+
+    def _make_units(self) -> None:
+        code = self.program.code
+        actions = {group.name: group for group in code.actions}
+        tasks = {task.name: task for task in code.tasks}
+        for name in code.order:
+            for item in self.active(name):
+                order = len(self.schedule.units)
+                if name in tasks:
+                    unit = TaskItem(self, tasks[name], item, order, self._frame())
+                    self.tasks.append(unit)
+                    self._by_name[name, item] = unit
+                else:
+                    self.actions.append(ActionsItem(self, actions[name], item, order, self._frame()))
+
+    def _begin(self) -> None:
+        self.equations.begin()
+        if self.equations.has_linked_outputs:
+            self.report(EQUATIONS_INSTALLED)
+        for unit in self.schedule.units.values():
+            unit.begin()
+        self.report(STARTING_POWER_ON)
+        for part in self.program.code.power_on:
+            for item in self.active(part.owner) if part.is_per_item else (0,):
+                self._power_on.add(part.routine, item)
+        for task in self.tasks:
+            first = task.code.power_on
+            if first is not None and (first.is_per_item or task.item == 0) and task.start(first):
+                task.wake()
+
+    def active(self, name: str) -> Sequence[int]:
+        """Return the items of an object, from 0, whose components are on the ring (G-46)."""
+        layout = self.program.layout
+        numbers, group = range(layout.counts[name]), layout.groups.get(name)
+        if group is None or self._objects is None:
+            return numbers
+        return [number for number in numbers if self._objects.is_active(group, number)]
+
+    def task_item(self, name: str, item: int) -> TaskItem | None:
+        return self._by_name.get((name, item))
+
+    # ---- the basic cycle
+
+    def cycle(self) -> None:
+        """Run one basic cycle."""
+        self.schedule.begin()
+        for part in self._parts:
+            part.take()
+        assert self._objects is not None
+        self._objects.flow()
+        if not self.is_stopped and not self.is_paused:
+            self._budget = self._statements
+            self._run_programs()
+        for part in self._parts:
+            part.give()
+
+    def _run_programs(self) -> None:
+        self.run_routines()
+        self.equations.evaluate()
+        if not self.is_working:
+            self._finish_power_on()
+        while not self.is_stopped:
+            unit = self.schedule.next()
+            if unit is None:
+                return
+            unit.serve()
+            self.run_routines()
+
+    def _finish_power_on(self) -> None:
+        self._power_on.run()
+        if not self._power_on.is_idle or any(task.is_alive for task in self.tasks):
+            return
+        self.is_working = True
+        self.report(POWER_ON_COMPLETED)
+        self.report(WORKING)
+        for unit in self.schedule.units.values():
+            self.schedule.enter(unit, self.schedule.cycle)
+
+    def has_stopped(self) -> bool:
+        """Return whether the application has just been stopped."""
+        return self.is_stopped
+
+    def run_routines(self) -> None:
+        """Run the connected routines that wait (PAML-274)."""
+        if not self.routines.is_idle and not self.is_stopped:
+            self.routines.run()
+
+    def run(self, program: "TaskItem | Runner") -> None:
+        """Run a program until it waits, ends or gives way."""
+        self._running, task = program, program.task
+        self._flags[0] = int(self.schedule.is_busy or not self.routines.is_idle)
+        self._flags[1] = 0
+        left = task.run(self._budget)
+        self._budget = task.unused if task.has_waited else left
+        self._running = None
+        if task.state is TaskState.FAULTED:
+            self._on_fault(program)
+        elif self._budget <= 0 and task.state is TaskState.READY:
+            self._on_overrun(program)
+
+    def give_way(self, task: TaskItem) -> None:
+        """Let a sequence go on after the other programs that are due, or in the next cycle if this one is used up."""
+        if self._budget > 0:
+            self.schedule.again(task)
+        else:
+            self.schedule.enter_next(task)
+
+    def interrupt(self, task: TaskItem) -> None:
+        """The exception of a sequence has occurred; if it runs, it stops after its statement."""
+        if self._running is task:
+            self._flags[1] = 1
+
+    @property
+    def present(self) -> TaskItem:
+        """The item of a task whose sequence runs."""
+        assert isinstance(self._running, TaskItem)
+        return self._running
+
+    @property
+    def present_item(self) -> int:
+        return 0 if self._running is None else self._running.task.base
+
+    def value(self, formula: Formula, task: TaskItem) -> Value | None:
+        """Return the value of a formula in the surroundings of a task; None if an answer is missing."""
+        before, self._running = self._running, task
+        found = self.watches.value(formula, task.item)
+        self._running = before
+        return found
+
+    def connect(self, blocks: Sequence[Item]) -> None:
+        assert self._objects is not None
+        self._objects.connect(blocks)
+
+    # ---- faults
+
+    def _on_fault(self, program: "TaskItem | Runner") -> None:
+        fault = program.task.fault
+        assert fault is not None
+        self._fail(*_reason(fault), program)
+
+    def _on_overrun(self, program: "TaskItem | Runner") -> None:
+        if self._limits.is_overrun_fatal or isinstance(program, Runner):
+            text = f"the programs do not come to rest after {self._statements} statements in a basic cycle"
+            self._fail(OVERRUN, text, program)
+
+    def _fail(self, code: str, text: str, program: "TaskItem | Runner") -> None:
+        task = program.task
+        file, line = self.program.code.place(task.line)
+        title = self.program.code.titles[self.code.names_of_routines[task.routine]]
+        self._stop(Fault(code, text, title, file, line))
+
+    def _on_formula_fault(self, cause: BaseException, formula: Formula) -> None:
+        self._stop(Fault(*_reason(cause), "", formula.place.file, formula.place.line))
+
+    def _stop(self, fault: Fault) -> None:
+        if self.is_stopped:
+            return
+        self.is_stopped, self.fault = True, fault
+        self._tell(fault.code, (), str(fault))
+        self.on_stop()
+
+    def stop_by(self, code: str, details: Sequence[int], text: str, sequence: SequenceCode) -> None:
+        """Stop the application because of an error in its declarations, at a sequence that cannot start."""
+        place = sequence.place
+        self.is_stopped = True
+        self.fault = Fault(code, text, f"{sequence.task}.{sequence.name or 'POWERON'}", place.file, place.line)
+        self._tell(code, details, text)
+        self.on_stop()
+
+    def on_stopped(self) -> None:
+        """A program has reached a breakpoint."""
+        self.on_stop()
+
+    # ---- functions that generated code calls
+
+    def _services(self) -> Mapping[str, Callable[..., Any]]:
+        sites: list[Any] = list[Site](self.program.code.sites)
+
+        def timed(name: str, site: int, milliseconds: float | None) -> bool:
+            found: bool = getattr(self.present, name)(sites[site], milliseconds)
+            return found
+
+        def switch(site: int) -> None:
+            self.present.next_sequence = sites[site].sequence
+
+        return {
+            "changed": self.watches.changed,
+            "poke_all": self._poke_all,
+            "poke_and_tell": self._poke_and_tell,
+            "poke_inverted": self._poke_inverted,
+            "timed_out": lambda: self._running is not None and self._running.timed_out,
+            "answer": lambda slot: self.present.answer(slot),
+            "condition": lambda site: timed("condition", site, None),
+            "condition_until": lambda site, time: timed("condition", site, time),
+            "choose": lambda site: timed("choose", site, None),
+            "choose_until": lambda site, time: timed("choose", site, time),
+            "wait_time": lambda time: self.present.wait_time(time),
+            "gate": lambda: self.present.gate(),
+            "switch": switch,
+            "start_task": lambda site: self.present.start_task(sites[site]),
+            "arm": lambda site: timed("arm", site, None),
+            "arm_until": lambda site, time: timed("arm", site, time),
+            "arm_rest": lambda site: self.present.arm_rest(sites[site]),
+            "disarm": lambda: self.present.disarm(),
+        }
+
+    def _poke_all(self, first: int, count: int, value: Value) -> None:
+        self.cells[first : first + count] = [value] * count
+
+    def _poke_and_tell(self, first: int, count: int, value: Value) -> None:
+        for cell in range(first, first + count):
+            self.poke(cell, value)
+
+    def _poke_inverted(self, first: int, count: int) -> None:
+        for cell in range(first, first + count):
+            self.poke(cell, not self.cells[cell])
+
+    def poke(self, cell: int, value: Value) -> None:
+        """Write a variable, and look at what waits for it."""
+        if self.cells[cell] != value:
+            self.cells[cell] = value
+            self.watches.changed(cell)
+
+
+_TYPES: Final = {bool: "flag", int: "integer", float: "real"}
+
+
+def _reason(cause: BaseException) -> tuple[str, str]:
+    """Return the code and the text of a fault."""
+    if isinstance(cause, RunError):
+        return cause.code, cause.text
+    if isinstance(cause, ZeroDivisionError):
+        return arithmetic.REAL_FAULT, "a division of a real by zero"
+    return arithmetic.REAL_FAULT, "an overflow or an invalid operation of reals"

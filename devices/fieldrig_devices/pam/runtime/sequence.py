@@ -1,0 +1,354 @@
+"""One item of a task: at most one of its sequences is alive at a time (sections 2.14 to 2.17).
+
+The sequence that runs calls the functions of `services` at its service statements; they return True if it has to wait.
+"""
+
+from collections.abc import Callable
+from enum import Enum
+from math import ceil
+from typing import TYPE_CHECKING, Final
+
+from fieldrig_devices.languages.debugging.stepping import Goal
+from fieldrig_devices.languages.task import Task, TaskState
+from fieldrig_devices.pam.runtime.armed import Armed
+from fieldrig_devices.pam.runtime.item import Pending, Value
+from fieldrig_devices.pam.runtime.lower.formulas import Formula
+from fieldrig_devices.pam.runtime.lower.lowered import (
+    Abort,
+    CaseSite,
+    ConditionSite,
+    Entry,
+    ExceptionSite,
+    SequenceCode,
+    StartSite,
+    Switch,
+    TaskCode,
+)
+from fieldrig_devices.pam.runtime.schedule import Unit
+from fieldrig_devices.pam.runtime.waits import (
+    AnswerWait,
+    CaseWait,
+    ConditionWait,
+    FinishWait,
+    Gate,
+    GateWait,
+    TimeWait,
+    Wait,
+)
+from fieldrig_devices.pam.runtime.watches import Event
+
+if TYPE_CHECKING:
+    from fieldrig_devices.pam.runtime.runtime import Runtime
+
+WORKSPACE: Final = "03..E02C"
+NEGATIVE_EXCEPTION: Final = "03..E031"
+NEGATIVE_CONDITION: Final = "03..E032"
+BUSY: Final = "03..E033"
+_ROUNDING: Final = 1e-9
+"""A duration of a real number of milliseconds is not one cycle longer because of its last bit."""
+
+
+class SequenceState(Enum):
+    DEAD = "dead"
+    ACTIVE = "active"
+    SUSPENDED = "suspended"
+
+
+class TaskItem(Unit):
+    def __init__(self, runtime: "Runtime", code: TaskCode, item: int, order: int, frame: int) -> None:
+        super().__init__(runtime.schedule, order, code.cycles)
+        self._runtime, self.code, self.item, self._frame = runtime, code, item, frame
+        self.watches = runtime.watches
+        self.task = Task(runtime.code)
+        self.sequence: SequenceCode | None = None
+        """The sequence that is alive."""
+        self.wait: Wait | None = None
+        self._blocked: FinishWait | None = None
+        """The end that an exception with XEQ_TASK ... WAIT waits for, beside the wait of the sequence itself."""
+        self.exception: Armed | None = None
+        self.timed_out = False
+        """TIMEOUT, which the last CONDITION or EXCEPTION has set (G-23)."""
+        self.next_sequence: str | None = None
+        """The sequence that takes the place of the present one."""
+        self._is_doomed = False
+        """True if the sequence has to end because of an error of its own."""
+        self.answers: list[Value | Pending | None] = []
+        self.on_end: list[Callable[[], None]] = []
+        """Called when the sequence that is alive has ended."""
+        self.goal: Goal | None = None
+        """The end of a step of the debugger."""
+        self.events = [
+            (Event(runtime.watches, event.formula, item, self.wake), event.sequence) for event in code.events
+        ]
+
+    # ---- states
+
+    @property
+    def state(self) -> SequenceState:
+        if self.sequence is None:
+            return SequenceState.DEAD
+        is_waiting = self.wait is not None or self._blocked is not None
+        return SequenceState.SUSPENDED if is_waiting else SequenceState.ACTIVE
+
+    @property
+    def is_alive(self) -> bool:
+        return self.sequence is not None
+
+    def begin(self) -> None:
+        """Look at the events from now on."""
+        for event, _ in self.events:
+            event.begin()
+
+    def start(self, sequence: SequenceCode) -> bool:
+        """Let a sequence become active; False if its workspace is too small."""
+        if sequence.used > sequence.workspace:
+            sizes = f"Allocated: {sequence.workspace} Used: {sequence.used}"
+            text = f"rt_kernel S{sequence.number:03} WORKSPACE {sizes}"  # manual line 12655
+            details = sequence.number, sequence.workspace, sequence.used
+            self._runtime.stop_by(WORKSPACE, details, text, sequence)
+            return False
+        self.sequence, self.next_sequence, self._is_doomed = sequence, None, False
+        self.task.start(sequence.routine, self._frame, self.item)
+        return True
+
+    def end(self) -> None:
+        """Let the sequence be dead: it has ended, or it is aborted."""
+        if self.sequence is None:
+            return
+        gate = self._runtime.gates.get(self.sequence.number)
+        self.sequence = None
+        self.task.stop()
+        self.leave_wait()
+        if self._blocked is not None:
+            self._blocked.end()
+            self._blocked = None
+        self.disarm()
+        if gate is not None:
+            gate.leave(self)
+        ended, self.on_end = self.on_end, []
+        for on_end in ended:
+            on_end()
+
+    def leave_wait(self) -> None:
+        if self.wait is not None:
+            self.wait.end()
+            self.wait = None
+
+    # ---- in the cycles of the task
+
+    def serve(self) -> None:
+        if self.task.state is TaskState.STOPPED:
+            return
+        if self._runtime.is_working:
+            self._take_events()
+        if self.sequence is None:
+            return
+        if self.exception is not None and self.exception.has_occurred:
+            self._fire(self.exception)
+        if self._is_ready():
+            self._run()
+
+    def _take_events(self) -> None:
+        """Start the sequence of an event, if no other is alive; an event that comes too early is lost (PAML-293)."""
+        for event, sequence in self.events:
+            if event.take() and not self.is_alive:
+                self.timed_out = False
+                self.start(self.code.sequences[sequence])
+            if event.is_polled:
+                self.schedule.enter(self, self.schedule.cycle + 1)
+
+    def _is_ready(self) -> bool:
+        """Return whether the sequence goes on now."""
+        if self.sequence is None:
+            return False
+        if self._blocked is not None:
+            if not self._blocked.is_over():
+                return False
+            self._blocked.end()
+            self._blocked = None
+        if self.wait is not None:
+            if not self.wait.is_over():
+                return False
+            self.leave_wait()
+            if self.next_sequence is not None:
+                self._change_sequence()
+        return self.sequence is not None
+
+    def _change_sequence(self) -> None:
+        """Abort the sequence and start the one that takes its place."""
+        name = self.next_sequence
+        assert name is not None
+        self.end()
+        self.start(self.code.sequences[name])
+
+    def _run(self) -> None:
+        """Run until the sequence waits, ends or gives way."""
+        runtime = self._runtime
+        while self.sequence is not None and not runtime.is_stopped:
+            runtime.run(self)
+            if runtime.has_stopped():
+                return
+            match self.task.state:
+                case TaskState.STOPPED:
+                    runtime.on_stopped()
+                    return
+                case TaskState.ENDED if self.next_sequence is not None:
+                    self._change_sequence()
+                    continue
+                case TaskState.ENDED:
+                    self.end()
+                    return
+            if self._is_doomed:
+                self.end()
+                return
+            if self.next_sequence is not None:
+                self._change_sequence()
+            elif self.exception is not None and self.exception.has_occurred:
+                self._fire(self.exception)
+                if not self._is_ready():
+                    return
+            elif self.wait is not None:
+                return
+            else:
+                runtime.give_way(self)
+                return
+
+    # ---- exceptions
+
+    def on_exception(self) -> None:
+        """The event of the exception has occurred: the present statement is completed first (PAML-377)."""
+        self._runtime.interrupt(self)
+        self.wake()
+
+    def _fire(self, exception: Armed) -> None:
+        self.timed_out = exception.take()
+        match exception.site.action:
+            case Switch(sequence=sequence):
+                self.end()
+                self.start(self.code.sequences[sequence])
+            case Entry(pc=pc):
+                self.leave_wait()
+                assert self.sequence is not None
+                self.task.start(self.sequence.routine, self._frame, self.item)
+                self.task.go_to(pc)
+            case Abort():
+                self.end()
+            case StartSite() as start:
+                other = self._start_other(start)
+                if other is not None and start.mode == "WAIT":
+                    self._blocked = FinishWait(self, other)
+                    self._blocked.begin()
+                if self._is_doomed:
+                    self.end()
+
+    def _start_other(self, site: StartSite) -> "TaskItem | None":
+        """Start a sequence of another task; a task that is busy stops this one with an error (PAML-326, PAML-383)."""
+        if site.mode == "ABORT":
+            self.end()  # aborted first (PAML-375)
+        item = self.item if site.is_indexed else 0
+        other = self._runtime.task_item(site.task, item)
+        if other is None:  # of a component that is not there
+            return None
+        if other.is_alive:
+            assert self.sequence is not None or site.mode == "ABORT"
+            self._runtime.report(BUSY, (self.sequence.number if self.sequence is not None else 0,))
+            self._is_doomed = True
+            return None
+        other.timed_out = False
+        if other.start(other.code.sequences[site.sequence]):
+            other.wake()
+        return other
+
+    def disarm(self) -> None:
+        if self.exception is not None:
+            self.exception.end()
+            self.exception = None
+
+    # ---- for waits and exceptions
+
+    def value(self, formula: Formula) -> Value | None:
+        """Return the value of a formula for this item; None if an answer is missing."""
+        return self._runtime.value(formula, self)
+
+    def chosen(self, site: CaseSite) -> str | None:
+        """Return the sequence of the first condition that is true."""
+        return next((sequence for formula, sequence in site.branches if self.value(formula)), None)
+
+    # ---- the service statements of the sequence that runs
+
+    def _wait_for(self, wait: Wait) -> bool:
+        self.wait = wait
+        wait.begin()
+        return True
+
+    def _deadline(self, milliseconds: float, error: str) -> int | None:
+        """Return the basic cycle in which a time is over; None after an error, because it is negative (PAML-353)."""
+        if milliseconds < 0:
+            self._runtime.report(error, (self.sequence.number if self.sequence is not None else 0,))
+            self._is_doomed = True
+            return None
+        return self.schedule.cycle + ceil(milliseconds * 3 / self._runtime.thirds - _ROUNDING)
+
+    def wait_time(self, milliseconds: float) -> bool:
+        if milliseconds <= 0:
+            return False
+        return self._wait_for(TimeWait(self, self._deadline(milliseconds, NEGATIVE_CONDITION)))
+
+    def condition(self, site: ConditionSite, milliseconds: float | None) -> bool:
+        self.timed_out = False
+        deadline = None if milliseconds is None else self._deadline(milliseconds, NEGATIVE_CONDITION)
+        if self._is_doomed:
+            return True
+        if self.value(site.formula):
+            return False
+        return self._wait_for(ConditionWait(self, site.formula, deadline))
+
+    def choose(self, site: CaseSite, milliseconds: float | None) -> bool:
+        self.timed_out = False
+        deadline = None if milliseconds is None else self._deadline(milliseconds, NEGATIVE_CONDITION)
+        if self._is_doomed:
+            return True
+        self.next_sequence = self.chosen(site)
+        return True if self.next_sequence is not None else self._wait_for(CaseWait(self, site, deadline))
+
+    def gate(self) -> bool:
+        assert self.sequence is not None
+        if self.code.duplicates is None:
+            return False
+        gate = self._runtime.gates.setdefault(self.sequence.number, Gate(self.code.duplicates))
+        return False if gate.enter(self) else self._wait_for(GateWait(self, gate))
+
+    def start_task(self, site: StartSite) -> bool:
+        other = self._start_other(site)
+        if other is not None and site.mode == "WAIT":
+            return self._wait_for(FinishWait(self, other))
+        return self._is_doomed or self.sequence is None
+
+    def arm(self, site: ExceptionSite, milliseconds: float | None) -> bool:
+        deadline = None if milliseconds is None else self._deadline(milliseconds, NEGATIVE_EXCEPTION)
+        return True if self._is_doomed else self._arm(site, deadline)
+
+    def arm_rest(self, site: ExceptionSite) -> bool:
+        """Take over what is left of the time-out of the exception before (PAML-379)."""
+        return self._arm(site, None if self.exception is None else self.exception.deadline)
+
+    def _arm(self, site: ExceptionSite, deadline: int | None) -> bool:
+        self.timed_out = False
+        self.disarm()
+        self.exception = Armed(self, site, deadline)
+        self.exception.begin()
+        return self.exception.has_occurred
+
+    def later(self, slot: int, answer: Value | Pending) -> bool:
+        """Keep the answer to an inquiry of the present statement; True if it is still under way."""
+        del self.answers[slot:]
+        self.answers.append(answer)
+        if isinstance(answer, Pending) and answer.value is None:
+            return self._wait_for(AnswerWait(self, answer))
+        return False
+
+    def answer(self, slot: int) -> Value:
+        found = self.answers[slot]
+        value = found.value if isinstance(found, Pending) else found
+        assert value is not None
+        return value

@@ -1,0 +1,109 @@
+"""Formulas and events that are looked at when a variable or an object changes.
+
+A formula that depends on something is registered at each of its places; a change there calls what was registered.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from fieldrig_devices.languages.faults import CAUGHT
+from fieldrig_devices.pam.runtime.item import Value
+from fieldrig_devices.pam.runtime.lower.formulas import Formula
+
+OnChange = Callable[[], None]
+
+
+class UnansweredError(Exception):
+    """A formula needs an answer that is still under way on the ring."""
+
+
+class Watches:
+    def __init__(self, cells: int) -> None:
+        self._by_cell: list[list[OnChange]] = [[] for _ in range(cells)]
+        self._by_object: dict[str, list[OnChange]] = {}
+        self._places: dict[tuple[int, int], tuple[list[OnChange], ...]] = {}
+        self.functions: Sequence[Callable[[int], Any]] = ()
+        """The functions of the formulas, by their numbers."""
+        self.on_fault: Callable[[BaseException, Formula], None] = _raise
+        """Called when a formula has no value because of the program, such as a division by zero."""
+
+    def value(self, formula: Formula, item: int) -> Value | None:
+        """Return the value of a formula for an item; None if it needs an answer that is not there yet."""
+        try:
+            found: Value = self.functions[formula.number](item)
+        except UnansweredError:
+            return None
+        except CAUGHT as fault:
+            self.on_fault(fault, formula)
+            return None
+        return found
+
+    def add(self, formula: Formula, item: int, on_change: OnChange) -> None:
+        """Call `on_change` at each change of what the formula depends on."""
+        for place in self._of(formula, item):
+            place.append(on_change)
+
+    def remove(self, formula: Formula, item: int, on_change: OnChange) -> None:
+        for place in self._of(formula, item):
+            place.remove(on_change)
+
+    def _of(self, formula: Formula, item: int) -> tuple[list[OnChange], ...]:
+        known = self._places.get((formula.number, item))
+        if known is None:
+            cells = {cell: None for each in formula.cells for cell in each.of(item)}
+            objects = [self._by_object.setdefault(name, []) for name in formula.objects]
+            known = self._places[formula.number, item] = (*(self._by_cell[cell] for cell in cells), *objects)
+        return known
+
+    def changed(self, cell: int) -> None:
+        """A variable has changed."""
+        for on_change in self._by_cell[cell]:
+            on_change()
+
+    def touched(self, name: str) -> None:
+        """An object has changed."""
+        for on_change in self._by_object.get(name, ()):
+            on_change()
+
+
+class Event:
+    """An expression that causes something each time it becomes true (PAML-261).
+
+    It is evaluated at each change, so that a short one is not missed, and is served in the cycles of its owner (G-17).
+    """
+
+    __slots__ = ("_formula", "_item", "_on_event", "_was", "_watches", "is_latched")
+
+    def __init__(self, watches: Watches, formula: Formula, item: int, on_event: OnChange) -> None:
+        self._watches, self._formula, self._item, self._on_event = watches, formula, item, on_event
+        self._was = False
+        self.is_latched = False
+
+    def begin(self) -> None:
+        """Take the present value as the one from which the event begins."""
+        self._was = bool(self._watches.value(self._formula, self._item))
+        self._watches.add(self._formula, self._item, self.look)
+
+    @property
+    def is_polled(self) -> bool:
+        return self._formula.is_polled
+
+    def look(self) -> None:
+        found = self._watches.value(self._formula, self._item)
+        if found is None:
+            return
+        if found and not self._was:
+            self.is_latched = True
+            self._on_event()
+        self._was = bool(found)
+
+    def take(self) -> bool:
+        """Return whether the event has occurred since the last call."""
+        if self._formula.is_polled:
+            self.look()
+        occurred, self.is_latched = self.is_latched, False
+        return occurred
+
+
+def _raise(fault: BaseException, _formula: Formula) -> None:
+    raise fault

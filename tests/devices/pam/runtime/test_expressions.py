@@ -1,0 +1,227 @@
+"""Expressions of running programs: numbers, faults, and the functions of chapter 6."""
+
+import math
+from fractions import Fraction
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from pam_bench import PamBench, computed, sequence
+
+from fieldrig_devices.pam.language.tree import Binary, Expression, Number, Place, Unary
+from fieldrig_devices.pam.runtime.arithmetic import quotient, remainder
+
+AT = Place("", 0, 0)
+
+
+def value(expression: str, target: str = "x", **values: float) -> object:
+    return computed(f"{target} <- {expression};", **values)[target]
+
+
+@pytest.mark.manual("PAMS-001", "PAMS-004", "PAMS-007")
+@pytest.mark.parametrize(
+    ("expression", "y", "expected"),
+    [  # case T01, manual lines 6559 to 6585
+        ("Pi ? sin", 0.0, 1.2246e-16),
+        ("2 * y + 23 ? cos", 1.0, 1.46716697),
+        ("(y / 2) ? tan * 3", 1.0, 1.63890747),
+        ("(y ? sin * 2) ? asin", 0.2, 0.40861492),
+    ],
+)
+def test_mathematics_of_the_manual(expression: str, y: float, expected: float) -> None:
+    assert value(expression, y=y) == pytest.approx(expected, rel=1e-4 if y == 0 else 1e-8)
+
+
+@pytest.mark.manual("PAMS-006", "PAMS-008")
+@pytest.mark.parametrize(
+    ("expression", "expected"),
+    [  # case T02, manual lines 6647 to 6685
+        ("2 * 3 ^ 2", 36),
+        ("2 ^ 3 * 4", 32),
+        ("7 % 3", 1),
+        ("-7 % 3", -1),
+        ("7 % 0", 7),
+        ("n % 3", -1),
+        ("n % w", -7),
+        ("0 ^ 2", 0),
+        ("5 ^ 0", 1),
+        ("7 / 2", 3),
+        ("-7 / 2", -3),
+        ("8000 / 1000", 8),
+        ("2.9", 2),
+        ("-2.9", -2),
+        ("#29 + 1", 42),
+    ],
+)
+def test_integers(expression: str, expected: int) -> None:
+    assert value(expression, "at", n=-7) == expected
+
+
+@pytest.mark.manual("PAMS-002", "PAMS-003", "PAMS-005")
+@pytest.mark.parametrize(
+    ("expression", "expected"),
+    [
+        ("-2.5 ? abs", 2.5),
+        ("2.1 ? ceil", 3.0),
+        ("-2.1 ? floor", -3.0),
+        ("1 ? exp", math.e),
+        ("100 ? log10", 2.0),
+        ("2 ? ln", math.log(2)),
+        ("2 ? sqrt", math.sqrt(2)),
+        ("1 ? acos", 0.0),
+        ("1 ? atan", math.pi / 4),
+        ("1 ? cosh", math.cosh(1)),
+        ("1 ? sinh", math.sinh(1)),
+        ("1 ? tanh", math.tanh(1)),
+    ],
+)
+def test_functions(expression: str, expected: float) -> None:
+    found = value(expression)
+    assert found == pytest.approx(expected)
+    assert isinstance(found, float)
+
+
+@pytest.mark.manual("PAML-228", "PAMS-104")
+@pytest.mark.parametrize(
+    ("assignment", "code"),
+    [
+        ("n <- w + 2147483647;", "02..FFF2"),
+        ("n <- -w * 2 * 1073741824 - 1;", "02..FFF2"),
+        ("n <- 5 / (w - 1);", "02..FFF2"),
+        ("n <- 3000000000.0 * w;", "02..FFF2"),
+        ("n <- (2147483647 * w + 1) / 2;", "02..FFF2"),
+        ("x <- 1.0 / (w - 1);", "02..FFF3"),
+        ("x <- (w * 700 ? exp) * (w * 700 ? exp);", "02..FFF3"),
+        ("x <- 1 / ((w * 700 ? exp) * (w * 700 ? exp));", "02..FFF3"),
+        ("x <- (-w) ? sqrt;", "02..FFF3"),
+        ("x <- 0 ? ln;", "02..FFF3"),
+        ("x <- (w * 2) ? asin;", "02..FFF3"),
+        ("x <- (w * 1000) ? exp;", "02..FFF3"),
+        ("x <- 0 ^ (-w);", "02..FFF3"),
+        ("x <- (-w) ^ 0.5;", "02..FFF3"),
+    ],
+)
+def test_arithmetic_faults_stop_the_application(assignment: str, code: str) -> None:
+    bench = computed(assignment + " at <- 1;", w=1)
+    assert bench.errors == [code]
+    assert bench["at"] == 0
+    assert bench.runtime.fault is not None
+    assert (bench.runtime.fault.title, bench.runtime.is_stopped) == ("TSK_a.SEQ_a", True)
+
+
+@pytest.mark.manual("PAML-222", "PAML-223", "PAML-227")
+def test_conversions() -> None:
+    bench = computed("n <- 2147483647; w <- -n - 1; x <- n; y <- 7 / 2 * 1.5; r <- 3; at <- y; cf <- 1;")
+    names = ("n", "w", "x", "y", "r", "at", "cf")
+    assert [bench[name] for name in names] == [2147483647, -2147483648, 2147483647.0, 4.5, 3.0, 4, True]
+
+
+@pytest.mark.manual("PAML-227")
+def test_reals_keep_their_type() -> None:
+    bench = computed("r <- w; x <- r / 2; y <- w / 2;", w=3)
+    assert (bench["x"], bench["y"]) == (1.5, 1.0)
+
+
+def test_flags_and_comparisons() -> None:
+    bench = computed("f <- (n > 2) * !(x < 1.5) + g; cf <- f = 1; h <- f <> g;", n=3, x=1.5)
+    assert (bench["f"], bench["cf"], bench["h"]) == (True, True, True)
+
+
+# ---- random expressions against an exact evaluator
+
+NUMBERS = st.builds(lambda value: Number(AT, value, str(value)), st.integers(0, 100_000))
+
+
+def _binary(inner: st.SearchStrategy[Expression]) -> st.SearchStrategy[Expression]:
+    joined = st.builds(lambda sign, a, b: Binary(AT, sign, a, b), st.sampled_from("+-*/%"), inner, inner)
+    return joined | st.builds(lambda a: Unary(AT, "-", a), inner)
+
+
+EXPRESSIONS = st.recursive(NUMBERS, _binary, max_leaves=12)
+
+
+def text_of(expression: Expression) -> str:
+    match expression:
+        case Number(spelling=spelling):
+            return spelling
+        case Unary(operand=operand):
+            return f"(-{text_of(operand)})"
+        case Binary(operator=operator, left=left, right=right):
+            return f"({text_of(left)} {operator} {text_of(right)})"
+    raise AssertionError(expression)
+
+
+class NoIntegerError(Exception):
+    """The exact evaluator has found a result that is no integer of 32 bits."""
+
+
+def exact(expression: Expression) -> int:
+    match expression:
+        case Number(value=value):
+            result = Fraction(value)
+        case Unary(operand=operand):
+            result = -Fraction(exact(operand))
+        case Binary(operator=operator, left=left, right=right):
+            result = _exact(operator, Fraction(exact(left)), Fraction(exact(right)))
+        case _:
+            raise AssertionError(expression)
+    if not -(2**31) <= result < 2**31:
+        raise NoIntegerError
+    return int(result)
+
+
+def _exact(operator: str, a: Fraction, b: Fraction) -> Fraction:
+    match operator:
+        case "+":
+            return a + b
+        case "-":
+            return a - b
+        case "*":
+            return a * b
+        case "%":
+            return a if b == 0 else a - b * int(a / b)
+    if b == 0:
+        raise NoIntegerError
+    return Fraction(int(a / b))
+
+
+@settings(max_examples=60)
+@given(st.lists(EXPRESSIONS, min_size=8, max_size=8))
+def test_random_expressions_have_their_exact_values(expressions: list[Expression]) -> None:
+    """Several in one application, because compiling takes longer than computing."""
+    known = []
+    for expression in expressions:
+        try:
+            known.append((expression, exact(expression)))
+        except NoIntegerError:
+            continue
+    assume(known)
+    bench = PamBench(
+        "COMMON WORD_VAR v; NUMBER = 3; END\n"
+        + "".join(f"COMMON WORD_VAR v{number};\n" for number in range(len(known)))
+        + sequence("".join(f"v{number} <- {text_of(each)};\n" for number, (each, _) in enumerate(known)))
+    )
+    bench.run()
+    bench["SBI_a"] = True
+    bench.run()
+    assert bench.errors == []
+    assert [bench[f"v{number}"] for number in range(len(known))] == [expected for _, expected in known]
+
+
+@settings(max_examples=15)
+@given(EXPRESSIONS)
+def test_a_fault_is_found_where_the_exact_evaluator_finds_it(expression: Expression) -> None:
+    bench = computed(f"n <- {text_of(expression)};")
+    try:
+        expected = exact(expression)
+    except NoIntegerError:
+        assert bench.errors == ["02..FFF2"]
+    else:
+        assert (bench.errors, bench["n"]) == ([], expected)
+
+
+@given(st.integers(-(2**31), 2**31 - 1), st.integers(-(2**31), 2**31 - 1).filter(bool))
+def test_quotient_and_remainder_fit_together(a: int, b: int) -> None:
+    assume((a, b) != (-(2**31), -1))
+    assert quotient(a, b) * b + remainder(a, b) == a
+    assert abs(remainder(a, b)) < abs(b)
