@@ -39,7 +39,8 @@ class Dialect:
     has_unions: bool = False
     """TYPE name : UNION ... END_UNION of today's tools, whose components are at the same address."""
     has_methods: bool = False
-    """METHOD in function blocks and programs, with THIS^; EXTENDS of function blocks and structures, with SUPER^."""
+    """METHOD and PROPERTY in function blocks and programs, with THIS^; EXTENDS of function blocks and structures, with
+    SUPER^."""
     allows_time_fractions: bool = False
     """T#1.5s."""
     allows_negative_times: bool = False
