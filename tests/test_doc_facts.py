@@ -35,10 +35,10 @@ from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs
 from fieldrig_devices.canopen.master_settings import CanMasterSettings, CanNodeSettings
 from fieldrig_devices.canopen.node import CanopenSettings
+from fieldrig_devices.canopen.point_slave import PointSlaveSettings
 from fieldrig_devices.canopen.signals import SignalSettings
 from fieldrig_devices.hiperface.faults import EncoderFault
 from fieldrig_devices.hiperface.plate import NamePlate
-from fieldrig_devices.hmiscu.faces.can import CanFaceSettings as ScuSlave
 from fieldrig_devices.hmiscu.faces.modbus import ModbusFaceSettings as ScuModbus
 from fieldrig_devices.hmiscu.pto.settings import PtoSettings
 from fieldrig_devices.hmiscu.pwm.settings import PwmSettings
@@ -63,12 +63,15 @@ from fieldrig_devices.modbus.client_settings import (
 )
 from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
 from fieldrig_devices.modem.faults import ModemFault
-from fieldrig_devices.plants import heater, pulse_servo
+from fieldrig_devices.plants import dc_motor, heater, pulse_servo
 from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings
 from fieldrig_devices.plants.stepper_settings import StepperFault
 from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
 from fieldrig_devices.registers.packed import Element
 from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_table
+from fieldrig_devices.smart_io.faults import SmartIoFault
+from fieldrig_devices.smart_io.settings import ModuleSettings as SmartIoModule
+from fieldrig_devices.smart_io.settings import MotorSettings as SmartIoMotor
 
 DOCS = ROOT / "docs"
 REQUIRED = "required"
@@ -117,6 +120,9 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a stepper fault": faults.models_of(StepperFault),
     "Keys of a pulse servo fault": pulse_servo.MODELS,
     "Keys of a heater fault": heater.MODELS,
+    "Keys of a DC motor fault": dc_motor.MODELS,
+    "Keys of modules and motors": {"modules": SmartIoModule, "motors": SmartIoMotor},
+    "Keys of a Smart-IO fault": faults.models_of(SmartIoFault),
     "Light barriers of a conveyor": {"sensor": SensorSettings},
     "Keys of a conveyor fault": faults.models_of(ConveyorFault),
     "Load cell and dancer": {"load_cell": LoadCell, "dancer": Dancer},
@@ -124,7 +130,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Readings": {"readings": Readings},
     "Costs of the processor": {"costs": Costs},
     "Keys of channels": {"pto": PtoSettings, "pwm": PwmSettings},
-    "Keys of the server and the slave of an HMISCU": {"modbus": ScuModbus, "can_slave": ScuSlave},
+    "Keys of the server and the slave of an HMISCU": {"modbus": ScuModbus, "can_slave": PointSlaveSettings},
     "Register tables": {"table": Table, "bit": Bit, "register": Register, "fifo": Fifo},
 }
 """Settings that are not of a kind, by the heading of their section and their word in the column `of`."""

@@ -53,6 +53,12 @@ DEVICES: dict[tuple[str, str], dict[str, Any]] = {
     },
     ("pulses.md", "`pulse.counter`"): {"kind": "pulse.counter", "a_wire": "p", "compare": 5, "links": WIRES},
     ("pulses.md", "`pulse.generator`"): {"kind": "pulse.generator", "links": WIRES},
+    ("smart-io.md", "Points"): {
+        "kind": "smart_io", "motors": [{"increase": 101, "decrease": 102, "zero": 102, "counter": 101}], "links": WIRES,
+    },
+    ("plants.md", "`plant.dc-motor`"): {
+        "kind": "plant.dc-motor", "increase_wire": "i", "decrease_wire": "d", "links": WIRES,
+    },
     ("plants.md", "`plant.conveyor`"): {
         "kind": "plant.conveyor", "length_m": 2.0, "roller_radius_m": 0.05, "product_m": 0.2,
         "drive_wire": "belt.position", "links": WIRES,

@@ -46,6 +46,8 @@ CONVEYOR = {
 SCU = {"kind": "hmiscu", "links": {"can": "can0", "modbus": ["mb"], "wires": "wires"}}
 WINDER = {"kind": "plant.winder", "links": {"wires": "wires"}, "role": "unwinder", **FILM}
 
+SMART_IO = {"kind": "smart_io", "links": {"can": "can0", "modbus": ["mb"], "wires": "wires"}}
+DC_MOTOR = {"kind": "plant.dc-motor", "links": {"wires": "wires"}, "increase_wire": "i", "decrease_wire": "d"}
 STEPPER = {
     "kind": "plant.stepper",
     "links": {"wires": "wires"},
@@ -87,6 +89,16 @@ def mistakes(data: dict[str, Any]) -> list[str]:
 
 # The kinds of what there is once on a bus: two devices that fit together, a change that makes them collide, and where.
 TWICE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
+    "a node of its own, and a Smart-IO": (
+        {"a": {**IO, "node_id": 5}, "b": {**SMART_IO, "can_slave": {"node_id": 6}}},
+        {"b": {**SMART_IO, "can_slave": {"node_id": 5}}},
+        "devices.b.can_slave.node_id: node-ID 5 on can0 is taken by devices.a.node_id",
+    ),
+    "outputs of a Smart-IO and a DC motor": (
+        {"a": {**SMART_IO, "terminals": {"out101": "a.x"}}, "b": DC_MOTOR},
+        {"a": {**SMART_IO, "terminals": {"out101": "b.pulse"}}},
+        "devices.b.pulse_wire: wire b.pulse on wires is taken by devices.a.terminals.out101",
+    ),
     "two units of Modbus devices": (
         {"a": PUMP, "b": {**PUMP, "unit_id": 2, "links": {"modbus": "mb"}}},
         {"b": {**PUMP, "unit_id": 1, "links": {"modbus": "mb"}}},

@@ -97,6 +97,12 @@ DEVICES: dict[str, dict[str, Any]] = {
             "TI0": {"wire": "motor.encoder", "unit": "count"}, "FQ0": "scu.pulse",
         },
     },
+    "guide": {"kind": "plant.dc-motor", "links": WIRES, "increase_wire": "pwm.pwm", "decrease_wire": "scu.pulse"},
+    "smart": {
+        "kind": "smart_io", "links": {**WIRES, "modbus": ["modbus"], "can": "can1"},
+        "terminals": {"in101": "guide.pulse", "in102": "pulses.pulse"}, "modbus": {"unit_id": 2},
+        "can_slave": {"node_id": 7},
+    },
     "max4": {
         "kind": "max4", "links": {**WIRES, "ring": "ring"}, "drives": {"belt": {"ring_address": 1}},
         "master_encoders": {"line": "motor.encoder"},
@@ -136,6 +142,7 @@ def set_going(rig: Rig) -> None:
     """Everything that a person could move by its points."""
     rig.set("motor", "load_torque", PULL_NM)
     rig.set("rolling", "load_torque", -1.5)
+    rig.set("smart", "led1.blink", True)
     for pin, value in (("Velocity", 10_000), ("Acceleration", 500), ("Deceleration", 500), ("Execute", True)):
         rig.set("scu", f"MoveVelocity.{pin}", value)
 

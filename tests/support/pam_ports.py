@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 from pam_programs import HEADER
 
 from fieldrig.clock import MS
+from fieldrig_devices.pam.language.check.symbols import PREDECLARED
 from fieldrig_devices.pam.language.compiler import checked
 from fieldrig_devices.pam.language.ports import PortVariable, ports_of
 from fieldrig_devices.pam.ports import Ports
@@ -263,7 +264,7 @@ class PortBench:
         return carry_out(script, self.memory, lambda seconds: self.cycles(round(seconds * 1000)))
 
     def item(self, name: str, index: int = 0) -> Item:
-        return self.ports.items[name][index]
+        return self.ports.items[PREDECLARED.get(name, name)][index]
 
     def value(self, name: str, index: int = 0) -> object:
         return self.item(name, index).value()

@@ -19,6 +19,7 @@ from hmiscu_device_bench import DeviceBench
 from max4_bench import PLATE
 from max4_bench import Bench as Max4Bench
 from modem_bench import ModemBench
+from smart_io_bench import SmartIoBench
 
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.errors import ControlError
@@ -79,7 +80,15 @@ def _node(store: Store) -> Storing:
 
 
 def _panel_controller(store: Store) -> Storing:
-    bench = DeviceBench(can_slave={"node_id": 5}, store=store)
+    return _slave(DeviceBench(can_slave={"node_id": 5}, store=store))
+
+
+def _smart_io(store: Store) -> Storing:
+    return _slave(SmartIoBench(can_slave={"node_id": 5}, store=store))
+
+
+def _slave(bench: DeviceBench | SmartIoBench) -> Storing:
+    """A device whose points are objects of a slave."""
 
     def sdo(request: str) -> str:
         bench.can.take()
@@ -180,6 +189,7 @@ KINDS: Final[Mapping[str, Callable[[Store], Storing]]] = {
     "modbus.device": _registers,
     "modem": _modem,
     "sm.encoder": _encoder,
+    "smart_io": _smart_io,
     "terminal.tr": _terminal,
 }
 """Functions that build a device of a kind on its store, and switch it on."""

@@ -5,6 +5,7 @@ and panel are ours, as that guide describes the outputs only.  Left out: the gra
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, ClassVar
 
 from fieldrig.background import Background
@@ -20,7 +21,7 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.hmiscu.direct import DirectBlocks
 from fieldrig_devices.hmiscu.faces.can import CanFace
 from fieldrig_devices.hmiscu.faces.masters import Masters
-from fieldrig_devices.hmiscu.faces.modbus import ModbusFace
+from fieldrig_devices.hmiscu.faces.modbus import BLOCKS
 from fieldrig_devices.hmiscu.fast_outputs import FastOutputs
 from fieldrig_devices.hmiscu.io import Terminals
 from fieldrig_devices.hmiscu.panel import Panel
@@ -29,8 +30,9 @@ from fieldrig_devices.hmiscu.plc.plc import Plc, PlcState
 from fieldrig_devices.hmiscu.plc.variables import Variables
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.compiler import Compiled
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.debugging.service import DebugService
+from fieldrig_devices.languages.source_file import SourceFile
+from fieldrig_devices.modbus.point_server import PointServer
 from fieldrig_devices.modbus.tools import lines_for
 from fieldrig_devices.registers.table import load_table
 
@@ -83,7 +85,9 @@ class Hmiscu(Device):
             if client.link > len(links):
                 raise ValueError(f"modbus_client.link: expected 1 to {len(links)}, one of links.modbus")
             self._masters.add_client(self._clock, links[client.link - 1], client)
-        self._modbus = ModbusFace(self._clock, links, self._settings.modbus, self.find, self._masters.hear)
+        PointServer(
+            self._clock, links, self._settings.modbus, self.find, self._masters.hear, partial(load_table, BLOCKS)
+        )
 
     def _connect_can(self, can: SharedLink | None, name: str, store: Store) -> None:
         settings = self._settings

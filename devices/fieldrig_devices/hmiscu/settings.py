@@ -8,8 +8,8 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.canopen.master_settings import CanMasterSettings
+from fieldrig_devices.canopen.point_slave import PointSlaveSettings
 from fieldrig_devices.hmiscu.channels import Channels
-from fieldrig_devices.hmiscu.faces.can import CanFaceSettings
 from fieldrig_devices.hmiscu.faces.modbus import ModbusFaceSettings
 from fieldrig_devices.hmiscu.models import FAST_OUTPUTS, MODELS, Kind, Model, ModelName
 from fieldrig_devices.modbus.client_settings import ModbusClientSettings
@@ -86,7 +86,7 @@ class HmiscuSettings(Channels):
     modbus: ModbusFaceSettings = Field(
         default_factory=ModbusFaceSettings, description="Modbus server on the buses under links.modbus"
     )
-    can_slave: CanFaceSettings | None = Field(default=None, description="CiA 401 slave on links.can")
+    can_slave: PointSlaveSettings | None = Field(default=None, description="CiA 401 slave on links.can")
     modbus_client: ModbusClientSettings | None = Field(
         default=None, description="Modbus client on one of these buses, whose values are points"
     )

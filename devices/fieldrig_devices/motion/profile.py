@@ -73,6 +73,10 @@ class Profile:
         passed = seconds - begin_s
         return position + (speed + acceleration / 2 * passed) * passed, speed + acceleration * passed, acceleration
 
+    def phase_end_s(self, seconds: float) -> float:
+        """Return the end of the phase at an instant; infinite after the last ramp."""
+        return next(phase.end_s for phase in self._phases if seconds < phase.end_s)
+
 
 def keep(speed: float) -> Profile:
     return Profile(speed, (), speed)

@@ -12,10 +12,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
-from fieldrig_devices.canopen.datatypes import DATA_TYPES
 from fieldrig_devices.cia402.eds_file import Table, write
 from fieldrig_devices.cia402.node_objects import NodeFacts, communication, head
-from fieldrig_devices.cia402.objects import U8, U16, U32, Row
+from fieldrig_devices.cia402.objects import U8, U32, Row
+from fieldrig_devices.cia402.pdo_rows import pdo_rows
 from fieldrig_devices.hmiscu.blocks.pins import BlockType, Side
 from fieldrig_devices.hmiscu.blocks.tables import BLOCK_TYPES
 from fieldrig_devices.hmiscu.names import BLOCK_NAMES
@@ -28,7 +28,6 @@ COUNTERS: Final = 0x2010
 DEVICE_TYPE: Final = 0x000F_0191
 """CiA 401 with digital and analog inputs and outputs."""
 PRODUCT: Final = 0x0053_4355
-MAPPED: Final = 8
 
 BITS: Final[Mapping[str, tuple[str, ...]]] = {
     "6000:01": tuple(f"DI{number}" for number in range(8)),
@@ -123,37 +122,17 @@ def _blocks() -> Table:
     return Table(rows, names)
 
 
-def _pdos(blocks: Table) -> Table:
-    sizes = {(row.index, row.subindex): DATA_TYPES[row.type].bits for row in (*_PROFILE.rows, *blocks.rows)}
-    rows: list[Row] = []
-    names: dict[int, str] = {}
-    for first, step, kind, pdos in ((0x1400, 0x200, "RPDO", _RECEIVED), (0x1800, 0x180, "TPDO", _TRANSMITTED)):
-        for place, keys in enumerate(pdos):
-            names |= {
-                first + place: f"{kind} {place + 1} parameter",
-                first + 0x200 + place: f"{kind} {place + 1} mapping",
-            }
-            rows += [
-                Row(first + place, 1, "COB-ID", U32, "rw", f"$NODEID+{step + 0x100 * place:#x}"),
-                Row(first + place, 2, "Transmission type", U8, "rw", 255),
-                Row(first + place, 5, "Event timer", U16, "rw"),
-                Row(first + 0x200 + place, 0, "Number of mapped objects", U8, "rw", len(keys)),
-            ]
-            if kind == "TPDO":
-                rows.append(Row(first + place, 3, "Inhibit time", U16, "rw"))
-            entries = [(int(key[:4], 16), int(key[5:], 16)) for key in keys]
-            for number in range(1, MAPPED + 1):
-                entry = 0
-                if number <= len(entries):
-                    index, subindex = entries[number - 1]
-                    entry = index << 16 | subindex << 8 | (sizes[index, subindex] or 0)
-                rows.append(Row(first + 0x200 + place, number, f"Mapped object {number}", U32, "rw", f"{entry:#010x}"))
-    return Table(rows, names)
-
-
 def eds_text() -> str:
     blocks = _blocks()
-    return write(head(_FACTS), [communication(_FACTS, DEVICE_TYPE, "4.2"), _pdos(blocks), blocks, _PROFILE])
+    return write(
+        head(_FACTS),
+        [
+            communication(_FACTS, DEVICE_TYPE, "4.2"),
+            pdo_rows(_RECEIVED, _TRANSMITTED, (_PROFILE, blocks)),
+            blocks,
+            _PROFILE,
+        ],
+    )
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from fieldrig_devices.iec.dialect import DIALECTS
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.dialect import Dialect
-    from fieldrig_devices.iec.source_file import SourceFile
+    from fieldrig_devices.languages.source_file import SourceFile
 
 
 Files = Annotated[list[Path], argument("FILE...", "The source files of the program; a folder means all files in it.")]
@@ -32,7 +32,7 @@ def dialect_named(name: str) -> "Dialect":
 
 def read_sources(paths: Sequence[Path]) -> "list[SourceFile]":
     """Return the texts of files, and of all source files in folders.  UsageError if there are none."""
-    from fieldrig_devices.iec.source_file import SourceFile
+    from fieldrig_devices.languages.source_file import SourceFile
 
     found: list[SourceFile] = []
     for path in paths:
@@ -46,7 +46,7 @@ def read_sources(paths: Sequence[Path]) -> "list[SourceFile]":
 
 def read_text(path: Path) -> str:
     """Return the text of a file.  UsageError if it cannot be read."""
-    from fieldrig_devices.iec.source_file import decoded
+    from fieldrig_devices.languages.source_file import decoded
 
     with reading(path):
         data = path.read_bytes()

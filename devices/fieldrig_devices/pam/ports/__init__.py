@@ -21,6 +21,7 @@ from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from typing import Protocol
 
+from fieldrig_devices.pam.language.check.symbols import PREDECLARED
 from fieldrig_devices.pam.language.items import Program
 from fieldrig_devices.pam.language.ports import PortPlan, ports_of
 from fieldrig_devices.pam.ports.memory import Memory
@@ -88,9 +89,9 @@ class Ports:
             self._serial = Rs422Port(plans["RS422Port"], kernel, is_active, send, self._options.rs422_baud)
             self._ports.append(self._serial)
         self.items: Mapping[str, Sequence[Item]] = {
-            "DualPort": [PortStatus("DualPort", None, kernel)],
-            "RS422Port": [PortStatus("RS422Port", None, kernel)],
-            **{port.status.name: [port.status] for port in self._ports},
+            "DUALPORT": [PortStatus("DualPort", None, kernel)],
+            "RS422PORT": [PortStatus("RS422Port", None, kernel)],
+            **{PREDECLARED[port.status.name]: [port.status] for port in self._ports},
             **{name: items for port in self._ports for name, items in port.items.items()},
         }
 

@@ -79,7 +79,7 @@ def test_points_may_be_named_in_the_settings(tmp_path: Path) -> None:
     bench.can.deliver(START)
     bench.can.deliver(CanFrame(0x205, bytes.fromhex("2a 00 00")))
     assert bench.get("g_byCount") == 42
-    with pytest.raises(ValueError, match=r"can_slave\.points: expected points of the controller, got g_wrong"):
+    with pytest.raises(ValueError, match=r"can_slave\.points: expected points of the device, got g_wrong"):
         DeviceBench(tmp_path, program, can_slave={"node_id": 5, "points": {"6200:01": "g_wrong"}})
 
 

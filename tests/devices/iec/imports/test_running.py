@@ -11,8 +11,8 @@ from iec_program import ENOUGH_NS, IecBench, PlainHost, program
 from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.dialect import CODESYS, EDITION_3
 from fieldrig_devices.iec.runtime import Runtime, Start
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.languages.source_file import SourceFile
 
 BOOLS = dict.fromkeys(("start", "stop", "motor", "lamp", "done"), "BOOL")
 

@@ -1,0 +1,65 @@
+"""A key: what its mode makes of pressing and releasing it (PAML-087 to PAML-092).
+
+Source: the manual gives the names of the modes only.  So TOGGLE inverts its value with each press.  AUTOREPEAT has the
+value true while the key is pressed, and after DELAY it is false for one PERIOD before each repetition, so that each
+repetition is an event as a press is.  A program may write the value, which holds until the key changes it (G-06).
+"""
+
+from collections.abc import Callable
+
+from fieldrig.clock import Clock, Timer
+from fieldrig_devices.pamring.frames import KeyMode
+
+
+class Key:
+    def __init__(
+        self,
+        clock: Clock,
+        mode: KeyMode,
+        gap_ns: int,
+        delay_ns: int,
+        repeat_ns: int,
+        on_change: Callable[[], None],
+    ) -> None:
+        """`gap_ns` is how long the value is false before a repetition; without `repeat_ns` there is none."""
+        self._clock, self._mode, self._on_change = clock, mode, on_change
+        self._gap_ns, self._delay_ns, self._repeat_ns = gap_ns, max(delay_ns, 2 * gap_ns), max(repeat_ns, 2 * gap_ns)
+        self._repeats = mode is KeyMode.AUTOREPEAT and repeat_ns > 0
+        self._timer: Timer | None = None
+        self.value = False
+
+    def start(self, is_pressed: bool) -> None:
+        """Begin with a key in this state; a key that is already pressed is no press."""
+        self.value = is_pressed and self._mode is not KeyMode.TOGGLE
+
+    def stop(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def put(self, is_pressed: bool) -> None:
+        """Take a change of the key."""
+        self.stop()
+        if self._mode is not KeyMode.TOGGLE:
+            self.write(is_pressed)
+        elif is_pressed:
+            self.write(not self.value)
+        if is_pressed and self._repeats:
+            self._repeat_at(self._clock.now_ns() + self._delay_ns)
+
+    def write(self, value: bool) -> None:
+        """Set the value, as a program does."""
+        if value is not self.value:
+            self.value = value
+            self._on_change()
+
+    def _repeat_at(self, when_ns: int) -> None:
+        self._timer = self._clock.call_at(when_ns - self._gap_ns, self._on_gap)
+
+    def _on_gap(self) -> None:
+        self.write(False)
+        self._timer = self._clock.call_at(self._clock.now_ns() + self._gap_ns, self._on_repeat)
+
+    def _on_repeat(self) -> None:
+        self.write(True)
+        self._repeat_at(self._clock.now_ns() + self._repeat_ns)

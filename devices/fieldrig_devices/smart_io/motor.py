@@ -1,0 +1,301 @@
+"""A DC motor with two outputs, a pulse counter and a zero switch, which the node moves by itself (PAML-120 to 130).
+
+The manual names the functions and the errors; what follows is how we read them (G-09, G-10):
+
+- A pulse has no direction, so it counts in the direction that was driven last.
+- The output is switched off BRAKING pulses before the target, but not before the motor has moved by one pulse.  The
+  motor coasts, and the order is done when no pulse has come for a while.  An order for the other direction waits for
+  that.
+- Stroke limits are targets that no order passes; an order that would is ended there with the error of the limit.  A
+  search for zero has no limits, as it begins at an unknown position.
+- zero_position ends at once if ZERO has its level already.
+- A pulse at rest is an unexpected move.  When there were more of them than BRAKING, the position is lost until it is
+  named again.
+- The position is lost, too, when a motor that does not stop has been coasting for TIMEOUT, as it may turn either way.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import Final
+
+from fieldrig.clock import Clock, Timer
+from fieldrig_devices.pamring.frames import Motor
+from fieldrig_devices.smart_io.troubles import MOTOR_BITS, Fault
+
+OPERANDS: Final = {
+    Motor.ABSOLUTE_MOVE: 1,
+    Motor.RELATIVE_MOVE: 1,
+    Motor.RUN: 1,
+    Motor.STOP: 0,
+    Motor.POSITION: 1,
+    Motor.ZERO_POSITION: 2,
+    Motor.STROKE_LIMITS: 2,
+    Motor.DISABLE_STROKE_LIMITS: 0,
+}
+_BY_ORDER: Final = (
+    Fault.TIMEOUT,
+    Fault.LOWER_LIMIT,
+    Fault.UPPER_LIMIT,
+    Fault.UNEXPECTED_MOVE,
+    Fault.DOES_NOT_STOP,
+)
+"""Errors that end with the next order to move."""
+_HALF: Final = 1 << 31
+
+
+class State(Enum):
+    REST = auto()
+    DRIVEN = auto()
+    COASTING = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """The end of an order: a target, a level of ZERO, or neither, which is until stop."""
+
+    direction: int
+    target: int | None = None
+    zero: bool | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class MotorTimes:
+    timeout_ns: int
+    """TIMEOUT: longest time without a pulse while the motor is driven."""
+    rest_ns: int
+    """The motor stands when no pulse has come for this long."""
+
+
+class DcMotor:
+    def __init__(
+        self,
+        clock: Clock,
+        times: MotorTimes,
+        braking: int,
+        drive: Callable[[int], None],
+        is_zero_high: Callable[[], bool],
+        on_change: Callable[[], None],
+    ) -> None:
+        """`drive` switches the outputs: 1 for INC, -1 for DEC, 0 for none."""
+        self._clock, self._times, self._braking = clock, times, braking
+        self._drive, self._is_zero_high, self._on_change = drive, is_zero_high, on_change
+        self.state = State.REST
+        self.position = 0
+        self.errors: frozenset[Fault] = frozenset()
+        self.is_ready = True
+        self._limits: tuple[int, int] | None = None
+        self._direction = 1
+        """The direction that was driven last."""
+        self._goal = self._next = Goal(0)
+        """The present order, and the one that waits for the motor to stop; direction 0 is none."""
+        self._off_at: int | None = None
+        """The position at which the output is switched off."""
+        self._off_error: Fault | None = None
+        self._moved = self._stray = 0
+        """Pulses since the beginning of the order, and pulses at rest."""
+        self._off_ns = 0
+        self._timer: Timer | None = None
+
+    @property
+    def error_word(self) -> int:
+        """Table 12-3."""
+        return sum(MOTOR_BITS[fault] for fault in self.errors)
+
+    # ---- orders
+
+    def order(self, order: Motor, values: Sequence[int]) -> bool:
+        """Carry out an order; False if its values are not those that it takes."""
+        if len(values) != OPERANDS[order]:
+            return False
+        match order:
+            case Motor.ABSOLUTE_MOVE:
+                self._move_to(values[0])
+            case Motor.RELATIVE_MOVE:
+                self._move_to(self.position + values[0])
+            case Motor.RUN:
+                return self._run(values[0])
+            case Motor.STOP:
+                self._stop()
+            case Motor.POSITION:
+                self._name(values[0])
+            case Motor.ZERO_POSITION:
+                return self._find_zero(values[0], values[1])
+            case Motor.STROKE_LIMITS:
+                return self._limit((values[0], values[1]))
+            case Motor.DISABLE_STROKE_LIMITS:
+                return self._limit(None)
+        return True
+
+    def _move_to(self, target: int) -> None:
+        target = _wrapped(target)
+        self._begin(Goal(self._towards(target), target))
+
+    def _towards(self, target: int) -> int:
+        return (target > self.position) - (target < self.position)
+
+    def _run(self, direction: int) -> bool:
+        if direction not in (1, -1):
+            return False
+        self._begin(Goal(direction))
+        return True
+
+    def _find_zero(self, direction: int, level: int) -> bool:
+        if direction not in (1, -1) or level not in (0, 1):
+            return False
+        self._begin(Goal(direction, zero=bool(level)))
+        return True
+
+    def _stop(self) -> None:
+        self._next = Goal(0)
+        self._tell(is_ready=False)
+        if self.state is State.DRIVEN:
+            self._switch_off()
+        elif self.state is State.REST:
+            self._tell(is_ready=True)
+
+    def _name(self, position: int) -> None:
+        self.position = _wrapped(position)
+        self._stray = 0
+        self._tell(less=(Fault.POSITION_LOST,))
+        self._aim()
+
+    def _limit(self, limits: tuple[int, int] | None) -> bool:
+        if limits is not None and limits[0] > limits[1]:
+            return False
+        self._limits = limits
+        self._aim()
+        return True
+
+    def _begin(self, goal: Goal) -> None:
+        """Begin an order at once, or when the motor has stopped if it turns the other way."""
+        self._stray = 0
+        self._tell(is_ready=False, less=_BY_ORDER)
+        turns = 0 if self.state is State.REST else self._direction
+        if turns and goal.direction != turns:
+            self._next = goal
+            if self.state is State.DRIVEN:
+                self._switch_off()
+            return
+        self._start(goal)
+
+    def _start(self, goal: Goal) -> None:
+        if goal.target is not None:  # the motor may have coasted since the order came
+            goal = Goal(self._towards(goal.target), goal.target)
+        self._goal, self._next, self._moved = goal, Goal(0), 0
+        if goal.zero is not None and self._is_zero_high() is goal.zero:
+            self._name(0)
+            self._rest_or_coast()
+        elif goal.direction == 0:
+            self._rest_or_coast()
+        elif (error := self._limit_error(goal)) is not None:
+            self._tell(more=(error,))
+            self._rest_or_coast()
+        else:
+            self.state, self._direction = State.DRIVEN, goal.direction
+            self._drive(goal.direction)
+            self._aim()
+            self._wait(self._times.timeout_ns, self._on_timeout)
+
+    def _rest_or_coast(self) -> None:
+        """End an order that needs no motion."""
+        if self.state is State.REST:
+            self._tell(is_ready=True)
+        else:
+            self._switch_off()
+
+    def _limit_error(self, goal: Goal) -> Fault | None:
+        """The error of an order that leads out of the limits from where the motor is."""
+        if self._limits is None or goal.zero is not None:
+            return None
+        lower, upper = self._limits
+        if goal.direction > 0:
+            return Fault.UPPER_LIMIT if self.position >= upper else None
+        return Fault.LOWER_LIMIT if self.position <= lower else None
+
+    def _aim(self) -> None:
+        """Determine where the output of the present order is switched off."""
+        goal, direction = self._goal, self._goal.direction
+        self._off_at, self._off_error = goal.target, None
+        if self._limits is not None and goal.zero is None and direction:
+            limit = self._limits[1] if direction > 0 else self._limits[0]
+            if goal.target is None or (goal.target - limit) * direction > 0:
+                self._off_at = limit
+                self._off_error = Fault.UPPER_LIMIT if direction > 0 else Fault.LOWER_LIMIT
+        if self._off_at is not None:
+            self._off_at -= direction * self._braking
+
+    # ---- what the motor does
+
+    def on_pulse(self) -> None:
+        """Count a pulse."""
+        self.position = _wrapped(self.position + self._direction)
+        if self.state is State.DRIVEN:
+            self._moved += 1
+            self._wait(self._times.timeout_ns, self._on_timeout)
+            if self._off_at is not None and (self.position - self._off_at) * self._direction >= 0:
+                self._tell(more=() if self._off_error is None else (self._off_error,))
+                self._switch_off()
+        elif self.state is State.COASTING:
+            self._wait(self._times.rest_ns, self._on_rest)
+            if self._clock.now_ns() - self._off_ns > self._times.timeout_ns:
+                self._tell(is_ready=True, more=(Fault.DOES_NOT_STOP, Fault.POSITION_LOST))
+        else:
+            self._stray += 1
+            lost = (Fault.POSITION_LOST,) if self._stray > self._braking else ()
+            self._tell(more=(Fault.UNEXPECTED_MOVE, *lost))
+
+    def on_zero(self) -> None:
+        """Take a change of the input ZERO."""
+        if self.state is State.DRIVEN and self._goal.zero is self._is_zero_high():
+            self._name(0)
+            self._switch_off()
+
+    def halt(self) -> None:
+        """Switch the motor off, because the node no longer works."""
+        self._next = Goal(0)
+        if self.state is State.DRIVEN:
+            self._switch_off()
+
+    def close(self) -> None:
+        """End permanently."""
+        self._drive(0)
+        if self._timer is not None:
+            self._timer.cancel()
+
+    def _switch_off(self) -> None:
+        self._drive(0)
+        self.state, self._goal, self._off_at = State.COASTING, Goal(0), None
+        self._off_ns = self._clock.now_ns()
+        self._wait(self._times.rest_ns, self._on_rest)
+
+    def _on_timeout(self) -> None:
+        self._timer = None
+        self._tell(more=(Fault.TIMEOUT,))
+        self._switch_off()
+
+    def _on_rest(self) -> None:
+        self._timer = None
+        self.state = State.REST
+        if self._next.direction or self._next.target is not None:
+            self._start(self._next)
+        else:
+            self._tell(is_ready=True)
+
+    def _wait(self, time_ns: int, action: Callable[[], None]) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = self._clock.call_at(self._clock.now_ns() + time_ns, action)
+
+    def _tell(self, *, is_ready: bool | None = None, more: Sequence[Fault] = (), less: Sequence[Fault] = ()) -> None:
+        """Change what is known of the motor, and report it if it is different."""
+        errors = (self.errors - frozenset(less)) | frozenset(more)
+        is_ready = self.is_ready if is_ready is None else is_ready
+        if errors != self.errors or is_ready is not self.is_ready:
+            self.errors, self.is_ready = errors, is_ready
+            self._on_change()
+
+
+def _wrapped(position: int) -> int:
+    """Return a position as a signed number of 32 bits."""
+    return (position + _HALF) % (2 * _HALF) - _HALF

@@ -1,0 +1,81 @@
+"""The scan of inputs: a sample in each PERIOD, and a new level after DEBOUNCE equal samples (PAML-082, PAML-083).
+
+Sampling is computed only while a level differs from what was accepted: the first sample after an edge is at the next
+multiple of the period since the start, so the result is that of a scan that never rests.
+"""
+
+from collections.abc import Callable, Sequence
+
+from fieldrig.clock import Clock, Timer
+from fieldrig_devices.smart_io.terminals import Terminals
+
+
+class Scan:
+    """Some inputs that are sampled together; their levels are the bits of one number, the first input is bit 0."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        terminals: Terminals,
+        inputs: Sequence[str],
+        period_ns: int,
+        debounce: int,
+        on_change: Callable[[], None],
+    ) -> None:
+        self._clock, self._terminals, self._inputs = clock, terminals, inputs
+        self._period_ns, self._debounce, self._on_change = period_ns, debounce, on_change
+        self._counts = [0] * len(inputs)
+        self._origin_ns = self._sampled_ns = 0
+        self._timer: Timer | None = None
+        self.value = 0
+        """The levels that were accepted."""
+
+    def start(self) -> None:
+        """Accept the present levels, and scan from now on."""
+        self._origin_ns = self._sampled_ns = self._clock.now_ns()
+        self.value = sum(self._terminals.level(name) << place for place, name in enumerate(self._inputs))
+        for name in self._inputs:
+            self._terminals.watch(name, self._on_edge)
+        self._on_edge()
+
+    def stop(self) -> None:
+        """Scan no longer."""
+        for name in self._inputs:
+            self._terminals.unwatch(name, self._on_edge)
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _on_edge(self) -> None:
+        if self._timer is None and self._is_changing():
+            self._wait()
+
+    def _is_changing(self) -> bool:
+        terminals, value = self._terminals, self.value
+        return any(
+            terminals.level(name) != value >> place & 1 or terminals.is_moving(name)
+            for place, name in enumerate(self._inputs)
+        )
+
+    def _wait(self) -> None:
+        periods = -(-(self._clock.now_ns() - self._origin_ns) // self._period_ns)
+        due_ns = self._origin_ns + periods * self._period_ns
+        self._timer = self._clock.call_at(max(due_ns, self._sampled_ns + self._period_ns), self._on_sample)
+
+    def _on_sample(self) -> None:
+        self._timer = None
+        self._sampled_ns = self._clock.now_ns()
+        value = self.value
+        for place, name in enumerate(self._inputs):
+            if self._terminals.level(name) == value >> place & 1:
+                self._counts[place] = 0
+                continue
+            self._counts[place] += 1
+            if self._counts[place] >= self._debounce:
+                self._counts[place] = 0
+                value ^= 1 << place
+        if value != self.value:
+            self.value = value
+            self._on_change()
+        if self._timer is None and (any(self._counts) or self._is_changing()):
+            self._wait()
