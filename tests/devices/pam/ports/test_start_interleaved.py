@@ -65,7 +65,7 @@ class Patience:
 
 
 @pytest.mark.manual("PAMS-067")
-@settings(max_examples=50)
+@settings(max_examples=30)
 @given(turns, begins, st.sampled_from([0, 1, 0xFFFF]), st.sampled_from(["pam", "master"]))
 def test_vme(turns: list[int], begin: int, stale: int, cleared_by: Literal["pam", "master"]) -> None:
     options = PortOptions(command_cleared_by=cleared_by)
@@ -79,7 +79,7 @@ def test_vme(turns: list[int], begin: int, stale: int, cleared_by: Literal["pam"
 
 
 @pytest.mark.manual("PAMS-091")
-@settings(max_examples=50)
+@settings(max_examples=30)
 @given(turns, begins, st.sampled_from([0, 0xFFFF]))
 def test_simatic(turns: list[int], begin: int, stale: int) -> None:
     bench = PortBench(SHORT_SIMATIC)
