@@ -2,8 +2,8 @@
 
 Source: Socapel PAM reference manual V2.5, chapters 2.3, 2.4, 2.7, 7, 9, 12, appendix D (rows PAML-040 to PAML-065,
 PAMS-049, PAMS-055, PAMS-110 of the digests).  The manuals of the ST1 itself are lost, so its loops are ours: `shaft.py`
-follows exactly within the torque, and `outer_shaft.py` closes a loop over wires.  The wires carry the terminals of the boards, the position of the load, and what
-loads, heats and supplies the motor.
+follows exactly within the torque, and `outer_shaft.py` closes a loop over wires.  The wires carry the terminals of the
+boards, the position of the load, and what loads, heats and supplies the motor.
 Left out: local actions, the keyboard of the ST1 and its serial line, elasticity between motor and load.
 """
 

@@ -2,7 +2,7 @@
 
 Every millisecond under power the loop asks for the torque of the set acceleration, plus what the errors of speed and
 position and the sum of the position's error ask for, up to the limit of the torque.  Its gains follow from the inertia
-and one bandwidth.  When the shaft stands at its set position the loop rests until something changes.
+and one bandwidth.  When the shaft rests in its set position, the loop waits until something changes.
 """
 
 from collections.abc import Callable

@@ -66,7 +66,7 @@ class MotorSettings(Settings):
 
 
 class PlantSettings(Settings):
-    """A motor that a plant models, such as `plant.servo`, in place of the ST1's own."""
+    """A motor that a plant models, such as `plant.servo`, instead of the ST1's own."""
 
     model_config = ConfigDict(allow_inf_nan=False)
 
