@@ -1,5 +1,6 @@
 """The inputs of an axis for a pipe, one for each mode of the converter (section 2.22 of the language's digest)."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
@@ -20,6 +21,9 @@ class PipeInput:
     def __init__(self, axis: "Axis", period_s: float, stop_all: Callable[[], None] | None) -> None:
         self._axis, self._period_s, self.stop_all = axis, period_s, stop_all
         self._units, self._site, self._send, self._name = axis.units, axis.site, axis.node.send, axis.name
+        self._period, self._half = axis.period, (axis.period or math.inf) / 2
+        self._passed = 0.0
+        """The periods that the flow has passed; set-points go on, so no rounding of a period adds up (PAML-047)."""
         self.part = self.last = axis.position
         """The pipe's part of the position, now and one value before."""
         self.sent: int | None = None
@@ -28,10 +32,11 @@ class PipeInput:
 
     @property
     def speed(self) -> float:
-        return nearest(self.part - self.last, self._axis.period) / self._period_s
+        return nearest(self.part - self.last, self._period) / self._period_s
 
     def go_on_from(self, known: "PipeInput") -> None:
         self.part, self.last, self.sent, self.changed_in = known.part, known.last, known.sent, known.changed_in
+        self._passed = known._passed
 
     def take(self, value: float) -> None:
         """Take a value of the flow, and send it to the node."""
@@ -42,8 +47,12 @@ class PipeInput:
 
     def follow(self, value: float) -> int:
         """Take a position in units of the axis, and return the set-point."""
-        self.last, self.part = (self.part if self.sent is not None else value), value
-        return round(value * self._units)
+        last = self.part if self.sent is not None else value
+        self.last, self.part = last, value
+        step = value - last
+        if self._period is not None and not -self._half <= step <= self._half:
+            self._passed += nearest(step, self._period) - step
+        return round((value + self._passed) * self._units)
 
     def note(self, set_point: int) -> None:
         """Note a set-point as sent; the pipe changes the position in this cycle."""
