@@ -15,11 +15,11 @@ LIMIT_NS: Final = 300 * S
 
 
 def number_of(pair: int) -> str:
-    return f"47{pair:02d}"
+    return f"{4711 + pair}"
 
 
 def rig_of(baud: int, *, pairs: int = 1, axes: int = 16, is_paced: bool = True) -> dict[str, Any]:
-    """Return a rig of so many controllers, each with a modem, and as many laptops with modems, at one exchange."""
+    """Return a rig with `pairs` controllers with modems, and as many laptops with modems, at one exchange."""
     buses: dict[str, Any] = {}
     devices: dict[str, Any] = {}
     numbers: dict[str, str] = {}
@@ -27,7 +27,7 @@ def rig_of(baud: int, *, pairs: int = 1, axes: int = 16, is_paced: bool = True) 
     for pair in range(pairs):
         plc, machine, laptop = f"max4_{pair}", f"machine_{pair}", f"laptop_{pair}"
         buses |= {name: {"kind": "serial.virtual", "baud": baud, **pace} for name in (f"com1_{pair}", f"caller_{pair}")}
-        numbers |= {machine: number_of(pair), laptop: f"48{pair:02d}"}
+        numbers |= {machine: number_of(pair), laptop: f"{4811 + pair}"}
         modem = {"kind": "modem", "baud": baud, "highest_bps": MODEM_BPS, **pace}
         devices[plc] = {
             "kind": "max4",
@@ -49,8 +49,18 @@ class Laptop:
         self.rig, self.pair = rig, pair
         line = rig.attach(f"terminal_{pair}").link(f"caller_{pair}")
         plan = Plan(number_of(pair), login=Login.of("service", "pacdrive"))
-        self.caller = Caller(plan, lambda: 0x1234_5678 + pair, line.send, lambda _text: None)
-        line.on_receive(lambda data: self.caller.receive(rig.now_ns, data))
+        self.bytes_sent = self.bytes_received = 0
+        self._line = line
+        self.caller = Caller(plan, lambda: 0x1234_5678 + pair, self._send, lambda _text: None)
+        line.on_receive(self._on_data)
+
+    def _send(self, data: bytes) -> None:
+        self.bytes_sent += len(data)
+        self._line.send(data)
+
+    def _on_data(self, data: bytes) -> None:
+        self.bytes_received += len(data)
+        self.caller.receive(self.rig.now_ns, data)
 
     def dial(self) -> None:
         self.caller.start(self.rig.now_ns)
