@@ -63,6 +63,7 @@ from fieldrig_devices.modbus.client_settings import (
 )
 from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
 from fieldrig_devices.modem.faults import ModemFault
+from fieldrig_devices.pam.ports.options import ClassCodes, PortOptions
 from fieldrig_devices.plants import dc_motor, heater, pulse_servo
 from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings
 from fieldrig_devices.plants.stepper_settings import StepperFault
@@ -72,6 +73,10 @@ from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_ta
 from fieldrig_devices.smart_io.faults import SmartIoFault
 from fieldrig_devices.smart_io.settings import ModuleSettings as SmartIoModule
 from fieldrig_devices.smart_io.settings import MotorSettings as SmartIoMotor
+from fieldrig_devices.st1.faults import St1Fault
+from fieldrig_devices.st1.settings import MotorSettings as St1Motor
+from fieldrig_devices.st1.settings import ParameterSettings as St1Parameters
+from fieldrig_devices.st1.settings import PlantSettings, RegisterSettings, SupplySettings
 
 DOCS = ROOT / "docs"
 REQUIRED = "required"
@@ -111,6 +116,14 @@ OTHER_SECTIONS: Mapping[str, Models] = {
         "parameters": ParameterSettings,
         "versions": VersionSettings,
     },
+    "Keys of an ST1 fault": faults.models_of(St1Fault),
+    "Keys of parameters, motor, plant, supply and registers of an ST1": {
+        "parameters": St1Parameters,
+        "motor": St1Motor,
+        "plant": PlantSettings,
+        "supply": SupplySettings,
+        "registers": RegisterSettings,
+    },
     "Signals": {"signal": SignalSettings},
     "Keys of one unit, of its identification, of its server id": {
         "units": UnitSettings,
@@ -126,6 +139,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Light barriers of a conveyor": {"sensor": SensorSettings},
     "Keys of a conveyor fault": faults.models_of(ConveyorFault),
     "Load cell and dancer": {"load_cell": LoadCell, "dancer": Dancer},
+    "Settings of the ports": {"ports": PortOptions, "class_codes": ClassCodes},
     "Exchange settings": {"exchange": ExchangeSettings, "send": Sent, "receive": Received},
     "Readings": {"readings": Readings},
     "Costs of the processor": {"costs": Costs},

@@ -20,12 +20,12 @@ from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
 from fieldrig_devices.iec.imports import read_source
 from fieldrig_devices.iec.solo import Solo
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.languages.debugging.framing import Framer, framed
 from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.languages.source_file import SourceFile
 from fieldrig_devices.max4.configuration.program_file import Container
 
 pytestmark = pytest.mark.system

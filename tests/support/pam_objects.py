@@ -117,7 +117,7 @@ class Bench:
 
     def __init__(self, text: str, **settings: Any) -> None:
         program, mistakes = checked(text, "bench.pam")
-        assert [wrong for wrong in mistakes if not wrong.is_note] == []
+        assert [str(wrong) for wrong in mistakes if not wrong.is_note] == []
         thirds = int(next(p.values[0].value for p in program.items[0].parameters if p.name == "BASIC_PAM_CYCLE"))  # type: ignore[union-attr]
         self.kernel, self.port = Kernel(thirds), Port()
         self.objects = ApplicationObjects(program, self.kernel, self.port, **settings)
@@ -153,10 +153,10 @@ class Bench:
     def cycle(self, number: int = 1, work: Callable[[], None] = lambda: None) -> None:
         """Go on for basic cycles; `work` is that of the programs."""
         for _ in range(number):
-            self.kernel.cycle_number += 1
             reports, self._reports = self._reports, []
             for address, report in reports:
                 self.objects.on_report(address, report)
+            self.kernel.cycle_number += 1
             self.objects.take()
             self.objects.flow()
             work()

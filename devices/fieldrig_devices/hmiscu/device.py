@@ -30,8 +30,8 @@ from fieldrig_devices.hmiscu.plc.plc import Plc, PlcState
 from fieldrig_devices.hmiscu.plc.variables import Variables
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.compiler import Compiled
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.debugging.service import DebugService
+from fieldrig_devices.languages.source_file import SourceFile
 from fieldrig_devices.modbus.point_server import PointServer
 from fieldrig_devices.modbus.tools import lines_for
 from fieldrig_devices.registers.table import load_table

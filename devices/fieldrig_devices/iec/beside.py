@@ -12,9 +12,9 @@ from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Host, Library, Pending
 from fieldrig_devices.iec.program import ConfiguredObject
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.types import ObjectType, Value
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
+from fieldrig_devices.languages.source_file import SourceFile
 
 NS_PER_CHARACTER: Final = 5_000
 """Virtual time that compiling takes, in nanoseconds."""

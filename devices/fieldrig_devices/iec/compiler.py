@@ -24,11 +24,11 @@ from fieldrig_devices.iec.lower.names import names_of, rules_of
 from fieldrig_devices.iec.lower.routines import Lowered, lower
 from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.program import Program, Task
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.symbols import Symbols
 from fieldrig_devices.iec.tree import Unit
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.languages.resumable import prepare
+from fieldrig_devices.languages.source_file import SourceFile
 
 Progress = Callable[[str, int, int], None]
 """Called with the present stage, the number of things that are done, and their total."""

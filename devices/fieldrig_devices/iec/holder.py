@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
 from fieldrig_devices.iec.compiler import Compiled
-from fieldrig_devices.iec.source_file import SourceFile
+from fieldrig_devices.languages.source_file import SourceFile
 
 
 @runtime_checkable

@@ -1,17 +1,14 @@
-"""The view of a program for users: points of its tasks, its task configuration, and its mistakes."""
+"""The view of a program for users: points of its tasks, and its task configuration."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Final
 
 from fieldrig.clock import US
 from fieldrig.device import Point, Value
-from fieldrig.errors import ConfigError
-from fieldrig.errors import Mistake as Wrong
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.loaded import LoadedProgram
 from fieldrig_devices.iec.tasks.task import Task, TaskState
-from fieldrig_devices.languages.mistakes import CompileError, Mistake
 
 _TASK_POINTS: Final[tuple[tuple[str, Callable[[LoadedProgram, Task], Value], str], ...]] = (
     ("state", lambda program, task: int(program.state(task)), ""),
@@ -59,18 +56,3 @@ def task_forms(compiled: Compiled) -> list[Mapping[str, object]]:
         }
         for task in compiled.program.tasks
     ]
-
-
-def refused(wrong: CompileError, paths: Mapping[str, str]) -> ConfigError:
-    """Return the mistakes of a program that a rig file names; `paths` has the path of each file by its name."""
-    return ConfigError(_mistakes(paths, [mistake for mistake in wrong.mistakes if not mistake.is_note]))
-
-
-def _mistakes(paths: Mapping[str, str], mistakes: Sequence[Mistake]) -> list[Wrong]:
-    found = []
-    for mistake in mistakes:
-        place = f"{paths.get(mistake.file, mistake.file)}:{mistake.line}:{mistake.column}"
-        expected = f"expected {mistake.expected}" if mistake.expected else ""
-        remedy = "\n    ".join(part for part in (expected, mistake.hint) if part)
-        found.append(Wrong(place, None, "program", mistake.what, remedy))
-    return found

@@ -8,9 +8,9 @@ from iec_program import program
 from fieldrig.clock import VirtualClock
 from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.limits import MAX_4, Limits
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.languages.source_file import SourceFile
 
 LINE = "x := x * 3 + 1;\n"
 

@@ -201,7 +201,7 @@ def test_the_sizes_that_are_compared_with_the_limits() -> None:
 def test_costs_are_scaled() -> None:
     from fieldrig_devices.iec.compiler import compile_project
     from fieldrig_devices.iec.costs import Costs
-    from fieldrig_devices.iec.source_file import SourceFile
+    from fieldrig_devices.languages.source_file import SourceFile
 
     text = program("n, i : INT;", "FOR i := 1 TO 100 DO n := n + i * 3; END_FOR")
     bench = IecBench(text)

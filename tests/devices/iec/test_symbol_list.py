@@ -4,9 +4,9 @@ from xml.etree import ElementTree as ET
 
 from fieldrig.clock import VirtualClock
 from fieldrig_devices.iec.compiler import compile_project
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.symbol_list import symbol_list
+from fieldrig_devices.languages.source_file import SourceFile
 
 # The program of a documented example of CODESYS V3.5 SP12, in a shorter form.
 PROGRAM = """

@@ -24,7 +24,7 @@ from fieldrig_bus.opcua.message import (
     Write,
 )
 from fieldrig_bus.opcua.model import SERVER
-from fieldrig_devices.iec.source_file import SourceFile
+from fieldrig_devices.languages.source_file import SourceFile
 from fieldrig_devices.max4.configuration.program_file import Container
 from fieldrig_devices.max4.controller import Max4
 

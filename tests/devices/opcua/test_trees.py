@@ -24,8 +24,8 @@ from fieldrig_bus.opcua.message import (
 )
 from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.runtime import Runtime, Start
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.standalone import StandaloneHost
+from fieldrig_devices.languages.source_file import SourceFile
 from fieldrig_devices.opcua.face import OpcUaFace
 from fieldrig_devices.opcua.methods import Method, MethodsTree
 from fieldrig_devices.opcua.points import PointsTree

@@ -1,9 +1,14 @@
-"""`fieldrig pam check` and `fieldrig pam fmt`."""
+"""`fieldrig pam check`, `fmt`, `doc` and `run`."""
 
 import json
+import re
+import shutil
+import subprocess
 from pathlib import Path
 
-from pam_programs import MACHINE
+import pytest
+from pam_ports import GROUP, VME
+from pam_programs import HEADER, MACHINE
 from typer.testing import CliRunner
 
 from fieldrig_devices.pam.commands import app
@@ -47,3 +52,94 @@ def test_fmt_writes_one_layout(tmp_path: Path) -> None:
     assert run("fmt", file) == (0, f"{file}: formatted\n")
     assert file.read_text() == "APPLICATION\n  NAME = a V1.00;\n  BASIC_PAM_CYCLE = 3;  // 1 ms\nEND\n"
     assert run("fmt", file, "--check") == (0, "")
+
+
+@pytest.mark.manual("PAMS-073")
+def test_headers_writes_the_include_files_of_a_vme_master(tmp_path: Path) -> None:
+    file = tmp_path / "printer.pam"
+    file.write_text(HEADER + GROUP + VME)
+    code, output = run("headers", file, "--into", tmp_path / "AGL")
+    assert (code, output.count("written")) == (0, 3)
+    crcs = (tmp_path / "AGL/PAM_VME.H").read_text()
+    assert crcs.count("#define") == 11
+    assert re.search(r"^#define DFI_MachRunning +0xE41C$", crcs, re.MULTILINE)
+    assert re.search(r"^#define VME_CLASS_REAL 4$", (tmp_path / "AGL/VMECLASS.H").read_text(), re.MULTILINE)
+    memory = (tmp_path / "AGL/PAM_DEF.H").read_text()
+    assert re.search(r"^#define VME_FATAL_ERROR_INFO_2 +56$", memory, re.MULTILINE)
+    assert re.search(r"^#define VME_END_INIT_IN +6$", memory, re.MULTILINE)
+
+
+@pytest.mark.manual("PAMS-073", "PAMS-058", "PAMS-064")
+def test_a_c_compiler_lays_the_memory_out(tmp_path: Path) -> None:
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("there is no C compiler: apt-get install gcc")
+    (tmp_path / "printer.pam").write_text(HEADER + GROUP + VME)
+    run("headers", tmp_path / "printer.pam", "--into", tmp_path)
+    offsets = {"header_fifo_out": 10, "watchdog": 20, "synchro": 22, "cmd_port": 24, "fatal_error_panel": 44}
+    fields = "\n".join(
+        f'_Static_assert(offsetof(S_dual_vme, {field}) == {offset}, "{field}");' for field, offset in offsets.items()
+    )
+    includes = "".join(f'#include "{name}"\n' for name in ("PAM_DEF.H", "PAM_VME.H", "VMECLASS.H"))
+    (tmp_path / "master.c").write_text(f"#include <stddef.h>\n{includes}{fields}\nint crc = DLI_MachHeadSpeed;\n")
+    subprocess.run([compiler, "-Wall", "-Werror", "-c", "master.c"], cwd=tmp_path, check=True, timeout=60)
+
+
+@pytest.mark.parametrize(("text", "said"), [(MACHINE, "has no VME DUALPORT"), (WRONG, "AXI_Blt is not declared here")])
+def test_headers_needs_a_vme_dual_port(tmp_path: Path, text: str, said: str) -> None:
+    file = tmp_path / "a.pam"
+    file.write_text(text)
+    code, output = run("headers", file, "--into", tmp_path)
+    assert code == 2
+    assert said in output
+    assert not list(tmp_path.glob("*.H"))
+
+
+COUNTING = (
+    MACHINE
+    + "TASK TSK_a; SPECS CYCLES = 1; END_SPECS EVENTS ON_EVENT SBI_Start XEQ_SEQUENCE SEQ_a; END_EVENTS SEQUENCE SEQ_a;"
+    " LOOP CWV_Count <- CWV_Count + {step}; WAIT_TIME 100; END_LOOP !SBI_Start; END_SEQUENCE END_TASK\n"
+)
+
+
+def test_run_shows_the_variables_at_the_end(tmp_path: Path) -> None:
+    file = tmp_path / "a.pam"
+    file.write_text(COUNTING.format(step=1))
+    code, output = run("run", file, "--set", "SBI_Start=true", "--watch", "CWV_Count", "--for", "1s", "--json")
+    assert code == 0
+    assert "No node is behind the objects" in output
+    assert json.loads(output[output.index("{") :]) == {"CWV_Count": 10}
+    code, output = run("run", file, "--for", "1s")
+    assert (code, "IFV_Each[2]" in output) == (0, True)
+
+
+def test_run_says_what_is_wrong(tmp_path: Path) -> None:
+    file = tmp_path / "a.pam"
+    file.write_text(COUNTING.format(step=2_000_000_000))
+    code, output = run("run", file, "--set", "SBI_Start=1", "--for", "1s")
+    assert code == 6
+    assert "02..FFF2 an integer overflow in TSK_a.SEQ_a" in output
+    for arguments in (["--set", "SBI_Start"], ["--set", "none=1"], ["--watch", "none", "--for", "1s"], []):
+        assert run("run", file, *arguments)[0] == 2
+    file.write_text(WRONG)
+    assert run("run", file, "--for", "1s")[0] == 2
+
+
+def test_doc_lists_sequences_and_identifiers(tmp_path: Path) -> None:
+    file, listing = tmp_path / "a.pam", tmp_path / "a.doc"
+    file.write_text(COUNTING.format(step=1))
+    code, output = run("doc", file)
+    assert code == 0
+    assert "  S001       4096" in output
+    assert run("doc", file, "--out", listing) == (0, "")
+    assert listing.read_text() == output
+    file.write_text(WRONG)
+    assert run("doc", file)[0] == 2
+
+
+def test_check_reports_an_application_without_room(tmp_path: Path) -> None:
+    file = tmp_path / "a.pam"
+    file.write_text(MACHINE + "".join(f"COMMON WORD_VAR CWV_{number};\n" for number in range(4_200)))
+    code, output = run("check", file)
+    assert code == 2
+    assert "expected at most 262144 bytes" in output

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from fieldrig_devices.hmiscu.plc.mast import MastProgram
 from fieldrig_devices.iec.debuggee import IecDebuggee
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.debugging.debuggee import Reset
+from fieldrig_devices.languages.source_file import SourceFile
 
 if TYPE_CHECKING:
     from fieldrig_devices.hmiscu.plc.plc import Plc

@@ -13,8 +13,8 @@ from fieldrig.clock import Clock
 from fieldrig_devices.iec.beside import Beside, HostFacts, Order, compile_order
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.loaded import LONGEST_WAIT_NS, NO_GAP
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.task_points import task_forms
+from fieldrig_devices.languages.source_file import SourceFile
 
 if TYPE_CHECKING:
     from fieldrig_devices.hmiscu.plc.plc import Plc

@@ -28,12 +28,13 @@ from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Library
-from fieldrig_devices.iec.source_file import SourceFile, decoded
 from fieldrig_devices.iec.standalone import StandaloneHost
-from fieldrig_devices.iec.task_points import refused, task_points
+from fieldrig_devices.iec.task_points import task_points
 from fieldrig_devices.iec.tasks.task import Task
 from fieldrig_devices.iec.thread import Fault, call_hierarchy
 from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.languages.refusal import refused
+from fieldrig_devices.languages.source_file import SourceFile, decoded
 
 
 class PlcState(Enum):

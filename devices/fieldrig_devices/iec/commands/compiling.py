@@ -11,7 +11,7 @@ from fieldrig_devices.iec.commands.sources import dialect_named
 if TYPE_CHECKING:
     from fieldrig_devices.iec.compiler import Compiled
     from fieldrig_devices.iec.holder import ProgramHolder
-    from fieldrig_devices.iec.source_file import SourceFile
+    from fieldrig_devices.languages.source_file import SourceFile
 
 RigOption = Annotated[
     Path | None,

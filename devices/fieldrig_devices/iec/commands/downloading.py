@@ -16,7 +16,7 @@ from fieldrig_devices.languages.debugging.debug_command import DeviceName, momen
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fieldrig_devices.iec.source_file import SourceFile
+    from fieldrig_devices.languages.source_file import SourceFile
 
 LONGEST_S: Final = 600.0
 """Time that compiling may take, in seconds."""

@@ -1,6 +1,6 @@
 """The source files that a command is given, and the dialect that they are written in."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -12,7 +12,7 @@ from fieldrig_devices.iec.dialect import DIALECTS
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.dialect import Dialect
-    from fieldrig_devices.iec.source_file import SourceFile
+    from fieldrig_devices.languages.source_file import SourceFile
 
 
 Files = Annotated[list[Path], argument("FILE...", "The source files of the program; a folder means all files in it.")]
@@ -26,13 +26,13 @@ SUFFIXES: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut", "
 def dialect_named(name: str) -> "Dialect":
     """Return the dialect of an option.  BadParameter for an unknown name."""
     if name not in DIALECTS:
-        raise typer.BadParameter(f"expected {' or '.join(DIALECTS)}, got {name!r}", param_hint="--dialect")
+        raise typer.BadParameter(f"expected {_listed(DIALECTS)}, got {name!r}", param_hint="--dialect")
     return DIALECTS[name]
 
 
 def read_sources(paths: Sequence[Path]) -> "list[SourceFile]":
     """Return the texts of files, and of all source files in folders.  UsageError if there are none."""
-    from fieldrig_devices.iec.source_file import SourceFile
+    from fieldrig_devices.languages.source_file import SourceFile
 
     found: list[SourceFile] = []
     for path in paths:
@@ -46,7 +46,7 @@ def read_sources(paths: Sequence[Path]) -> "list[SourceFile]":
 
 def read_text(path: Path) -> str:
     """Return the text of a file.  UsageError if it cannot be read."""
-    from fieldrig_devices.iec.source_file import decoded
+    from fieldrig_devices.languages.source_file import decoded
 
     with reading(path):
         data = path.read_bytes()
@@ -54,3 +54,8 @@ def read_text(path: Path) -> str:
         return decoded(data)
     except ValueError as cause:
         raise UsageError(f"{path} cannot be read", str(cause)) from cause
+
+
+def _listed(names: Iterable[str]) -> str:
+    *others, last = names
+    return f"{', '.join(others)} or {last}"

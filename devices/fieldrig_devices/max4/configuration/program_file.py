@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final, Self
 
 from fieldrig.untrusted import MalformedError, field, items, read_json
-from fieldrig_devices.iec.source_file import SourceFile, decoded
+from fieldrig_devices.languages.source_file import SourceFile, decoded
 
 PROGRAM_FILE: Final = "\\DEFAULT.PRG"
 FORMAT: Final = "IEC sources"

@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec.debuggee import IecDebuggee
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.debugging.debuggee import Reset
+from fieldrig_devices.languages.source_file import SourceFile
 from fieldrig_devices.max4.configuration.program_file import Container
 from fieldrig_devices.max4.plc.loaded import RetainingProgram
 

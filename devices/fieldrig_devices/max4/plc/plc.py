@@ -21,13 +21,14 @@ from fieldrig_devices.iec.beside import Beside, HostFacts, text_of
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.loaded import LONGEST_WAIT_NS, NO_GAP
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.symbol_list import symbol_list
-from fieldrig_devices.iec.task_points import refused, state_of, task_forms, task_points
+from fieldrig_devices.iec.task_points import state_of, task_forms, task_points
 from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, TCP_PRIORITY, SystemWork
 from fieldrig_devices.iec.tasks.task import Task
 from fieldrig_devices.iec.thread import Fault, call_hierarchy
 from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.languages.refusal import refused
+from fieldrig_devices.languages.source_file import SourceFile
 from fieldrig_devices.max4.configuration.limits import limits_of
 from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container, container_of
 from fieldrig_devices.max4.messages.catalogue import Code

@@ -10,32 +10,31 @@ from fieldrig.cli.common import AsJson, argument, echo_json, reading
 from fieldrig.exits import Exit
 
 if TYPE_CHECKING:
-    from fieldrig_devices.pam.language.preprocessor import Reader
+    from fieldrig_devices.pam.runtime.compiler import Compiled
 
 File = Annotated[Path, argument("FILE", "The source file of the application; it may include others beside it.")]
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a source file in UTF-8, or else in Latin-1, as the tools of 1995 write it."""
+    """Return the text of a source file."""
+    from fieldrig_devices.languages.source_file import decoded
+
     with reading(path):
-        data = path.read_bytes()
+        return decoded(path.read_bytes())
+
+
+def compiled(file: Path) -> "Compiled":
+    """Compile an application, or list its mistakes and exit."""
+    from fieldrig_devices.languages.mistakes import CompileError
+    from fieldrig_devices.pam.application_files import reader_beside
+    from fieldrig_devices.pam.runtime.compiler import compile_application
+
     try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
-
-
-def reader_beside(path: Path) -> "Reader":
-    """Return what reads included files: only those in the folder of the application and below it."""
-    folder = path.resolve().parent
-
-    def read(name: str) -> str | None:
-        included = (folder / name.replace("\\", "/")).resolve()
-        if not included.is_relative_to(folder) or not included.is_file():
-            return None
-        return read_text(included)
-
-    return read
+        return compile_application(read_text(file), str(file), reader_beside(file))
+    except CompileError as wrong:
+        for mistake in wrong.mistakes:
+            typer.echo(str(mistake), err=True)
+        raise typer.Exit(Exit.WRONG) from wrong
 
 
 def check(file: File, as_json: AsJson = False) -> None:
@@ -47,9 +46,12 @@ def check(file: File, as_json: AsJson = False) -> None:
     The exit code is 0 if the application is right, and 2 if it has mistakes. Notes, such as old names that release 2.5
     still takes, are no mistakes.
     """
+    from fieldrig_devices.pam.application_files import reader_beside
     from fieldrig_devices.pam.language.compiler import checked
+    from fieldrig_devices.pam.runtime.compiler import too_large, wrong_counts
 
     program, found = checked(read_text(file), str(file), reader_beside(file))
+    found += too_large(program, found) or wrong_counts(program, found)
     mistakes = [mistake for mistake in found if not mistake.is_note]
     if as_json:
         echo_json([dataclasses.asdict(mistake) for mistake in found])

@@ -27,6 +27,8 @@ class AxesSet(ObjectItem):
         super().__init__(name)
         self._site = site
         self.members = [Member(axis, subset) for axis, subset in members]
+        for axis, _ in members:
+            site.dependents.setdefault(axis.name, []).append(name)
         self._optimizes = optimizes
         self._subsets = sorted({member.subset for member in self.members} - {0})
         self._groups: dict[int, list[Member]] = {}
@@ -132,6 +134,7 @@ class AxesSet(ObjectItem):
 
     def _regroup(self) -> None:
         """Form the groups of identical axes, and tell the nodes which have changed (PAML-163, PAML-164)."""
+        self._site.changes += 1
         wanted = self._identical() if self._optimizes and self._mode is not None else []
         kept = {group: members for group, members in self._groups.items() if members in wanted}
         for group, members in self._groups.items():

@@ -15,6 +15,7 @@ from fieldrig_devices.pam.objects.site import Site
 from fieldrig_devices.pam.objects.sources import SourceItem
 from fieldrig_devices.pam.objects.transformer_item import TransformerItem
 from fieldrig_devices.pam.objects.transformers import DistributorItem
+from fieldrig_devices.pam.pipes.block import Block
 from fieldrig_devices.pam.pipes.converter import Converter, Destination
 from fieldrig_devices.pam.pipes.distributor import Distributor
 
@@ -84,13 +85,23 @@ class Pipe:
         return self.source.period * (self.distributor.divisor if self.distributor is not None else 1)
 
 
+class Flag:
+    """The last `ready` of a block, for the programs that wait for its change."""
+
+    __slots__ = ("block", "name", "was_ready")
+
+    def __init__(self, item: "SourceItem | TransformerItem | ConverterItem") -> None:
+        self.block, self.name = item.block, item.name
+        self.was_ready = self.block.ready
+
+
 class Branch:
     """The steps of a pipe behind the blocks that it shares with the pipes in front of it."""
 
     def __init__(self, pipe: Pipe, begin: TransformerItem | None, steps: Sequence[Step]) -> None:
         self.begin = begin.block if begin is not None else None
         self.distributor, self.steps = pipe.distributor, tuple(steps)
-        self.names = tuple(item.name for item in (*pipe.transformers, pipe.converter))
+        self.flags = [*map(Flag, pipe.transformers), Flag(pipe.converter)]
         self.correctors = tuple(item for item in pipe.transformers if isinstance(item, CorrectorItem))
 
 
@@ -103,12 +114,24 @@ class Network:
         self._left = 1
         self._number = 0
         """Number of the present period, which the distributors count (PAML-542)."""
+        self._flag = Flag(source)
         self._branches: list[Branch] = []
+        self._blocks: list[Block | Converter] = []
+        self._settling = 0
+        self._last: float | None = None
+        self._still = 0
+        """Periods without a new value of the source."""
+        self._asleep_at = -1
+        """The number of changes at which the network fell asleep."""
 
     def lay_out(self, pipes: Sequence[Pipe]) -> None:
         """Lay out the steps: each pipe goes on behind the last block that a pipe before it computes."""
         done: set[int] = set()
         self._branches = []
+        transformers = [item.block for pipe in pipes for item in pipe.transformers]
+        self._blocks = [*transformers, *(pipe.converter.block for pipe in pipes)]
+        self._settling = 3 * max(pipe.distributor.divisor if pipe.distributor is not None else 1 for pipe in pipes)
+        self._asleep_at, self._still = -1, 0
         for pipe in pipes:
             fresh = [item for item in pipe.transformers if id(item) not in done]
             shared = [item for item in pipe.transformers if id(item) in done]
@@ -122,23 +145,41 @@ class Network:
         if self._left:
             return
         self._left = self._cycles
-        source = self._source
-        first = source.block.step()
-        kernel = self._site.kernel
-        touched, cycle = kernel.touched, kernel.cycle_number
-        touched(source.name)
+        first = self._source.block.step()
+        number, self._number = self._number, self._number + 1
+        if first == self._last and self._asleep_at == self._site.changes:
+            return
+        self._compute(first, number)
+        self._still = self._still + 1 if first == self._last else 0
+        self._last = first
+        if self._still > self._settling and self._is_settled:
+            self._asleep_at = self._site.changes
+
+    @property
+    def _is_settled(self) -> bool:
+        return self._source.block.ready and all(block.is_settled for block in self._blocks)
+
+    def _compute(self, first: float, number: int) -> None:
+        """Take a value of the source through all branches that compute in this period of the network."""
+        cycle = self._site.cycle
+        self._show([self._flag])
         for branch in self._branches:
             distributor = branch.distributor
-            if distributor is not None and self._number % distributor.divisor != distributor.shift:
+            if distributor is not None and number % distributor.divisor != distributor.shift:
                 continue
             for corrector in branch.correctors:
                 corrector.flowed_in = cycle
             value = first if branch.begin is None else branch.begin.value
             for step in branch.steps:
                 value = step(value)
-            for name in branch.names:
-                touched(name)
-        self._number += 1
+            self._show(branch.flags)
+
+    def _show(self, flags: Sequence[Flag]) -> None:
+        for flag in flags:
+            ready = flag.block.ready
+            if ready is not flag.was_ready:
+                flag.was_ready = ready
+                self._site.kernel.touched(flag.name)
 
 
 class Pipes:
@@ -149,6 +190,7 @@ class Pipes:
         self._declared: dict[str, Declared] = {}
         self._pipes: list[Pipe] = []
         self._networks: dict[str, Network] = {}
+        site.periods_changed = self._hand_periods_on
 
     def declare(self, declared: Declared) -> None:
         """Keep the declaration of a block, for blocks that begin with its values."""
@@ -162,6 +204,7 @@ class Pipes:
         for known in replaced:
             if known.converter is not pipe.converter:
                 known.converter.block.give_up()
+                self._site.kernel.touched(known.converter.name)
         self._change([*kept, pipe])
         pipe.converter.block.start(pipe.period_s)
 
@@ -180,10 +223,12 @@ class Pipes:
         for key, item in before.items():
             if key not in after:
                 item.end()
+                self._site.kernel.touched(item.name)
         self._pipes = pipes
         for pipe in pipes:
             self._begin(pipe, before)
             before.update((id(item), item) for item in pipe.lives)
+        self._hand_periods_on()
         sources = {pipe.source.name: pipe.source for pipe in pipes}
         self._networks = {
             name: self._networks.get(name) or Network(source, self._site) for name, source in sources.items()
@@ -192,16 +237,20 @@ class Pipes:
             network.lay_out([pipe for pipe in pipes if pipe.source.name == name])
 
     def _begin(self, pipe: Pipe, living: "dict[int, SourceItem | TransformerItem]") -> None:
-        """Let the new blocks of a pipe begin, and hand the period of the values from block to block (PAML-410)."""
+        """Let the new blocks of a pipe begin."""
         for item in pipe.lives:
             if id(item) not in living:
                 if not self._site.options.keeps_written_parameters:
                     item.declare(self._declared[item.name])
                 item.begin(pipe.source.period if item is pipe.source else pipe.period_s)
-        period = pipe.source.block.outgoing_period
-        for transformer in pipe.transformers:
-            transformer.block.period = period
-            period = transformer.block.outgoing_period
+
+    def _hand_periods_on(self) -> None:
+        """Hand the period of the values from block to block (PAML-410)."""
+        for pipe in self._pipes:
+            period = pipe.source.block.outgoing_period
+            for transformer in pipe.transformers:
+                transformer.block.period = period
+                period = transformer.block.outgoing_period
 
     def flow(self) -> None:
         for network in tuple(self._networks.values()):

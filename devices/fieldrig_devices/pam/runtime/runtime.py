@@ -5,25 +5,28 @@ equations, and actions and tasks in the order of their declarations, and the par
 time: an application that does not come to rest in a cycle is stopped by 02..F060, the overrun of the basic cycle.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 from fieldrig.sandbox import bind, compiled
-from fieldrig_devices.languages.faults import RunError
+from fieldrig_devices.languages.debugging.stepping import Goal
 from fieldrig_devices.languages.resumable import Code
-from fieldrig_devices.languages.task import TaskState
+from fieldrig_devices.languages.task import Task, TaskState
 from fieldrig_devices.pam.runtime import arithmetic
 from fieldrig_devices.pam.runtime.binding import Binding
 from fieldrig_devices.pam.runtime.compiler import Compiled
 from fieldrig_devices.pam.runtime.equations import Equations
+from fieldrig_devices.pam.runtime.faults import Fault, reason
 from fieldrig_devices.pam.runtime.item import Item, Objects, Part, RoutineRef, Value
 from fieldrig_devices.pam.runtime.lower.formulas import Formula
-from fieldrig_devices.pam.runtime.lower.lowered import SequenceCode, Site, routine_name
+from fieldrig_devices.pam.runtime.lower.lowered import SequenceCode, routine_name
 from fieldrig_devices.pam.runtime.reactions import ActionsItem, Runner
 from fieldrig_devices.pam.runtime.schedule import Schedule
 from fieldrig_devices.pam.runtime.sequence import TaskItem
+from fieldrig_devices.pam.runtime.services import Services
 from fieldrig_devices.pam.runtime.waits import Gate
+from fieldrig_devices.pam.runtime.watch import Watch
 from fieldrig_devices.pam.runtime.watches import Watches
 
 OVERRUN: Final = "02..F060"
@@ -46,22 +49,6 @@ class Limits:
     """False: a sequence that does not come to rest goes on in the next basic cycle."""
 
 
-@dataclass(frozen=True, slots=True)
-class Fault:
-    """Why the application has stopped."""
-
-    code: str
-    text: str
-    title: str
-    """The program, such as TSK_a.SEQ_b."""
-    file: str
-    line: int
-
-    def __str__(self) -> str:
-        where = f" in {self.title}" if self.title else ""
-        return f"{self.code}: {self.text}{where} ({self.file}:{self.line})"
-
-
 def silent(_code: str, _details: Sequence[int], _text: str) -> None:
     """Take no notice of a message."""
 
@@ -77,11 +64,16 @@ class Runtime:
         self.watches.on_fault = self._on_formula_fault
         self.cells: list[Any] = list(program.layout.start_values())
         """The values of all variables and equations, then the formal parameters."""
+        self.items: dict[str, Sequence[Item]] = {}
+        """The items of all objects by their names."""
+        self.scope: dict[str, Any] = {}
+        """The names that generated code sees."""
         self._objects: Objects | None = None
         self._parts: list[Part] = []
         self._running: TaskItem | Runner | None = None
         self._budget = 0
         self._statements = self._limits.statements_per_ms * self.thirds // 3
+        self.services = Services(self)
         self.gates: dict[int, Gate] = {}
         """The gates of CONDITION DUPL_START by the numbers of their sequences."""
         self.tasks: list[TaskItem] = []
@@ -94,6 +86,13 @@ class Runtime:
         self.is_paused = False
         """True while a debugger holds all programs."""
         self.fault: Fault | None = None
+        self.failed: Task | None = None
+        """The task of the program that the fault is in."""
+        self.watch = Watch(self)
+        self.forced: dict[int, Value] = {}
+        """Variables that a debugger holds, by their cells: they have these values when a basic cycle begins."""
+        self.on_cycle: Callable[[], None] | None = None
+        """Called at the end of each basic cycle."""
         self.on_stop: Callable[[], None] = lambda: None
         """Called when a program reaches a breakpoint, has made a step, or stops by a fault."""
 
@@ -142,18 +141,17 @@ class Runtime:
     def start(self, objects: Objects, others: Sequence[Part] = ()) -> None:
         """Connect the programs to all objects of the application, and let the POWERON parts begin."""
         self._objects, self._parts = objects, [objects, *others]
-        code, layout = self.program.code, self.program.layout
-        items: dict[str, Sequence[Item]] = {}
+        code = self.program.code
+        items = self.items
         for part in self._parts:
             items |= part.items
-        scope = {"M": self.cells, "W": self._flags, **arithmetic.FUNCTIONS, **self._services()}
-        scope |= Binding(self, items).of(code.uses.table)
+        scope = self.scope = {"M": self.cells, "W": self._flags, **arithmetic.FUNCTIONS, **self.services.functions()}
+        scope |= Binding(self, items, self.watches.functions).of(code.uses.table)
         formulas = compiled(code.formulas.source, self.program.names, self.program.rules, "<formulas>")
         functions = bind(formulas, scope)
-        self.watches.functions = [functions[formula.function] for formula in code.formulas.table]
+        self.watches.functions += [functions[formula.function] for formula in code.formulas.table]
         names = {name: value for name, value in scope.items() if name != "__builtins__"}
         self.code = Code(code.routines, names, max(code.stack_size, 1), self.program.rules)
-        self._layout_size = layout.size
         self.routines = Runner(self, "connected routines", self._frame())
         self._power_on = Runner(self, "power-on actions", self._frame())
         self._make_units()
@@ -216,10 +214,14 @@ class Runtime:
         assert self._objects is not None
         self._objects.flow()
         if not self.is_stopped and not self.is_paused:
+            for cell, value in self.forced.items():
+                self.poke(cell, value)
             self._budget = self._statements
             self._run_programs()
         for part in self._parts:
             part.give()
+        if self.on_cycle is not None:
+            self.on_cycle()
 
     def _run_programs(self) -> None:
         self.run_routines()
@@ -257,13 +259,30 @@ class Runtime:
         self._running, task = program, program.task
         self._flags[0] = int(self.schedule.is_busy or not self.routines.is_idle)
         self._flags[1] = 0
-        left = task.run(self._budget)
-        self._budget = task.unused if task.has_waited else left
+        if program.goal is None:
+            left = task.run(self._budget)
+            self._budget = task.unused if task.has_waited else left
+        else:
+            self._run_to_goal(program, program.goal)
         self._running = None
         if task.state is TaskState.FAULTED:
             self._on_fault(program)
         elif self._budget <= 0 and task.state is TaskState.READY:
             self._on_overrun(program)
+
+    def _run_to_goal(self, program: "TaskItem | Runner", goal: Goal) -> None:
+        """Run one instruction after the other until the step of the debugger is complete, or the program waits."""
+        task = program.task
+        while self._budget > 0:
+            self._budget -= task.step()
+            if task.state is not TaskState.READY:
+                program.goal = None
+            elif goal.is_reached(task.line, len(task.stack)):
+                program.goal = None
+                task.halt()
+            elif not task.is_waiting:
+                continue
+            return
 
     def give_way(self, task: TaskItem) -> None:
         """Let a sequence go on after the other programs that are due, or in the next cycle if this one is used up."""
@@ -284,6 +303,11 @@ class Runtime:
         return self._running
 
     @property
+    def has_timed_out(self) -> bool:
+        """TIMEOUT of the program that runs."""
+        return self._running is not None and self._running.timed_out
+
+    @property
     def present_item(self) -> int:
         return 0 if self._running is None else self._running.task.base
 
@@ -298,12 +322,32 @@ class Runtime:
         assert self._objects is not None
         self._objects.connect(blocks)
 
+    # ---- for debuggers
+
+    @property
+    def programs(self) -> list[TaskItem | Runner]:
+        """All programs: the items of tasks, then those of actions, and what runs on behalf of the PAM itself."""
+        return [*self.tasks, *(group.runner for group in self.actions), self.routines, self._power_on]
+
+    def go_on(self, program: "TaskItem | Runner") -> None:
+        """Have a program continue from a breakpoint in the next basic cycle."""
+        for unit in self.schedule.units.values():
+            if program is unit or program is getattr(unit, "runner", None):
+                self.schedule.enter_next(unit)
+
+    def write_input(self, item: Item, path: str, value: Value) -> None:
+        """Give an input another value; only an application without a machine can do it."""
+        hold = getattr(item, "hold", None)
+        if hold is None:
+            raise ValueError(f"{path} is an input of the machine: expected a variable or an output")
+        hold(value)
+
     # ---- faults
 
     def _on_fault(self, program: "TaskItem | Runner") -> None:
         fault = program.task.fault
         assert fault is not None
-        self._fail(*_reason(fault), program)
+        self._fail(*reason(fault), program)
 
     def _on_overrun(self, program: "TaskItem | Runner") -> None:
         if self._limits.is_overrun_fatal or isinstance(program, Runner):
@@ -314,10 +358,11 @@ class Runtime:
         task = program.task
         file, line = self.program.code.place(task.line)
         title = self.program.code.titles[self.code.names_of_routines[task.routine]]
+        self.failed = task
         self._stop(Fault(code, text, title, file, line))
 
     def _on_formula_fault(self, cause: BaseException, formula: Formula) -> None:
-        self._stop(Fault(*_reason(cause), "", formula.place.file, formula.place.line))
+        self._stop(Fault(*reason(cause), "", formula.place.file, formula.place.line))
 
     def _stop(self, fault: Fault) -> None:
         if self.is_stopped:
@@ -338,50 +383,6 @@ class Runtime:
         """A program has reached a breakpoint."""
         self.on_stop()
 
-    # ---- functions that generated code calls
-
-    def _services(self) -> Mapping[str, Callable[..., Any]]:
-        sites: list[Any] = list[Site](self.program.code.sites)
-
-        def timed(name: str, site: int, milliseconds: float | None) -> bool:
-            found: bool = getattr(self.present, name)(sites[site], milliseconds)
-            return found
-
-        def switch(site: int) -> None:
-            self.present.next_sequence = sites[site].sequence
-
-        return {
-            "changed": self.watches.changed,
-            "poke_all": self._poke_all,
-            "poke_and_tell": self._poke_and_tell,
-            "poke_inverted": self._poke_inverted,
-            "timed_out": lambda: self._running is not None and self._running.timed_out,
-            "answer": lambda slot: self.present.answer(slot),
-            "condition": lambda site: timed("condition", site, None),
-            "condition_until": lambda site, time: timed("condition", site, time),
-            "choose": lambda site: timed("choose", site, None),
-            "choose_until": lambda site, time: timed("choose", site, time),
-            "wait_time": lambda time: self.present.wait_time(time),
-            "gate": lambda: self.present.gate(),
-            "switch": switch,
-            "start_task": lambda site: self.present.start_task(sites[site]),
-            "arm": lambda site: timed("arm", site, None),
-            "arm_until": lambda site, time: timed("arm", site, time),
-            "arm_rest": lambda site: self.present.arm_rest(sites[site]),
-            "disarm": lambda: self.present.disarm(),
-        }
-
-    def _poke_all(self, first: int, count: int, value: Value) -> None:
-        self.cells[first : first + count] = [value] * count
-
-    def _poke_and_tell(self, first: int, count: int, value: Value) -> None:
-        for cell in range(first, first + count):
-            self.poke(cell, value)
-
-    def _poke_inverted(self, first: int, count: int) -> None:
-        for cell in range(first, first + count):
-            self.poke(cell, not self.cells[cell])
-
     def poke(self, cell: int, value: Value) -> None:
         """Write a variable, and look at what waits for it."""
         if self.cells[cell] != value:
@@ -390,12 +391,3 @@ class Runtime:
 
 
 _TYPES: Final = {bool: "flag", int: "integer", float: "real"}
-
-
-def _reason(cause: BaseException) -> tuple[str, str]:
-    """Return the code and the text of a fault."""
-    if isinstance(cause, RunError):
-        return cause.code, cause.text
-    if isinstance(cause, ZeroDivisionError):
-        return arithmetic.REAL_FAULT, "a division of a real by zero"
-    return arithmetic.REAL_FAULT, "an overflow or an invalid operation of reals"

@@ -13,9 +13,9 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import check
 from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4, Dialect
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
+from fieldrig_devices.languages.source_file import SourceFile
 
 PROGRAM = """
 TYPE Form : STRUCT a : ARRAY[1..3] OF INT; b : BOOL; END_STRUCT END_TYPE

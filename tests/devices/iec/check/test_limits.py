@@ -9,9 +9,9 @@ from fieldrig.clock import VirtualClock
 from fieldrig_devices.iec import compiler
 from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.limits import MAX_4
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.languages.source_file import SourceFile
 from fieldrig_devices.max4.configuration.limits import limits_of
 from fieldrig_devices.max4.configuration.version import Version
 

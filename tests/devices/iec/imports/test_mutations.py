@@ -14,8 +14,8 @@ from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4, Dialect
 from fieldrig_devices.iec.imports import read_source
 from fieldrig_devices.iec.printer import print_unit
-from fieldrig_devices.iec.source_file import SourceFile
 from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.languages.source_file import SourceFile
 
 _PARTS = re.compile(r"<[^>]*>|[^<]+")
 _VALUES = re.compile(r'"[^"]*"')

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig_devices.iec import source_file
-from fieldrig_devices.iec.source_file import decoded
+from fieldrig_devices.languages import source_file
+from fieldrig_devices.languages.source_file import decoded
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,231 @@
+"""A PAM axes manager: power, basic cycle, panel, and the faces of its parts to the rig.
+
+Source: PAM System V2.5 Reference Manual 006.8007.B (digests PAML and PAMS).  The application is compiled when the rig
+starts, and runs from power-on.  Left out: the EEPROM with its compressed application, and the protocol of PAMDEBUGGER;
+the debugger of fieldrig takes its place, and its serial line shows messages.
+"""
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime, timedelta
+from functools import partial
+from typing import Any, ClassVar, Final
+
+from fieldrig.clock import MS, US, Clock, Timer
+from fieldrig.device import Device, Point, Value
+from fieldrig.faults import Fault, Faults
+from fieldrig.injected_faults import InjectedFaults
+from fieldrig.link import Link
+from fieldrig.point_values import truth_in
+from fieldrig_bus.ring.pam.message import RingMessage
+from fieldrig_bus.serial.message import SerialMessage
+from fieldrig_bus.wires import Signal
+from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.languages.refusal import refused
+from fieldrig_devices.languages.source_file import decoded
+from fieldrig_devices.pam.application_files import reader_beside, shapes_beside
+from fieldrig_devices.pam.faults import MODELS, PowerOff
+from fieldrig_devices.pam.panel.catalogue import text_of
+from fieldrig_devices.pam.panel.codes import Code, Kind, code_of
+from fieldrig_devices.pam.panel.display import DIGITS, Display
+from fieldrig_devices.pam.panel.info import panel_info
+from fieldrig_devices.pam.panel.messages import Message, Messages
+from fieldrig_devices.pam.panel.pam_display import PamDisplay
+from fieldrig_devices.pam.ports.memory import WORDS, Memory
+from fieldrig_devices.pam.power_cycle import PanelPart, PowerCycle, State
+from fieldrig_devices.pam.runtime.compiler import Compiled, compile_application
+from fieldrig_devices.pam.settings import PamSettings
+
+LONGEST_NAME: Final = 11
+"""Characters of the name of an application that the display scrolls (manual line 846)."""
+BLINKING: Final = (2, 3)
+"""The origins of fatal errors after which the LED blinks."""
+
+
+class Pam(Device):
+    about: ClassVar[str] = (
+        "a PAM axes manager: applications in its language, a ring of ST1 and Smart-IO nodes, PLC ports"
+    )
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
+
+    def __init__(
+        self,
+        clock: Clock,
+        settings: PamSettings,
+        ring: Link[RingMessage],
+        wires: Link[Signal] | None = None,
+        debugger: Link[SerialMessage] | None = None,
+        rs422: Link[SerialMessage] | None = None,
+    ) -> None:
+        """ConfigError, with every mistake, for an application that cannot be compiled."""
+        self._clock, self._settings, self._ring = clock, settings, ring
+        self._wires, self._debugger, self._rs422 = wires, debugger, rs422
+        self._compiled = _compiled(settings)
+        self._memory = Memory()
+        self._display = Display()
+        self._messages = Messages(lambda text: _send(debugger, text))
+        self._panel = PanelPart({"PAMDISPLAY": [PamDisplay(self._show, self._monitor)]})
+        self._volts = {0: 0.0, 1: 0.0}
+        self._cycle: PowerCycle | None = None
+        self._timer: Timer | None = None
+        self._begin_ns = self._cycles = 0
+        self.injected = self._faults = InjectedFaults[Fault[Any]](
+            clock, MODELS, Faults(Fault), on_change=self._on_faults
+        )
+        if rs422 is not None:
+            rs422.on_receive(self._on_rs422)
+
+    # ---- power
+
+    def start(self) -> None:
+        if self._faults.first(PowerOff) is None:
+            self._power_on()
+
+    def stop(self) -> None:
+        self._power_off()
+
+    def _on_faults(self) -> None:
+        has_power = self._faults.first(PowerOff) is None
+        if has_power and self._cycle is None:
+            self._power_on()
+        elif not has_power and self._cycle is not None:
+            self._power_off()
+            self._memory.write(0, [0] * WORDS)
+
+    def _power_on(self) -> None:
+        now_ns = self._clock.now_ns()
+        name = self._compiled.application
+        self._messages.clear()
+        self._display.restart(f"{name.name[:LONGEST_NAME]} V{name.version}", now_ns)
+        for address in self._volts:
+            self._set_volts(address, 0.0)
+        self._cycle = PowerCycle(
+            self._clock,
+            self._ring,
+            self._compiled,
+            self._settings,
+            self._memory,
+            self._panel,
+            shapes=shapes_beside(self._settings.application),
+            volts=self._set_volts,
+            rs422=lambda data: _send(self._rs422, data),
+            on_message=self._on_message,
+        )
+        self._begin_ns, self._cycles = now_ns, 0
+        self._cycle.start()
+        self._wait()
+
+    def _power_off(self) -> None:
+        self._cycle = None
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def reset(self) -> None:
+        """Carry out a hardware reset: everything begins again, and the DualPort keeps its contents."""
+        self._power_off()
+        self._power_on()
+
+    # ---- the basic cycle
+
+    def _wait(self) -> None:
+        self._cycles += 1
+        passed_ns = self._cycles * self._compiled.thirds * MS // 3
+        self._timer = self._clock.call_at(self._begin_ns + passed_ns, self._on_cycle)
+
+    def _on_cycle(self) -> None:
+        cycle = self._cycle
+        assert cycle is not None
+        cycle.cycle()
+        if cycle.state is State.FATAL:
+            self._timer = None
+        else:
+            self._wait()
+
+    # ---- messages
+
+    def _date(self) -> datetime:
+        return self._settings.date + timedelta(microseconds=self._clock.now_ns() // US)
+
+    def _on_message(self, text: str, details: Sequence[int], words: str) -> None:
+        """Show a message of the system, and write the panel of the ports if it is fatal."""
+        code = code_of(text)
+        is_first = self._messages.fatal is None
+        self._show(code, words or text_of(code), tuple(details))
+        if code.kind is Kind.FATAL and is_first and self._cycle is not None:
+            self._cycle.ports.fail(code.origin, code.number, self._date(), *panel_info(code, details))
+
+    def _show(self, code: Code, text: str, details: tuple[int | float, ...]) -> None:
+        self._messages.add(Message(code, text, details, self._date()))
+        self._display.show(code, self._clock.now_ns())
+
+    def _monitor(self, value: float) -> None:
+        self._display.monitor(value, self._clock.now_ns())
+
+    def _on_rs422(self, message: SerialMessage) -> None:
+        if isinstance(message, bytes) and self._cycle is not None:
+            self._cycle.ports.receive(message)
+
+    # ---- outputs of the front
+
+    def _set_volts(self, address: int, volts: float) -> None:
+        self._volts[address] = volts
+        wires = self._settings.analog_wires
+        if self._wires is not None and address < len(wires) and wires[address]:
+            self._wires.send(Signal(wires[address], volts, "V"))
+
+    def _led(self) -> str:
+        """Return the state of the green LED: it blinks after errors of the kernel (tables 12-8 to 12-10)."""
+        if self._cycle is None:
+            return "off"
+        fatal = self._messages.fatal
+        return "blink" if fatal is not None and fatal.code.origin in BLINKING else "on"
+
+    # ---- points
+
+    def points(self) -> Mapping[str, Point]:
+        return {
+            "display": Point(self._shown, about="the eight characters on the display"),
+            "display.blinks": Point(lambda: self._cycle is not None and self._display.blinks()),
+            "led": Point(self._led, about="the green LED: off, on or blink"),
+            "state": Point(self._state, about="off, ring, ports, running or fatal"),
+            "ring": Point(lambda: self._cycle.ring.phase.name.lower() if self._cycle else "off"),
+            "cycle": Point(lambda: self._cycles, about="basic cycles since power-on"),
+            "messages": Point(lambda: "\n".join(self._messages.printed), about="what the debugger printed last"),
+            "errors": Point(self._listed, about="the error list: the codes of errors, fatal errors and ends"),
+            "fault": Point(self._fault, about="why the application has stopped, with its line"),
+            "reset": Point(lambda: False, self._write_reset, about="write true for a hardware reset"),
+            **{
+                f"analog.{address}": Point(partial(self._volts.__getitem__, address), unit="V")
+                for address in self._volts
+            },
+        }
+
+    def _shown(self) -> str:
+        return " " * DIGITS if self._cycle is None else self._display.text(self._clock.now_ns())
+
+    def _state(self) -> str:
+        return "off" if self._cycle is None else self._cycle.state.value
+
+    def _listed(self) -> str:
+        return "\n".join(str(entry.code) for entry in self._messages.listed)
+
+    def _fault(self) -> str:
+        fault = None if self._cycle is None else self._cycle.runtime.fault
+        return "" if fault is None else str(fault)
+
+    def _write_reset(self, value: Value) -> None:
+        if truth_in(value) and self._cycle is not None:
+            self.reset()
+
+
+def _compiled(settings: PamSettings) -> Compiled:
+    path = settings.application
+    try:
+        return compile_application(decoded(path.read_bytes()), path.name, reader_beside(path))
+    except CompileError as wrong:
+        raise refused(wrong, {path.name: str(path)}) from wrong
+
+
+def _send(line: Link[SerialMessage] | None, data: bytes) -> None:
+    if line is not None:
+        line.send(data)

@@ -1,0 +1,136 @@
+"""Settings of a PAM in a rig file."""
+
+from collections.abc import Iterator
+from datetime import datetime
+from typing import Final, Literal
+
+from pydantic import Field
+
+from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
+from fieldrig_devices.pam.objects.options import Options
+from fieldrig_devices.pam.ports.options import PortOptions
+from fieldrig_devices.pam.runtime.runtime import Limits
+from fieldrig_devices.pamring.settings import RingSettings
+
+_RING: Final = RingSettings()
+_OBJECTS: Final = Options()
+_LIMITS: Final = Limits()
+
+
+class RingReadings(Settings):
+    """The PAM's end of its ring; the manual gives only the free frames."""
+
+    interface: Literal["asic", "fpga"] = Field(
+        default=_RING.interface, description="optical interface: an interruption is 06..F010 (asic) or 06..F00C (fpga)"
+    )
+    frames_per_ms: int = Field(
+        default=_RING.frames_per_ms, ge=1, le=1_000, description="free frames for set-points and orders"
+    )
+    nodes_per_ms: int = Field(
+        default=_RING.nodes_per_ms,
+        ge=1,
+        le=255,
+        description="peripherals for which a millisecond of the cycle has time",
+    )
+    reports_per_ms: int = Field(
+        default=_RING.reports_per_ms, ge=1, description="reports of nodes that the PAM handles in a millisecond"
+    )
+    reception_fifo: int = Field(default=_RING.reception_fifo, ge=1, description="reports that may wait")
+    sending_fifo: int = Field(default=_RING.sending_fifo, ge=1, description="orders that may wait for a free frame")
+    boot_ms: int = Field(
+        default=_RING.boot_ns // 1_000_000,
+        ge=1,
+        description="time after power-on until all declared nodes must be on the ring",
+    )
+
+
+class ObjectReadings(Settings):
+    """Passages of the manual about objects that can be read in two ways, and facts of a machine that it leaves out."""
+
+    takes_shorter_way: bool = Field(
+        default=_OBJECTS.takes_shorter_way,
+        description="whether an absolute move of a periodic axis or generator takes the shorter way round",
+    )
+    amplifier_unwraps: bool = Field(
+        default=_OBJECTS.amplifier_unwraps,
+        description="whether an amplifier counts the periods of its input, so that its output has no step there",
+    )
+    corrector_input_sign_reversed: bool = Field(
+        default=_OBJECTS.corrector_input_sign_reversed,
+        description='whether CORRECTION_REFERENCE = INPUT corrects by "must be" minus "is", as OUTPUT does',
+    )
+    keeps_written_parameters: bool = Field(
+        default=_OBJECTS.keeps_written_parameters,
+        description="whether a block begins its life with the values last written, or with those declared",
+    )
+    set_point_delay_cycles: float = Field(
+        default=_OBJECTS.set_point_delay_cycles,
+        ge=0,
+        description="cycles until a set-point works in a node, which ANTI_DELAY compensates",
+    )
+    report_delay_cycles: float = Field(
+        default=_OBJECTS.report_delay_cycles, ge=0, description="cycles until the PAM has the report of an input"
+    )
+    read_cycles: int = Field(
+        default=_OBJECTS.read_cycles, ge=1, description="cycles that a read over the ring takes at least"
+    )
+    read_timeout_cycles: int = Field(
+        default=_OBJECTS.read_timeout_cycles, ge=1, description="cycles after which a read is given up with 07..E021"
+    )
+    largest_torque_nm: float = Field(
+        default=_OBJECTS.largest_torque_nm, gt=0, description="torque of a motor at the largest torque limit, in Nm"
+    )
+    deviating_axes: list[int] = Field(
+        default=[],
+        description="addresses of ST1 nodes whose parameters differ, so that OPTIMIZE groups them with no other",
+    )
+
+
+class ProgramReadings(Settings):
+    """The speed of the PAM's processor, of which the manual says nothing."""
+
+    statements_per_ms: int = Field(
+        default=_LIMITS.statements_per_ms, ge=1, description="statements of all programs in a millisecond of the cycle"
+    )
+    is_overrun_fatal: bool = Field(
+        default=_LIMITS.is_overrun_fatal,
+        description="true: programs that need more stop the PAM with 02..F060; false: they go on in the next cycle",
+    )
+
+
+class PamSettings(Settings):
+    """Settings of a PAM."""
+
+    application: ConfigFile = Field(description="source of the application; its includes and cams are beside it")
+    date: datetime = Field(
+        default=datetime(1995, 10, 15),  # noqa: DTZ001 - the PAM knows no time zone
+        strict=False,
+        description="date and time of the PAM's clock when the rig starts, such as 1995-10-15 14:30:45",
+    )
+    analog_wires: list[str] = Field(
+        default=[],
+        max_length=2,
+        description='wires of the analog outputs 0 and 1 on the front, 0 to 2.5 V; "" is an output without a wire',
+    )
+    ring: RingReadings = Field(default_factory=RingReadings, description="the PAM's end of its ring")
+    objects: ObjectReadings = Field(default_factory=ObjectReadings, description="readings of the manual about objects")
+    programs: ProgramReadings = Field(default_factory=ProgramReadings, description="speed of the processor")
+    ports: PortOptions = Field(default_factory=PortOptions, description="readings of the manual about ports to a PLC")
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        yield Claim("ring", MASTER, "of the ring", ())
+        for address, wire in enumerate(self.analog_wires):
+            if wire:
+                yield Claim("wires", "wire", wire, ("analog_wires", address))
+
+    def ring_settings(self, thirds: int) -> RingSettings:
+        """Return the settings of the ring for a basic cycle of this many thirds of a millisecond."""
+        ring = self.ring.model_dump(exclude={"boot_ms"})
+        return RingSettings(thirds=thirds, boot_ns=self.ring.boot_ms * 1_000_000, **ring)
+
+    def options(self) -> Options:
+        readings = self.objects.model_dump()
+        return Options(**{**readings, "deviating_axes": frozenset(self.objects.deviating_axes)})
+
+    def limits(self) -> Limits:
+        return Limits(**self.programs.model_dump())

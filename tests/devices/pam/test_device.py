@@ -1,0 +1,137 @@
+"""A PAM as a device of a rig: power, start, panel, errors and reset."""
+
+from pathlib import Path
+
+import pytest
+
+from fieldrig.clock import MS, S
+from fieldrig.errors import ConfigError
+from fieldrig.pytest_plugin import RigMaker
+from fieldrig.rig import Rig
+
+RIG = """
+time: virtual
+speed: max
+buses:
+  ring: {kind: pamring.virtual}
+  wires: {kind: wires.virtual}
+devices:
+  pam:
+    kind: pam
+    application: app.pam
+    date: 1995-10-15 14:30:45
+    links: {ring: ring, wires: wires}
+    analog_wires: [pam.speed]
+"""
+HEADER = "APPLICATION NAME = PACKERLONGNAME V1.02 ; BASIC_PAM_CYCLE = 3 ; END\n"
+COUNTER = """
+PAM_ANALOG_OUTPUT PAO_Speed ; UNITS_PER_VOLT = 1000 ; OFFSET = 0 ; ADDRESS = 0 ; END
+INTERNAL WORD_VAR IWV_Count ;
+TASK TSK_Count ;
+  SPECS CYCLES = 1 ; END_SPECS
+  EVENTS ON_EVENT IWV_Count = 1 XEQ_SEQUENCE SEQ_Count ; END_EVENTS
+  SEQUENCE SEQ_Count ;
+    LOOP
+      WAIT_TIME 100 ;
+      IWV_Count <- IWV_Count + 1 ;
+      PAO_Speed <- IWV_Count * 100 ;
+    END_LOOP IWV_Count = 10 ;
+    {end}
+  END_SEQUENCE
+  POWERON IWV_Count <- 1 ; END_POWERON
+END_TASK
+"""
+
+
+@pytest.fixture
+def rig(fieldrig_rig: RigMaker, tmp_path: Path) -> Rig:
+    return started(fieldrig_rig, tmp_path, COUNTER.format(end=""))
+
+
+def started(make: RigMaker, folder: Path, application: str) -> Rig:
+    (folder / "app.pam").write_text(HEADER + application)
+    (folder / "rig.yaml").write_text(RIG)
+    return make(folder / "rig.yaml")
+
+
+def codes(rig: Rig) -> list[str]:
+    """The codes that the debugger has printed."""
+    lines = str(rig.get("pam", "messages")).splitlines()
+    return [line[line.index("[") + 1 : line.index("]")] for line in lines[::2]]
+
+
+@pytest.mark.manual("PAMS-107")
+def test_start_says_what_it_does_in_order(rig: Rig) -> None:
+    rig.run_until(S)
+    assert codes(rig) == [
+        "0780M008",  # no axis
+        "0780M009",
+        "0780M003",  # an empty ring
+        "0780M00C",
+        "0780M010",
+        "0780M005",  # no DualPort
+        "0780M016",
+        "0780M018",
+        "0780M017",
+    ]
+    assert rig.get("pam", "state") == "running"
+
+
+@pytest.mark.manual("PAML-012")
+def test_basic_cycle_has_the_period_of_the_application(rig: Rig) -> None:
+    rig.run_until(S)
+    before = int(rig.get("pam", "cycle"))
+    rig.run_until(2 * S)
+    assert int(rig.get("pam", "cycle")) - before == 1000
+
+
+@pytest.mark.manual("PAML-011")
+def test_display_scrolls_the_significant_characters_of_the_name(rig: Rig) -> None:
+    seen = set()
+    for _ in range(100):
+        rig.run_until(rig.now_ns + 100 * MS)
+        seen.add(rig.get("pam", "display"))
+    assert "PACKERLO" in seen
+    assert "AME V1.0" not in seen
+    assert "ONGN V1." in seen
+
+
+@pytest.mark.manual("PAML-106")
+def test_analog_output_of_the_front_drives_its_wire(rig: Rig) -> None:
+    rig.run_until(2 * S)
+    assert rig.get("pam", "analog.0") == pytest.approx(1.0, abs=0.005)
+
+
+@pytest.mark.manual("PAMS-060", "PAML-228")
+def test_fault_of_a_program_is_fatal_and_the_led_blinks(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
+    rig = started(fieldrig_rig, tmp_path, COUNTER.format(end="IWV_Count <- 1 / (IWV_Count - 10) ;"))
+    rig.run_until(3 * S)
+    assert (rig.get("pam", "state"), rig.get("pam", "led")) == ("fatal", "blink")
+    assert (rig.get("pam", "display"), rig.get("pam", "display.blinks")) == ("0200FFF2", True)
+    assert "app.pam:14" in str(rig.get("pam", "fault"))
+    stopped = rig.get("pam", "cycle")
+    rig.run_until(4 * S)
+    assert rig.get("pam", "cycle") == stopped
+
+
+def test_reset_begins_again(rig: Rig) -> None:
+    rig.run_until(3 * S)
+    rig.set("pam", "reset", True)
+    assert codes(rig) == ["0780M008", "0780M009"]
+    rig.run_until(4 * S)
+    assert rig.get("pam", "state") == "running"
+
+
+def test_without_power_nothing_is_shown(rig: Rig) -> None:
+    rig.run_until(S)
+    number = rig.add_fault("pam", {"what": "power_off"})
+    assert (rig.get("pam", "display"), rig.get("pam", "led"), rig.get("pam", "state")) == (" " * 8, "off", "off")
+    rig.clear_fault("pam", number)
+    rig.run_until(2 * S)
+    assert rig.get("pam", "state") == "running"
+
+
+def test_application_with_mistakes_is_refused_with_their_places(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as refused:
+        started(fieldrig_rig, tmp_path, "INTERNAL WORD_VAR IWV_a ;\nINTERNAL WORD_VAR IWV_a ;\nfoo ;\n")
+    assert "app.pam:4:1" in str(refused.value)
