@@ -345,6 +345,9 @@ def test_pmp_forward_and_backward(bench: Bench) -> None:
     assert bench.ask("PMP_Cut", "position") == pytest.approx(2500)
     bench.do("PMP_Cut", "absolute_move", 1000, 500)  # the same direction is not done
     assert is_ready(bench, "PMP_Cut")
+    bench.do("PMP_Cut", "absolute_move", 2500, 1000)  # it is at the first already
+    bench.until(lambda: is_ready(bench, "PMP_Cut"))
+    assert bench.ask("PMP_Cut", "position") == pytest.approx(1000)
 
 
 @pytest.mark.manual("PAML-605")
