@@ -172,7 +172,7 @@ def test_a_pipe_is_probed_by_an_analog_output() -> None:
 
 @pytest.mark.manual("PAML-635")
 @pytest.mark.parametrize(("word", "lead"), [("NO", 0), ("YES", 1)])
-def test_anti_delay_is_one_cycle_ahead_of_the_position(word: str, lead: int) -> None:
+def test_anti_delay_is_one_period_ahead_of_the_position(word: str, lead: int) -> None:
     bench = Bench(
         HEADER + PIPES.replace("ANTI_DELAY = NO", f"ANTI_DELAY = {word}"), shapes=lambda _: shape_of(STRAIGHT)
     )
@@ -181,7 +181,7 @@ def test_anti_delay_is_one_cycle_ahead_of_the_position(word: str, lead: int) -> 
     bench.do("TMP_Slow", "run", 6)
     bench.cycle(100)
     flow, position = 2 * bench.ask("AMP_Half", "value"), bench.ask("TMP_Slow", "position")
-    assert flow - position == pytest.approx(6 * 0.001 * lead)
+    assert flow - position == pytest.approx(6 * 0.010 * lead)
 
 
 @pytest.mark.manual("PAML-180")
