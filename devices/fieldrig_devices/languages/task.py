@@ -40,6 +40,8 @@ class Task:
         """The exception that stopped a task that is FAULTED; its place is the one that faulted."""
         self.has_waited = False
         """True if the last run ended at a place that waits."""
+        self.is_waiting = False
+        """True if the last step was an instruction that waits."""
         self.unused = 0
         """Budget that was left when it began to wait."""
         self._limit = 0
@@ -142,6 +144,10 @@ class Task:
         self._code.limit[0] = self._limit
         return self._step()[1] if self.state is TaskState.READY else 0
 
+    def halt(self) -> None:
+        """Stop in front of the next instruction, as at a breakpoint."""
+        self.state = TaskState.STOPPED
+
     def go_on(self) -> None:
         """Continue from a breakpoint: `run` starts with the next instruction even if it has a breakpoint."""
         if self.state in (TaskState.STOPPED, TaskState.READY):
@@ -178,6 +184,7 @@ class Task:
             why, self.pc, rest = function(self.pc, 1, self.frame, self.base)
         except faults.CAUGHT as fault:
             return SLICE, 1 - self._fail(Build.STEPPED, fault)
+        self.is_waiting = why == WAIT
         if why == CALL:
             self.stack.append(Activation(self.routine, self.pc + 1, self.frame, self.base))
             self.routine, self.pc, self.frame, self.base = self._code.entered

@@ -109,6 +109,7 @@ _MOTOR_ORDER: Final = struct.Struct("<BHB")
 _ANSWER: Final = struct.Struct("<BI?q")
 _TROUBLE: Final = struct.Struct("<BBHIII")
 _SET_POINT: Final = struct.Struct("<BBq")
+_NO_FRAME: Final = (IndexError, KeyError, struct.error)
 _MODES: Final = {int(mode): mode for mode in SetPointMode}
 
 # ---- the common way, by the tables
@@ -178,13 +179,14 @@ def _decode_trouble(data: bytes) -> Trouble:
     return Trouble(Severity(severity), code, (second, third), word)
 
 
-_ENCODERS: Final[dict[type[Any], Callable[[Any], bytes]]] = {
+ENCODERS: Final[Mapping[type[Any], Callable[[Any], bytes]]] = {
     **{row.form: _encoder(row) for row in (*ORDERS, *REPORTS)},
     MotorOrder: _encode_motor_order,
     SetPoint: _encode_set_point,
     Answer: _encode_answer,
     Trouble: _encode_trouble,
 }
+"""How frames become bytes, by their class."""
 _ORDER_DECODERS: Final[dict[int, Callable[[bytes], Any]]] = {
     **{row.kind: _decoder(row) for row in ORDERS},
     MOTOR_ORDER: _decode_motor_order,
@@ -199,24 +201,23 @@ _REPORT_DECODERS: Final[dict[int, Callable[[bytes], Any]]] = {
 
 def encode(frame: Order | Report) -> bytes:
     """The contents of a frame.  struct.error for a value that no frame can carry."""
-    return _ENCODERS[frame.__class__](frame)
+    return ENCODERS[frame.__class__](frame)
 
 
 def decode_order(data: bytes) -> Order:
     """Return what the PAM sent.  ValueError for bytes that are no order."""
-    return cast(Order, _decoded(_ORDER_DECODERS, data))
+    try:
+        return cast(Order, _ORDER_DECODERS[data[0]](data))
+    except _NO_FRAME as cause:
+        raise ValueError(f"not an order: {data.hex(' ')}") from cause
 
 
 def decode_report(data: bytes) -> Report:
     """Return what a node reports.  ValueError for bytes that are no report."""
-    return cast(Report, _decoded(_REPORT_DECODERS, data))
-
-
-def _decoded(decoders: Mapping[int, Callable[[bytes], Any]], data: bytes) -> Any:
     try:
-        return decoders[data[0]](data)
-    except (IndexError, KeyError, struct.error) as cause:
-        raise ValueError(f"not a frame of the ring: {data.hex(' ')}") from cause
+        return cast(Report, _REPORT_DECODERS[data[0]](data))
+    except _NO_FRAME as cause:
+        raise ValueError(f"not a report: {data.hex(' ')}") from cause
 
 
 # ---- the reports of one cycle

@@ -41,7 +41,7 @@ class RingMaster:
         """`handler` takes the reports of active nodes; `say` shows messages."""
         self.settings = settings
         self._send, self._handler, self._say = link.send, handler, say
-        self._outbox = Outbox(settings.frames_per_cycle, settings.sending_fifo)
+        self._outbox = Outbox(settings.frames_per_cycle, settings.sending_fifo, self._on_full)
         self._start = StartUp(clock, settings, nodes, self._outbox, say)
         self._number = 0
         self._heard: list[Reports] = []
@@ -69,15 +69,13 @@ class RingMaster:
     # ---- sending
 
     def send(self, address: int, order: Order) -> None:
-        self._put(address, order)
+        self._outbox.put(address, order)
 
     def send_to_group(self, group: int, order: Order) -> None:
-        self._put(GROUP + group, order)
+        self._outbox.put(GROUP + group, order)
 
-    def _put(self, target: int, order: Order) -> None:
-        if not self._outbox.put(target, order) and not self._outbox.is_full:
-            self._outbox.is_full = True
-            self._say(messages.RING_FIFO_FULL, (0, 0, 0), "")
+    def _on_full(self) -> None:
+        self._say(messages.RING_FIFO_FULL, (0, 0, 0), "")
 
     def give(self) -> None:
         """End a basic cycle: the frames that are due leave."""

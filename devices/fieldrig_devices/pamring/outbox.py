@@ -5,10 +5,11 @@ Commands take the frames that remain, at least one in each cycle, and wait in a 
 """
 
 from collections import deque
+from collections.abc import Callable
 from typing import Final
 
 from fieldrig_bus.ring.pam.message import Frame
-from fieldrig_devices.pamring.codec import encode
+from fieldrig_devices.pamring.codec import ENCODERS
 from fieldrig_devices.pamring.frames import EndOfPipe, Group, Order, SetPoint
 
 AT_ONCE: Final = frozenset({SetPoint, EndOfPipe, Group})
@@ -17,26 +18,29 @@ AT_ONCE: Final = frozenset({SetPoint, EndOfPipe, Group})
 class Outbox:
     """The frames of one PAM that have not left yet."""
 
-    def __init__(self, frames_per_cycle: int, most_waiting: int) -> None:
+    def __init__(self, frames_per_cycle: int, most_waiting: int, on_full: Callable[[], None]) -> None:
+        """`on_full` is called once when the FIFO is full, and not again before it has been empty."""
         self._frames_per_cycle, self._most_waiting = frames_per_cycle, most_waiting
         self._at_once: list[Frame] = []
         self._waiting: deque[Frame] = deque()
-        self.is_full = False
+        self._on_full = on_full
+        self._is_full = False
         """True since a command was dropped, until the FIFO has been empty."""
 
     def __len__(self) -> int:
         """The number of commands that wait."""
         return len(self._waiting)
 
-    def put(self, target: int, order: Order) -> bool:
-        """Add an order.  False if there was no room for it; then it is lost."""
-        if order.__class__ in AT_ONCE:
-            self._at_once.append((target, encode(order)))
+    def put(self, target: int, order: Order) -> None:
+        """Add an order.  Without room for it, it is lost."""
+        kind = order.__class__
+        if kind in AT_ONCE:
+            self._at_once.append((target, ENCODERS[kind](order)))
         elif len(self._waiting) < self._most_waiting:
-            self._waiting.append((target, encode(order)))
-        else:
-            return False
-        return True
+            self._waiting.append((target, ENCODERS[kind](order)))
+        elif not self._is_full:
+            self._is_full = True
+            self._on_full()
 
     def take(self) -> tuple[Frame, ...]:
         """Remove and return the frames of a cycle."""
@@ -46,7 +50,7 @@ class Outbox:
             for _ in range(max(1, min(len(waiting), self._frames_per_cycle - len(frames)))):
                 frames.append(waiting.popleft())
         if not waiting:
-            self.is_full = False
+            self._is_full = False
         return tuple(frames)
 
     def clear(self) -> None:

@@ -1,4 +1,4 @@
-"""`fieldrig pam check` and `fieldrig pam fmt`."""
+"""`fieldrig pam check`, `fmt`, `doc` and `run`."""
 
 import json
 from pathlib import Path
@@ -47,3 +47,53 @@ def test_fmt_writes_one_layout(tmp_path: Path) -> None:
     assert run("fmt", file) == (0, f"{file}: formatted\n")
     assert file.read_text() == "APPLICATION\n  NAME = a V1.00;\n  BASIC_PAM_CYCLE = 3;  // 1 ms\nEND\n"
     assert run("fmt", file, "--check") == (0, "")
+
+
+COUNTING = (
+    MACHINE
+    + "TASK TSK_a; SPECS CYCLES = 1; END_SPECS EVENTS ON_EVENT SBI_Start XEQ_SEQUENCE SEQ_a; END_EVENTS SEQUENCE SEQ_a;"
+    " LOOP CWV_Count <- CWV_Count + {step}; WAIT_TIME 100; END_LOOP !SBI_Start; END_SEQUENCE END_TASK\n"
+)
+
+
+def test_run_shows_the_variables_at_the_end(tmp_path: Path) -> None:
+    file = tmp_path / "a.pam"
+    file.write_text(COUNTING.format(step=1))
+    code, output = run("run", file, "--set", "SBI_Start=true", "--watch", "CWV_Count", "--for", "1s", "--json")
+    assert code == 0
+    assert "No node is behind the objects" in output
+    assert json.loads(output[output.index("{") :]) == {"CWV_Count": 10}
+    code, output = run("run", file, "--for", "1s")
+    assert (code, "IFV_Each[2]" in output) == (0, True)
+
+
+def test_run_says_what_is_wrong(tmp_path: Path) -> None:
+    file = tmp_path / "a.pam"
+    file.write_text(COUNTING.format(step=2_000_000_000))
+    code, output = run("run", file, "--set", "SBI_Start=1", "--for", "1s")
+    assert code == 6
+    assert "02..FFF2 an integer overflow in TSK_a.SEQ_a" in output
+    for arguments in (["--set", "SBI_Start"], ["--set", "none=1"], ["--watch", "none", "--for", "1s"], []):
+        assert run("run", file, *arguments)[0] == 2
+    file.write_text(WRONG)
+    assert run("run", file, "--for", "1s")[0] == 2
+
+
+def test_doc_lists_sequences_and_identifiers(tmp_path: Path) -> None:
+    file, listing = tmp_path / "a.pam", tmp_path / "a.doc"
+    file.write_text(COUNTING.format(step=1))
+    code, output = run("doc", file)
+    assert code == 0
+    assert "  S001       4096" in output
+    assert run("doc", file, "--out", listing) == (0, "")
+    assert listing.read_text() == output
+    file.write_text(WRONG)
+    assert run("doc", file)[0] == 2
+
+
+def test_check_reports_an_application_without_room(tmp_path: Path) -> None:
+    file = tmp_path / "a.pam"
+    file.write_text(MACHINE + "".join(f"COMMON WORD_VAR CWV_{number};\n" for number in range(4_200)))
+    code, output = run("check", file)
+    assert code == 2
+    assert "expected at most 262144 bytes" in output

@@ -114,18 +114,13 @@ def check_sent(message: Any) -> None:
         raise TypeError("expected a number and a tuple of frames")
     if message.number < 0:
         raise ValueError(f"number {message.number}: expected 0 or more")
-    for frame in message.frames:
-        _check_frame(frame)
-
-
-def _check_frame(frame: Any) -> None:
-    target, contents = frame
-    if type(target) is not int or type(contents) is not bytes:
-        raise TypeError(f"expected a target and bytes, found {frame!r}")
-    if not 0 <= target <= GROUP + MOST_GROUP or target == GROUP:
-        raise ValueError(f"target {target}: expected 0 to {MOST_ADDRESS}, or a group of 1 to {MOST_GROUP}")
-    if not 0 < len(contents) <= LONGEST:
-        raise ValueError(f"a frame of {len(contents)} bytes: expected 1 to {LONGEST}")
+    for target, contents in message.frames:
+        if type(target) is not int or type(contents) is not bytes:
+            raise TypeError(f"expected a target and bytes, found {target!r} and {contents!r}")
+        if not 0 <= target <= GROUP + MOST_GROUP or target == GROUP:
+            raise ValueError(f"target {target}: expected 0 to {MOST_ADDRESS}, or a group of 1 to {MOST_GROUP}")
+        if not 0 < len(contents) <= LONGEST:
+            raise ValueError(f"a frame of {len(contents)} bytes: expected 1 to {LONGEST}")
 
 
 def check_interest(interest: Any) -> None:

@@ -1,7 +1,8 @@
 """The stations of one process, as the centre of a ring sees them: they share an end of the ring.
 
 A cycle comes as one message; each station reacts, in the order in which they began to listen; then their telegrams go
-back in one message.  What a station leaves at other times follows in the next iteration of the event loop.
+back in one message.  What a station leaves at other times follows in the next iteration of the event loop.  After some
+such messages the next cycle is awaited, because the transport keeps only the last ones until the centre takes them.
 """
 
 import asyncio
@@ -10,7 +11,7 @@ import struct
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any, Generic, TypeVar
+from typing import Any, Final, Generic, TypeVar
 
 from fieldrig.bus import Attachment
 from fieldrig_bus.ring.transport.centre import MOST_BEHIND
@@ -19,6 +20,13 @@ from fieldrig_bus.ring.transport.wire import HEAD, Stations, encode_back
 log = logging.getLogger(__name__)
 
 C = TypeVar("C")
+
+MOST_TOGETHER: Final = 32
+"""Telegrams in one message."""
+MOST_BETWEEN: Final = 4
+"""Messages between two cycles."""
+MOST_LEFT: Final = 256
+"""Telegrams that wait for the next cycle; the oldest one is lost when another comes."""
 
 
 class RackStation:
@@ -45,6 +53,8 @@ class Rack(ABC, Generic[C]):
         self._sequence = 0
         self._left: list[tuple[int, bytes]] = []
         self._is_coming_back = False
+        self._between = 0
+        """Messages since the last cycle."""
 
     @abstractmethod
     def read(self, data: bytes) -> C:
@@ -60,7 +70,7 @@ class Rack(ABC, Generic[C]):
     def connect(self, announce: Callable[[Stations], None], reply: Callable[[bytes], None]) -> None:
         """Announce the stations to the centre, now and whenever they change."""
         self._announce, self._reply = announce, reply
-        self._sequence = 0
+        self._sequence = self._between = 0
         self._left.clear()
         self._announce_stations()
 
@@ -84,8 +94,12 @@ class Rack(ABC, Generic[C]):
         if station is None:
             log.debug("%s is not listening to %s", member, self._bus)
             return
+        if len(self._left) == MOST_LEFT:
+            log.debug("%s: the oldest telegram in this process is lost", self._bus)
+            del self._left[0]
         self._left.append((station.place, telegram))
-        if not self._is_coming_back:
+        if not self._is_coming_back and self._between < MOST_BETWEEN:
+            self._between += 1
             self._is_coming_back = True
             self.loop.call_soon(self._come_back)
 
@@ -105,6 +119,7 @@ class Rack(ABC, Generic[C]):
             log.debug("%s: %s", self._bus, fault)
             return
         self._sequence = sequence
+        self._between = 0
         self._is_coming_back = True  # when all stations have reacted, not after each of them
         try:
             self.deliver(cycle, instant_ns)
@@ -115,7 +130,9 @@ class Rack(ABC, Generic[C]):
         self._is_coming_back = False
         left, self._left = self._left, []
         if self._reply is not None:
-            self._reply(encode_back(self._sequence, time.monotonic_ns(), left))
+            for first in range(0, len(left) or 1, MOST_TOGETHER):
+                part = left[first : first + MOST_TOGETHER]
+                self._reply(encode_back(self._sequence, time.monotonic_ns(), part))
 
     def _announce_stations(self) -> None:
         self.answering = tuple(station for station in self.stations.values() if station.addresses is not None)

@@ -3,19 +3,24 @@
 from fieldrig.cli.common import command_group
 from fieldrig_devices.pam.commands.checking import check
 from fieldrig_devices.pam.commands.formatting import fmt
+from fieldrig_devices.pam.commands.listing import doc
+from fieldrig_devices.pam.commands.running import run
 
 app = command_group()
 
 
 @app.callback()
 def pam() -> None:
-    """Check and format applications of the Socapel PAM.
+    """Check, format, list and run applications of the Socapel PAM.
 
     \b
         fieldrig pam check packer.pam
         fieldrig pam fmt packer.pam
+        fieldrig pam run packer.pam
     """
 
 
 app.command()(check)
 app.command()(fmt)
+app.command()(doc)
+app.command()(run)

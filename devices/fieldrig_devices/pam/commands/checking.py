@@ -2,12 +2,15 @@
 
 import dataclasses
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fieldrig.cli.common import AsJson, argument, echo_json, reading
 from fieldrig.exits import Exit
+
+if TYPE_CHECKING:
+    from fieldrig_devices.pam.runtime.compiler import Compiled
 
 File = Annotated[Path, argument("FILE", "The source file of the application; it may include others beside it.")]
 
@@ -18,6 +21,20 @@ def read_text(path: Path) -> str:
 
     with reading(path):
         return decoded(path.read_bytes())
+
+
+def compiled(file: Path) -> "Compiled":
+    """Compile an application, or list its mistakes and exit."""
+    from fieldrig_devices.languages.mistakes import CompileError
+    from fieldrig_devices.pam.application_files import reader_beside
+    from fieldrig_devices.pam.runtime.compiler import compile_application
+
+    try:
+        return compile_application(read_text(file), str(file), reader_beside(file))
+    except CompileError as wrong:
+        for mistake in wrong.mistakes:
+            typer.echo(str(mistake), err=True)
+        raise typer.Exit(Exit.WRONG) from wrong
 
 
 def check(file: File, as_json: AsJson = False) -> None:
@@ -31,8 +48,10 @@ def check(file: File, as_json: AsJson = False) -> None:
     """
     from fieldrig_devices.pam.application_files import reader_beside
     from fieldrig_devices.pam.language.compiler import checked
+    from fieldrig_devices.pam.runtime.compiler import too_large
 
     program, found = checked(read_text(file), str(file), reader_beside(file))
+    found += too_large(program, found)
     mistakes = [mistake for mistake in found if not mistake.is_note]
     if as_json:
         echo_json([dataclasses.asdict(mistake) for mistake in found])

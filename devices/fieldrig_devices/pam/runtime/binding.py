@@ -18,15 +18,18 @@ UNANSWERED = "07..E021"
 
 
 class Binding:
-    def __init__(self, runtime: "Runtime", items: Mapping[str, Sequence[Item]]) -> None:
-        self._runtime, self._items = runtime, items
+    def __init__(
+        self, runtime: "Runtime", items: Mapping[str, Sequence[Item]], formulas: Sequence[Callable[[int], Any]]
+    ) -> None:
+        """`formulas` are the functions of the formulas by their numbers; they may be added later."""
+        self._runtime, self._items, self._formulas = runtime, items, formulas
 
     def of(self, uses: Mapping[str, Use]) -> dict[str, Function]:
         """Return the functions of these uses by their names."""
         return {name: _MAKERS[use.verb](self, use) for name, use in uses.items()}
 
     def items(self, name: str) -> Sequence[Item]:
-        return self._items[PREDECLARED.get(name, name)]
+        return self._items[name] if name in self._items else self._items[PREDECLARED[name]]
 
     def _addressed(self, use: Use) -> list[Item]:
         """Return the items of [all]: those of components that are there (G-46)."""
@@ -158,12 +161,12 @@ class Binding:
     # ---- reductions
 
     def any(self, use: Use) -> Function:
-        items, functions, number = self._runtime.active(use.name), self._runtime.watches, int(use.word)
-        return lambda: any(functions.functions[number](item) for item in items)
+        items, formulas, number = self._runtime.active(use.name), self._formulas, int(use.word)
+        return lambda: any(formulas[number](item) for item in items)
 
     def all(self, use: Use) -> Function:
-        items, functions, number = self._runtime.active(use.name), self._runtime.watches, int(use.word)
-        return lambda: all(functions.functions[number](item) for item in items)
+        items, formulas, number = self._runtime.active(use.name), self._formulas, int(use.word)
+        return lambda: all(formulas[number](item) for item in items)
 
 
 _MAKERS: Mapping[Verb, Callable[[Binding, Use], Function]] = {

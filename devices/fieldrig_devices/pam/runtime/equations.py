@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING
 
-from fieldrig_devices.pam.language.check.symbols import PREDECLARED
 from fieldrig_devices.pam.runtime.item import Item
 from fieldrig_devices.pam.runtime.lower.formulas import Formula
 
@@ -31,7 +30,7 @@ class Equations:
             for item in runtime.active(code.name):
                 outputs: Sequence[Item] = ()
                 if code.linked_output is not None:
-                    linked = items[PREDECLARED.get(code.linked_output, code.linked_output)]
+                    linked = items[code.linked_output]
                     outputs = (linked[item],) if code.is_linked_per_item or len(linked) > 1 else (linked[0],)
                 self._equations.append(_Equation(code.formula, item, code.first + item, outputs))
         self._changed: list[int] = []

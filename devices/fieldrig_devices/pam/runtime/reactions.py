@@ -34,13 +34,13 @@ class Runner:
     def is_idle(self) -> bool:
         return not self._queue
 
+    @property
+    def is_alive(self) -> bool:
+        return bool(self._queue)
+
     def is_held(self) -> bool:
         """True at a breakpoint."""
         return self.task.state is TaskState.STOPPED
-
-    def clear(self) -> None:
-        self._queue.clear()
-        self.task.stop()
 
     def run(self) -> None:
         """Run what is in the queue.  A breakpoint leaves the rest for later."""
@@ -112,6 +112,7 @@ class ActionsItem(Unit):
         """Run the actions whose events have occurred, and those whose states are true (PAML-261, PAML-262)."""
         if not self._runtime.is_working or self.runner.is_held():
             return
+        self.runner.run()  # goes on after a breakpoint
         for trigger, routine in self._reactions:
             if isinstance(trigger, Event):
                 is_due, is_again = trigger.take(), trigger.is_polled

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from fieldrig.sandbox import bind, compiled
+from fieldrig_devices.languages.debugging.stepping import Goal
 from fieldrig_devices.languages.faults import RunError
 from fieldrig_devices.languages.resumable import Code
-from fieldrig_devices.languages.task import TaskState
+from fieldrig_devices.languages.task import Task, TaskState
 from fieldrig_devices.pam.runtime import arithmetic
 from fieldrig_devices.pam.runtime.binding import Binding
 from fieldrig_devices.pam.runtime.compiler import Compiled
@@ -24,6 +25,7 @@ from fieldrig_devices.pam.runtime.reactions import ActionsItem, Runner
 from fieldrig_devices.pam.runtime.schedule import Schedule
 from fieldrig_devices.pam.runtime.sequence import TaskItem
 from fieldrig_devices.pam.runtime.waits import Gate
+from fieldrig_devices.pam.runtime.watch import Watch
 from fieldrig_devices.pam.runtime.watches import Watches
 
 OVERRUN: Final = "02..F060"
@@ -77,6 +79,10 @@ class Runtime:
         self.watches.on_fault = self._on_formula_fault
         self.cells: list[Any] = list(program.layout.start_values())
         """The values of all variables and equations, then the formal parameters."""
+        self.items: dict[str, Sequence[Item]] = {}
+        """The items of all objects by their names."""
+        self.scope: dict[str, Any] = {}
+        """The names that generated code sees."""
         self._objects: Objects | None = None
         self._parts: list[Part] = []
         self._running: TaskItem | Runner | None = None
@@ -94,6 +100,13 @@ class Runtime:
         self.is_paused = False
         """True while a debugger holds all programs."""
         self.fault: Fault | None = None
+        self.failed: Task | None = None
+        """The task of the program that the fault is in."""
+        self.watch = Watch(self)
+        self.forced: dict[int, Value] = {}
+        """Variables that a debugger holds, by their cells: they have these values when a basic cycle begins."""
+        self.on_cycle: Callable[[], None] | None = None
+        """Called at the end of each basic cycle."""
         self.on_stop: Callable[[], None] = lambda: None
         """Called when a program reaches a breakpoint, has made a step, or stops by a fault."""
 
@@ -142,18 +155,17 @@ class Runtime:
     def start(self, objects: Objects, others: Sequence[Part] = ()) -> None:
         """Connect the programs to all objects of the application, and let the POWERON parts begin."""
         self._objects, self._parts = objects, [objects, *others]
-        code, layout = self.program.code, self.program.layout
-        items: dict[str, Sequence[Item]] = {}
+        code = self.program.code
+        items = self.items
         for part in self._parts:
             items |= part.items
-        scope = {"M": self.cells, "W": self._flags, **arithmetic.FUNCTIONS, **self._services()}
-        scope |= Binding(self, items).of(code.uses.table)
+        scope = self.scope = {"M": self.cells, "W": self._flags, **arithmetic.FUNCTIONS, **self._services()}
+        scope |= Binding(self, items, self.watches.functions).of(code.uses.table)
         formulas = compiled(code.formulas.source, self.program.names, self.program.rules, "<formulas>")
         functions = bind(formulas, scope)
-        self.watches.functions = [functions[formula.function] for formula in code.formulas.table]
+        self.watches.functions += [functions[formula.function] for formula in code.formulas.table]
         names = {name: value for name, value in scope.items() if name != "__builtins__"}
         self.code = Code(code.routines, names, max(code.stack_size, 1), self.program.rules)
-        self._layout_size = layout.size
         self.routines = Runner(self, "connected routines", self._frame())
         self._power_on = Runner(self, "power-on actions", self._frame())
         self._make_units()
@@ -216,10 +228,14 @@ class Runtime:
         assert self._objects is not None
         self._objects.flow()
         if not self.is_stopped and not self.is_paused:
+            for cell, value in self.forced.items():
+                self.poke(cell, value)
             self._budget = self._statements
             self._run_programs()
         for part in self._parts:
             part.give()
+        if self.on_cycle is not None:
+            self.on_cycle()
 
     def _run_programs(self) -> None:
         self.run_routines()
@@ -257,13 +273,30 @@ class Runtime:
         self._running, task = program, program.task
         self._flags[0] = int(self.schedule.is_busy or not self.routines.is_idle)
         self._flags[1] = 0
-        left = task.run(self._budget)
-        self._budget = task.unused if task.has_waited else left
+        if program.goal is None:
+            left = task.run(self._budget)
+            self._budget = task.unused if task.has_waited else left
+        else:
+            self._run_to_goal(program, program.goal)
         self._running = None
         if task.state is TaskState.FAULTED:
             self._on_fault(program)
         elif self._budget <= 0 and task.state is TaskState.READY:
             self._on_overrun(program)
+
+    def _run_to_goal(self, program: "TaskItem | Runner", goal: Goal) -> None:
+        """Run one instruction after the other until the step of the debugger is complete, or the program waits."""
+        task = program.task
+        while self._budget > 0:
+            self._budget -= task.step()
+            if task.state is not TaskState.READY:
+                program.goal = None
+            elif goal.is_reached(task.line, len(task.stack)):
+                program.goal = None
+                task.halt()
+            elif not task.is_waiting:
+                continue
+            return
 
     def give_way(self, task: TaskItem) -> None:
         """Let a sequence go on after the other programs that are due, or in the next cycle if this one is used up."""
@@ -298,6 +331,26 @@ class Runtime:
         assert self._objects is not None
         self._objects.connect(blocks)
 
+    # ---- for debuggers
+
+    @property
+    def programs(self) -> list[TaskItem | Runner]:
+        """All programs: the items of tasks, then those of actions, and what runs on behalf of the PAM itself."""
+        return [*self.tasks, *(group.runner for group in self.actions), self.routines, self._power_on]
+
+    def go_on(self, program: "TaskItem | Runner") -> None:
+        """Have a program continue from a breakpoint in the next basic cycle."""
+        for unit in self.schedule.units.values():
+            if program is unit or program is getattr(unit, "runner", None):
+                self.schedule.enter_next(unit)
+
+    def write_input(self, item: Item, path: str, value: Value) -> None:
+        """Give an input another value; only an application without a machine can do it."""
+        hold = getattr(item, "hold", None)
+        if hold is None:
+            raise ValueError(f"{path} is an input of the machine: expected a variable or an output")
+        hold(value)
+
     # ---- faults
 
     def _on_fault(self, program: "TaskItem | Runner") -> None:
@@ -314,6 +367,7 @@ class Runtime:
         task = program.task
         file, line = self.program.code.place(task.line)
         title = self.program.code.titles[self.code.names_of_routines[task.routine]]
+        self.failed = task
         self._stop(Fault(code, text, title, file, line))
 
     def _on_formula_fault(self, cause: BaseException, formula: Formula) -> None:

@@ -58,6 +58,7 @@ class TaskItem(Unit):
     def __init__(self, runtime: "Runtime", code: TaskCode, item: int, order: int, frame: int) -> None:
         super().__init__(runtime.schedule, order, code.cycles)
         self._runtime, self.code, self.item, self._frame = runtime, code, item, frame
+        self.name = code.name if code.count == 1 else f"{code.name}[{item + 1}]"
         self.watches = runtime.watches
         self.task = Task(runtime.code)
         self.sequence: SequenceCode | None = None

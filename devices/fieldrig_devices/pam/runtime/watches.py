@@ -3,7 +3,7 @@
 A formula that depends on something is registered at each of its places; a change there calls what was registered.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from fieldrig_devices.languages.faults import CAUGHT
@@ -22,7 +22,7 @@ class Watches:
         self._by_cell: list[list[OnChange]] = [[] for _ in range(cells)]
         self._by_object: dict[str, list[OnChange]] = {}
         self._places: dict[tuple[int, int], tuple[list[OnChange], ...]] = {}
-        self.functions: Sequence[Callable[[int], Any]] = ()
+        self.functions: list[Callable[[int], Any]] = []
         """The functions of the formulas, by their numbers."""
         self.on_fault: Callable[[BaseException, Formula], None] = _raise
         """Called when a formula has no value because of the program, such as a division by zero."""

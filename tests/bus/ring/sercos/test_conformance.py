@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 
 import pytest
-from ring_kinds import ADDRESSES, KINDS, MDT, MST, STARS, Master, Ring, StarRing, hearing, virtual
+from any_ring import ADDRESSES
+from ring_kinds import KINDS, MDT, MST, STARS, Master, Ring, StarRing, hearing, virtual
 
 from fieldrig.errors import BusError
 from fieldrig_bus.ring.sercos.message import Answers, Cycle, encode
@@ -37,7 +38,7 @@ def addresses(answers: Answers) -> list[int]:
 
 def test_the_master_hears_all_in_the_order_of_the_ring_and_they_hear_it(ring: Ring) -> None:
     assert ring.cycle() == Answers(1, (b"\x03\x01", b"\x01\x01", b"\x02\x01", b"\x04\x01"), True)
-    assert all(drive.heard == [Cycle(0, MST, MDT), Cycle(1, MST, MDT)] for drive in ring.drives.values())
+    assert all(drive.heard == [Cycle(0, MST, MDT), Cycle(1, MST, MDT)] for drive in ring.stations.values())
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -127,7 +128,7 @@ def test_an_observer_hears_answers_and_cycles_without_being_a_station(ring: Ring
 
 def test_only_the_master_begins_cycles_and_a_station_answers_for_itself(ring: Ring) -> None:
     before = len(ring.trace)
-    belt, lift = ring.drives["belt"], ring.drives["lift"]
+    belt, lift = ring.stations["belt"], ring.stations["lift"]
     belt.link.send(encode(Cycle(0, MST, MDT)))  # a telegram of another address
     lift.address = 7
     ring.cycle()
@@ -233,14 +234,14 @@ def test_a_process_that_stands_still_is_sent_nothing_until_it_has_caught_up(star
 
 def test_a_master_that_comes_back_finds_its_drives(star: StarRing) -> None:
     star.kill("max4")
-    heard = {name: len(drive.heard) for name, drive in star.drives.items()}
+    heard = {name: len(drive.heard) for name, drive in star.stations.items()}
     star.begin()
     star.until_there(3)
     assert not star.cycle().ring_closed  # the door was in the master's process
     star.join("door", 4)
     star.cycle()
     assert addresses(star.cycle()) == [3, 1, 2, 4]
-    assert all(len(drive.heard) == heard.get(name, -1) + 3 for name, drive in star.drives.items() if name != "door")
+    assert all(len(drive.heard) == heard.get(name, -1) + 3 for name, drive in star.stations.items() if name != "door")
 
 
 def test_a_second_master_is_refused(star: StarRing) -> None:

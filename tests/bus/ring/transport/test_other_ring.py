@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import pytest
+from any_ring import StarAt
 from hub_bench import LoopBench
-from ring_kinds import StarAt
 
 from fieldrig.bus import Attachment
 from fieldrig.link import patience_of

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from any_ring import ADDRESSES, StarAt
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from ring_kinds import ADDRESSES, StarAt, StarRing, hearing, shm
+from ring_kinds import StarRing, hearing, shm
 
 from fieldrig.errors import BusError
 from fieldrig_bus.ring.sercos.shm import RingShm
@@ -126,7 +127,7 @@ def test_unknown_clients_are_disconnected(ring: StarRing, word: bytes) -> None:
 def test_a_process_that_says_its_name_again_takes_its_own_place(ring: StarRing) -> None:
     """The end of its old socket may be noticed after the beginning of its new one."""
     old = ring.buses.pop("belt")
-    ring.drives.pop("belt")
+    ring.stations.pop("belt")
     ring.join("belt", 3)
     ring.loop.run_until_complete(old.close("belt"))
     assert hearing(ring) == ALL_WELL

@@ -5,10 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from any_ring import ADDRESSES, StarAt
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
-from ring_kinds import ADDRESSES, StarAt, StarRing, hearing, zenoh
+from ring_kinds import StarRing, hearing, zenoh
 
 from fieldrig import endpoint
 from fieldrig.errors import BusError
@@ -75,15 +76,15 @@ def test_malformed_messages_from_outside_are_harmless(ring: StarRing) -> None:
 def test_a_process_that_stands_still_is_sent_nothing_while_others_hear_all(ring: StarRing) -> None:
     spokes = ring.star._spokes
     assert spokes is not None
-    heard = {name: len(drive.heard) for name, drive in ring.drives.items()}
+    heard = {name: len(drive.heard) for name, drive in ring.stations.items()}
     ring.star._hung["rack"] = ring.star._sequence + 20
     ring.clock.handle(ring.master.begin)
-    ring.pump(lambda: len(ring.drives["belt"].heard) > heard["belt"])
-    assert len(ring.drives["lift"].heard) == heard["lift"]
+    ring.pump(lambda: len(ring.stations["belt"].heard) > heard["belt"])
+    assert len(ring.stations["lift"].heard) == heard["lift"]
 
 
 def test_a_cycle_that_another_has_overtaken_is_not_heard_any_more(ring: StarRing) -> None:
-    belt, rack = ring.drives["belt"], ring.buses["belt"].rack(ring.at["belt"])
+    belt, rack = ring.stations["belt"], ring.buses["belt"].rack(ring.at["belt"])
     before = len(belt.heard)
     for number in (100, 99, 101, 1):  # 1: another master
         rack.on_spread(encode_spread(number, 0, [(Cycle(number, b"\xff\x04", b""), ["belt"])], b"", 1))

@@ -37,6 +37,12 @@ _LINKABLE = ("BINARY_OUTPUT", "LED_OUTPUT")
 
 def check(program: Program) -> list[Mistake]:
     """Return the mistakes and notes of an application, in the order of its text."""
+    names = names_of(program)
+    return sorted(names.mistakes, key=lambda wrong: (wrong.file, wrong.line, wrong.column))
+
+
+def names_of(program: Program) -> Names:
+    """Return the names of an application, and all messages about it."""
     names = Names()
     for item in program.items:
         if isinstance(item, Task):
@@ -48,7 +54,7 @@ def check(program: Program) -> list[Mistake]:
         _check_item(item, names)
     check_sharing(program, names)
     check_ports(program, names)
-    return sorted(names.mistakes, key=lambda wrong: (wrong.file, wrong.line, wrong.column))
+    return names
 
 
 def _check_item(item: Item, names: Names) -> None:

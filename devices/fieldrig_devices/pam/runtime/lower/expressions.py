@@ -6,7 +6,7 @@ from typing import Final
 
 from fieldrig_devices.pam.language.check.symbols import PREDECLARED
 from fieldrig_devices.pam.language.functions import INQUIRIES, MATHEMATICS, VALUES, Type
-from fieldrig_devices.pam.language.objects import KINDS
+from fieldrig_devices.pam.language.objects import KINDS, PORT_PARAMETERS
 from fieldrig_devices.pam.language.tree import (
     Binary,
     Expression,
@@ -108,9 +108,12 @@ class Expressions:
         return self._reduction(Reduction(reference.place, each, reference.index), at)
 
     def _parameter(self, subject: Reference, parameter: str) -> Operand:
-        rule = KINDS[self.kind(subject.name)][parameter]
+        kind = self.kind(subject.name)
+        rule = KINDS.get(kind, PORT_PARAMETERS.get(kind, {}))[parameter]
         called = self.uses.name(Use(Verb.GET, subject.name, subject.index, parameter))
-        return Operand(f"{called}({base_of(subject)})", "integer" if rule.holds[0] == "integer" else "real")
+        return Operand(
+            f"{called}({base_of(subject)})", "integer" if rule.holds[0].partition("/")[0] == "integer" else "real"
+        )
 
     # ---- operators
 

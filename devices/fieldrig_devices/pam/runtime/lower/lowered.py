@@ -165,6 +165,10 @@ class Lowered:
             self.files.append(place.file)
         return self.files.index(place.file) * LINES + place.line
 
+    def number_of_line(self, file: str, line: int) -> int:
+        """Return a line of a file as one number; -1 for a file without code."""
+        return self.files.index(file) * LINES + line if file in self.files else -1
+
     def place(self, line: int) -> tuple[str, int]:
         """Return the file and the line in it of such a number."""
         number, own = divmod(line, LINES)
