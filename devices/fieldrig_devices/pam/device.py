@@ -10,6 +10,7 @@ from datetime import datetime, timedelta
 from functools import partial
 from typing import Any, ClassVar, Final
 
+from fieldrig.background import Background
 from fieldrig.clock import MS, US, Clock, Timer
 from fieldrig.device import Device, Point, Value
 from fieldrig.faults import Fault, Faults
@@ -19,10 +20,13 @@ from fieldrig.point_values import truth_in
 from fieldrig_bus.ring.pam.message import RingMessage
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.languages.refusal import refused
 from fieldrig_devices.languages.source_file import decoded
 from fieldrig_devices.pam.application_files import reader_beside, shapes_beside
+from fieldrig_devices.pam.debuggee import DeviceDebuggee
+from fieldrig_devices.pam.downloads import Downloads
 from fieldrig_devices.pam.faults import MODELS, PowerOff
 from fieldrig_devices.pam.panel.catalogue import text_of
 from fieldrig_devices.pam.panel.codes import Code, Kind, code_of
@@ -33,6 +37,7 @@ from fieldrig_devices.pam.panel.pam_display import PamDisplay
 from fieldrig_devices.pam.ports.memory import WORDS, Memory
 from fieldrig_devices.pam.power_cycle import PanelPart, PowerCycle, State
 from fieldrig_devices.pam.runtime.compiler import Compiled, compile_application
+from fieldrig_devices.pam.runtime.runtime import Runtime
 from fieldrig_devices.pam.settings import PamSettings
 
 LONGEST_NAME: Final = 11
@@ -51,6 +56,7 @@ class Pam(Device):
         self,
         clock: Clock,
         settings: PamSettings,
+        background: Background,
         ring: Link[RingMessage],
         wires: Link[Signal] | None = None,
         debugger: Link[SerialMessage] | None = None,
@@ -68,6 +74,9 @@ class Pam(Device):
         self._cycle: PowerCycle | None = None
         self._timer: Timer | None = None
         self._begin_ns = self._cycles = 0
+        self._downloads = Downloads(background, self._on_loaded)
+        self._debuggee = DeviceDebuggee(self)
+        self._debugging = DebugService(clock, self._debuggee)
         self.injected = self._faults = InjectedFaults[Fault[Any]](
             clock, MODELS, Faults(Fault), on_change=self._on_faults
         )
@@ -81,6 +90,7 @@ class Pam(Device):
             self._power_on()
 
     def stop(self) -> None:
+        self._downloads.cancel()
         self._power_off()
 
     def _on_faults(self) -> None:
@@ -135,11 +145,51 @@ class Pam(Device):
     def _on_cycle(self) -> None:
         cycle = self._cycle
         assert cycle is not None
+        was_running = cycle.state is State.RUNNING
         cycle.cycle()
+        if cycle.state is State.RUNNING and not was_running:
+            self._debuggee.attach(cycle.runtime)
         if cycle.state is State.FATAL:
             self._timer = None
         else:
             self._wait()
+
+    # ---- for the debugger (`debuggee.Owner`)
+
+    @property
+    def application(self) -> Runtime | None:
+        """The application, once its programs have begun."""
+        return self._cycle.application if self._cycle is not None else None
+
+    @property
+    def problem(self) -> str:
+        return self._downloads.problem
+
+    @property
+    def progress(self) -> str:
+        return self._downloads.progress
+
+    def halt(self) -> None:
+        """Stop the application and the ring until the next reset."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def download(self, files: Mapping[str, str]) -> None:
+        """Compile an application, and reset with it if it has no mistakes."""
+        self._downloads.begin(files, self._settings.application.name)
+
+    def _on_loaded(self, compiled: Compiled) -> None:
+        self._compiled = compiled
+        if self._cycle is not None:
+            self.reset()
+        self._debuggee.on_load()
+
+    def answer(self, question: str, message: Any) -> Any:
+        """Answer `debug` questions (`languages/debugging/service.py`)."""
+        if question != "debug":
+            return super().answer(question, message)
+        return self._debugging.answer(message)
 
     # ---- messages
 
