@@ -117,7 +117,7 @@ class Bench:
 
     def __init__(self, text: str, **settings: Any) -> None:
         program, mistakes = checked(text, "bench.pam")
-        assert [wrong for wrong in mistakes if not wrong.is_note] == []
+        assert [str(wrong) for wrong in mistakes if not wrong.is_note] == []
         thirds = int(next(p.values[0].value for p in program.items[0].parameters if p.name == "BASIC_PAM_CYCLE"))  # type: ignore[union-attr]
         self.kernel, self.port = Kernel(thirds), Port()
         self.objects = ApplicationObjects(program, self.kernel, self.port, **settings)

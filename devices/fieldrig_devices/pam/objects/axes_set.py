@@ -132,6 +132,7 @@ class AxesSet(ObjectItem):
 
     def _regroup(self) -> None:
         """Form the groups of identical axes, and tell the nodes which have changed (PAML-163, PAML-164)."""
+        self._site.changes += 1
         wanted = self._identical() if self._optimizes and self._mode is not None else []
         kept = {group: members for group, members in self._groups.items() if members in wanted}
         for group, members in self._groups.items():

@@ -35,6 +35,7 @@ class ComparatorItem(TransformerItem):
         """Set a routine, or a reference, which selects the mode as well (PAML-463)."""
         if name in ("REFERENCE", "THROUGH_ZERO_REFERENCE"):
             self.block.set_reference(float(value), is_through_zero=name != "REFERENCE")
+            self.site.changes += 1
             self.site.kernel.touched(self.name)
         else:
             super().set_parameter(name, value)
@@ -87,4 +88,5 @@ class TraceItem(ObjectItem):
         self.routine = declared.routine("ROUTINE")
 
     def do_install_reference(self, slope: Any, mode: Any, position: float, delay_s: float) -> None:
+        self.site.changes += 1
         self.trace.install(Reference(slope, mode, float(position)), float(delay_s), self._block.value_period)

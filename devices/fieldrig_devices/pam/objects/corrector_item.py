@@ -48,6 +48,7 @@ class CorrectorItem(TransformerItem):
         cycles = options.report_delay_cycles + options.set_point_delay_cycles
         cycles -= site.kernel.cycle_number - self.flowed_in
         self.block.event(age_us / 1e6 + cycles * site.cycle_s)
+        site.changes += 1
         site.kernel.touched(self.name)
 
     def do_trigger(self, must_be: float) -> None:

@@ -15,6 +15,7 @@ from fieldrig_devices.pam.objects.site import Site
 from fieldrig_devices.pam.objects.sources import SourceItem
 from fieldrig_devices.pam.objects.transformer_item import TransformerItem
 from fieldrig_devices.pam.objects.transformers import DistributorItem
+from fieldrig_devices.pam.pipes.block import Block
 from fieldrig_devices.pam.pipes.converter import Converter, Destination
 from fieldrig_devices.pam.pipes.distributor import Distributor
 
@@ -104,11 +105,22 @@ class Network:
         self._number = 0
         """Number of the present period, which the distributors count (PAML-542)."""
         self._branches: list[Branch] = []
+        self._blocks: list[Block | Converter] = []
+        self._settling = 0
+        self._last: float | None = None
+        self._still = 0
+        """Periods without a new value of the source."""
+        self._asleep_at = -1
+        """The number of changes at which the network fell asleep."""
 
     def lay_out(self, pipes: Sequence[Pipe]) -> None:
         """Lay out the steps: each pipe goes on behind the last block that a pipe before it computes."""
         done: set[int] = set()
         self._branches = []
+        transformers = [item.block for pipe in pipes for item in pipe.transformers]
+        self._blocks = [*transformers, *(pipe.converter.block for pipe in pipes)]
+        self._settling = 3 * max(pipe.distributor.divisor if pipe.distributor is not None else 1 for pipe in pipes)
+        self._asleep_at, self._still = -1, 0
         for pipe in pipes:
             fresh = [item for item in pipe.transformers if id(item) not in done]
             shared = [item for item in pipe.transformers if id(item) in done]
@@ -122,14 +134,28 @@ class Network:
         if self._left:
             return
         self._left = self._cycles
-        source = self._source
-        first = source.block.step()
+        first = self._source.block.step()
+        number, self._number = self._number, self._number + 1
+        if first == self._last and self._asleep_at == self._site.changes:
+            return
+        self._compute(first, number)
+        self._still = self._still + 1 if first == self._last else 0
+        self._last = first
+        if self._still > self._settling and self._is_settled:
+            self._asleep_at = self._site.changes
+
+    @property
+    def _is_settled(self) -> bool:
+        return self._source.block.ready and all(block.is_settled for block in self._blocks)
+
+    def _compute(self, first: float, number: int) -> None:
+        """Take a value of the source through all branches that compute in this period of the network."""
         kernel = self._site.kernel
         touched, cycle = kernel.touched, kernel.cycle_number
-        touched(source.name)
+        touched(self._source.name)
         for branch in self._branches:
             distributor = branch.distributor
-            if distributor is not None and self._number % distributor.divisor != distributor.shift:
+            if distributor is not None and number % distributor.divisor != distributor.shift:
                 continue
             for corrector in branch.correctors:
                 corrector.flowed_in = cycle
@@ -138,7 +164,6 @@ class Network:
                 value = step(value)
             for name in branch.names:
                 touched(name)
-        self._number += 1
 
 
 class Pipes:

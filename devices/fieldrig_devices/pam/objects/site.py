@@ -63,6 +63,8 @@ class Site:
         self.cycle_s = kernel.thirds / 3000
         self.nodes: dict[str, list[RingNode]] = {}
         self.free_groups = list(range(1, MOST_GROUPS + 1))
+        self.changes = 0
+        """Number of commands and parameters that change what pipes compute; a pipe at rest sleeps until the next."""
         self.moved: set[str] = set()
         """Axes that have got a new set-point in this cycle."""
         self.every_cycle: dict[str, Callable[[], None]] = {}

@@ -33,8 +33,10 @@ class TransformerItem(ObjectItem):
 
     def do(self, function: str, arguments: Any = ()) -> None:
         super().do(function, arguments)
+        self.site.changes += 1
         self.site.kernel.touched(self.name)
 
     def set_parameter(self, name: str, value: Any) -> None:
         super().set_parameter(name, value)
+        self.site.changes += 1
         self.site.kernel.touched(self.name)

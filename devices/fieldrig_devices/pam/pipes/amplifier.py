@@ -29,6 +29,8 @@ class Amplifier(Block):
     def ready(self) -> bool:
         return self.gain.is_there and self.offset.is_there
 
+    is_settled = ready
+
     @property
     def outgoing_period(self) -> float | None:
         return None if self._unwraps else self.period
@@ -58,6 +60,6 @@ class Amplifier(Block):
 
     def _unwrapped(self, value: float, period: float) -> float:
         last, self._last = self._last, value
-        if last is not None:
+        if last is not None and not -period / 2 <= value - last <= period / 2:
             self._passed -= period * round((value - last) / period)
         return value + self._passed

@@ -25,6 +25,11 @@ class Block(ABC):
         return True
 
     @property
+    def is_settled(self) -> bool:
+        """True if the output stays as it is as long as the input does, once that has been the same for some periods."""
+        return True
+
+    @property
     def outgoing_period(self) -> float | None:
         """The period of the flow that leaves the block."""
         return self.period

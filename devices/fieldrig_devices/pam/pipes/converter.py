@@ -41,6 +41,11 @@ class Converter:
         self.ready = False
         self._take: Taker | None = None
 
+    @property
+    def is_settled(self) -> bool:
+        """True unless the position is still the integral of a speed."""
+        return self.mode != "SPEED" or self.value == 0
+
     def start(self, period_s: float) -> None:
         self._take, self.ready = self.destination.attach(self.mode, period_s), False
 

@@ -53,6 +53,10 @@ class Corrector(Block):
     def ready(self) -> bool:
         return self.state != "in correction"
 
+    @property
+    def is_settled(self) -> bool:
+        return self.state != "in correction"
+
     def start(self, period_s: float) -> None:
         super().start(period_s)
         self.state, self.triggered, self._flow = "standby", False, ()

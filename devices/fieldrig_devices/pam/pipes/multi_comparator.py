@@ -45,6 +45,15 @@ class Watch:
                 return step > 0 and 0 < self._ahead(last, period, 1) <= step
         return step < 0 and 0 < self._ahead(last, period, -1) <= -step
 
+    def way_from(self, last: float, step: float, period: float | None) -> float:
+        """Return the part of a step up to the reference that it meets; all of it up to an extremum."""
+        match self.reference.slope:
+            case "POSITIVE":
+                return self._ahead(last, period, 1)
+            case "NEGATIVE":
+                return -self._ahead(last, period, -1)
+        return step
+
     def _ahead(self, last: float, period: float | None, direction: int) -> float:
         """Return the way from a value to the reference in a direction, the next time round if it is behind."""
         way = (self.reference.position - last) * direction
@@ -105,6 +114,10 @@ class MultiComparator(Block):
         self._periods = 0
         self._has_fired = False
 
+    @property
+    def is_settled(self) -> bool:
+        return self.state != "tracing"
+
     def learn(self) -> None:
         self._begin(is_executing=False)
 
@@ -141,15 +154,22 @@ class MultiComparator(Block):
         return value
 
     def _look_for_origin(self, before: float, last: float) -> None:
-        if self._origin_watch.finds(before, last, self._step, self.value_period):
-            self.state, self._periods, self._has_fired = "tracing", 0, False
-            self.origin_routine()
+        """Begin at the origin; references in the rest of its step pass at once."""
+        if not self._origin_watch.finds(before, last, self._step, self.value_period):
+            return
+        self.state, self._periods, self._has_fired = "tracing", 0, False
+        self.origin_routine()
+        way = self._origin_watch.way_from(last, self._step, self.value_period)
+        self._fire_found(before, last + way, self._step - way)
 
     def _trace(self, before: float, last: float) -> None:
         self._periods += 1
         if self._has_fired and all(trace.active is None for trace in self.traces):
             self.state = "deactivated"  # all references have fired (PAML-560)
-            return
+        else:
+            self._fire_found(before, last, self._step)
+
+    def _fire_found(self, before: float, last: float, step: float) -> None:
         elapsed_s = self._periods * self.period_s
         for trace in self.traces:
             if (watch := trace.active) is None:
@@ -159,6 +179,6 @@ class MultiComparator(Block):
                 if elapsed_s >= learned - trace.delay_s - 1e-9:
                     self._has_fired = True
                     trace.fire(None)
-            elif watch.finds(before, last, self._step, self.value_period):
+            elif watch.finds(before, last, step, self.value_period):
                 self._has_fired = True
                 trace.fire(elapsed_s)

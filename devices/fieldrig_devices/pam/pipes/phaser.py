@@ -33,6 +33,8 @@ class Phaser(Block):
         if self.is_active and self.state in ("stopped", "starting"):
             self.value = self._standby_value
 
+    is_settled = ready
+
     @property
     def outgoing_period(self) -> float | None:
         return self.value_period
@@ -70,13 +72,13 @@ class Phaser(Block):
         self.state = {"stopping": "stopped", "starting": "started"}.get(self.state, self.state)  # type: ignore[assignment]
 
     def transform(self, value: float) -> float:
-        last = self._computed
-        self._computed = wrapped(value + self.phase.step(self.period_s), self.value_period)
-        if last is not None and self._crosses(last, self._computed):
-            if self.state == "stopping":
-                self.state = "stopped"
-            elif self.state == "starting":
-                self.state = "started"
+        phase = self.phase
+        shift = phase.value if phase.is_there else phase.step(self.period_s)
+        last, self._computed = self._computed, wrapped(value + shift, self.value_period)
+        if self.state == "started":
+            return self._computed
+        if self.state != "stopped" and last is not None and self._crosses(last, self._computed):
+            self.state = "stopped" if self.state == "stopping" else "started"
         return self._computed if self.state in ("started", "stopping") else self._standby_value
 
     def _crosses(self, last: float, value: float) -> bool:

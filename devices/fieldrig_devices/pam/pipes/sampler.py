@@ -18,6 +18,10 @@ class Sampler:
         self._last: float | None = None
 
     @property
+    def ready(self) -> bool:
+        return True
+
+    @property
     def outgoing_period(self) -> float | None:
         return None if self._is_speed else self.source_period
 

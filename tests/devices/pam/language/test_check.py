@@ -135,6 +135,11 @@ def test_wrong_declarations(item: str, expected: str) -> None:
     assert expected in said(f"{MACHINE}{item}\n")
 
 
+@pytest.mark.manual("PAML-276")
+def test_constants_of_a_connected_routine_have_signs() -> None:
+    assert said(f"{MACHINE}COMPARATOR CMP_a; REFERENCE = 1; ROUTINE = RTN_Show WITH -1.5, +2; END\n") == ""
+
+
 def test_an_application_begins_with_its_header() -> None:
     assert "does not begin with APPLICATION" in said("NODE NOD_a; ADDRESS = 1; TYPE = ST1; END")
     assert said(HEADER) == ""

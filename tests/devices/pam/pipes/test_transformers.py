@@ -4,7 +4,7 @@ import math
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_devices.pam.pipes.amplifier import Amplifier
@@ -219,6 +219,7 @@ def test_the_delay_of_the_sensor_is_computed_back() -> None:
     assert list(block.latched) == pytest.approx([99, 1000, 0])
 
 
+@settings(max_examples=40)
 @given(st.lists(st.floats(-10, 10), min_size=1, max_size=5), st.floats(10, 1e4), st.floats(1, 1e3))
 def test_corrections_are_continuous_and_add_up(values: list[float], slope: float, level: float) -> None:
     block = Corrector(Settings(is_immediate=False, is_output=True, is_repetitive=True), slope, level, 0)
@@ -235,3 +236,86 @@ def test_corrections_are_continuous_and_add_up(values: list[float], slope: float
             assert abs(now - last) <= level * MS * (1 + 1e-6) + 1e-9
             last = now
     assert math.isclose(last, total, abs_tol=1e-6)
+
+
+@pytest.mark.manual("PAML-509")
+def test_triggered_is_true_while_a_correction_is_requested() -> None:
+    block = Corrector(Settings(is_immediate=False, is_output=True, is_repetitive=True), 1e6, 1e4, 0)
+    block.start(MS)
+    corrected(block, [170, 170])
+    block.trigger(180)
+    block.event()
+    assert (block.ready, block.triggered) == (True, True)  # G-33
+    block.start_correction()
+    assert (block.ready, block.triggered) == (False, False)
+
+
+@pytest.mark.manual("PAML-506")
+@pytest.mark.manual("PAML-512")
+@pytest.mark.parametrize(
+    ("is_repetitive", "command", "state"),
+    [
+        (False, None, "standby"),
+        (True, None, "wait event"),
+        (False, "trigger", "wait event"),
+        (True, "trigger_off", "standby"),
+    ],
+)
+def test_commands_during_a_correction_work_after_it(is_repetitive: bool, command: str | None, state: str) -> None:
+    block = Corrector(Settings(is_immediate=True, is_output=True, is_repetitive=is_repetitive), 1e6, 1e4, 0)
+    block.start(MS)
+    corrected(block, [170, 170])
+    block.trigger(180)
+    block.event()
+    if command == "trigger":
+        block.trigger(200)
+    elif command == "trigger_off":
+        block.trigger_off()
+    assert block.state == "in correction"
+    assert corrected(block, [170] * 100)[-1] == pytest.approx(180)
+    assert block.state == state
+
+
+@pytest.mark.manual("PAML-503")
+def test_the_sign_of_the_reference_input_can_be_reversed() -> None:
+    settings = Settings(is_immediate=True, is_output=False, is_repetitive=False, is_input_sign_reversed=True)
+    block = Corrector(settings, 1000, 100, 0)
+    block.start(MS)
+    corrected(block, [170, 170])
+    block.trigger(180)
+    block.event()
+    assert block.correction == 10
+
+
+@pytest.mark.manual("PAML-518")
+def test_a_correction_in_a_periodic_flow_takes_the_shorter_way() -> None:
+    block = Corrector(Settings(is_immediate=True, is_output=True, is_repetitive=False, value_period=360), 1000, 100, 0)
+    block.start(MS)
+    corrected(block, [355, 358, 1])
+    block.trigger(350)
+    block.event()
+    assert block.correction == -11
+    assert block.latched == (1, 3000, 0)
+
+
+@pytest.mark.manual("PAML-583")
+def test_a_phaser_that_waits_at_its_standby_value_starts_at_once() -> None:
+    block = Phaser(phase=0, phase_slope=None, standby_value=0, value_period=90)
+    block.command_stop()
+    block.start(MS)
+    assert block.pass_on(0) == 0
+    block.command_start()
+    assert (block.pass_on(2), block.ready) == (2, True)
+
+
+@pytest.mark.manual("PAML-436")
+@given(st.lists(st.floats(-40, 40), min_size=1, max_size=20), st.floats(-5, 5))
+def test_an_amplifier_has_no_step_where_its_input_begins_again(ways: list[float], gain: float) -> None:
+    block = Amplifier(gain, 0)
+    block.period = 90
+    block.start(MS)
+    place = 10.0
+    first = block.pass_on(place)
+    for way in ways:
+        place += way
+        assert block.pass_on(wrapped(place, 90)) == pytest.approx(first + gain * (place - 10), abs=1e-6)

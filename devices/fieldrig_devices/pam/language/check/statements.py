@@ -41,6 +41,7 @@ from fieldrig_devices.pam.language.tree import (
     StartSequence,
     StartTask,
     Statement,
+    Unary,
     Wait,
     Word,
 )
@@ -177,7 +178,8 @@ def _modify(statement: Modify, names: Names, context: Context) -> None:
 def check_routine_call(call: RoutineCall, names: Names, context: Context, *, is_constant: bool = False) -> None:
     """Report a routine that does not exist, calls itself, or gets the wrong arguments (PAML-271, PAML-276)."""
     for argument in call.arguments:
-        if is_constant and not isinstance(argument, Number):
+        number = argument.operand if isinstance(argument, Unary) and argument.operator != "!" else argument
+        if is_constant and not isinstance(number, Number):
             names.wrong(argument.place, "the argument of a routine is no constant here", "a number")
         elif not is_constant:
             type_of(argument, names, context)

@@ -1,0 +1,73 @@
+"""The pipes of a PAM: 16 axes behind 8 pipes of 5 blocks in a basic cycle of 1 ms."""
+
+import time
+from statistics import median
+
+from pam_objects import Bench
+from report import COMPARED, Report
+
+PIPES = 8
+LIMIT_US = 120.0
+"""The share of the objects in a basic cycle of 500 us of Python, for the whole machine twice as fast as real time."""
+CYCLES = 2_000
+RUNS = 5
+
+NODE = """
+NODE NOD_{n}; NUMBER = 2; ADDRESS = {address}; TYPE = ST1; END
+AXIS AXI_{n}; NODE = NOD_{n}; PULSES_PER_UNIT = 11930464.7111; TRAVEL_SPEED = 360; ACCELERATION = 3600;
+  INITIAL_POSITION = 0; POSITION_PERIOD = 360; END
+AXES_SET AXS_{n}; AXIS = AXI_{n}[all]; END
+AMPLIFIER AMP_{n}; GAIN = 1; OFFSET = {n}; GAIN_SLOPE = MAX; OFFSET_SLOPE = MAX; END
+COMPARATOR CMP_{n}; REFERENCE = 180; END
+PHASER PHA_{n}; PHASE = {n}; PHASE_SLOPE = 10; STANDBY_VALUE = 0; VALUE_PERIOD = 360; END
+CONVERTER CNV_{n}; DESTINATION = AXS_{n}; MODE = POSITION; END
+TMP_GENERATOR TMP_{n}; TRAVEL_SPEED = 360; ACCELERATION = 3600; INITIAL_POSITION = 0; POSITION_PERIOD = 360;
+  PERIOD = 0.001; END
+"""
+MACHINE = "APPLICATION NAME = pipes V1.00; BASIC_PAM_CYCLE = 3; END\n" + "".join(
+    NODE.format(n=n, address=2 * n + 1) for n in range(PIPES)
+)
+
+
+def machine() -> Bench:
+    """Return a machine whose pipes all move."""
+    bench = Bench(MACHINE)
+    for n in range(PIPES):
+        bench.connect(f"CNV_{n}", f"PHA_{n}", f"CMP_{n}", f"AMP_{n}", f"TMP_{n}")
+        bench.do(f"TMP_{n}", "run", 300 + n)
+    bench.cycle(200)
+    return bench
+
+
+def microseconds_per_cycle(bench: Bench) -> float:
+    """Return the time of `take`, `flow` and `give` in a basic cycle."""
+    objects, kernel = bench.objects, bench.kernel
+    begin = time.perf_counter()
+    for _ in range(CYCLES):
+        kernel.cycle_number += 1
+        objects.take()
+        objects.flow()
+        objects.give()
+    return (time.perf_counter() - begin) / CYCLES * 1e6
+
+
+def run() -> Report:
+    report = Report(
+        "Pipes of a PAM",
+        "Sixteen axes in eight pipes of generator, amplifier, comparator, phaser and converter, all moving: the Python "
+        "of a basic cycle of 1 ms, without the ring and the programs.",
+        COMPARED,
+    )
+    bench = machine()
+    taken = median(microseconds_per_cycle(bench) for _ in range(RUNS))
+    report.add("basic cycle of the objects in us", taken, LIMIT_US, taken / LIMIT_US)
+    for n in range(PIPES):
+        bench.do(f"TMP_{n}", "run", 0)
+    bench.cycle(1000)
+    still = median(microseconds_per_cycle(bench) for _ in range(RUNS))
+    report.add("the same with all generators at rest", still, LIMIT_US, still / LIMIT_US)
+    return report
+
+
+if __name__ == "__main__":
+    print(run().markdown())
