@@ -39,6 +39,7 @@ from fieldrig_devices.pam.power_cycle import PanelPart, PowerCycle, State
 from fieldrig_devices.pam.runtime.compiler import Compiled, compile_application
 from fieldrig_devices.pam.runtime.runtime import Runtime
 from fieldrig_devices.pam.settings import PamSettings
+from fieldrig_devices.pam.variable_points import variable_points
 
 LONGEST_NAME: Final = 11
 """Characters of the name of an application that the display scrolls (manual line 846)."""
@@ -80,6 +81,7 @@ class Pam(Device):
         self.injected = self._faults = InjectedFaults[Fault[Any]](
             clock, MODELS, Faults(Fault), on_change=self._on_faults
         )
+        self._points = self._make_points()
         if rs422 is not None:
             rs422.on_receive(self._on_rs422)
 
@@ -181,6 +183,7 @@ class Pam(Device):
 
     def _on_loaded(self, compiled: Compiled) -> None:
         self._compiled = compiled
+        self._points = self._make_points()
         if self._cycle is not None:
             self.reset()
         self._debuggee.on_load()
@@ -233,7 +236,11 @@ class Pam(Device):
     # ---- points
 
     def points(self) -> Mapping[str, Point]:
+        return self._points
+
+    def _make_points(self) -> Mapping[str, Point]:
         return {
+            **dict(variable_points(self._compiled, lambda: self.application)),
             "display": Point(self._shown, about="the eight characters on the display"),
             "display.blinks": Point(lambda: self._cycle is not None and self._display.blinks()),
             "led": Point(self._led, about="the green LED: off, on or blink"),
