@@ -72,6 +72,10 @@ from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_ta
 from fieldrig_devices.smart_io.faults import SmartIoFault
 from fieldrig_devices.smart_io.settings import ModuleSettings as SmartIoModule
 from fieldrig_devices.smart_io.settings import MotorSettings as SmartIoMotor
+from fieldrig_devices.st1.faults import St1Fault
+from fieldrig_devices.st1.settings import MotorSettings as St1Motor
+from fieldrig_devices.st1.settings import ParameterSettings as St1Parameters
+from fieldrig_devices.st1.settings import RegisterSettings, SupplySettings
 
 DOCS = ROOT / "docs"
 REQUIRED = "required"
@@ -110,6 +114,13 @@ OTHER_SECTIONS: Mapping[str, Models] = {
         "amplifier": AmplifierSettings,
         "parameters": ParameterSettings,
         "versions": VersionSettings,
+    },
+    "Keys of an ST1 fault": faults.models_of(St1Fault),
+    "Keys of parameters, motor, supply and registers of an ST1": {
+        "parameters": St1Parameters,
+        "motor": St1Motor,
+        "supply": SupplySettings,
+        "registers": RegisterSettings,
     },
     "Signals": {"signal": SignalSettings},
     "Keys of one unit, of its identification, of its server id": {

@@ -43,6 +43,7 @@ CONVEYOR = {
     "drive_wire": "belt.position",
     "sensors": {"infeed": {"at_m": 0.5}},
 }
+ST1 = {"kind": "st1", "links": {"ring": "pamring", "wires": "wires"}}
 SCU = {"kind": "hmiscu", "links": {"can": "can0", "modbus": ["mb"], "wires": "wires"}}
 WINDER = {"kind": "plant.winder", "links": {"wires": "wires"}, "role": "unwinder", **FILM}
 
@@ -69,8 +70,8 @@ GENERATOR = {"kind": "pulse.generator", "links": {"wires": "wires"}}
 
 def rig(**devices: Any) -> dict[str, Any]:
     buses = {
-        "can0": "can.virtual", "mb": "modbus.virtual", "ring": "ring.virtual", "wires": "wires.virtual",
-        "line": "serial.virtual", "line2": "serial.virtual", "net": "telephone.virtual",
+        "can0": "can.virtual", "mb": "modbus.virtual", "ring": "ring.virtual", "pamring": "pamring.virtual",
+        "wires": "wires.virtual", "line": "serial.virtual", "line2": "serial.virtual", "net": "telephone.virtual",
     }  # fmt: skip
     return {
         "time": "virtual",
@@ -103,6 +104,16 @@ TWICE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
         {"a": PUMP, "b": {**PUMP, "unit_id": 2, "links": {"modbus": "mb"}}},
         {"b": {**PUMP, "unit_id": 1, "links": {"modbus": "mb"}}},
         "devices.b.unit_id: unit 1 on mb is taken by devices.a.unit_id",
+    ),
+    "two nodes of a PAM": (
+        {"a": {**ST1, "ring_address": 1}, "b": {**ST1, "ring_address": 2}},
+        {"b": {**ST1, "ring_address": 1}},
+        "devices.b.ring_address: ring address 1 on pamring is taken by devices.a.ring_address",
+    ),
+    "a tank and an output of an ST1": (
+        {"a": TANK, "b": {**ST1, "ring_address": 1}},
+        {"b": {**ST1, "ring_address": 1, "terminals": {"OUT9": "a.level"}}},
+        "devices.b.terminals.OUT9: wire a.level on wires is taken by devices.a.level_wire",
     ),
     "one of several units, and a controller's": (
         {

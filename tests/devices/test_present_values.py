@@ -74,6 +74,9 @@ DEVICES: dict[str, dict[str, Any]] = {
         "kind": "mc4", "ring_address": 2, "motor": {"name_plate": PLATE}, "links": {**WIRES, "ring": "idle"},
         "load": {"coulomb_nm": 0.1}, "shaft_wire": "plate.shaft",
     },
+    "servo": {
+        "kind": "st1", "ring_address": 1, "links": {**WIRES, "ring": "pamring"}, "second_wire": "rolling.position",
+    },
     "conveyor": {
         "kind": "plant.conveyor", "links": WIRES, "length_m": 2.0, "roller_radius_m": 0.05, "product_m": 0.2,
         "pitch_m": 0.3, "drive_wire": "rolling.position", "sensors": {"infeed": {"at_m": 0.5}},
@@ -118,6 +121,7 @@ BUSES: dict[str, dict[str, Any]] = {
     "exchange": {"kind": "telephone.virtual", "numbers": {"modem": "100"}},
     "ring": {"kind": "ring.virtual"},
     "idle": {"kind": "ring.virtual"},
+    "pamring": {"kind": "pamring.virtual"},
 }
 
 

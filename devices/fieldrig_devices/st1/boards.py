@@ -10,7 +10,7 @@ from typing import Final
 
 from fieldrig.clock import MS, NEVER_NS, US, Clock, Timer
 from fieldrig_devices.pamring.frames import InputChanged, InputItem, OutputItem
-from fieldrig_devices.pamring.sampled_input import SampledInput
+from fieldrig_devices.st1.sampled_input import SampledInput
 from fieldrig_devices.st1.settings import OUTPUTS
 
 INPUT_ADDRESSES: Final = {101: 0, 102: 1, **{201 + place: 16 + place for place in range(16)}}

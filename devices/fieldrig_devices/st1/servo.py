@@ -63,6 +63,9 @@ class Servo:
             self.faults.add(fault)
         self._on_causes()
 
+    def now_ns(self) -> int:
+        return self._clock.now_ns()
+
     # ---- the PAM
 
     def forget(self) -> None:

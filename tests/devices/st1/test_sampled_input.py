@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig_devices.pamring.sampled_input import SampledInput
+from fieldrig_devices.st1.sampled_input import SampledInput
 
 PERIOD = 10
 changes = st.lists(st.integers(1, 400), max_size=30, unique=True).map(sorted)
