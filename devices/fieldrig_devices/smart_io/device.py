@@ -19,11 +19,13 @@ from fieldrig.link import Link
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusEvent
+from fieldrig_bus.ring.pam.message import RingMessage
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.canopen.point_slave import PointSlave
 from fieldrig_devices.modbus.point_server import PointServer
 from fieldrig_devices.modbus.tools import lines_for
-from fieldrig_devices.pamring.frames import Severity, Trouble
+from fieldrig_devices.pamring.frames import NodeType, Severity, Trouble
+from fieldrig_devices.pamring.node import RingNode
 from fieldrig_devices.registers.table import load_table
 from fieldrig_devices.smart_io.alone import Alone
 from fieldrig_devices.smart_io.board import Board
@@ -35,6 +37,8 @@ from fieldrig_devices.smart_io.settings import SmartIoSettings
 from fieldrig_devices.smart_io.terminals import Terminals
 from fieldrig_devices.smart_io.troubles import NODE, Fault, Troubles
 
+FIRMWARE: Final = 0x0250
+"""The version that the node reports: 2.50, as the manual."""
 _EMERGENCIES: Final[Mapping[int, tuple[int, int]]] = {
     Fault.SHORT_CIRCUIT: (0x2320, 0x02),
     Fault.HEAT_SINK: (0x4200, 0x08),
@@ -58,8 +62,9 @@ class SmartIo(Device):
         wires: Link[Signal] | None = None,
         modbus: list[Link[ModbusEvent]] | None = None,
         can: Link[CanFrame] | None = None,
+        ring: Link[RingMessage] | None = None,
     ) -> None:
-        """ConfigError for a register table with mistakes, ValueError for a slave without its bus."""
+        """ConfigError for a register table with mistakes, ValueError for a bus without its key, or a key without it."""
         self._settings = settings
         self.injected = self._faults = InjectedFaults[InjectedFault[Any]](
             clock, MODELS, Faults(InjectedFault), on_change=self._on_faults, check=self._check
@@ -76,13 +81,24 @@ class SmartIo(Device):
                 raise ValueError("can_slave: expected links.can beside it")
             self._can = PointSlave(clock, name, can, settings.can_slave, store, self.find, EDS, points_by_object())
             self._points |= dict(self._can.points())
+        self._ring = None if ring is None else self._make_end(clock, ring)
         PointServer(clock, modbus or [], settings.modbus, self.find, _ignore, partial(table, settings))
+
+    def _make_end(self, clock: Clock, ring: Link[RingMessage]) -> RingNode:
+        address = self._settings.ring_address
+        if address is None:
+            raise ValueError("ring_address: expected the address of the node, 1 to 255, beside links.ring")
+        end = RingNode(clock, ring, address, NodeType.SMART_IO, FIRMWARE, self.program)
+        self.program.attach(end)
+        return end
 
     def start(self) -> None:
         self._board.terminals.start()
         self._alone.start()
         if self._can is not None:
             self._can.start()
+        if self._ring is not None:
+            self._ring.start()
 
     def points(self) -> Mapping[str, Point]:
         return self._points

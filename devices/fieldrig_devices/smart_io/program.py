@@ -85,6 +85,11 @@ class SmartIoProgram:
         if self.is_working and self._port is not None:
             self._port.send(report)
 
+    def _answer(self, answer: Answer) -> None:
+        """Answer an inquiry, which may come before the node works."""
+        if self._port is not None:
+            self._port.send(answer)
+
     def tell(self, trouble: Trouble) -> None:
         """Report a fault; a heap that is full before the node works is one as well."""
         is_heap = trouble.code == NODE and trouble.details[0] == Fault.HEAP
@@ -135,7 +140,7 @@ class SmartIoProgram:
             return
         if isinstance(order, Read):
             item = self._items.get(order.register)
-            self.send(Answer(order.request, None if item is None else item.read()))
+            self._answer(Answer(order.request, None if item is None else item.read()))
             return
         act = _ORDERS.get(type(order))
         if act is None:

@@ -50,6 +50,9 @@ class MotorSettings(Settings):
 class SmartIoSettings(Settings):
     """Settings of the node."""
 
+    ring_address: int | None = Field(
+        default=None, ge=1, le=255, description="ADDRESS of the node, by its switches; required with links.ring"
+    )
     modules: dict[Annotated[int, Field(ge=1, le=MODULES)], ModuleSettings] = Field(
         default_factory=lambda: {1: ModuleSettings()}, description="I/O cards by module number, 1 to 16"
     )
@@ -116,6 +119,8 @@ class SmartIoSettings(Settings):
                 yield WrongKey(("motors", number, "decrease"), "both outputs are the same", "expected another address")
 
     def claims(self, device: str) -> Iterator[Claim]:
+        if self.ring_address is not None:
+            yield Claim("ring", "ring address", self.ring_address, ("ring_address",))
         yield Claim("modbus", "unit", self.modbus.unit_id, ("modbus", "unit_id"))
         if self.can_slave is not None:
             yield Claim("can", "node-ID", self.can_slave.node_id, ("can_slave", "node_id"))

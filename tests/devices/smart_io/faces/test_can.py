@@ -1,14 +1,19 @@
 """The node as a CiA 401 module: frames on the bus against terminals, keyboard and motor."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 from smart_io_bench import SmartIoBench
+from typer.testing import CliRunner
 
+from fieldrig.cli.app import app
+from fieldrig.exits import Exit
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.pamring.frames import LedItem
 from fieldrig_devices.smart_io.faces.objects import EDS, eds_text
 
+RIG = Path(__file__).parents[4] / "configs" / "smart-io-virtual.yaml"
 START = CanFrame(0x000, b"\x01\x05")
 MOTOR = {"increase": 201, "decrease": 202, "zero": 102, "counter": 101, "braking": 2}
 
@@ -95,3 +100,10 @@ def test_points_may_be_named_in_the_settings() -> None:
     bench.can.deliver(START)
     bench.can.deliver(CanFrame(0x205, bytes.fromhex("01 00 00 00 00 00 00 00")))
     assert (bench.get("led6"), bench.get("out101")) == (True, False)
+
+
+@pytest.mark.long
+def test_the_node_passes_the_conformance_suite() -> None:
+    arguments: list[Any] = ["conform", "--rig", RIG, "--bus", "can4", "--node", 31, "--eds", EDS]
+    done = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    assert done.exit_code == Exit.OK, done.output
