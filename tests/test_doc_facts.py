@@ -63,6 +63,7 @@ from fieldrig_devices.modbus.client_settings import (
 )
 from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
 from fieldrig_devices.modem.faults import ModemFault
+from fieldrig_devices.pam.ports.options import ClassCodes, PortOptions
 from fieldrig_devices.plants import dc_motor, heater, pulse_servo
 from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings
 from fieldrig_devices.plants.stepper_settings import StepperFault
@@ -137,6 +138,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Light barriers of a conveyor": {"sensor": SensorSettings},
     "Keys of a conveyor fault": faults.models_of(ConveyorFault),
     "Load cell and dancer": {"load_cell": LoadCell, "dancer": Dancer},
+    "Settings of the ports": {"ports": PortOptions, "class_codes": ClassCodes},
     "Exchange settings": {"exchange": ExchangeSettings, "send": Sent, "receive": Received},
     "Readings": {"readings": Readings},
     "Costs of the processor": {"costs": Costs},

@@ -38,6 +38,28 @@ def patience_of(link: object) -> int:
     return link.patience_ns if isinstance(link, PatientLink) else 0
 
 
+class SharedWords(Protocol):
+    """Words of a memory that other processes share; each is read and written as a whole."""
+
+    def __getitem__(self, place: int, /) -> int: ...
+
+    def __setitem__(self, place: int, value: int, /) -> None: ...
+
+
+@runtime_checkable
+class MemoryLink(Protocol):
+    """A link to a memory, which reports nothing by itself: a device reads its words as often as it wants."""
+
+    @property
+    def words(self) -> SharedWords | None:
+        """The words; None for a link that leads to no memory."""
+
+
+def words_behind(link: object) -> SharedWords | None:
+    """Return the memory that this link leads to; None for a link without one."""
+    return link.words if isinstance(link, MemoryLink) else None
+
+
 class UnconnectedLink:
     """An end of a bus that leads nowhere: it drops what is sent, and nothing arrives."""
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from fieldrig.bus import Bus
-from fieldrig.link import patience_of
+from fieldrig.link import SharedWords, patience_of, words_behind
 from fieldrig.untrusted import shown
 
 
@@ -48,6 +48,11 @@ class CheckedLink:
     def patience_ns(self) -> int:
         """The patience of the bus's own end (`PatientLink`)."""
         return patience_of(self._link)
+
+    @property
+    def words(self) -> SharedWords | None:
+        """The memory behind the bus's own end (`MemoryLink`)."""
+        return words_behind(self._link)
 
 
 def _of_kind(cause: Exception) -> type[Exception]:

@@ -1,9 +1,14 @@
 """`fieldrig pam check`, `fmt`, `doc` and `run`."""
 
 import json
+import re
+import shutil
+import subprocess
 from pathlib import Path
 
-from pam_programs import MACHINE
+import pytest
+from pam_ports import GROUP, VME
+from pam_programs import HEADER, MACHINE
 from typer.testing import CliRunner
 
 from fieldrig_devices.pam.commands import app
@@ -47,6 +52,47 @@ def test_fmt_writes_one_layout(tmp_path: Path) -> None:
     assert run("fmt", file) == (0, f"{file}: formatted\n")
     assert file.read_text() == "APPLICATION\n  NAME = a V1.00;\n  BASIC_PAM_CYCLE = 3;  // 1 ms\nEND\n"
     assert run("fmt", file, "--check") == (0, "")
+
+
+@pytest.mark.manual("PAMS-073")
+def test_headers_writes_the_include_files_of_a_vme_master(tmp_path: Path) -> None:
+    file = tmp_path / "printer.pam"
+    file.write_text(HEADER + GROUP + VME)
+    code, output = run("headers", file, "--into", tmp_path / "AGL")
+    assert (code, output.count("written")) == (0, 3)
+    crcs = (tmp_path / "AGL/PAM_VME.H").read_text()
+    assert crcs.count("#define") == 11
+    assert re.search(r"^#define DFI_MachRunning +0xE41C$", crcs, re.MULTILINE)
+    assert re.search(r"^#define VME_CLASS_REAL 4$", (tmp_path / "AGL/VMECLASS.H").read_text(), re.MULTILINE)
+    memory = (tmp_path / "AGL/PAM_DEF.H").read_text()
+    assert re.search(r"^#define VME_FATAL_ERROR_INFO_2 +56$", memory, re.MULTILINE)
+    assert re.search(r"^#define VME_END_INIT_IN +6$", memory, re.MULTILINE)
+
+
+@pytest.mark.manual("PAMS-073", "PAMS-058", "PAMS-064")
+def test_a_c_compiler_lays_the_memory_out(tmp_path: Path) -> None:
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("there is no C compiler: apt-get install gcc")
+    (tmp_path / "printer.pam").write_text(HEADER + GROUP + VME)
+    run("headers", tmp_path / "printer.pam", "--into", tmp_path)
+    offsets = {"header_fifo_out": 10, "watchdog": 20, "synchro": 22, "cmd_port": 24, "fatal_error_panel": 44}
+    fields = "\n".join(
+        f'_Static_assert(offsetof(S_dual_vme, {field}) == {offset}, "{field}");' for field, offset in offsets.items()
+    )
+    includes = "".join(f'#include "{name}"\n' for name in ("PAM_DEF.H", "PAM_VME.H", "VMECLASS.H"))
+    (tmp_path / "master.c").write_text(f"#include <stddef.h>\n{includes}{fields}\nint crc = DLI_MachHeadSpeed;\n")
+    subprocess.run([compiler, "-Wall", "-Werror", "-c", "master.c"], cwd=tmp_path, check=True, timeout=60)
+
+
+@pytest.mark.parametrize(("text", "said"), [(MACHINE, "has no VME DUALPORT"), (WRONG, "AXI_Blt is not declared here")])
+def test_headers_needs_a_vme_dual_port(tmp_path: Path, text: str, said: str) -> None:
+    file = tmp_path / "a.pam"
+    file.write_text(text)
+    code, output = run("headers", file, "--into", tmp_path)
+    assert code == 2
+    assert said in output
+    assert not list(tmp_path.glob("*.H"))
 
 
 COUNTING = (

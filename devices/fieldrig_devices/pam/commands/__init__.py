@@ -3,6 +3,7 @@
 from fieldrig.cli.common import command_group
 from fieldrig_devices.pam.commands.checking import check
 from fieldrig_devices.pam.commands.formatting import fmt
+from fieldrig_devices.pam.commands.headers import headers
 from fieldrig_devices.pam.commands.listing import doc
 from fieldrig_devices.pam.commands.running import run
 
@@ -16,11 +17,13 @@ def pam() -> None:
     \b
         fieldrig pam check packer.pam
         fieldrig pam fmt packer.pam
+        fieldrig pam headers packer.pam
         fieldrig pam run packer.pam
     """
 
 
 app.command()(check)
 app.command()(fmt)
+app.command()(headers)
 app.command()(doc)
 app.command()(run)

@@ -1,8 +1,10 @@
 """The memory of a DualPort: 2048 words of 16 bits, each read and written as a whole (sections 11.2 and 12.1)."""
 
 from array import array
-from collections.abc import MutableSequence, Sequence
+from collections.abc import Sequence
 from typing import Final, Literal
+
+from fieldrig.link import SharedWords
 
 WORDS: Final = 2048
 BYTES: Final = 2 * WORDS
@@ -16,13 +18,13 @@ class Memory:
 
     __slots__ = ("words",)
 
-    def __init__(self, words: MutableSequence[int] | None = None) -> None:
-        self.words: MutableSequence[int] = array("H", bytes(BYTES)) if words is None else words
+    def __init__(self, words: SharedWords | None = None) -> None:
+        self.words: SharedWords = array("H", bytes(BYTES)) if words is None else words
 
     def read(self, word: int, count: int) -> list[int]:
         """Return words from number `word` on.  IndexError if one of them does not exist."""
         _check(word, count)
-        return list(self.words[word : word + count])
+        return [self.words[place] for place in range(word, word + count)]
 
     def write(self, word: int, values: Sequence[int]) -> None:
         """Write words one after another.  IndexError, with nothing written, if one of them does not exist."""

@@ -4,9 +4,9 @@ Addresses count bytes.  The even byte of a cell has bits 0 to 7 and the odd byte
 10820).  HEAD, TAIL and WATCH_DOG use the even byte.
 """
 
-from collections.abc import MutableSequence
 from typing import Final, NamedTuple
 
+from fieldrig.link import SharedWords
 from fieldrig_devices.pam.language.ports import PortPlan, PortVariable
 from fieldrig_devices.pam.ports.memory import Memory
 
@@ -38,11 +38,11 @@ def item_place(variable: PortVariable, index: int) -> Place:
     return bit_place(variable.address + bit // 8, bit % 8)
 
 
-def flag_of(words: MutableSequence[int], place: Place) -> bool:
+def flag_of(words: SharedWords, place: Place) -> bool:
     return bool(words[place.cell] & place.mask)
 
 
-def set_flag(words: MutableSequence[int], place: Place, value: bool) -> None:
+def set_flag(words: SharedWords, place: Place, value: bool) -> None:
     word = words[place.cell]
     words[place.cell] = word | place.mask if value else word & ~place.mask
 

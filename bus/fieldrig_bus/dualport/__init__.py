@@ -1,0 +1,1 @@
+"""The memory between a controller and its PLC, as a bus: `dualport.shm`."""

@@ -1,0 +1,48 @@
+"""Words of a DualPort memory: 2048 words of 16 bits, shared by a controller and a master."""
+
+import struct
+from dataclasses import dataclass
+from typing import Any, Final
+
+WORDS: Final = 2048
+_HEAD: Final = struct.Struct(">H")
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """Words to write, one after another."""
+
+    first: int
+    """Number of the first word."""
+    values: tuple[int, ...]
+
+
+def encode(message: Words) -> bytes:
+    return _HEAD.pack(message.first) + struct.pack(f">{len(message.values)}H", *message.values)
+
+
+def decode(data: bytes) -> Words:
+    """Return the message of `encode`'s bytes.  ValueError for anything else."""
+    if len(data) < _HEAD.size or len(data) % 2:
+        raise ValueError(f"not words of a memory: {data[:40].hex(' ')}")
+    first, *values = struct.unpack(f">{len(data) // 2}H", data)
+    found = Words(first, tuple(values))
+    check_sent(found)
+    return found
+
+
+def show(message: Words) -> str:
+    return f"word {message.first}: {' '.join(f'{value:04X}' for value in message.values)}"
+
+
+def check_sent(message: Any) -> None:
+    """Raise TypeError or ValueError for words that the memory cannot have."""
+    if type(message) is not Words:
+        raise TypeError(f"expected Words, found {type(message).__name__}")
+    for value in (message.first, *message.values):
+        if type(value) is not int:
+            raise TypeError(f"expected integers, found {type(value).__name__}")
+        if not 0 <= value <= 0xFFFF:
+            raise ValueError(f"{value}: expected 0 to 65535")
+    if message.first + len(message.values) > WORDS:
+        raise ValueError(f"words {message.first} to {message.first + len(message.values) - 1}, expected 0 to 2047")

@@ -1,0 +1,1 @@
+"""The ways to the memory from outside: Modbus registers, words over TCP, and an S7 data block."""

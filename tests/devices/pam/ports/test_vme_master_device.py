@@ -1,0 +1,86 @@
+"""The device `pam.vme-master` and the ports of a PAM in one rig in virtual time."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pam_ports import GROUP, VME
+from pam_programs import HEADER
+
+from fieldrig.clock import MS, S
+from fieldrig.errors import ConfigError, RigError
+from fieldrig.pytest_plugin import RigMaker
+from fieldrig.rig import Rig
+
+
+def rig_of(folder: Path, program: str = HEADER + GROUP + VME, **master: Any) -> dict[str, Any]:
+    (folder / "printer.pam").write_text(program)
+    return {
+        "time": "virtual",
+        "buses": {"vme": {"kind": "modbus.virtual"}},
+        "devices": {
+            "pam": {"kind": "pam_port_kinds:PortHost", "program": HEADER + GROUP + VME, "links": {"modbus": ["vme"]}},
+            "plc": {
+                "kind": "pam.vme-master",
+                "application": str(folder / "printer.pam"),
+                "links": {"modbus": "vme"},
+                **master,
+            },
+        },
+    }
+
+
+@pytest.fixture
+def rig(fieldrig_rig: RigMaker, tmp_path: Path) -> Rig:
+    return fieldrig_rig(rig_of(tmp_path, initial={"DWI_MachPressure": -4, "DLI_MachHeadSpeed": 9}))
+
+
+def test_the_master_starts_the_pam(rig: Rig) -> None:
+    rig.run_until(S)
+    assert rig.get("plc", "running") is True
+    assert rig.get("plc", "mistakes") == ""
+    assert rig.get("pam", "state") == "running"
+    assert (rig.get("pam", "DWI_MachPressure.0"), rig.get("pam", "DLI_MachHeadSpeed.5")) == (-4, 9)
+
+
+def test_values_in_both_directions(rig: Rig) -> None:
+    rig.run_until(S)
+    rig.set("plc", "DRI_MachHeadFactor.3", 0.5)
+    rig.set("plc", "DFI_MachAlarm", True)
+    rig.set("pam", "DLO_MachHeadPosition.2", -70_000)
+    rig.run_until(S + 60 * MS)
+    assert rig.get("pam", "DRI_MachHeadFactor.3") == 0.5
+    assert rig.get("pam", "DFI_MachAlarm.0") is True
+    assert rig.get("plc", "DLO_MachHeadPosition.2") == -70_000
+    for key, wrong in (("DWI_MachPressure", 40_000), ("DFI_MachAlarm", 3), ("DFO_MachStopped", True)):
+        with pytest.raises((ValueError, RigError), match=r"expected|can only be read"):
+            rig.set("plc", key, wrong)
+
+
+def test_the_watchdog_is_served(rig: Rig) -> None:
+    rig.run_until(5 * S)
+    assert rig.get("pam", "state") == "running"
+    assert rig.get("plc", "running") is True
+
+
+@pytest.mark.parametrize(
+    ("program", "initial", "error"),
+    [
+        (HEADER, {}, RigError),
+        (HEADER + "AXIS", {}, ConfigError),
+        (HEADER + GROUP + VME, {"DFO_MachStopped": True}, RigError),
+    ],
+)
+def test_wrong_settings(
+    fieldrig_rig: RigMaker, tmp_path: Path, program: str, initial: dict[str, Any], error: type[Exception]
+) -> None:
+    with pytest.raises(error):
+        fieldrig_rig(rig_of(tmp_path, program, initial=initial)).run_until(S)
+
+
+def test_the_master_tries_again_without_a_pam(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
+    config = rig_of(tmp_path)
+    del config["devices"]["pam"]
+    rig = fieldrig_rig(config)
+    rig.run_until(10 * S)
+    assert rig.get("plc", "running") is False
