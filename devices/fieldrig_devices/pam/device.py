@@ -15,10 +15,13 @@ from fieldrig.clock import MS, US, Clock, Timer
 from fieldrig.device import Device, Point, Value
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
-from fieldrig.link import Link
+from fieldrig.link import Link, words_behind
 from fieldrig.point_values import truth_in
+from fieldrig_bus.dualport.message import Words
+from fieldrig_bus.modbus.message import ModbusMessage
 from fieldrig_bus.ring.pam.message import RingMessage
 from fieldrig_bus.serial.message import SerialMessage
+from fieldrig_bus.tcp.message import TcpMessage
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.languages.mistakes import CompileError
@@ -34,6 +37,8 @@ from fieldrig_devices.pam.panel.display import DIGITS, Display
 from fieldrig_devices.pam.panel.info import panel_info
 from fieldrig_devices.pam.panel.messages import Message, Messages
 from fieldrig_devices.pam.panel.pam_display import PamDisplay
+from fieldrig_devices.pam.ports import byte_order_of
+from fieldrig_devices.pam.ports.access.faces import MemoryFaces
 from fieldrig_devices.pam.ports.memory import WORDS, Memory
 from fieldrig_devices.pam.power_cycle import PanelPart, PowerCycle, State
 from fieldrig_devices.pam.runtime.compiler import Compiled, compile_application
@@ -62,12 +67,23 @@ class Pam(Device):
         wires: Link[Signal] | None = None,
         debugger: Link[SerialMessage] | None = None,
         rs422: Link[SerialMessage] | None = None,
+        modbus: list[Link[ModbusMessage]] | None = None,
+        tcp: Link[TcpMessage] | None = None,
+        dualport: Link[Words] | None = None,
     ) -> None:
         """ConfigError, with every mistake, for an application that cannot be compiled."""
         self._clock, self._settings, self._ring = clock, settings, ring
         self._wires, self._debugger, self._rs422 = wires, debugger, rs422
         self._compiled = _compiled(settings)
-        self._memory = Memory()
+        self._memory = Memory(words_behind(dualport))
+        self._faces = MemoryFaces(
+            clock,
+            self._memory,
+            byte_order_of(self._compiled.program, settings.ports),
+            settings.access,
+            modbus or [],
+            tcp,
+        )
         self._display = Display()
         self._messages = Messages(lambda text: _send(debugger, text))
         self._panel = PanelPart({"PAMDISPLAY": [PamDisplay(self._show, self._monitor)]})
@@ -88,11 +104,13 @@ class Pam(Device):
     # ---- power
 
     def start(self) -> None:
+        self._faces.open()
         if self._faults.first(PowerOff) is None:
             self._power_on()
 
     def stop(self) -> None:
         self._downloads.cancel()
+        self._faces.close()
         self._power_off()
 
     def _on_faults(self) -> None:
