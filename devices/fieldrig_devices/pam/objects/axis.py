@@ -73,7 +73,7 @@ class Axis(ObjectItem):
                 self._own = wrapped(own, self.period)
             for watcher in list(self.watchers):
                 watcher()
-        self.site.kernel.touched(self.name)
+        self.site.touched(self.name)
 
     @property
     def is_ready(self) -> bool:
@@ -117,7 +117,7 @@ class Axis(ObjectItem):
         if order.number:
             order = AxisOrder(number, order.move, order.value, order.speed, order.acceleration, order.deceleration)
             self._ordered = number
-        self.site.kernel.touched(self.name)
+        self.site.touched(self.name)
         return order
 
     def _send(self, function: str, *arguments: float) -> None:
@@ -224,4 +224,4 @@ class Axis(ObjectItem):
             mode = SetPointMode[self.pipe.mode]
             self._own, self.pipe = self.position, None
             self.node.send(EndOfPipe(mode))
-            self.site.kernel.touched(self.name)
+            self.site.touched(self.name)

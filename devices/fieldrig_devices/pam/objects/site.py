@@ -67,11 +67,19 @@ class Site:
         """Number of commands and parameters that change what pipes compute; a pipe at rest sleeps until the next."""
         self.moved: set[str] = set()
         """Axes that have got a new set-point in this cycle."""
+        self.sets_of: dict[str, list[str]] = {}
+        """The axes sets that an axis belongs to, whose answers change with its own."""
         self.every_cycle: dict[str, Callable[[], None]] = {}
         """Work behind the pipes of each basic cycle, by the object."""
         self._moved_before: set[str] = set()
         self._number = self._request = 0
         self._requests: dict[int, _Request] = {}
+
+    def touched(self, axis: str) -> None:
+        """Show the programs that an axis has changed."""
+        self.kernel.touched(axis)
+        for name in self.sets_of.get(axis, ()):
+            self.kernel.touched(name)
 
     def next_number(self) -> int:
         """Return the number of the next order to axes."""
@@ -94,7 +102,7 @@ class Site:
         if self._requests:
             self._take_answers()
         for name in self._moved_before:
-            self.kernel.touched(name)
+            self.touched(name)
         self._moved_before.clear()
 
     def flowed(self) -> None:
@@ -102,7 +110,7 @@ class Site:
         for work in tuple(self.every_cycle.values()):
             work()
         for name in self.moved:
-            self.kernel.touched(name)
+            self.touched(name)
         self.moved, self._moved_before = self._moved_before, self.moved
 
     def _take_answers(self) -> None:
