@@ -20,6 +20,8 @@ import canopen_node  # noqa: E402
 import drive_cycle  # noqa: E402
 import iec_language  # noqa: E402
 import modbus  # noqa: E402
+import pam_language  # noqa: E402
+import pam_pipes  # noqa: E402
 import plc_on_ring  # noqa: E402
 import pulse_engine  # noqa: E402
 import pulses  # noqa: E402
@@ -44,6 +46,8 @@ BENCHMARKS = (
     arp_language,
     arp_loop,
     iec_language,
+    pam_language,
+    pam_pipes,
     plc_on_ring,
     pulse_engine,
     teleservice,

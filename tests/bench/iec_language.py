@@ -12,17 +12,18 @@ and shorter ones.
 import statistics
 import time
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from iec_program import IecBench
 from report import Report, progress
+from turns import REPEATS, shown, take_turns
 
 from fieldrig.clock import US
 from fieldrig_devices.iec.tasks.task import TICK_NS, WorkState
 
 ROUNDS = 20_000
-REPEATS = 7
 SHORT_NS = 50 * US
 """A slice that the begin of another task has shortened."""
 BUDGETS_NS = (10**12, TICK_NS, SHORT_NS)
@@ -274,18 +275,8 @@ def measure(case: Case) -> tuple[list[float], list[list[float]]]:
     """Return nanoseconds a statement by hand, and of the program for each of `BUDGETS_NS`; they take turns."""
     bench = IecBench(case.source)
     bench["rounds"] = ROUNDS
-    total = case.statements * ROUNDS
-    by_hand: list[float] = []
-    taken: list[list[float]] = [[] for _ in BUDGETS_NS]
-    for _ in range(REPEATS):
-        plc = Plc()
-        start = time.process_time_ns()
-        case.by_hand(plc, ROUNDS)
-        by_hand.append((time.process_time_ns() - start) / total)
-        for budget_ns, found in zip(BUDGETS_NS, taken, strict=True):
-            start = time.process_time_ns()
-            run_all(bench, budget_ns)
-            found.append((time.process_time_ns() - start) / total)
+    programs = [partial(run_all, bench, budget_ns) for budget_ns in BUDGETS_NS]
+    by_hand, *taken = take_turns(case.statements * ROUNDS, lambda: case.by_hand(Plc(), ROUNDS), programs)
     return by_hand, taken
 
 
@@ -328,10 +319,6 @@ def lines_a_second() -> list[float]:
         IecBench(text)
         found.append(text.count("\n") / (time.process_time() - start))
     return found
-
-
-def shown(values: Sequence[float], form: str) -> str:
-    return f"{statistics.mean(values):{form}} ± {statistics.stdev(values):{form}}"
 
 
 def run() -> Report:

@@ -14,7 +14,7 @@ import struct
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from arp_user_port import PortBench, frame
@@ -39,6 +39,9 @@ from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_bus.modbus.framing_ascii import AsciiFramer, ascii_frame
 from fieldrig_bus.modbus.framing_mbap import MbapFramer, tcp_frame
 from fieldrig_bus.modbus.framing_rtu import RtuFramer, rtu_frame
+from fieldrig_bus.ring.pam import cycle_wire as pam_wire
+from fieldrig_bus.ring.pam.message import Cycle as PamCycle
+from fieldrig_bus.ring.pam.rack import NodeRack
 from fieldrig_bus.ring.sercos.cycle_wire import decode_spread, encode_spread
 from fieldrig_bus.ring.sercos.message import Cycle
 from fieldrig_bus.ring.transport.shm import _are
@@ -69,6 +72,8 @@ def _all_records(data: bytes) -> None:
 
 TIMING = LineTiming("rtu", 9600, 11)
 SPREAD = encode_spread(1, 2, [(Cycle(3, b"\xff\x04", b"\xff\x01"), ("a", "b")), (Cycle(3, b"", b""), ("c",))], b"", 3)
+PAM_SPREAD = pam_wire.encode_spread(1, 2, [(PamCycle(3, ((17, b"\x02"),)), ("a",)), (PamCycle(3, ()), ("c",))], b"", 3)
+PAM_RACK = NodeRack("ring0", cast(Any, None))
 LINE = b'{"time_ns":1,"bus":"can0","family":"can","sender":"io","data":"23010000020501"}\n'
 JSON = [b'{"bus":"wires","member":"io","proof":"00"}', b"[[385,2047],\"own\"]", b'{"keys":["a","b"]}',
         b'{"fault":{"what":"drop","count":1}}', b"[1,2.5,-3e5,true,false,null,\"\\u00e4\"]"]  # fmt: skip
@@ -115,6 +120,7 @@ def decoders() -> dict[str, tuple[Callable[[bytes], Any], list[bytes]]]:
         "rtu": (lambda data: _fed(RtuFramer(TIMING), data), [rtu_frame(1, REQUEST)]),
         "ascii": (lambda data: _fed(AsciiFramer(TIMING), data), [ascii_frame(1, REQUEST)]),
         "spread": (decode_spread, [SPREAD]),
+        "spread of a PAM": (PAM_RACK.read, [PAM_SPREAD]),
         "back": (decode_back, [encode_back(1, 2, [(0, b"\x05\x01"), (1, b"\x06")])]),
         "stations": (lambda data: _stations_of(data.decode()), [b"a=1,2;b=observer;c="]),
         "stations of shm": (

@@ -39,10 +39,16 @@ class PamBench:
     ) -> None:
         self.program = compile_application(header + programs, "bench.pam")
         self.messages: list[tuple[str, tuple[int, ...], str]] = []
+        self._limits = limits
         self.runtime = Runtime(self.program, self._on_message, limits)
         self.objects = MemoryObjects(self.program, self.runtime)
         if missing >= 0:
             self.objects.missing["NGR_Both"] = {missing}
+        self.runtime.start(self.objects)
+
+    def restart(self) -> None:
+        """Run the application from its beginning, with the items that the objects have now."""
+        self.runtime = self.objects.kernel = Runtime(self.program, self._on_message, self._limits)
         self.runtime.start(self.objects)
 
     def _on_message(self, code: str, details: Sequence[int], text: str) -> None:

@@ -153,10 +153,10 @@ class Bench:
     def cycle(self, number: int = 1, work: Callable[[], None] = lambda: None) -> None:
         """Go on for basic cycles; `work` is that of the programs."""
         for _ in range(number):
-            self.kernel.cycle_number += 1
             reports, self._reports = self._reports, []
             for address, report in reports:
                 self.objects.on_report(address, report)
+            self.kernel.cycle_number += 1
             self.objects.take()
             self.objects.flow()
             work()

@@ -84,6 +84,7 @@ class Pam:
         self, clock: Clock, link: Link[RingMessage], nodes: Sequence[DeclaredNode], settings: RingSettings = SHORT
     ) -> None:
         self._clock, self._cycle_ns = clock, third_of_ms(settings.thirds)
+        self._link, self._settings = link, settings
         self.ring = RingMaster(clock, link, settings, nodes, self, self._say)
         self.said: list[tuple[str, tuple[int, ...]]] = []
         self.texts: list[str] = []
@@ -92,6 +93,13 @@ class Pam:
     def start(self) -> None:
         self.ring.start()
         self._cycle()
+
+    def reset(self, nodes: Sequence[DeclaredNode], items: Mapping[int, Sequence[Configuration]]) -> None:
+        """The PAM forgets everything and begins again; its basic cycle goes on."""
+        self.ring = RingMaster(self._clock, self._link, self._settings, nodes, self, self._say)
+        for address, of_it in items.items():
+            self.ring.configure(address, of_it)
+        self.ring.start()
 
     def _cycle(self) -> None:
         self.ring.take()

@@ -104,8 +104,12 @@ class Medium(Generic[N]):
         return layout, is_calm
 
     def _present_layout(self, now_ns: int) -> Layout[N]:
+        return self._layout_with(now_ns)
+
+    def _layout_with(self, now_ns: int, lost: Iterable[str] = ()) -> Layout[N]:
+        """The layout while the stations `lost` have no power, besides those with a fault."""
         broken = {fault.settings.after for fault in self._on(now_ns, Break)}
-        return self._topology.layout(broken, {fault.settings.station for fault in self._on(now_ns, Off)})
+        return self._topology.layout(broken, {*lost, *(fault.settings.station for fault in self._on(now_ns, Off))})
 
     def _on(self, now_ns: int, *kinds: type[Any]) -> Iterator[Fault[Any]]:
         return (fault for fault in self.faults.of(*kinds) if fault.is_on(now_ns))

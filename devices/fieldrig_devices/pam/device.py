@@ -28,8 +28,6 @@ from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.languages.refusal import refused
 from fieldrig_devices.languages.source_file import decoded
 from fieldrig_devices.pam.application_files import reader_beside, shapes_beside
-from fieldrig_devices.pam.debuggee import DeviceDebuggee
-from fieldrig_devices.pam.downloads import Downloads
 from fieldrig_devices.pam.faults import MODELS, PowerOff
 from fieldrig_devices.pam.panel.catalogue import text_of
 from fieldrig_devices.pam.panel.codes import Code, Kind, code_of
@@ -42,6 +40,7 @@ from fieldrig_devices.pam.ports.access.faces import MemoryFaces
 from fieldrig_devices.pam.ports.memory import WORDS, Memory
 from fieldrig_devices.pam.power_cycle import PanelPart, PowerCycle, State
 from fieldrig_devices.pam.runtime.compiler import Compiled, compile_application
+from fieldrig_devices.pam.runtime.machine_debuggee import MachineDebuggee
 from fieldrig_devices.pam.runtime.runtime import Runtime
 from fieldrig_devices.pam.settings import PamSettings
 from fieldrig_devices.pam.variable_points import variable_points
@@ -91,8 +90,7 @@ class Pam(Device):
         self._cycle: PowerCycle | None = None
         self._timer: Timer | None = None
         self._begin_ns = self._cycles = 0
-        self._downloads = Downloads(background, self._on_loaded)
-        self._debuggee = DeviceDebuggee(self)
+        self._debuggee = MachineDebuggee(background, lambda: self.application, self.reset, self._on_loaded)
         self._debugging = DebugService(clock, self._debuggee)
         self.injected = self._faults = InjectedFaults[Fault[Any]](
             clock, MODELS, Faults(Fault), on_change=self._on_faults
@@ -109,7 +107,7 @@ class Pam(Device):
             self._power_on()
 
     def stop(self) -> None:
-        self._downloads.cancel()
+        self._debuggee.cancel()
         self._faces.close()
         self._power_off()
 
@@ -174,37 +172,18 @@ class Pam(Device):
         else:
             self._wait()
 
-    # ---- for the debugger (`debuggee.Owner`)
+    # ---- for the debugger
 
     @property
     def application(self) -> Runtime | None:
         """The application, once its programs have begun."""
         return self._cycle.application if self._cycle is not None else None
 
-    @property
-    def problem(self) -> str:
-        return self._downloads.problem
-
-    @property
-    def progress(self) -> str:
-        return self._downloads.progress
-
-    def halt(self) -> None:
-        """Stop the application and the ring until the next reset."""
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-
-    def download(self, files: Mapping[str, str]) -> None:
-        """Compile an application, and reset with it if it has no mistakes."""
-        self._downloads.begin(files, self._settings.application.name)
-
     def _on_loaded(self, compiled: Compiled) -> None:
         self._compiled = compiled
         self._points = self._make_points()
         if self._cycle is not None:
             self.reset()
-        self._debuggee.on_load()
 
     def answer(self, question: str, message: Any) -> Any:
         """Answer `debug` questions (`languages/debugging/service.py`)."""

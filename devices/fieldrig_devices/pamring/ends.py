@@ -15,7 +15,10 @@ class RingFault(Enum):
     CARRIER = "carrier"
     """The first node behind a break: F-6."""
     CRC = "crc"
-    """The first node behind a place where frames are damaged: F-7."""
+    """The first node behind a place where frames are damaged: F-7.
+
+    If the ring falls silent then, `INACTIVE` and `CRC` follow at once, so that the node reacts as others do.
+    """
 
 
 class PamPort(Protocol):

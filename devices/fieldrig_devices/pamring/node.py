@@ -124,9 +124,12 @@ class RingNode:
                 yield contents
 
     def _on_silence(self) -> None:
-        """A node that knows more, because it is the first one behind a fault, goes on showing that."""
-        if self.fault is RingFault.NONE:
+        """The program reacts to the silence; but the first node behind a fault goes on showing the fault (B.2)."""
+        shown = self.fault
+        if shown is not RingFault.CARRIER:
             self._see(RingFault.INACTIVE)
+        if shown is RingFault.CRC:
+            self._see(RingFault.CRC)
 
     def _see(self, fault: RingFault) -> None:
         if fault is not self.fault:

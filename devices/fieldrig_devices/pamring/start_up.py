@@ -153,6 +153,8 @@ class StartUp:
                 self._refusals.add(messages.INITIALISATION_REFUSED)
 
     def _on_acknowledge(self, address: int, report: Accepted | Refused) -> None:
+        if self.phase in _BEFORE_ITEMS:  # of the items that a node had before the PAM was reset
+            return
         item = self._pending.pop((address, report.item), None)
         if item is None:
             self._say(messages.BAD_ACKNOWLEDGE, (address, report.item, 0), "")
@@ -282,6 +284,9 @@ class StartUp:
 
 def _plain(code: str) -> messages.Message:
     return code, (0, 0, 0)
+
+
+_BEFORE_ITEMS: Final = (Phase.WAITING, Phase.IDENTIFYING)
 
 
 class Step(NamedTuple):

@@ -132,12 +132,22 @@ def test_a_damaged_frame_at_the_start_names_the_node_behind_it() -> None:
 # ---- NUMBER and NODES_GROUP
 
 
-@pytest.mark.manual("PAML-022")
+@pytest.mark.manual("PAML-004", "PAML-022")
 def test_a_multiple_node_has_consecutive_addresses() -> None:
     bench = Bench([DeclaredNode(1, ST1, 63, 3)], [(65, ST1), (63, ST1), (64, ST1)]).start()
     assert bench.pam.ring.active == {63, 64, 65}
     bench = Bench([DeclaredNode(1, ST1, 63, 3)], [(63, ST1), (64, ST1), (66, ST1)]).start()
     assert bench.pam.said[:2] == [("06..F002", (1, 66, 0)), ("06..F003", (1, 65, 0))]
+
+
+@pytest.mark.manual("PAML-005", "PAML-006")
+@pytest.mark.parametrize("there", [[1], [2, 3], [1, 2, 3]])
+def test_one_application_drives_as_many_components_of_a_group_as_there_are(there: list[int]) -> None:
+    heads = DeclaredNode(1, ST1, 1, 3, "HEADS")
+    bench = Bench([heads], [(address, ST1) for address in there]).configure({a: [AXIS] for a in (1, 2, 3)}).start()
+    assert bench.pam.ring.phase is Phase.RUNNING
+    assert bench.pam.ring.active == set(there)
+    assert all(node.items == [AXIS] for node in bench.nodes)
 
 
 @pytest.mark.manual("PAML-026", "PAML-028")
@@ -149,7 +159,7 @@ def test_a_member_of_a_nodes_group_may_be_missing() -> None:
     assert [len(node.items) for node in bench.nodes] == [1, 1]
 
 
-@pytest.mark.manual("PAML-007", "PAML-029")
+@pytest.mark.manual("PAML-007")
 def test_a_component_that_lacks_one_of_its_nodes_is_ignored_with_all_of_them() -> None:
     declared = [DeclaredNode(1, ST1, 1, 2, "HEADS"), DeclaredNode(2, SMART_IO, 33, 2, "HEADS")]
     bench = Bench(declared, [(1, ST1), (2, ST1), (34, SMART_IO)]).configure({1: [AXIS], 2: [AXIS]}).start()
@@ -186,7 +196,7 @@ def test_a_refused_item_of_a_smart_io_ends_the_configuration() -> None:
     assert bench.node(33).items == [KEY_IN], "the others were configured nevertheless"
 
 
-@pytest.mark.manual("PAMS-107", "PAMS-110")
+@pytest.mark.manual("PAMS-107")
 def test_a_refused_input_of_an_st1_is_a_bad_definition() -> None:
     bench = Bench(TWO, BOTH).configure(ITEMS)
     bench.node(17).refused = frozenset({2})
@@ -236,6 +246,19 @@ def test_a_node_that_allows_no_configuration_refuses_the_initialisation() -> Non
 def test_an_acknowledge_of_no_item_is_bad() -> None:
     bench = Bench(TWO, BOTH).configure({33: [KEY_IN, KEY_IN]}).start()
     assert bench.pam.errors == [("07..E00B", (33, 3, 0))]
+
+
+@pytest.mark.parametrize("ms", range(1, 12))
+def test_a_pam_that_is_reset_while_it_starts_its_ring_starts_it_again(ms: int) -> None:
+    """The reports that are still under way mean nothing to it."""
+    bench = Bench(TWO, BOTH).configure(ITEMS)
+    bench.pam.start()
+    bench.run(ms + 0.5)
+    bench.pam.reset(TWO, ITEMS)
+    bench.run(100)
+    assert bench.pam.errors == []
+    assert bench.pam.ring.phase is Phase.RUNNING
+    assert bench.node(33).items == [KEY_IN, LAMP]
 
 
 @pytest.mark.manual("PAMS-107")

@@ -68,6 +68,7 @@ class PamMedium(Medium[Station]):
         """`Topology` explains `order` and `members`."""
         super().__init__(Station, MODELS, order, bypassed, faults, members)
         self.late = self.damaged = 0
+        self._lost: list[str] = []
 
     def go_round(self, now_ns: int, frames: Frames, late: int = 0) -> tuple[Reports, list[Heard]]:
         """Let a cycle go round.  Returns what the PAM hears and what each node hears, first those that hear the frames.
@@ -89,6 +90,11 @@ class PamMedium(Medium[Station]):
         reports = tuple([(station.address, station.taken()) for station in behind if station.buffer])
         return self._reports(number, layout, reports, place, late), heard
 
+    def lose(self, stations: list[str]) -> None:
+        """These stations can't hear what the PAM sends, as if they had no power."""
+        if stations != self._lost:
+            self._lost, self._layout = stations, None
+
     @staticmethod
     def _reports(
         number: int, layout: Layout[Station], reports: tuple[Frame, ...], place: int | None, late: int
@@ -102,6 +108,9 @@ class PamMedium(Medium[Station]):
         return Reports(number, reports, layout.addresses, Reception.GOOD, 0, late)
 
     # ---- faults
+
+    def _present_layout(self, now_ns: int) -> Layout[Station]:
+        return self._layout_with(now_ns, self._lost)
 
     def _disturbed(
         self, now_ns: int, number: int, layout: Layout[Station], heard: list[Heard]

@@ -1,7 +1,8 @@
 """The centre of a PAM's ring in real time.
 
 When the PAM sends its frames, it hears at once the reports that are in the buffers, and the frames go to the processes
-of the nodes, whose reports have time until the next cycle.
+of the nodes, whose reports have time until the next cycle.  A process that is late hears its cycles later, but misses
+none.  Where it stands still for so long that it would miss some, its nodes count as being without power.
 Left out: the time that frames take on the fibre; it is shorter than the delays of the host.
 """
 
@@ -32,10 +33,11 @@ class PamStar(Centre):
         settings: "PamRingStarSettings",
         handler: Callable[[Any], None],
         loop: asyncio.AbstractEventLoop,
+        most_behind: int,
     ) -> None:
-        """`at` and `handler` are those of the PAM."""
+        """`at` and `handler` are those of the PAM; `Centre` explains `most_behind`."""
         self._medium = PamMedium(settings.order, settings.bypassed, settings.faults, at.members)
-        super().__init__(bus, at, self._medium, settings.patience_ms * MS, handler, loop)
+        super().__init__(bus, at, self._medium, settings.patience_ms * MS, handler, loop, most_behind)
         self._medium.begin_with(at.member, at.clock.now_ns(), Random(f"{at.seed}/{bus}"))
 
     def send(self, message: Any) -> None:
@@ -45,6 +47,7 @@ class PamStar(Centre):
     def _go_round(self, frames: Frames) -> None:
         late = self.finish(is_repeating=False)
         medium, at = self._medium, self._at
+        medium.lose(self.hung_stations())
         instant_ns = at.clock.now_ns()
         reports, heard = medium.go_round(instant_ns, frames, late)
         at.heard(RING, reports)

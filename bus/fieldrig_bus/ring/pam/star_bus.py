@@ -23,7 +23,7 @@ class PamRingStar(PamRingFamily, StarBus[RingMessage]):
     settings: PamRingStarSettings
 
     def make_centre(self, at: Attachment, handler: Callable[[Any], None], loop: asyncio.AbstractEventLoop) -> PamStar:
-        return PamStar(self.name, at, self.settings, handler, loop)
+        return PamStar(self.name, at, self.settings, handler, loop, self.carrier.most_behind)
 
     def make_rack(self, loop: asyncio.AbstractEventLoop) -> NodeRack:
         return NodeRack(self.name, loop)

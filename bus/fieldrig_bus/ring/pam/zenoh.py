@@ -1,10 +1,13 @@
 """`pamring.zenoh`: the ring of a PAM in real time over Zenoh, also between machines."""
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from fieldrig_bus.ring.pam.star_bus import PamRingStar, PamRingStarSettings
 from fieldrig_bus.ring.transport.zenoh import ENVIRONMENT, ZenohCarrier, ZenohSettings
+
+MOST_BEHIND: Final = 48
+"""Cycles that wait for a process that stands still: a node must not miss an order, but Zenoh has no more room."""
 
 
 class PamRingZenohSettings(ZenohSettings, PamRingStarSettings):
@@ -19,4 +22,4 @@ class PamRingZenoh(PamRingStar):
 
     def __init__(self, name: str, settings: PamRingZenohSettings) -> None:
         super().__init__(name, settings)
-        self.carrier = ZenohCarrier(name, settings.endpoint)
+        self.carrier = ZenohCarrier(name, settings.endpoint, MOST_BEHIND)

@@ -50,6 +50,9 @@ class Line(Protocol):
 class Carrier(Protocol):
     """The connection between the processes of a ring: shared memory, or Zenoh."""
 
+    most_behind: int
+    """Cycles that it keeps for a process that stands still."""
+
     def reach(self, at: Attachment, rack: Rack[Any]) -> Line:
         """Begin to look for the centre in another process."""
 

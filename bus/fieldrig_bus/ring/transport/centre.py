@@ -21,7 +21,7 @@ from fieldrig_bus.ring.transport.wire import SEQUENCES, Stations, decode_back
 log = logging.getLogger(__name__)
 
 MOST_BEHIND: Final = 16
-"""Cycles that wait for a process that stands still; it is sent no more until it has done them."""
+"""Cycles that wait for a process that stands still, where nothing is lost by it: later cycles say the same."""
 TRIPS: Final = 700
 """Round trips that the statistics cover."""
 
@@ -104,11 +104,15 @@ class Centre(ABC):
         patience_ns: int,
         handler: Callable[[Any], None],
         loop: asyncio.AbstractEventLoop,
+        most_behind: int = MOST_BEHIND,
     ) -> None:
-        """`at` and `handler` are those of the master; late answers are tolerated for `patience_ns`."""
+        """`at` and `handler` are those of the master; late answers are tolerated for `patience_ns`.
+
+        `most_behind` cycles wait for a process that stands still; it is sent no more until it has done them.
+        """
         self.handler, self.loop = handler, loop
         self._bus, self._at, self._ring = bus, at, ring
-        self._patience_ns = patience_ns
+        self._patience_ns, self._most_sent = patience_ns, most_behind
         self._spokes: Spokes | None = None
         self._local: tuple[str, Callable[[bytes], None]] | None = None
         self._processes: dict[str, _Process] = {}
@@ -253,8 +257,8 @@ class Centre(ABC):
             for name in process.names:
                 self._late[name] = self._late.get(name, 0) + 1
             late += len(process.names)
-            if process_name not in self._hung and behind >= MOST_BEHIND:
-                log.debug("%s: %s is %d cycles behind and is sent nothing", self._bus, process_name, MOST_BEHIND)
+            if process_name not in self._hung and behind >= self._most_sent:
+                log.debug("%s: %s is %d cycles behind and is sent nothing", self._bus, process_name, behind)
                 self._hung[process_name] = sequence
         return late
 
@@ -297,6 +301,10 @@ class Centre(ABC):
             for process_name, process in self._awaited.items()
             if not self._is_done(process, hung.get(process_name, sequence))
         ]
+
+    def hung_stations(self) -> list[str]:
+        """The stations whose process stands still and is sent nothing."""
+        return [name for process_name in self._hung for name in self._processes[process_name].names]
 
     @property
     def is_observed(self) -> bool:

@@ -22,19 +22,19 @@ _32: Final = 0xFFFF_FFFF
 class Image:
     """A log of messages in the file of a descriptor, which the image owns from now on."""
 
-    def __init__(self, fd: int) -> None:
-        self.fd = fd
+    def __init__(self, fd: int, slots: int = SLOTS) -> None:
+        self.fd, self._slots = fd, slots
         self._map = mmap.mmap(fd, 0)
-        self._slot = (len(self._map) - _START) // SLOTS
+        self._slot = (len(self._map) - _START) // slots
         self.number = 0
         """Number of the newest message that was written, or read, by this object."""
 
     @classmethod
-    def make(cls, name: str, longest: int) -> "Image":
-        """A new image for messages of at most `longest` bytes.  OSError where the system has no memfd."""
+    def make(cls, name: str, longest: int, slots: int = SLOTS) -> "Image":
+        """A new image of `slots` messages of at most `longest` bytes.  OSError where the system has no memfd."""
         fd = os.memfd_create(name, os.MFD_CLOEXEC)
-        os.ftruncate(fd, _START + SLOTS * (_HEAD.size + longest))
-        return cls(fd)
+        os.ftruncate(fd, _START + slots * (_HEAD.size + longest))
+        return cls(fd, slots)
 
     def close(self) -> None:
         """Release the memory and the descriptor."""
@@ -46,7 +46,7 @@ class Image:
         if len(message) > self._slot - _HEAD.size:
             raise ValueError(f"a message of {len(message)} bytes: expected at most {self._slot - _HEAD.size}")
         self.number = number = self.number + 1 & _32
-        start = _START + number % SLOTS * self._slot
+        start = _START + number % self._slots * self._slot
         self._map[start : start + _HEAD.size + len(message)] = (
             _HEAD.pack(number, len(message), crc32(message, number)) + message
         )
@@ -56,11 +56,11 @@ class Image:
         """Messages written since the last call, as far as they are still there."""
         (newest,) = _NEWEST.unpack_from(self._map)
         unread = newest - self.number & _32
-        if unread > SLOTS:
-            self.number = newest - SLOTS & _32
+        if unread > self._slots:
+            self.number = newest - self._slots & _32
         while self.number != newest:
             self.number = self.number + 1 & _32
-            start = _START + self.number % SLOTS * self._slot
+            start = _START + self.number % self._slots * self._slot
             number, length, check = _HEAD.unpack_from(self._map, start)
             if number == self.number and length <= self._slot - _HEAD.size:
                 start += _HEAD.size

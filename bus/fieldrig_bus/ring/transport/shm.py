@@ -18,7 +18,7 @@ from typing import Any, Final
 from fieldrig.bus import Attachment
 from fieldrig.errors import BusError
 from fieldrig.untrusted import read_json
-from fieldrig_bus.ring.transport.centre import Centre
+from fieldrig_bus.ring.transport.centre import MOST_BEHIND, Centre
 from fieldrig_bus.ring.transport.image import Image
 from fieldrig_bus.ring.transport.rack import Rack
 from fieldrig_bus.ring.transport.wire import Stations
@@ -29,6 +29,8 @@ LONGEST_OUT: Final = 32 * 1024
 LONGEST_BACK: Final = 32 * 1024
 LONGEST_WORD: Final = 64 * 1024
 """Largest announcement of a process's stations, in bytes."""
+EXTRA_SLOTS: Final = 16
+"""Room for messages that come back between two cycles."""
 RETRY_S: Final = 0.02
 _WAKE: Final = (1).to_bytes(8, "little")
 _NEEDS = "it needs Linux; use ring.zenoh elsewhere"
@@ -43,11 +45,11 @@ class _Peer:
     """One process, as the centre sees it."""
 
     def __init__(
-        self, sock: socket.socket, on_word: Callable[["_Peer", Any], None], loop: asyncio.AbstractEventLoop
+        self, sock: socket.socket, on_word: Callable[["_Peer", Any], None], loop: asyncio.AbstractEventLoop, slots: int
     ) -> None:
         self.socket = sock
         self.process: str | None = None
-        self.back = Image.make("fieldrig-back", LONGEST_BACK)
+        self.back = Image.make("fieldrig-back", LONGEST_BACK, slots)
         self.wakeup = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         self._on_word, self._loop = on_word, loop
         sock.setblocking(False)
@@ -73,9 +75,9 @@ class _Peer:
 class ShmSpokes:
     """The centre's end.  BusError if the socket is not available."""
 
-    def __init__(self, path: Path, centre: Centre) -> None:
-        self._path, self._centre = path, centre
-        self._image = Image.make("fieldrig-ring", LONGEST_OUT)
+    def __init__(self, path: Path, centre: Centre, slots: int) -> None:
+        self._path, self._centre, self._slots = path, centre, slots
+        self._image = Image.make("fieldrig-ring", LONGEST_OUT, slots)
         self._peers: dict[str, _Peer] = {}
         self._unnamed: set[_Peer] = set()
         self._loop = centre.loop
@@ -122,7 +124,7 @@ class ShmSpokes:
         except OSError as fault:
             log.debug("%s: %s", self._path.name, fault)
             return
-        self._unnamed.add(_Peer(sock, self._on_word, self._loop))
+        self._unnamed.add(_Peer(sock, self._on_word, self._loop, self._slots))
 
     def _on_word(self, peer: _Peer, word: Any) -> None:
         match word:
@@ -157,8 +159,8 @@ class ShmSpokes:
 class ShmLine:
     """A process's connection to the centre."""
 
-    def __init__(self, path: Path, process: str, rack: Rack[Any]) -> None:
-        self._path, self._process, self._rack = path, process, rack
+    def __init__(self, path: Path, process: str, rack: Rack[Any], slots: int) -> None:
+        self._path, self._process, self._rack, self._slots = path, process, rack, slots
         self._loop = rack.loop
         self._socket: socket.socket | None = None
         self._images: tuple[Image, Image] | None = None
@@ -210,7 +212,7 @@ class ShmLine:
         except OSError:
             word, fds = b"", []
         if self._images is None and len(word) == 4 and len(fds) == 3:
-            self._images, self._wakeup = (Image(fds[0]), Image(fds[1])), fds[2]
+            self._images, self._wakeup = (Image(fds[0], self._slots), Image(fds[1], self._slots)), fds[2]
             self._images[0].number = int.from_bytes(word, "little")
             self._loop.add_reader(self._wakeup, self._on_wakeup)
             return
@@ -252,17 +254,18 @@ class ShmLine:
 class ShmCarrier:
     """Connects the processes of one ring over shared memory.  BusError where the system has none."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, most_behind: int = MOST_BEHIND) -> None:
         """`name` is that of the bus."""
-        self.name = name
+        self.name, self.most_behind = name, most_behind
+        self._slots = most_behind + EXTRA_SLOTS
         if not is_available():
             raise BusError(f"{name}: this system has no memfd and eventfd", _NEEDS)
 
     def reach(self, at: Attachment, rack: Rack[Any]) -> ShmLine:
-        return ShmLine(self._path(at), at.process, rack)
+        return ShmLine(self._path(at), at.process, rack, self._slots)
 
     def hold(self, at: Attachment, centre: Centre) -> ShmSpokes:
-        return ShmSpokes(self._path(at), centre)
+        return ShmSpokes(self._path(at), centre, self._slots)
 
     def _path(self, at: Attachment) -> Path:
         return at.path(f"{self.name}.ring")

@@ -25,7 +25,7 @@ from fieldrig.errors import BusError
 from fieldrig.settings import Settings
 from fieldrig.shared_token import TOKEN_VARIABLE
 from fieldrig.threaded_loop import ThreadedLoop
-from fieldrig_bus.ring.transport.centre import Centre
+from fieldrig_bus.ring.transport.centre import MOST_BEHIND, Centre
 from fieldrig_bus.ring.transport.rack import Rack
 from fieldrig_bus.ring.transport.wire import Stations
 
@@ -174,9 +174,12 @@ class ZenohSettings(Settings):
 class ZenohCarrier:
     """Connects the processes of one ring over Zenoh."""
 
-    def __init__(self, name: str, endpoint: str | None) -> None:
-        """`name` is that of the bus; `endpoint` is where the master's process listens."""
-        self.name, self._endpoint = name, endpoint
+    def __init__(self, name: str, endpoint: str | None, most_behind: int = MOST_BEHIND) -> None:
+        """`name` is that of the bus; `endpoint` is where the master's process listens.
+
+        `most_behind` is less than `MOST_OUT`, because Zenoh blocks the centre where a channel is full.
+        """
+        self.name, self._endpoint, self.most_behind = name, endpoint, most_behind
 
     def reach(self, at: Attachment, rack: Rack[Any]) -> ZenohLine:
         # A listening endpoint of its own could be found by others.

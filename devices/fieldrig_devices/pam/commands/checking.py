@@ -48,10 +48,10 @@ def check(file: File, as_json: AsJson = False) -> None:
     """
     from fieldrig_devices.pam.application_files import reader_beside
     from fieldrig_devices.pam.language.compiler import checked
-    from fieldrig_devices.pam.runtime.compiler import too_large
+    from fieldrig_devices.pam.runtime.compiler import too_large, wrong_counts
 
     program, found = checked(read_text(file), str(file), reader_beside(file))
-    found += too_large(program, found)
+    found += too_large(program, found) or wrong_counts(program, found)
     mistakes = [mistake for mistake in found if not mistake.is_note]
     if as_json:
         echo_json([dataclasses.asdict(mistake) for mistake in found])

@@ -71,8 +71,7 @@ class Axis(ObjectItem):
             own = report.set_point / self.units
             if abs(nearest(own - self._own, self.period)) > 1 / abs(self.units):
                 self._own = wrapped(own, self.period)
-            for watcher in list(self.watchers):
-                watcher()
+            self.site.events += self.watchers
         self.site.touched(self.name)
 
     @property
@@ -98,7 +97,7 @@ class Axis(ObjectItem):
 
     def ask_pipe_motionless(self) -> bool:
         """True once the last set-point of the pipe has reached the node, one cycle after it was sent (PAML-063)."""
-        return self.is_grouped or self.pipe is None or self.pipe.changed_in < self.site.kernel.cycle_number
+        return self.is_grouped or self.pipe is None or self.pipe.changed_in < self.site.cycle
 
     def ask_status(self, mask: int | None = None) -> int | bool:
         return has_error(self._status, mask)

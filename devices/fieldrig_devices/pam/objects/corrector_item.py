@@ -46,7 +46,7 @@ class CorrectorItem(TransformerItem):
         site, options = self.site, self.site.options
         self.block.slope, self.block.level = self.correction_slope, self.correction_level
         cycles = options.report_delay_cycles + options.set_point_delay_cycles
-        cycles -= site.kernel.cycle_number - self.flowed_in
+        cycles -= site.cycle - self.flowed_in
         self.block.event(age_us / 1e6 + cycles * site.cycle_s)
         site.changes += 1
         site.kernel.touched(self.name)

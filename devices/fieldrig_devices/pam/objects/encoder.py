@@ -1,20 +1,13 @@
 """Encoders: registers of an ST1, read on request or by a sampler (section 2.7 of the language's digest)."""
 
-from typing import Any, Final
+from typing import Any
 
 from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.object_item import ObjectItem
 from fieldrig_devices.pam.objects.site import RingNode, Site
 from fieldrig_devices.pam.pipes.block import nearest, wrapped
 from fieldrig_devices.pam.runtime.item import Pending, Value
-
-_BANKS: Final = {0x100: 16, 0x300: 32, 0x500: 16, 0x700: 32}
-_FIRST: Final = {0: 32, 1: 32, 2: 32, 3: 32, 4: 16}
-
-
-def register_bits(address: int) -> int | None:
-    """Return after how many bits a register begins again, or None if it does not (Table 2-2)."""
-    return _FIRST.get(address, _BANKS.get(address & 0xF00))
+from fieldrig_devices.pamring.registers import register_at, rolled
 
 
 class Encoder(ObjectItem):
@@ -52,17 +45,16 @@ class Encoder(ObjectItem):
     def _way(self, raw: int) -> int:
         """Return the counts since the last reading, and note the speed."""
         if self._raw is None:
-            self._read_in = self._site.kernel.cycle_number
+            self._read_in = self._site.cycle
             return raw
-        bits = register_bits(self.address)
+        register = register_at(self.address)
         way = raw - self._raw
-        if bits is not None:
-            half = 1 << (bits - 1)
-            way = (way + half) % (2 * half) - half
-        cycles = self._site.kernel.cycle_number - self._read_in
+        if register is not None and register.is_periodic:
+            way = rolled(way, register.bits)
+        cycles = self._site.cycle - self._read_in
         if cycles > 0:
             self._speed = way / self.pulses_per_unit / (cycles * self._site.cycle_s)
-            self._read_in = self._site.kernel.cycle_number
+            self._read_in = self._site.cycle
         return way
 
     def sample(self) -> float:

@@ -1,6 +1,7 @@
 """Inputs: the logical half of what the nodes scan (section 2.4 of the language's digest)."""
 
 from collections.abc import Callable
+from functools import partial
 
 from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.object_item import ObjectItem, Switched
@@ -31,7 +32,7 @@ class BinaryInput(ObjectItem):
         self._is_true = is_true
         self._site.kernel.touched(self.name)
         for watcher in self.watchers:
-            watcher(is_true, report.age_us)
+            self._site.events.append(partial(watcher, is_true, report.age_us))
 
 
 class DigitalInput(ObjectItem):

@@ -1,13 +1,9 @@
 """Nodes and nodes groups (section 2.2 of the language's digest)."""
 
-from typing import Final
-
 from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.object_item import ObjectItem, has_error
 from fieldrig_devices.pam.objects.site import RingNode, Site
-from fieldrig_devices.pamring.frames import NodeType, Severity, Trouble
-
-LETTERS: Final = {Severity.WARNING: "W", Severity.ENDED: "K", Severity.ERROR: "E"}
+from fieldrig_devices.pamring.frames import NodeType, Trouble
 
 
 class NodeItem(ObjectItem):
@@ -42,9 +38,7 @@ def declare_nodes(declared: Declared, site: Site, count: int) -> list[ObjectItem
 
 
 def on_trouble(node: RingNode, trouble: Trouble, site: Site) -> None:
-    """Show a message of a node, with its address as the first detail (section 14.3), and keep its error word."""
+    """Keep the error word of a node; the ring's end shows the message."""
     if node.node_type is NodeType.SMART_IO:
         node.error_word = trouble.word
-    code = f"04..{LETTERS[trouble.severity]}{trouble.code:03X}"
-    site.kernel.report(code, (node.address, *trouble.details))
-    site.kernel.touched(node.name)
+        site.kernel.touched(node.name)

@@ -1,5 +1,6 @@
 """The inputs of an axis for a pipe, one for each mode of the converter (section 2.22 of the language's digest)."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
@@ -19,37 +20,45 @@ class PipeInput:
 
     def __init__(self, axis: "Axis", period_s: float, stop_all: Callable[[], None] | None) -> None:
         self._axis, self._period_s, self.stop_all = axis, period_s, stop_all
+        self._units, self._site, self._send, self._name = axis.units, axis.site, axis.node.send, axis.name
+        self._period, self._half = axis.period, (axis.period or math.inf) / 2
+        self._passed = 0.0
+        """The periods that the flow has passed; set-points go on, so no rounding of a period adds up (PAML-047)."""
         self.part = self.last = axis.position
         """The pipe's part of the position, now and one value before."""
         self.sent: int | None = None
         self.changed_in = -1
-        """The basic cycle of the last new set-point."""
+        """The basic cycle in which the pipe changed the position last."""
 
     @property
     def speed(self) -> float:
-        return nearest(self.part - self.last, self._axis.period) / self._period_s
+        return nearest(self.part - self.last, self._period) / self._period_s
 
     def go_on_from(self, known: "PipeInput") -> None:
         self.part, self.last, self.sent, self.changed_in = known.part, known.last, known.sent, known.changed_in
+        self._passed = known._passed
 
     def take(self, value: float) -> None:
         """Take a value of the flow, and send it to the node."""
-        axis = self._axis
         set_point = self.follow(value)
-        if set_point != self.sent and axis.pipe is self:
+        if set_point != self.sent and self._axis.pipe is self:
             self.note(set_point)
-            axis.node.send(SetPoint(self.set_point_mode, set_point))
+            self._send(SetPoint(self.set_point_mode, set_point))
 
     def follow(self, value: float) -> int:
         """Take a position in units of the axis, and return the set-point."""
-        self.last, self.part = (self.part if self.sent is not None else value), value
-        return round(value * self._axis.units)
+        last = self.part if self.sent is not None else value
+        self.last, self.part = last, value
+        step = value - last
+        if self._period is not None and not -self._half <= step <= self._half:
+            self._passed += nearest(step, self._period) - step
+        return round((value + self._passed) * self._units)
 
     def note(self, set_point: int) -> None:
-        """Note a set-point as sent."""
-        site = self._axis.site
-        self.sent, self.changed_in = set_point, site.kernel.cycle_number
-        site.moved.add(self._axis.name)
+        """Note a set-point as sent; the pipe changes the position in this cycle."""
+        site = self._site
+        self.sent, self.changed_in = set_point, site.cycle
+        site.moved.add(self._name)
 
 
 class SpeedInput(PipeInput):
@@ -70,8 +79,9 @@ class SpeedInput(PipeInput):
         self.last = value
         if value:
             self.part += value * self._period_s
-            self._axis.site.moved.add(self._axis.name)
-        return round(value * self._axis.units)
+            self.changed_in = self._site.cycle
+            self._site.moved.add(self._name)
+        return round(value * self._units)
 
 
 class TorqueInput(SpeedInput):

@@ -85,13 +85,23 @@ class Pipe:
         return self.source.period * (self.distributor.divisor if self.distributor is not None else 1)
 
 
+class Flag:
+    """The last `ready` of a block, for the programs that wait for its change."""
+
+    __slots__ = ("block", "name", "was_ready")
+
+    def __init__(self, item: "SourceItem | TransformerItem | ConverterItem") -> None:
+        self.block, self.name = item.block, item.name
+        self.was_ready = self.block.ready
+
+
 class Branch:
     """The steps of a pipe behind the blocks that it shares with the pipes in front of it."""
 
     def __init__(self, pipe: Pipe, begin: TransformerItem | None, steps: Sequence[Step]) -> None:
         self.begin = begin.block if begin is not None else None
         self.distributor, self.steps = pipe.distributor, tuple(steps)
-        self.names = tuple(item.name for item in (*pipe.transformers, pipe.converter))
+        self.flags = [*map(Flag, pipe.transformers), Flag(pipe.converter)]
         self.correctors = tuple(item for item in pipe.transformers if isinstance(item, CorrectorItem))
 
 
@@ -104,6 +114,7 @@ class Network:
         self._left = 1
         self._number = 0
         """Number of the present period, which the distributors count (PAML-542)."""
+        self._flag = Flag(source)
         self._branches: list[Branch] = []
         self._blocks: list[Block | Converter] = []
         self._settling = 0
@@ -150,9 +161,8 @@ class Network:
 
     def _compute(self, first: float, number: int) -> None:
         """Take a value of the source through all branches that compute in this period of the network."""
-        kernel = self._site.kernel
-        touched, cycle = kernel.touched, kernel.cycle_number
-        touched(self._source.name)
+        cycle = self._site.cycle
+        self._show([self._flag])
         for branch in self._branches:
             distributor = branch.distributor
             if distributor is not None and number % distributor.divisor != distributor.shift:
@@ -162,8 +172,14 @@ class Network:
             value = first if branch.begin is None else branch.begin.value
             for step in branch.steps:
                 value = step(value)
-            for name in branch.names:
-                touched(name)
+            self._show(branch.flags)
+
+    def _show(self, flags: Sequence[Flag]) -> None:
+        for flag in flags:
+            ready = flag.block.ready
+            if ready is not flag.was_ready:
+                flag.was_ready = ready
+                self._site.kernel.touched(flag.name)
 
 
 class Pipes:

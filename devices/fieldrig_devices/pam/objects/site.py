@@ -61,12 +61,16 @@ class Site:
     def __init__(self, kernel: Kernel, port: PamPort, options: Options) -> None:
         self.kernel, self.port, self.options = kernel, port, options
         self.cycle_s = kernel.thirds / 3000
+        self.cycle = kernel.cycle_number
+        """The number of the present basic cycle."""
         self.nodes: dict[str, list[RingNode]] = {}
         self.free_groups = list(range(1, MOST_GROUPS + 1))
         self.changes = 0
         """Number of commands and parameters that change what pipes compute; a pipe at rest sleeps until the next."""
         self.moved: set[str] = set()
-        """Axes that have got a new set-point in this cycle."""
+        """Axes that their pipes have moved in this cycle."""
+        self.events: list[Callable[[], None]] = []
+        """The consequences of reports, for the beginning of the basic cycle that they belong to."""
         self.sets_of: dict[str, list[str]] = {}
         """The axes sets that an axis belongs to, whose answers change with its own."""
         self.every_cycle: dict[str, Callable[[], None]] = {}
@@ -89,7 +93,7 @@ class Site:
     def read(self, node: RingNode, register: int, then: Callable[[int | None], None], least_cycles: int = 0) -> None:
         """Read a register; `then` gets the answer after `least_cycles` at the earliest, and None after a time-out."""
         self._request = self._request % LAST_NUMBER + 1
-        self._requests[self._request] = _Request(node, self.kernel.cycle_number, least_cycles, then)
+        self._requests[self._request] = _Request(node, self.cycle, least_cycles, then)
         node.send(Read(self._request, register))
 
     def on_answer(self, answer: Answer) -> None:
@@ -98,23 +102,27 @@ class Site:
             request.answer = answer
 
     def take(self) -> None:
-        """Pass on the answers that are due, and show axes to the programs that wait for the end of a motion."""
+        """Begin a basic cycle: carry out the consequences of reports, and pass on the answers that are due."""
+        self.cycle = self.kernel.cycle_number
+        if self.events:
+            events, self.events = self.events, []
+            for event in events:
+                event()
         if self._requests:
             self._take_answers()
-        for name in self._moved_before:
-            self.touched(name)
-        self._moved_before.clear()
 
     def flowed(self) -> None:
-        """The pipes have flowed: show the axes that they have moved, in this cycle and in the next."""
+        """The pipes have flowed: `pipe_motionless` of the axes that have begun to move, or no longer do, is another."""
         for work in tuple(self.every_cycle.values()):
             work()
-        for name in self.moved:
-            self.touched(name)
+        if self.moved != self._moved_before:
+            for name in self.moved ^ self._moved_before:
+                self.touched(name)
         self.moved, self._moved_before = self._moved_before, self.moved
+        self.moved.clear()
 
     def _take_answers(self) -> None:
-        now = self.kernel.cycle_number
+        now = self.cycle
         for number, request in list(self._requests.items()):
             cycles = now - request.asked_in
             if request.answer is not None and cycles >= request.least_cycles:

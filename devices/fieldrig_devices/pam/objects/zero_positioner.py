@@ -11,12 +11,12 @@ from fieldrig_devices.pam.objects.inputs import BinaryInput
 from fieldrig_devices.pam.objects.object_item import ObjectItem
 from fieldrig_devices.pam.objects.site import Site
 from fieldrig_devices.pam.pipes.block import nearest
+from fieldrig_devices.pamring.registers import Primary
 
 MOST_FINE: Final = 6
 """Zero positioners of a PAM in the fine phase at once (PAML-207)."""
-MAIN_RESOLVER: Final = 0
-"""The register of the main resolver, 2^16 counts to a turn (Table 2-2, E-24)."""
 COUNTS_PER_TURN: Final = 1 << 16
+"""Counts of the main resolver's register (Table 2-2, E-24)."""
 
 
 class FinePhases:
@@ -134,7 +134,7 @@ class ZeroPositioner(ObjectItem):
         elif self._phase == "resolver":
             self._job += 1
             job = self._job
-            self._site.read(self._axis.node, MAIN_RESOLVER, lambda count: self._on_resolver(count, job))
+            self._site.read(self._axis.node, Primary.MAIN_RESOLVER, lambda count: self._on_resolver(count, job))
         else:
             self._end()
 
@@ -144,7 +144,7 @@ class ZeroPositioner(ObjectItem):
         axis = self._axis
         speed = axis.travel_speed if search.speed is None else search.speed
         limits = Limits(abs(speed) or 1.0, axis.acceleration, axis.deceleration)
-        self._way, self._began_in = change_speed(0.0, speed, limits), self._site.kernel.cycle_number
+        self._way, self._began_in = change_speed(0.0, speed, limits), self._site.cycle
         axis.do_run(speed)
 
     def _on_sensor(self, is_true: bool, age_us: int) -> None:
@@ -161,7 +161,7 @@ class ZeroPositioner(ObjectItem):
     def _way_since_edge(self, age_us: int) -> float:
         """Return the way from the edge to the instant at which an order of this cycle works (PAML-203)."""
         site = self._site
-        now_s = (site.kernel.cycle_number - self._began_in) * site.cycle_s
+        now_s = (site.cycle - self._began_in) * site.cycle_s
         back_s = age_us / 1e6 + site.options.report_delay_cycles * site.cycle_s
         if self._way is None:
             return 0.0

@@ -14,6 +14,7 @@ from fieldrig_devices.pam.language.compiler import checked
 from fieldrig_devices.pam.language.items import Application, Program
 from fieldrig_devices.pam.language.preprocessor import Reader, no_files
 from fieldrig_devices.pam.runtime import sizes
+from fieldrig_devices.pam.runtime.counts import check_counts
 from fieldrig_devices.pam.runtime.layout import Layout, layout_of, number_of
 from fieldrig_devices.pam.runtime.lower import lower
 from fieldrig_devices.pam.runtime.lower.lowered import Lowered
@@ -76,7 +77,7 @@ def compile_application(text: str, file: str, read: Reader = no_files, *, is_deb
         return found
 
     program, found = checked(text, file, reading)
-    found += too_large(program, found)
+    found += too_large(program, found) or wrong_counts(program, found)
     mistakes = [mistake for mistake in found if not mistake.is_note]
     if mistakes:
         raise CompileError(mistakes)
@@ -92,6 +93,13 @@ def compile_program(program: Program, *, is_debugged: bool = False) -> Compiled:
     compiled = Compiled(program, layout, code)
     prepare(code.routines, compiled.names, compiled.rules, is_debugged=is_debugged)
     return compiled
+
+
+def wrong_counts(program: Program, found: Sequence[Mistake]) -> list[Mistake]:
+    """Report objects with too few items, if nothing else is wrong."""
+    if any(not mistake.is_note for mistake in found):
+        return []
+    return check_counts(program, layout_of(program))
 
 
 def too_large(program: Program, found: Sequence[Mistake]) -> list[Mistake]:

@@ -31,7 +31,7 @@ class Equations:
                 outputs: Sequence[Item] = ()
                 if code.linked_output is not None:
                     linked = items[code.linked_output]
-                    outputs = (linked[item],) if code.is_linked_per_item or len(linked) > 1 else (linked[0],)
+                    outputs = (linked[item],) if code.is_multiple and len(linked) > 1 else linked
                 self._equations.append(_Equation(code.formula, item, code.first + item, outputs))
         self._changed: list[int] = []
         self._polled = [number for number, each in enumerate(self._equations) if each.formula.is_polled]

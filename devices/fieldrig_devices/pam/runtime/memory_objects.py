@@ -80,6 +80,8 @@ class MemoryObjects:
 
     def __init__(self, program: Compiled, kernel: Kernel) -> None:
         layout = program.layout
+        self.kernel = kernel
+        """The run time that is informed of changes."""
         self.items: dict[str, Sequence[MemoryItem]] = {}
         self.orders: list[str] = []
         """The latest orders of the program, such as `AXI_Belt <- stop`."""
@@ -91,19 +93,19 @@ class MemoryObjects:
         for name, kind in {**kinds, **{kind: kind for kind in PREDECLARED.values()}}.items():
             if name not in layout.cells:
                 count = layout.counts.get(name, 1)
-                self.items[name] = [self._item(kernel, name, kind, number, count) for number in range(count)]
+                self.items[name] = [self._item(name, kind, number, count) for number in range(count)]
         for item in program.program.items:
             if isinstance(item, Declaration):
                 self._declare(item)
 
-    def _item(self, kernel: Kernel, name: str, kind: str, number: int, count: int) -> MemoryItem:
+    def _item(self, name: str, kind: str, number: int, count: int) -> MemoryItem:
         shown = name if count == 1 else f"{name}[{number + 1}]"
 
         def on_order(what: str) -> None:
             self.orders.append(f"{shown}{what}" if what[0] == ":" else f"{shown} {what}")
             del self.orders[:-LONGEST_RECORD]
 
-        return MemoryItem(kind, lambda: kernel.touched(name), on_order)
+        return MemoryItem(kind, lambda: self.kernel.touched(name), on_order)
 
     def _declare(self, declaration: Declaration) -> None:
         rules = KINDS.get(declaration.kind, {})

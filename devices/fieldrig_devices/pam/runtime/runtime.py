@@ -356,6 +356,7 @@ class Runtime:
     def _on_fault(self, program: "TaskItem | Runner") -> None:
         fault = program.task.fault
         assert fault is not None
+        raise_own(fault)
         self._fail(*_reason(fault), program)
 
     def _on_overrun(self, program: "TaskItem | Runner") -> None:
@@ -371,6 +372,7 @@ class Runtime:
         self._stop(Fault(code, text, title, file, line))
 
     def _on_formula_fault(self, cause: BaseException, formula: Formula) -> None:
+        raise_own(cause)
         self._stop(Fault(*_reason(cause), "", formula.place.file, formula.place.line))
 
     def _stop(self, fault: Fault) -> None:
@@ -441,6 +443,16 @@ class Runtime:
         if self.cells[cell] != value:
             self.cells[cell] = value
             self.watches.changed(cell)
+
+
+def raise_own(fault: BaseException) -> None:
+    """Raise a fault that is not one of the program, but of an object: only generated code computes its numbers."""
+    trace = fault.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    file = "<" if trace is None else trace.tb_frame.f_code.co_filename
+    if not isinstance(fault, RunError) and not file.startswith("<") and file != arithmetic.__file__:
+        raise fault
 
 
 _TYPES: Final = {bool: "flag", int: "integer", float: "real"}

@@ -162,6 +162,26 @@ def test_reports_are_not_repeated_however_patient_the_ring_is(kind: str) -> None
         assert star.master.heard[-1] == Reports(2, (), IN_ORDER, late=4)
 
 
+@pytest.mark.parametrize("kind", STARS)
+def test_processes_that_stand_still_for_a_while_miss_no_order_and_lose_no_report(kind: str) -> None:
+    """The whole bench has one event loop: while it is not pumped, all processes stand still."""
+    with STARS[kind]() as star:
+        all_joined(star)
+        for _ in range(40):
+            star.clock.handle(star.master.begin)
+        star.settle()
+        assert [cycle.number for cycle in star.stations["belt"].heard] == list(range(41))
+        assert of(star.cycle()) == [(address, list(range(2, 42))) for address in IN_ORDER]
+
+
+def test_a_process_that_would_miss_orders_is_as_if_it_had_no_power(star: PamStarRing) -> None:
+    most_behind = star.buses["max4"].carrier.most_behind
+    for _ in range(most_behind + 2):
+        star.clock.handle(star.master.begin)
+    assert star.master.heard[-1].reception is Reception.NO_CARRIER
+    star.settle()
+
+
 def test_a_process_that_dies_opens_the_ring_and_closes_it_when_it_comes_back(star: PamStarRing) -> None:
     star.kill("rack")
     star.until_there(2)

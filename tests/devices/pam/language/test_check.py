@@ -135,6 +135,35 @@ def test_wrong_declarations(item: str, expected: str) -> None:
     assert expected in said(f"{MACHINE}{item}\n")
 
 
+PIPE_RULES = [
+    pytest.param(item, expected, marks=pytest.mark.manual(row))
+    for row, item, expected in [
+        ("PAML-170", "CONVERTER CNV_a; DESTINATION = AXS_All; MODE = TORQUE; END", "expected POSITION or SPEED"),
+        ("PAML-481", "CONVERTER CNV_a; DESTINATION = AXI_Belt; MODE = VALUE; END", "POSITION, SPEED or TORQUE"),
+    ]
+]
+
+
+@pytest.mark.parametrize(("item", "expected"), PIPE_RULES)
+def test_rules_of_converters(item: str, expected: str) -> None:
+    assert expected in said(f"{MACHINE}{item}\n")
+
+
+PIPE_STATEMENTS = [
+    pytest.param(statement, expected, marks=pytest.mark.manual(row))
+    for row, statement, expected in [
+        ("PAML-401", "CNV_Belt << TMP_Master << AMP_Gear;", "TMP_Master is a TMP_GENERATOR; expected a transformer"),
+        ("PAML-541", "CNV_Belt << DIS_Slow << AMP_Gear << TMP_Master;", "the place behind its input"),
+        ("PAMS-039", "CRV_Size <- CAM_Feed ? status;", "a CAM does not know the inquiry status"),
+    ]
+]
+
+
+@pytest.mark.parametrize(("statement", "expected"), PIPE_STATEMENTS)
+def test_rules_of_pipes(statement: str, expected: str) -> None:
+    assert expected in said(in_sequence(statement))
+
+
 @pytest.mark.manual("PAML-276")
 def test_constants_of_a_connected_routine_have_signs() -> None:
     assert said(f"{MACHINE}COMPARATOR CMP_a; REFERENCE = 1; ROUTINE = RTN_Show WITH -1.5, +2; END\n") == ""

@@ -50,6 +50,7 @@ def order(bench: Bench, address: int = 1) -> AxisOrder:
     return found
 
 
+@pytest.mark.manual("PAML-040")
 @pytest.mark.manual("PAML-043")
 @pytest.mark.manual("PAML-045")
 def test_a_node_gets_its_axis_in_resolver_units(bench: Bench) -> None:
@@ -61,6 +62,11 @@ def test_a_node_gets_its_axis_in_resolver_units(bench: Bench) -> None:
     assert bench.ask("AXI_Belt", "position") == 30
 
 
+@pytest.mark.manual("PAMS-018")
+@pytest.mark.manual("PAML-058")
+@pytest.mark.manual("PAML-056")
+@pytest.mark.manual("PAMS-014")
+@pytest.mark.manual("PAMS-012")
 @pytest.mark.manual("PAML-052")
 @pytest.mark.manual("PAML-046")
 @pytest.mark.parametrize(
@@ -113,6 +119,7 @@ def test_an_axis_is_ready_when_its_last_physical_order_is_done(bench: Bench) -> 
     assert bench.ask("AXI_Belt", "ready")
 
 
+@pytest.mark.manual("PAMS-030")
 @pytest.mark.manual("PAMS-010")
 @pytest.mark.manual("PAML-061")
 def test_a_turn_takes_0_2_s_and_its_destination_is_known_at_once(bench: Bench) -> None:
@@ -135,6 +142,7 @@ def test_a_run_is_ended_by_a_stop_and_the_node_tells_where(bench: Bench) -> None
     assert bench.ask("AXI_Belt", "position") == pytest.approx(bench.nodes[1].position / TURN * 360 % 360)
 
 
+@pytest.mark.manual("PAML-055")
 @pytest.mark.manual("PAMS-013")
 def test_power_on_makes_the_position_zero(bench: Bench) -> None:
     bench.do("AXI_Belt", "power_on")
@@ -151,6 +159,9 @@ def test_an_absolute_move_is_the_numeric_difference_or_the_shorter_way() -> None
         assert bench.ask("AXI_Belt", "generator_position") == 10
 
 
+@pytest.mark.manual("PAMS-054")
+@pytest.mark.manual("PAMS-035")
+@pytest.mark.manual("PAMS-029")
 @pytest.mark.manual("PAML-060")
 @pytest.mark.manual("PAMS-049")
 @pytest.mark.manual("PAMS-055")
@@ -166,6 +177,7 @@ def test_status_and_errors_of_a_report(bench: Bench) -> None:
     assert [bench.ask("AXI_Belt", "error_code", mask) for mask in (0x10, 0x20)] == [True, False]
 
 
+@pytest.mark.manual("PAML-405")
 @pytest.mark.manual("PAML-482")
 @pytest.mark.manual("PAML-485")
 @pytest.mark.manual("PAML-404")
@@ -176,6 +188,24 @@ def test_a_pipe_moves_the_axis_to_its_first_value(bench: Bench) -> None:
     assert (bench.ask("CNV_Belt", "ready"), bench.ask("AXI_Belt", "position")) == (True, 100)
     bench.cycle(10)
     assert bench.sent(1) == [SetPoint(SetPointMode.POSITION, round(TURN * 100 / 360))]  # no change, no frame
+
+
+@pytest.mark.manual("PAML-047")
+@pytest.mark.manual("PAML-044")
+def test_no_rounding_of_a_period_adds_up() -> None:
+    """A period of 3.7 resolver units, so that each of them ends between two units."""
+    bench = Bench(AXES.replace("PULSES_PER_UNIT = 11930464.7111111111", "PULSES_PER_UNIT = 0.010277777777777778"))
+    bench.item("TMP_Master").set_parameter("INITIAL_POSITION", 0)
+    for name in ("ACCELERATION", "DECELERATION"):
+        bench.item("TMP_Master").set_parameter(name, 1e9)
+    bench.connect("CNV_Belt", "TMP_Master")
+    bench.cycle(2)
+    bench.do("TMP_Master", "run", 36_000)
+    bench.cycle(1000)
+    bench.do("TMP_Master", "run", 0)
+    bench.cycle(5)
+    assert bench.set_points(1)[-1] == pytest.approx(100 * 3.7, abs=1)
+    assert bench.ask("AXI_Belt", "position") == pytest.approx(bench.ask("TMP_Master", "position"))
 
 
 @pytest.mark.manual("PAML-063")
@@ -249,6 +279,8 @@ def test_another_pipe_to_the_same_axis_replaces_the_first(bench: Bench) -> None:
     assert bench.ask("AXI_Belt", "position") == 5
 
 
+@pytest.mark.manual("PAML-486")
+@pytest.mark.manual("PAML-406")
 @pytest.mark.manual("PAML-483")
 @pytest.mark.manual("PAMS-022")
 def test_a_speed_leaves_the_position_and_ends_at_zero(bench: Bench) -> None:
@@ -265,6 +297,7 @@ def test_a_speed_leaves_the_position_and_ends_at_zero(bench: Bench) -> None:
     assert bench.sent(1)[-1] == EndOfPipe(SetPointMode.SPEED)
 
 
+@pytest.mark.manual("PAML-480")
 @pytest.mark.manual("PAML-484")
 def test_a_torque_is_a_limit(bench: Bench) -> None:
     bench.item("TMP_Master").set_parameter("INITIAL_POSITION", 2.5)

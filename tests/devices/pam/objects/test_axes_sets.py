@@ -58,6 +58,7 @@ def position(value: float) -> SetPoint:
     return SetPoint(SetPointMode.POSITION, round(value * 100))
 
 
+@pytest.mark.manual("PAML-041")
 @pytest.mark.manual("PAML-160")
 @pytest.mark.manual("PAML-161")
 def test_orders_to_a_set_go_to_all_its_axes() -> None:

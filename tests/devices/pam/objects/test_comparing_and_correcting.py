@@ -52,13 +52,13 @@ def running(*blocks: str, speed: float = 1000, **options: float) -> Bench:
 
 def mark(bench: Bench, age_us: int = 0) -> None:
     """Let the mark pass; the report arrives with the next cycle."""
-    bench.kernel.cycle_number += 1
     bench.change(17, 1, 1, age_us)
     bench.change(17, 1, 0)
-    bench.kernel.cycle_number -= 1
     bench.cycle()
 
 
+@pytest.mark.manual("PAML-460")
+@pytest.mark.manual("PAML-468")
 @pytest.mark.manual("PAML-464")
 @pytest.mark.manual("PAML-466")
 @pytest.mark.manual("PAML-276")
@@ -74,6 +74,7 @@ def test_a_comparator_starts_its_routines_in_the_cycle_of_the_crossing() -> None
     assert bench.kernel.routines[1:] == [RoutineRef("RTN_Down")] * 2
 
 
+@pytest.mark.manual("PAML-467")
 @pytest.mark.manual("PAML-462")
 @pytest.mark.manual("PAML-463")
 @pytest.mark.manual("PAMS-038")
@@ -96,6 +97,7 @@ def test_a_reference_is_compared_also_while_the_pipe_rests() -> None:
     assert bench.kernel.routines == [RoutineRef("RTN_Up", (-7,))]
 
 
+@pytest.mark.manual("PAML-550")
 @pytest.mark.manual("PAML-561")
 @pytest.mark.manual("PAML-562")
 @pytest.mark.manual("PAMS-024")
@@ -125,6 +127,7 @@ def test_a_multi_comparator_learns_and_executes() -> None:
     assert places["RTN_Up"] == pytest.approx([100, 100], abs=1)
 
 
+@pytest.mark.manual("PAML-502")
 @pytest.mark.manual("PAML-513")
 @pytest.mark.manual("PAML-517")
 @pytest.mark.manual("PAMS-037")
@@ -145,6 +148,7 @@ def test_an_event_is_computed_back_to_its_instant(
     assert bench.ask("COR_Mark", "latched_dd_value") == pytest.approx(0, abs=1e-3)
 
 
+@pytest.mark.manual("PAML-505")
 @pytest.mark.manual("PAML-509")
 @pytest.mark.manual("PAML-510")
 @pytest.mark.manual("PAML-511")
@@ -168,6 +172,7 @@ def test_a_correction_on_request() -> None:
     assert bench.ask("COR_Mark", "value") == -180
 
 
+@pytest.mark.manual("PAML-501")
 @pytest.mark.manual("PAML-512")
 def test_a_corrector_that_is_off_takes_no_event() -> None:
     bench = running("COR_Mark")
@@ -177,6 +182,8 @@ def test_a_corrector_that_is_off_takes_no_event() -> None:
     assert not bench.ask("COR_Mark", "triggered")
 
 
+@pytest.mark.manual("PAML-515")
+@pytest.mark.manual("PAML-516")
 @pytest.mark.manual("PAML-504")
 @pytest.mark.manual("PAML-508")
 def test_a_repetitive_corrector_follows_the_marks() -> None:
@@ -191,6 +198,30 @@ def test_a_repetitive_corrector_follows_the_marks() -> None:
         bench.cycle(150)
         differences.append(bench.ask("COR_Always", "value") - bench.ask("TMP_Belt", "position") - before)
     assert differences == pytest.approx([100, 100, 100], abs=2)  # the reference INPUT does not see its own corrections
+
+
+@pytest.mark.manual("PAML-500")
+@pytest.mark.manual("PAML-514")
+def test_the_delay_of_a_sensor_follows_from_two_runs() -> None:
+    """delay = (error B - error A) / (speed B - speed A), with a sensor that is 4 ms late."""
+    errors = {}
+    for speed in (100, 1000):
+        bench = running("COR_Mark", speed=speed, set_point_delay_cycles=0)
+        bench.until(lambda here=bench: here.ask("COR_Mark", "value") >= 100)  # type: ignore[misc]
+        passed = bench.ask("COR_Mark", "value")
+        bench.do("COR_Mark", "trigger", passed)
+        bench.cycle(4)
+        mark(bench)
+        errors[speed] = -bench.ask("COR_Mark", "correction")
+    delay_s = (errors[1000] - errors[100]) / (1000 - 100)
+    assert delay_s == pytest.approx(0.004)
+    bench.item("COR_Mark").set_parameter("DELAY_COMPENSATION", delay_s)
+    passed = bench.ask("COR_Mark", "value")
+    bench.do("COR_Mark", "trigger_off")
+    bench.do("COR_Mark", "trigger", passed)
+    bench.cycle(4)
+    mark(bench)
+    assert bench.ask("COR_Mark", "correction") == pytest.approx(0, abs=1e-6)
 
 
 @settings(max_examples=20, deadline=None)

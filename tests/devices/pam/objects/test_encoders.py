@@ -6,7 +6,6 @@ from hypothesis import strategies as st
 from pam_objects import Bench
 from pam_programs import HEADER
 
-from fieldrig_devices.pam.objects.encoder import register_bits
 from fieldrig_devices.pam.runtime.item import Pending
 from fieldrig_devices.pamring.frames import Answer, Read
 
@@ -48,6 +47,7 @@ def read(bench: Bench, name: str, value: int) -> float:
     return pending.value
 
 
+@pytest.mark.manual("PAML-148")
 @pytest.mark.manual("PAML-144")
 @pytest.mark.manual("PAMS-032")
 def test_a_reading_without_a_sampler_takes_6_cycles(bench: Bench) -> None:
@@ -80,6 +80,8 @@ def test_a_late_answer_is_passed_on_when_it_is_there_and_none_is_a_time_out(benc
     assert bench.kernel.reports == [("07..E021", (7,))]
 
 
+@pytest.mark.manual("PAML-142")
+@pytest.mark.manual("PAML-140")
 @pytest.mark.manual("PAML-141")
 @pytest.mark.manual("PAML-149")
 def test_units_and_parameters_without_a_period(bench: Bench) -> None:
@@ -88,18 +90,7 @@ def test_units_and_parameters_without_a_period(bench: Bench) -> None:
     assert read(bench, "ENC_Temperature", -32) == -2
     bench.item("ENC_Temperature").set_parameter("PULSES_PER_UNIT", -8)
     assert read(bench, "ENC_Temperature", 16) == -2
-
-
-@pytest.mark.manual("PAML-142")
-@pytest.mark.parametrize(
-    ("address", "bits"),
-    [
-        *[(0, 32), (3, 32), (4, 16), (27, None), (255, None), (282, 16), (538, None), (795, 32)],
-        *[(1051, None), (1307, 16), (1563, None), (1819, 32), (2047, 32)],
-    ],
-)
-def test_registers_begin_again_after_their_bits(address: int, bits: int | None) -> None:
-    assert register_bits(address) == bits
+    assert read(bench, "ENC_Temperature", 32767) - read(bench, "ENC_Temperature", -32768) == -65535 / 8
 
 
 @pytest.mark.manual("PAML-146")
@@ -117,11 +108,15 @@ def test_the_roll_over_of_a_register_does_not_show(ways: list[int]) -> None:
         assert difference == pytest.approx(0, abs=1e-5)
 
 
+@pytest.mark.manual("PAML-147")
 @pytest.mark.manual("PAMS-011")
 def test_position_calls_the_present_position_by_another_name(bench: Bench) -> None:
     read(bench, "ENC_Belt", 16384)
     bench.do("ENC_Belt", "position", 10)
     assert read(bench, "ENC_Belt", 16384 + 8192) == pytest.approx(55)
+    bench.item("ENC_Belt").set_parameter("POSITION_PERIOD", 50)
+    assert bench.item("ENC_Belt").parameter("POSITION_PERIOD") == 50
+    assert read(bench, "ENC_Belt", 16384 + 8192) == pytest.approx(5)
 
 
 @pytest.mark.manual("PAMS-034")

@@ -53,6 +53,8 @@ def is_ready(bench: Bench, name: str) -> bool:
     return bool(bench.ask(name, "ready"))
 
 
+@pytest.mark.manual("PAMS-040")
+@pytest.mark.manual("PAML-400")
 @pytest.mark.manual("PAML-403")
 @pytest.mark.manual("PAML-404")
 def test_a_pipe_is_active_when_its_converter_is_ready(bench: Bench) -> None:
@@ -65,6 +67,7 @@ def test_a_pipe_is_active_when_its_converter_is_ready(bench: Bench) -> None:
     assert not is_ready(bench, "CNV_Values")
 
 
+@pytest.mark.manual("PAML-402")
 @pytest.mark.manual("PAML-413")
 @pytest.mark.parametrize(("thirds", "name", "period"), [(3, "TMP_Slow", 0.010), (6, "TMP_Master", 0.002)])
 def test_the_effective_period_is_read_and_used(thirds: int, name: str, period: float) -> None:
@@ -80,6 +83,7 @@ def test_the_effective_period_is_read_and_used(thirds: int, name: str, period: f
     assert len(values) == pytest.approx(40 * bench.cycle_s / period, abs=1)
 
 
+@pytest.mark.manual("PAML-634")
 @pytest.mark.manual("PAML-407")
 @pytest.mark.manual("PAML-409")
 def test_a_block_lives_from_its_first_pipe_to_its_last(bench: Bench) -> None:
@@ -98,6 +102,7 @@ def test_a_block_lives_from_its_first_pipe_to_its_last(bench: Bench) -> None:
     assert bench.ask("AMP_Gear", "value") == 10  # and began again
 
 
+@pytest.mark.manual("PAML-432")
 @pytest.mark.manual("PAML-409")
 @pytest.mark.parametrize(("keeps", "gain"), [(True, 3), (False, 2)])
 def test_written_parameters_are_kept_or_those_of_the_declaration_come_back(keeps: bool, gain: float) -> None:
@@ -132,6 +137,7 @@ def test_a_shared_block_computes_once_in_a_period(bench: Bench) -> None:
     assert bench.ask("AMP_Half", "value") == pytest.approx(0.15)
 
 
+@pytest.mark.manual("PAML-608")
 @pytest.mark.manual("PAML-540")
 @pytest.mark.manual("PAML-542")
 @pytest.mark.manual("PAML-414")
@@ -140,13 +146,14 @@ def test_distributors_spread_the_work(bench: Bench) -> None:
     bench.connect("CNV_Others", "AMP_Half", "DIS_Second", "TMP_Master")
     bench.connect("CNV_Probe", "DER_Speed", "TMP_Master")
     bench.do("TMP_Master", "run", 0.3)
-    computed: list[list[str]] = []
-    for _ in range(11):
-        bench.kernel.touched_names.clear()
+    names = ("AMP_Gear", "AMP_Half", "DER_Speed")
+    values: list[list[float]] = []
+    for _ in range(12):
         bench.cycle()
-        computed.append(sorted(bench.kernel.touched_names & {"AMP_Gear", "AMP_Half", "DER_Speed"}))
-    each = [["AMP_Gear", "DER_Speed"], ["AMP_Half", "DER_Speed"], ["DER_Speed"], ["DER_Speed"], ["DER_Speed"]]
-    assert computed == [*each, *each, each[0]]
+        values.append([bench.ask(name, "value") for name in names])
+    computed = [[name for name, old, new in zip(names, *pair, strict=True) if old != new] for pair in pairwise(values)]
+    each = [["DER_Speed"], ["DER_Speed"], ["DER_Speed"], ["AMP_Gear", "DER_Speed"], ["AMP_Half", "DER_Speed"]]
+    assert computed[1:] == [*each, *each]
 
 
 @pytest.mark.manual("PAML-107")
@@ -172,6 +179,113 @@ def test_anti_delay_is_one_cycle_ahead_of_the_position(word: str, lead: int) -> 
     bench.cycle(100)
     flow, position = 2 * bench.ask("AMP_Half", "value"), bench.ask("TMP_Slow", "position")
     assert flow - position == pytest.approx(6 * 0.001 * lead)
+
+
+@pytest.mark.manual("PAML-180")
+@pytest.mark.manual("PAML-181")
+@pytest.mark.parametrize("mode", ["POSITION", "SPEED", "TORQUE", "VALUE"])
+def test_a_sink_takes_values_of_every_mode(mode: str) -> None:
+    bench = Bench(
+        f"{HEADER}{PIPES}CONVERTER CNV_Sink; DESTINATION = SNK_Others; MODE = {mode}; END\n",
+        shapes=lambda _name: shape_of(STRAIGHT),
+    )
+    bench.connect("CNV_Sink", "TMP_Master")
+    bench.cycle(10)
+    assert is_ready(bench, "CNV_Sink")
+    assert bench.port.sent == []
+
+
+@pytest.mark.manual("PAML-411")
+def test_pipes_that_share_a_block_compute_in_the_same_cycles(bench: Bench) -> None:
+    bench.connect("CNV_Values", "AMP_Gear", "TMP_Slow")
+    bench.cycle(4)
+    bench.connect("CNV_Others", "AMP_Half", "TMP_Slow")
+    bench.do("TMP_Slow", "run", 6)
+    values = []
+    for _ in range(30):
+        bench.cycle()
+        values.append((bench.ask("AMP_Gear", "value"), bench.ask("AMP_Half", "value")))
+    steps = [cycle for cycle, (old, new) in enumerate(pairwise(values)) if old != new]
+    assert len(steps) == 3
+    assert all(old[0] != new[0] and old[1] != new[1] for old, new in pairwise(values) if old != new)
+
+
+@pytest.mark.manual("PAML-445")
+@pytest.mark.manual("PAML-449")
+def test_the_output_of_a_cam_is_within_its_period() -> None:
+    bench = Bench(
+        HEADER + PIPES.replace("VALUE_RANGE = 0 200", "VALUE_PERIOD = 90"), shapes=lambda _: shape_of(STRAIGHT)
+    )
+    bench.connect("CNV_Values", "CAM_Feed", "TMP_Slow")
+    bench.do("TMP_Slow", "position", 360)
+    bench.cycle()
+    assert bench.ask("CAM_Feed", "value") == pytest.approx(110 - 90)
+    assert is_ready(bench, "CAM_Feed")
+    bench.item("CAM_Feed").set_parameter("VALUE_PERIOD", 50)
+    bench.cycle(11)
+    assert bench.ask("CAM_Feed", "value") == pytest.approx(10)
+
+
+@pytest.mark.manual("PAML-533")
+@pytest.mark.manual("PAML-530")
+@pytest.mark.manual("PAML-532")
+def test_a_derivator_in_programs(bench: Bench) -> None:
+    bench.connect("CNV_Values", "DER_Speed", "TMP_Slow")
+    bench.do("TMP_Slow", "position", 5)
+    bench.cycle()
+    assert (bench.ask("DER_Speed", "value"), is_ready(bench, "DER_Speed")) == (0, True)
+    bench.do("TMP_Slow", "position", 6)
+    bench.cycle(10)
+    assert bench.ask("DER_Speed", "value") == pytest.approx(1 / 0.010)
+
+
+@pytest.mark.manual("PAML-433")
+def test_the_rest_of_a_slew_is_applied_at_the_end_of_the_pipe(bench: Bench) -> None:
+    bench.connect("CNV_Values", "AMP_Gear", "TMP_Master")
+    bench.cycle()
+    bench.item("AMP_Gear").set_parameter("GAIN", 4)
+    bench.cycle(10)
+    bench.do("CNV_Values", "disactivate")
+    assert bench.item("AMP_Gear").parameter("GAIN") == 4
+    assert is_ready(bench, "AMP_Gear")
+
+
+@pytest.mark.manual("PAML-581")
+@pytest.mark.manual("PAML-586")
+def test_a_phaser_is_started_unless_it_was_stopped_before(bench: Bench) -> None:
+    phaser = bench.item("PHA_Shift")
+    phaser.set_parameter("PHASE", 20)
+    assert (phaser.parameter("PHASE"), is_ready(bench, "PHA_Shift")) == (20, True)
+    bench.connect("CNV_Values", "PHA_Shift", "TMP_Slow")
+    bench.cycle()
+    assert bench.ask("PHA_Shift", "value") == 20
+    bench.do("CNV_Values", "disactivate")
+    bench.do("PHA_Shift", "stop")
+    bench.connect("CNV_Values", "PHA_Shift", "TMP_Slow")
+    bench.cycle()
+    assert (bench.ask("PHA_Shift", "value"), is_ready(bench, "PHA_Shift")) == (0, True)
+
+
+@pytest.mark.manual("PAMS-026")
+def test_a_run_of_the_pmp_is_replaced_by_a_move(bench: Bench) -> None:
+    bench.connect("CNV_Values", "PMP_Cut")
+    bench.cycle()
+    bench.do("PMP_Cut", "run", 4500)
+    assert bench.until(lambda: is_ready(bench, "PMP_Cut")) == pytest.approx(200, abs=1)  # 4500 u/s with the jerk
+    bench.cycle(100)
+    assert bench.ask("PMP_Cut", "speed") == pytest.approx(4500)
+    before = bench.ask("PMP_Cut", "position")
+    bench.do("PMP_Cut", "relative_move", 1000)
+    bench.until(lambda: is_ready(bench, "PMP_Cut"))
+    bench.cycle(100)
+    assert bench.ask("PMP_Cut", "position") == pytest.approx(before + 1000)
+    bench.do("PMP_Cut", "run", -900)
+    bench.until(lambda: is_ready(bench, "PMP_Cut"))
+    bench.do("PMP_Cut", "run", 0)
+    bench.until(lambda: is_ready(bench, "PMP_Cut"))
+    at = bench.ask("PMP_Cut", "position")
+    bench.cycle(50)
+    assert bench.ask("PMP_Cut", "position") == pytest.approx(at)
 
 
 # ---- golden numbers (section 7 of the digest), within one period
@@ -215,6 +329,7 @@ def test_pmp_4500_units(bench: Bench) -> None:
     assert is_ready(bench, "PMP_Cut")
 
 
+@pytest.mark.manual("PAML-602")
 @pytest.mark.manual("PAML-601")
 @pytest.mark.manual("PAMS-019")
 def test_pmp_forward_and_backward(bench: Bench) -> None:
@@ -327,6 +442,8 @@ def test_a_gear_goes_on_over_the_period_of_its_master() -> None:
         assert bench.ask("AMP_Half", "value") == pytest.approx(last)
 
 
+@pytest.mark.manual("PAML-587")
+@pytest.mark.manual("PAML-589")
 @pytest.mark.manual("PAML-584")
 @pytest.mark.manual("PAMS-027")
 def test_a_phaser_in_programs(bench: Bench) -> None:

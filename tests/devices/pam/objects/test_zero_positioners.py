@@ -186,4 +186,5 @@ def test_a_positioner_of_each_axis() -> None:
     bench.cycle()
     assert moves(bench) == []
     bench.change(2, SENSOR, 1)
+    bench.cycle()
     assert [order.move for order in bench.sent(2) if isinstance(order, AxisOrder)] == [Move.RUN, Move.RELATIVE_MOVE]

@@ -3,6 +3,7 @@
 import pytest
 from pam_bench import PamBench, sequence, started
 
+from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.pam.runtime.item import RoutineRef
 
 ACTIONS = "ACTIONS ACT_a; SPECS {specs} CYCLES = {cycles}; END_SPECS {body} END_ACTIONS\n"
@@ -224,3 +225,63 @@ def test_a_loop_without_end_is_an_overrun() -> None:
     assert "do not come to rest" in bench.messages[-1][2]
     bench.run(5)
     assert bench.runtime.is_stopped
+
+
+@pytest.mark.manual("PAML-272", "PAML-260")
+@pytest.mark.parametrize("statement", ["WAIT_TIME 1;", "CONDITION f;", "EXCEPTION f ABORT_SEQUENCE;", "CALL RTN_a;"])
+def test_what_routines_and_actions_must_not_do(statement: str) -> None:
+    for programs in (
+        f"ROUTINES RGR_a; ROUTINE RTN_a; {statement} END_ROUTINE END_ROUTINES",
+        ACTIONS.format(specs="", cycles=1, body=f"ON_EVENT f ACTION {statement} END_ACTION"),
+    ):
+        with pytest.raises(CompileError):
+            PamBench(programs)
+
+
+@pytest.mark.manual("PAML-294")
+@pytest.mark.parametrize(
+    "programs",
+    [
+        "BOOLEAN BOL_a; EQUATION = ((we[i] > 1) * fe[i])[all+]; END_BOOLEAN",
+        ACTIONS.format(specs="NUMBER = 3;", cycles=1, body="ON_EVENT fe[i] ACTION n <- 1; END_ACTION"),
+        (
+            "TASK TSK_b; SPECS NUMBER = 2; CYCLES = 1; END_SPECS SEQUENCE SEQ_b[i]; END_SEQUENCE END_TASK"
+            " TASK TSK_c; SPECS NUMBER = 3; CYCLES = 1; END_SPECS SEQUENCE SEQ_c[i]; XEQ_TASK TSK_b SEQUENCE SEQ_b[i];"
+            " END_SEQUENCE END_TASK"
+        ),
+    ],
+)
+def test_what_is_used_together_has_enough_items(programs: str) -> None:
+    with pytest.raises(CompileError, match=r"has 2 items, but .* has 3"):
+        PamBench(programs)
+
+
+def test_an_error_of_an_object_is_not_one_of_the_program() -> None:
+    bench = PamBench(sequence("SBO_a <- set;"))
+
+    def do(function: str, arguments: object) -> None:
+        raise ValueError(function)
+
+    bench.item("SBO_a").do = do  # type: ignore[method-assign]
+    bench.restart()
+    bench.run()
+    bench["SBI_a"] = True
+    with pytest.raises(ValueError, match="set"):
+        bench.run()
+
+
+@pytest.mark.manual("PAML-301")
+def test_tasks_take_turns_at_the_ends_of_loops() -> None:
+    statements = "LOOP w <- w + 1; n <- n * 10 + {}; END_LOOP w >= 6;"
+    bench = PamBench(sequence(statements.format(1)) + sequence(statements.format(2)).replace("TSK_a", "TSK_b"))
+    bench.run()
+    bench["SBI_a"] = True
+    bench.run()
+    assert bench["n"] == 1212121
+
+
+def test_a_single_equation_drives_all_items_of_an_output() -> None:
+    bench = PamBench("BOOLEAN BOL_a; LINKED_OUTPUT = SBO_Each; EQUATION = SBI_a; END_BOOLEAN")
+    bench["SBI_a"] = True
+    bench.run()
+    assert [item.value() for item in bench.objects.items["SBO_Each"]] == [True, True]

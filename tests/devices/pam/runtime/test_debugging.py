@@ -3,11 +3,13 @@
 import pytest
 from pam_bench import OBJECTS, sequence
 
+from fieldrig.background import VirtualBackground
 from fieldrig.clock import VirtualClock
 from fieldrig.device import Value
 from fieldrig_devices.languages.debugging.debuggee import ProgramState, Reset, Step
 from fieldrig_devices.languages.debugging.service import DebugService
-from fieldrig_devices.pam.runtime.compiler import compile_application
+from fieldrig_devices.pam.runtime.compiler import Compiled, compile_application
+from fieldrig_devices.pam.runtime.machine_debuggee import MachineDebuggee
 from fieldrig_devices.pam.runtime.solo import Solo
 
 MS = 1_000_000
@@ -230,3 +232,66 @@ def test_a_fault_is_shown_with_its_place(session: Session) -> None:
     assert failed.about.startswith("02..FFF2: an integer overflow in RTN_Add (a.pam:")
     assert [frame.routine for frame in session.solo.stack(failed.number)] == ["RTN_Add", "TSK_a.SEQ_a"]
     assert session.solo.events == ["02..FFF2 " + failed.about.removeprefix("02..FFF2: ")]
+
+
+# ---- the application of a PAM in a rig
+
+
+class Rig:
+    """A PAM with a debuggee, whose application can be replaced."""
+
+    def __init__(self) -> None:
+        self.clock = VirtualClock()
+        self.solo = Solo(compile_application(PROGRAM, "a.pam"))
+        self.resets = 0
+        background = VirtualBackground(self.clock)
+        self.debuggee = MachineDebuggee(background, lambda: self.solo.runtime, self.reset, self.load)
+        self.service = DebugService(self.clock, self.debuggee)
+        self.debuggee.attach(self.solo.runtime)
+
+    def reset(self) -> None:
+        self.resets += 1
+        self.solo.reset(Reset.COLD)
+        self.debuggee.attach(self.solo.runtime)
+
+    def load(self, compiled: Compiled) -> None:
+        self.solo = Solo(compiled)
+        self.debuggee.attach(self.solo.runtime)
+
+
+def test_a_download_replaces_the_application_and_keeps_breakpoints() -> None:
+    rig = Rig()
+    places = [{"line": line("n <- n + 1;"), "condition": ""}]
+    rig.service.answer({"command": "breakpoints", "file": "a.pam", "breakpoints": places})
+    rig.debuggee.download({"a.pam": "// new\n" + PROGRAM}, is_online=False)
+    assert rig.debuggee.progress == "compiling 0 %"
+    rig.clock.advance_to(1000 * MS)
+    assert (rig.debuggee.progress, rig.debuggee.problem) == ("", "")
+    answer = rig.service.answer({"command": "breakpoints", "file": "a.pam"})
+    assert answer["lines"] == [line("n <- n + 1;") + 1]
+
+
+def test_a_download_with_mistakes_leaves_the_application() -> None:
+    rig = Rig()
+    before = rig.solo.runtime
+    rig.debuggee.download({"a.pam": PROGRAM.replace("n <- n + 1;", "m <- 1;")}, is_online=False)
+    rig.clock.advance_to(1000 * MS)
+    assert rig.debuggee.problem.startswith(f"a.pam:{line('n <- n + 1;')}:1: m is not declared here")
+    assert rig.solo.runtime is before
+
+
+def test_start_stop_and_reset_of_a_machine() -> None:
+    rig = Rig()
+    states = []
+    for order in (rig.debuggee.stop, rig.debuggee.start):
+        order()
+        states.append(rig.debuggee.state)
+    assert states == [ProgramState.PAUSED, ProgramState.RUNNING]
+    rig.debuggee.reset(Reset.WARM)
+    assert rig.resets == 1
+    with pytest.raises(ValueError, match="expected a download"):
+        rig.debuggee.reset(Reset.ORIGIN)
+    with pytest.raises(ValueError, match="expected the source file"):
+        rig.debuggee.download({}, is_online=False)
+    with pytest.raises(ValueError, match="expected a download"):
+        rig.debuggee.download({"a.pam": PROGRAM}, is_online=True)

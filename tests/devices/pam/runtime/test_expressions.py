@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from pam_bench import PamBench, computed, sequence
+from pam_bench import OBJECTS, PamBench, computed, sequence
 
 from fieldrig_devices.pam.language.tree import Binary, Expression, Number, Place, Unary
 from fieldrig_devices.pam.runtime.arithmetic import quotient, remainder
@@ -125,6 +125,38 @@ def test_reals_keep_their_type() -> None:
 def test_flags_and_comparisons() -> None:
     bench = computed("f <- (n > 2) * !(x < 1.5) + g; cf <- f = 1; h <- f <> g;", n=3, x=1.5)
     assert (bench["f"], bench["cf"], bench["h"]) == (True, True, True)
+
+
+@pytest.mark.parametrize(
+    ("mask", "value"),
+    [  # case T21, manual lines 8845 to 8860 and 8921 to 9010
+        ("HARD_ERROR", 0x00F81000),
+        ("SUPPLY_ERROR", 0x00180000),
+        ("OUT_OVERTEMP", 0x70),
+        ("DCMOTOR_ABORT_ERROR", 0x7),
+    ],
+)
+def test_masks_of_errors(mask: str, value: int) -> None:
+    directives = (
+        '#include "ST1ERROR.SYS"\n#include "SMARTERR.SYS"\n#undef OUT_OVERTEMP\n'
+        "#set OUT_OVERTEMP OUT_OVERTEMP_1 | \\\n  OUT_OVERTEMP_2\n#set BOTH OUT_OVERTEMP\n#undef OUT_OVERTEMP\n"
+        "#set OUT_OVERTEMP OUT_OVERTEMP_1 | OUT_OVERTEMP_2 | OUT_OVERTEMP_3\n"
+    )
+    bench = PamBench(
+        sequence(f"w <- {mask}; n <- BOTH; f <- AXI_Each[all+] ? error_code({mask});"), header=directives + OBJECTS
+    )
+    asked: list[object] = []
+
+    def ask(function: str, arguments: object) -> bool:
+        asked.append(arguments)
+        return True
+
+    bench.item("AXI_Each").ask = ask  # type: ignore[method-assign]
+    bench.restart()
+    bench.run()
+    bench["SBI_a"] = True
+    bench.run()
+    assert (bench["w"], bench["n"], asked) == (value, 0x30, [(value,)])
 
 
 # ---- random expressions against an exact evaluator

@@ -135,7 +135,7 @@ class EquationCode:
     count: int
     formula: Formula
     linked_output: str | None
-    is_linked_per_item: bool
+    is_multiple: bool
 
 
 @dataclass(slots=True)

@@ -68,7 +68,7 @@ class _Lowerer:
                 cells.count,
                 formula,
                 None if linked is None else linked.name,
-                linked is not None and linked.index == "i",
+                item.is_multiple,
             )
         )
 
