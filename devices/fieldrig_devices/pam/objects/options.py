@@ -17,8 +17,8 @@ class Options:
     """True if a block begins its life with the values last written, False if with those declared (PAML-409)."""
     set_point_delay_cycles: float = 1.0
     """Time from the computation of a set-point until it works in a node; ANTI_DELAY = YES compensates it (PAML-635)."""
-    report_delay_cycles: float = 1.0
-    """Time from the frame of a node with an input until the PAM has it (PAML-513)."""
+    report_delay_cycles: float = 2.0
+    """Time from the end of an age until the PAM has the report: a cycle in the node, and one on the ring (PAML-513)."""
     read_cycles: int = 6
     """Basic cycles that a read over the ring takes at least (PAML-144)."""
     read_timeout_cycles: int = 100

@@ -65,25 +65,27 @@ class Site:
         """The number of the present basic cycle."""
         self.nodes: dict[str, list[RingNode]] = {}
         self.free_groups = list(range(1, MOST_GROUPS + 1))
+        self.dependents: dict[str, list[str]] = {}
+        """The objects whose answers follow from those of an axis: its sets and zero positioners."""
+        self.periods_changed: Callable[[], None] = lambda: None
+        """Called when a program has changed the period of a block."""
         self.changes = 0
         """Number of commands and parameters that change what pipes compute; a pipe at rest sleeps until the next."""
         self.moved: set[str] = set()
         """Axes that their pipes have moved in this cycle."""
         self.events: list[Callable[[], None]] = []
         """The consequences of reports, for the beginning of the basic cycle that they belong to."""
-        self.sets_of: dict[str, list[str]] = {}
-        """The axes sets that an axis belongs to, whose answers change with its own."""
         self.every_cycle: dict[str, Callable[[], None]] = {}
         """Work behind the pipes of each basic cycle, by the object."""
         self._moved_before: set[str] = set()
         self._number = self._request = 0
         self._requests: dict[int, _Request] = {}
 
-    def touched(self, axis: str) -> None:
-        """Show the programs that an axis has changed."""
-        self.kernel.touched(axis)
-        for name in self.sets_of.get(axis, ()):
-            self.kernel.touched(name)
+    def touched(self, name: str) -> None:
+        """Tell the run time that an axis has changed, and what depends on it."""
+        self.kernel.touched(name)
+        for dependent in self.dependents.get(name, ()):
+            self.kernel.touched(dependent)
 
     def next_number(self) -> int:
         """Return the number of the next order to axes."""

@@ -5,25 +5,26 @@ equations, and actions and tasks in the order of their declarations, and the par
 time: an application that does not come to rest in a cycle is stopped by 02..F060, the overrun of the basic cycle.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 from fieldrig.sandbox import bind, compiled
 from fieldrig_devices.languages.debugging.stepping import Goal
-from fieldrig_devices.languages.faults import RunError
 from fieldrig_devices.languages.resumable import Code
 from fieldrig_devices.languages.task import Task, TaskState
 from fieldrig_devices.pam.runtime import arithmetic
 from fieldrig_devices.pam.runtime.binding import Binding
 from fieldrig_devices.pam.runtime.compiler import Compiled
 from fieldrig_devices.pam.runtime.equations import Equations
+from fieldrig_devices.pam.runtime.faults import Fault, reason
 from fieldrig_devices.pam.runtime.item import Item, Objects, Part, RoutineRef, Value
 from fieldrig_devices.pam.runtime.lower.formulas import Formula
-from fieldrig_devices.pam.runtime.lower.lowered import SequenceCode, Site, routine_name
+from fieldrig_devices.pam.runtime.lower.lowered import SequenceCode, routine_name
 from fieldrig_devices.pam.runtime.reactions import ActionsItem, Runner
 from fieldrig_devices.pam.runtime.schedule import Schedule
 from fieldrig_devices.pam.runtime.sequence import TaskItem
+from fieldrig_devices.pam.runtime.services import Services
 from fieldrig_devices.pam.runtime.waits import Gate
 from fieldrig_devices.pam.runtime.watch import Watch
 from fieldrig_devices.pam.runtime.watches import Watches
@@ -46,22 +47,6 @@ class Limits:
     """Statements of all programs together in a millisecond of the basic cycle."""
     is_overrun_fatal: bool = True
     """False: a sequence that does not come to rest goes on in the next basic cycle."""
-
-
-@dataclass(frozen=True, slots=True)
-class Fault:
-    """Why the application has stopped."""
-
-    code: str
-    text: str
-    title: str
-    """The program, such as TSK_a.SEQ_b."""
-    file: str
-    line: int
-
-    def __str__(self) -> str:
-        where = f" in {self.title}" if self.title else ""
-        return f"{self.code}: {self.text}{where} ({self.file}:{self.line})"
 
 
 def silent(_code: str, _details: Sequence[int], _text: str) -> None:
@@ -88,6 +73,7 @@ class Runtime:
         self._running: TaskItem | Runner | None = None
         self._budget = 0
         self._statements = self._limits.statements_per_ms * self.thirds // 3
+        self.services = Services(self)
         self.gates: dict[int, Gate] = {}
         """The gates of CONDITION DUPL_START by the numbers of their sequences."""
         self.tasks: list[TaskItem] = []
@@ -159,7 +145,7 @@ class Runtime:
         items = self.items
         for part in self._parts:
             items |= part.items
-        scope = self.scope = {"M": self.cells, "W": self._flags, **arithmetic.FUNCTIONS, **self._services()}
+        scope = self.scope = {"M": self.cells, "W": self._flags, **arithmetic.FUNCTIONS, **self.services.functions()}
         scope |= Binding(self, items, self.watches.functions).of(code.uses.table)
         formulas = compiled(code.formulas.source, self.program.names, self.program.rules, "<formulas>")
         functions = bind(formulas, scope)
@@ -317,6 +303,11 @@ class Runtime:
         return self._running
 
     @property
+    def has_timed_out(self) -> bool:
+        """TIMEOUT of the program that runs."""
+        return self._running is not None and self._running.timed_out
+
+    @property
     def present_item(self) -> int:
         return 0 if self._running is None else self._running.task.base
 
@@ -356,8 +347,7 @@ class Runtime:
     def _on_fault(self, program: "TaskItem | Runner") -> None:
         fault = program.task.fault
         assert fault is not None
-        raise_own(fault)
-        self._fail(*_reason(fault), program)
+        self._fail(*reason(fault), program)
 
     def _on_overrun(self, program: "TaskItem | Runner") -> None:
         if self._limits.is_overrun_fatal or isinstance(program, Runner):
@@ -372,8 +362,7 @@ class Runtime:
         self._stop(Fault(code, text, title, file, line))
 
     def _on_formula_fault(self, cause: BaseException, formula: Formula) -> None:
-        raise_own(cause)
-        self._stop(Fault(*_reason(cause), "", formula.place.file, formula.place.line))
+        self._stop(Fault(*reason(cause), "", formula.place.file, formula.place.line))
 
     def _stop(self, fault: Fault) -> None:
         if self.is_stopped:
@@ -394,50 +383,6 @@ class Runtime:
         """A program has reached a breakpoint."""
         self.on_stop()
 
-    # ---- functions that generated code calls
-
-    def _services(self) -> Mapping[str, Callable[..., Any]]:
-        sites: list[Any] = list[Site](self.program.code.sites)
-
-        def timed(name: str, site: int, milliseconds: float | None) -> bool:
-            found: bool = getattr(self.present, name)(sites[site], milliseconds)
-            return found
-
-        def switch(site: int) -> None:
-            self.present.next_sequence = sites[site].sequence
-
-        return {
-            "changed": self.watches.changed,
-            "poke_all": self._poke_all,
-            "poke_and_tell": self._poke_and_tell,
-            "poke_inverted": self._poke_inverted,
-            "timed_out": lambda: self._running is not None and self._running.timed_out,
-            "answer": lambda slot: self.present.answer(slot),
-            "condition": lambda site: timed("condition", site, None),
-            "condition_until": lambda site, time: timed("condition", site, time),
-            "choose": lambda site: timed("choose", site, None),
-            "choose_until": lambda site, time: timed("choose", site, time),
-            "wait_time": lambda time: self.present.wait_time(time),
-            "gate": lambda: self.present.gate(),
-            "switch": switch,
-            "start_task": lambda site: self.present.start_task(sites[site]),
-            "arm": lambda site: timed("arm", site, None),
-            "arm_until": lambda site, time: timed("arm", site, time),
-            "arm_rest": lambda site: self.present.arm_rest(sites[site]),
-            "disarm": lambda: self.present.disarm(),
-        }
-
-    def _poke_all(self, first: int, count: int, value: Value) -> None:
-        self.cells[first : first + count] = [value] * count
-
-    def _poke_and_tell(self, first: int, count: int, value: Value) -> None:
-        for cell in range(first, first + count):
-            self.poke(cell, value)
-
-    def _poke_inverted(self, first: int, count: int) -> None:
-        for cell in range(first, first + count):
-            self.poke(cell, not self.cells[cell])
-
     def poke(self, cell: int, value: Value) -> None:
         """Write a variable, and look at what waits for it."""
         if self.cells[cell] != value:
@@ -445,23 +390,4 @@ class Runtime:
             self.watches.changed(cell)
 
 
-def raise_own(fault: BaseException) -> None:
-    """Raise a fault that is not one of the program, but of an object: only generated code computes its numbers."""
-    trace = fault.__traceback__
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
-    file = "<" if trace is None else trace.tb_frame.f_code.co_filename
-    if not isinstance(fault, RunError) and not file.startswith("<") and file != arithmetic.__file__:
-        raise fault
-
-
 _TYPES: Final = {bool: "flag", int: "integer", float: "real"}
-
-
-def _reason(cause: BaseException) -> tuple[str, str]:
-    """Return the code and the text of a fault."""
-    if isinstance(cause, RunError):
-        return cause.code, cause.text
-    if isinstance(cause, ZeroDivisionError):
-        return arithmetic.REAL_FAULT, "a division of a real by zero"
-    return arithmetic.REAL_FAULT, "an overflow or an invalid operation of reals"

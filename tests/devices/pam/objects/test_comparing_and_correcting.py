@@ -206,7 +206,7 @@ def test_the_delay_of_a_sensor_follows_from_two_runs() -> None:
     """delay = (error B - error A) / (speed B - speed A), with a sensor that is 4 ms late."""
     errors = {}
     for speed in (100, 1000):
-        bench = running("COR_Mark", speed=speed, set_point_delay_cycles=0)
+        bench = running("COR_Mark", speed=speed, set_point_delay_cycles=0, report_delay_cycles=1)
         bench.until(lambda here=bench: here.ask("COR_Mark", "value") >= 100)  # type: ignore[misc]
         passed = bench.ask("COR_Mark", "value")
         bench.do("COR_Mark", "trigger", passed)

@@ -444,6 +444,20 @@ def test_a_gear_goes_on_over_the_period_of_its_master() -> None:
 
 @pytest.mark.manual("PAML-587")
 @pytest.mark.manual("PAML-589")
+@pytest.mark.manual("PAML-410")
+def test_a_changed_period_is_that_of_the_blocks_behind_it(bench: Bench) -> None:
+    bench.connect("CNV_Values", "AMP_Half", "TMP_Master")
+    bench.cycle()
+    bench.item("TMP_Master").set_parameter("POSITION_PERIOD", 10)
+    bench.do("TMP_Master", "position", 9)
+    bench.cycle()
+    before = bench.ask("AMP_Half", "value")
+    bench.do("TMP_Master", "position", 11)
+    bench.cycle()
+    assert bench.ask("TMP_Master", "position") == pytest.approx(1)
+    assert bench.ask("AMP_Half", "value") == pytest.approx(before + 1)
+
+
 @pytest.mark.manual("PAML-584")
 @pytest.mark.manual("PAMS-027")
 def test_a_phaser_in_programs(bench: Bench) -> None:
