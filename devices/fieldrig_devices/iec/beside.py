@@ -1,4 +1,4 @@
-"""What another process needs to compile an IEC program beside the controller that it is for (`languages/beside.py`)."""
+"""The order to compile an IEC program beside its controller, with all that another process needs for it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
