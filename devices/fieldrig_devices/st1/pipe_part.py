@@ -55,6 +55,11 @@ class PipePart:
         return self._way * S / self._span
 
     @property
+    def is_steady(self) -> bool:
+        """True between two set-points of the mode POSITION."""
+        return self.mode is SetPointMode.POSITION and not self.is_ending
+
+    @property
     def is_moving(self) -> bool:
         return bool(self._way) or self._ramp is not None
 

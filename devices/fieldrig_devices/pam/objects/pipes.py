@@ -204,6 +204,7 @@ class Pipes:
         for known in replaced:
             if known.converter is not pipe.converter:
                 known.converter.block.give_up()
+                self._site.kernel.touched(known.converter.name)
         self._change([*kept, pipe])
         pipe.converter.block.start(pipe.period_s)
 
@@ -222,6 +223,7 @@ class Pipes:
         for key, item in before.items():
             if key not in after:
                 item.end()
+                self._site.kernel.touched(item.name)
         self._pipes = pipes
         for pipe in pipes:
             self._begin(pipe, before)

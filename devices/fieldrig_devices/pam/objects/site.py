@@ -130,6 +130,9 @@ class Site:
             if request.answer is not None and cycles >= request.least_cycles:
                 del self._requests[number]
                 request.then(request.answer.value)
+            elif not request.node.is_active:
+                del self._requests[number]
+                request.then(None)
             elif cycles >= self.options.read_timeout_cycles:
                 del self._requests[number]
                 self.kernel.report("07..E021", (request.node.address,))

@@ -121,6 +121,7 @@ def test_a_new_pipe_replaces_the_one_with_its_destination(bench: Bench) -> None:
     bench.connect("CNV_Again", "AMP_Gear", "TMP_Slow")  # shared, with another input: the destination is the same
     bench.cycle(11)
     assert [is_ready(bench, name) for name in ("CNV_Values", "CNV_Again")] == [False, True]
+    assert "CNV_Values" in bench.kernel.touched_names
     bench.do("TMP_Slow", "position", 1)
     bench.cycle(11)
     assert bench.ask("AMP_Gear", "value") == 12
@@ -165,6 +166,8 @@ def test_a_pipe_is_probed_by_an_analog_output() -> None:
     bench.do("TMP_Master", "position", 150)
     bench.cycle()
     assert volts[0] == pytest.approx(1.5, abs=0.01)
+    assert bench.item("PAO_Probe").value() == 150
+    assert "PAO_Probe" in bench.kernel.touched_names
 
 
 @pytest.mark.manual("PAML-635")
@@ -245,9 +248,11 @@ def test_the_rest_of_a_slew_is_applied_at_the_end_of_the_pipe(bench: Bench) -> N
     bench.cycle()
     bench.item("AMP_Gear").set_parameter("GAIN", 4)
     bench.cycle(10)
+    bench.kernel.touched_names.clear()
     bench.do("CNV_Values", "disactivate")
     assert bench.item("AMP_Gear").parameter("GAIN") == 4
     assert is_ready(bench, "AMP_Gear")
+    assert {"AMP_Gear", "CNV_Values"} <= bench.kernel.touched_names
 
 
 @pytest.mark.manual("PAML-581")
