@@ -10,7 +10,7 @@ from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
 from fieldrig_devices.pam.objects.options import Options
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import PortOptions
-from fieldrig_devices.pam.runtime.runtime import Limits
+from fieldrig_devices.pam.runtime.processor import Limits
 from fieldrig_devices.pamring.settings import RingSettings
 
 _RING: Final = RingSettings()

@@ -104,7 +104,7 @@ class Binding:
                 found.append(argument.value)
             else:
                 items = self.items(argument.name)
-                number = self._runtime.present_item if argument.index == "i" else 0
+                number = self._runtime.processor.present_item if argument.index == "i" else 0
                 found += items if argument.index == "all" else [items[number]]
         return found
 

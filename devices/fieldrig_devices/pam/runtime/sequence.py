@@ -198,14 +198,14 @@ class TaskItem(Unit):
             elif self.wait is not None:
                 return
             else:
-                runtime.give_way(self)
+                runtime.processor.give_way(self)
                 return
 
     # ---- exceptions
 
     def on_exception(self) -> None:
         """The event of the exception has occurred: the present statement is completed first (PAML-377)."""
-        self._runtime.interrupt(self)
+        self._runtime.processor.interrupt(self)
         self.wake()
 
     def _fire(self, exception: Armed) -> None:
@@ -259,7 +259,7 @@ class TaskItem(Unit):
 
     def value(self, formula: Formula) -> Value | None:
         """Return the value of a formula for this item; None if an answer is missing."""
-        return self._runtime.value(formula, self)
+        return self._runtime.processor.value(formula, self)
 
     def chosen(self, site: CaseSite) -> str | None:
         """Return the sequence of the first condition that is true."""

@@ -43,7 +43,7 @@ class Services:
             "poke_all": self._poke_all,
             "poke_and_tell": self._poke_and_tell,
             "poke_inverted": self._poke_inverted,
-            "timed_out": lambda: self._runtime.has_timed_out,
+            "timed_out": lambda: self._runtime.processor.has_timed_out,
             "answer": self._answer,
             "condition": self._condition,
             "condition_until": self._condition,
@@ -61,7 +61,7 @@ class Services:
 
     @property
     def _task(self) -> "TaskItem":
-        return self._runtime.present
+        return self._runtime.processor.present
 
     # ---- writes to variables
 
