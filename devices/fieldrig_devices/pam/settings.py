@@ -64,10 +64,10 @@ class ObjectReadings(Settings):
         default=_OBJECTS.keeps_written_parameters,
         description="whether a block begins its life with the values last written, or with those declared",
     )
-    set_point_delay_cycles: float = Field(
-        default=_OBJECTS.set_point_delay_cycles,
+    set_point_delay_periods: float = Field(
+        default=_OBJECTS.set_point_delay_periods,
         ge=0,
-        description="cycles until a set-point works in a node, which ANTI_DELAY compensates",
+        description="periods of a pipe until a node is at a set-point, which ANTI_DELAY makes up for",
     )
     report_delay_cycles: float = Field(
         default=_OBJECTS.report_delay_cycles, ge=0, description="cycles until the PAM has the report of an input"

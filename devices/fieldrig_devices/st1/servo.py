@@ -150,9 +150,10 @@ class Servo:
                 self._look_at_limits()
             return
         now_ns = self._clock.now_ns()
-        before = pipe.speed_at(now_ns)
-        if pipe.mode is SetPointMode.POSITION and pipe.settle(now_ns):
-            self.shaft.look(now_ns, self.set.speed_at(now_ns) - pipe.speed_at(now_ns) + before)
+        if now_ns >= pipe.due_ns:
+            before = self.set.speed_at(now_ns)
+            pipe.settle(now_ns)
+            self.shaft.look(now_ns, before)
             self._go_on()
         elif pipe.is_ending:
             self._go_on()
