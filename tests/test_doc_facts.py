@@ -63,8 +63,12 @@ from fieldrig_devices.modbus.client_settings import (
 )
 from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
 from fieldrig_devices.modem.faults import ModemFault
+from fieldrig_devices.pam import faults as pam_faults
+from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import ClassCodes, PortOptions
+from fieldrig_devices.pam.settings import ObjectReadings, ProgramReadings, RingReadings
 from fieldrig_devices.plants import dc_motor, heater, pulse_servo
+from fieldrig_devices.plants.cam_switches import CamSettings
 from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings
 from fieldrig_devices.plants.stepper_settings import StepperFault
 from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
@@ -76,7 +80,7 @@ from fieldrig_devices.smart_io.settings import MotorSettings as SmartIoMotor
 from fieldrig_devices.st1.faults import St1Fault
 from fieldrig_devices.st1.settings import MotorSettings as St1Motor
 from fieldrig_devices.st1.settings import ParameterSettings as St1Parameters
-from fieldrig_devices.st1.settings import RegisterSettings, SupplySettings
+from fieldrig_devices.st1.settings import PlantSettings, RegisterSettings, SupplySettings
 
 DOCS = ROOT / "docs"
 REQUIRED = "required"
@@ -117,9 +121,10 @@ OTHER_SECTIONS: Mapping[str, Models] = {
         "versions": VersionSettings,
     },
     "Keys of an ST1 fault": faults.models_of(St1Fault),
-    "Keys of parameters, motor, supply and registers of an ST1": {
+    "Keys of parameters, motor, plant, supply and registers of an ST1": {
         "parameters": St1Parameters,
         "motor": St1Motor,
+        "plant": PlantSettings,
         "supply": SupplySettings,
         "registers": RegisterSettings,
     },
@@ -138,6 +143,14 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Light barriers of a conveyor": {"sensor": SensorSettings},
     "Keys of a conveyor fault": faults.models_of(ConveyorFault),
     "Load cell and dancer": {"load_cell": LoadCell, "dancer": Dancer},
+    "Cams": {"cam": CamSettings},
+    "Keys of a PAM fault": pam_faults.MODELS,
+    "Readings of a PAM": {
+        "ring": RingReadings,
+        "objects": ObjectReadings,
+        "programs": ProgramReadings,
+        "access": AccessSettings,
+    },
     "Settings of the ports": {"ports": PortOptions, "class_codes": ClassCodes},
     "Exchange settings": {"exchange": ExchangeSettings, "send": Sent, "receive": Received},
     "Readings": {"readings": Readings},

@@ -31,7 +31,9 @@ DEVICES: dict[tuple[str, str], dict[str, Any]] = {
         "kind": "max4", "program": "programs/lamp.st", "outputs": {"O_bEquipmentOnIndicatorH1": ""}, "links": WIRES,
     },
     ("mc4.md", "Points"): {"kind": "mc4", "ring_address": 1, "motor": {"name_plate": PLATE}, "links": {"ring": "ring"}},
-    ("st1.md", "Points"): {"kind": "st1", "ring_address": 1, "links": {"ring": "pamring"}},
+    ("st1.md", "Points"): {
+        "kind": "st1", "ring_address": 1, "variables": {200: {"value": 0}}, "links": {"ring": "pamring"},
+    },
     ("nameplate.md", "`sm.encoder`"): {"kind": "sm.encoder", "name_plate": PLATE, "links": {"line": "line"}},
     ("plants.md", "`plant.tank`"): {
         "kind": "plant.tank", "area_m2": 0.25, "height_m": 2.0, "outlet_area_m2": 0.0002,
@@ -55,6 +57,7 @@ DEVICES: dict[tuple[str, str], dict[str, Any]] = {
     },
     ("pulses.md", "`pulse.counter`"): {"kind": "pulse.counter", "a_wire": "p", "compare": 5, "links": WIRES},
     ("pulses.md", "`pulse.generator`"): {"kind": "pulse.generator", "links": WIRES},
+    ("pam.md", "Points"): {"kind": "pam", "application": "programs/labeller.pam", "links": {"ring": "pamring"}},
     ("smart-io.md", "Points"): {
         "kind": "smart_io", "motors": [{"increase": 101, "decrease": 102, "zero": 102, "counter": 101}], "links": WIRES,
     },

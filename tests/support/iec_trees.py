@@ -265,6 +265,18 @@ _METHODS = st.builds(
 )
 
 
+_ACCESSORS = st.builds(
+    tree.Method,
+    PLAIN_NAMES,
+    TYPES.filter(lambda spec: not isinstance(spec, tree.StructSpec)),
+    many(VARIABLES, 0, 1),
+    st.one_of(ST_BODIES, IL_BODIES),
+    st.sampled_from([(), ("PUBLIC",)]),
+    st.sampled_from(["GET", "SET"]),
+    comments=_COMMENTS,
+)
+
+
 def _pous_of(kind: tree.PouKind) -> st.SearchStrategy[tree.Pou]:
     result = TYPES.filter(lambda spec: not isinstance(spec, tree.StructSpec))
     return st.builds(
@@ -275,7 +287,7 @@ def _pous_of(kind: tree.PouKind) -> st.SearchStrategy[tree.Pou]:
         many(VARIABLES, 0, 2),
         BODIES,
         many(_ACTIONS, 0, 1),
-        many(_METHODS, 0, 2),
+        many(_METHODS | _ACCESSORS, 0, 3),
         st.just("") | PLAIN_NAMES if kind is tree.PouKind.FUNCTION_BLOCK else st.just(""),
         comments=_COMMENTS,
     )

@@ -1,6 +1,6 @@
 """A PAM of which only the ports are there, for tests of running rigs; it runs no application."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from pydantic import Field
@@ -8,12 +8,13 @@ from pydantic import Field
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link, words_behind
+from fieldrig.settings import Claim
 from fieldrig_bus.dualport.message import Words
 from fieldrig_bus.modbus.message import ModbusMessage
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.tcp.message import TcpMessage
 from fieldrig_devices.pam.language.compiler import checked
-from fieldrig_devices.pam.ports import Ports
+from fieldrig_devices.pam.ports import Ports, byte_order_of
 from fieldrig_devices.pam.ports.access.faces import AccessSettings, MemoryFaces
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import PortOptions
@@ -23,6 +24,10 @@ from fieldrig_devices.pam.runtime.item import Item, RoutineRef
 class HostSettings(AccessSettings):
     program: str = Field(description="text of the application")
     ports: PortOptions = PortOptions()
+    has_power: bool = Field(default=True, description="whether the ports do anything")
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        yield Claim("modbus", "unit", self.unit_id, ("unit_id",))
 
 
 class PortHost(Device):
@@ -43,17 +48,18 @@ class PortHost(Device):
         program, mistakes = checked(settings.program, "program")
         assert not mistakes, mistakes
         memory = Memory(words_behind(dualport))
-        self._clock, self.cycle_number = clock, 0
+        self._clock, self.cycle_number, self._has_power = clock, 0, settings.has_power
         self.reports: list[str] = []
         self._ports = Ports(program, memory, self, settings.ports, send=line.send if line is not None else _drop)
         if line is not None:
             line.on_receive(self._on_line)
-        self._faces = MemoryFaces(clock, memory, self._ports.byte_order, settings, modbus or (), tcp)
+        self._faces = MemoryFaces(clock, memory, byte_order_of(program, settings.ports), settings, modbus or (), tcp)
 
     def start(self) -> None:
         self._faces.open()
-        self._ports.begin(self._clock.now_ns())
-        self._cycle()
+        if self._has_power:
+            self._ports.begin(self._clock.now_ns())
+            self._cycle()
 
     def stop(self) -> None:
         self._faces.close()
@@ -86,7 +92,7 @@ class PortHost(Device):
         found = {"state": Point(lambda: " ".join(self._ports.states.values()))}
         found["reports"] = Point(lambda: " ".join(self.reports))
         for name, items in self._ports.items.items():
-            if name not in ("DualPort", "RS422Port"):
+            if name not in ("DUALPORT", "RS422PORT"):
                 for index, item in enumerate(items):
                     found[f"{name}.{index}"] = _point(item)
         return found

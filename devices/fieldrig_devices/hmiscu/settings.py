@@ -80,8 +80,8 @@ class HmiscuSettings(Channels):
         default_factory=list,
         description="sources of the IEC program, a file or a list; without one, masters work the blocks directly",
     )
-    dialect: Literal["epas-4", "edition-3"] = Field(
-        default="edition-3", description="rules of the language: IEC 61131-3 edition 3, or those of CoDeSys V2.3"
+    dialect: Literal["epas-4", "edition-3", "codesys"] = Field(
+        default="edition-3", description="rules of the language: IEC 61131-3 edition 3, EPAS-4, or CODESYS and TwinCAT"
     )
     modbus: ModbusFaceSettings = Field(
         default_factory=ModbusFaceSettings, description="Modbus server on the buses under links.modbus"

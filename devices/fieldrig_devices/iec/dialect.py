@@ -1,11 +1,11 @@
-"""The language of source texts: that of EPAS-4, or edition 3 of the standard.
+"""The language of source texts: that of EPAS-4, edition 3 of the standard, or what the tools of today accept.
 
 Source: PacDrive manual 4.2 (digest 1.19, 2.2, 2.3 and section 4) for EPAS-4, which is a CoDeSys V2.3; IEC 61131-3:2013
 for edition 3.  Each permission that differs is one field, so a project can also mix them with `dataclasses.replace`.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 
@@ -39,7 +39,8 @@ class Dialect:
     has_unions: bool = False
     """TYPE name : UNION ... END_UNION of today's tools, whose components are at the same address."""
     has_methods: bool = False
-    """METHOD in function blocks and programs, with THIS^; EXTENDS of function blocks and structures, with SUPER^."""
+    """METHOD and PROPERTY in function blocks and programs, with THIS^; EXTENDS of function blocks and structures, with
+    SUPER^."""
     allows_time_fractions: bool = False
     """T#1.5s."""
     allows_negative_times: bool = False
@@ -102,4 +103,6 @@ EDITION_3: Final = Dialect(
     significant_characters=0,
     bit_address_bytes=0,
 )
-DIALECTS: Final[Mapping[str, Dialect]] = {dialect.name: dialect for dialect in (EPAS_4, EDITION_3)}
+CODESYS: Final = replace(EDITION_3, name="codesys", mixes_integers=True, allows_calls_without_brackets=True)
+"""Programs and libraries of CoDeSys V2.3, CODESYS V3 and TwinCAT, which compute with bit strings."""
+DIALECTS: Final[Mapping[str, Dialect]] = {dialect.name: dialect for dialect in (EPAS_4, EDITION_3, CODESYS)}

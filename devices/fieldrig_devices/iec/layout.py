@@ -39,9 +39,11 @@ CALL_SIZE: Final = 20
 """Bytes on the stack for each call: return address, frame, instance, and two saved registers."""
 
 KINDS: Final = {kind: number for number, kind in enumerate(Elementary, 1)}
-"""Numbers of the elementary types in the table of kinds, which has a byte per cell.  0 is not the start of a value."""
+"""Numbers of the elementary types in the table of kinds, which has a byte per cell.  0 is no known value."""
 STRING_KIND: Final = 62
 WIDE_STRING_KIND: Final = 63
+INSIDE: Final = b"\xff"
+"""The kind of all cells of a value but the first one."""
 
 
 def storage(kind: Type) -> Elementary | StringType | None:
@@ -243,10 +245,10 @@ class Images:
                 )
         stored = storage(kind)
         assert stored is not None, kind
-        return bytes([kind_number(stored)]).ljust(kind.size, b"\0")
+        return bytes([kind_number(stored)]).ljust(kind.size, INSIDE)
 
 
-_REFERENCE: Final = bytes([KINDS[Elementary.DWORD]]).ljust(REFERENCE_SIZE, b"\0")
+_REFERENCE: Final = bytes([KINDS[Elementary.DWORD]]).ljust(REFERENCE_SIZE, INSIDE)
 
 
 def start_value(kind: Type, initial: InitialValue | None) -> Value:

@@ -15,6 +15,7 @@ from fieldrig_devices.iec.layout import (
     AREA_SIZE,
     AREAS,
     DATA,
+    INSIDE,
     STACKS,
     STRING_KIND,
     WIDE_STRING_KIND,
@@ -31,6 +32,7 @@ from fieldrig_devices.languages.faults import RunError
 _LETTERS: Final = {1: "Bb", 2: "Hh", 4: "Ii", 8: "Qq"}
 _SINGLE: Final = struct.Struct("<f")
 BY_NUMBER: Final = {kind_number(kind): kind for kind in Elementary}
+_INSIDE: Final = INSIDE[0]
 _LONGEST_VALUE: Final = 512
 """Bytes of the largest value, a WSTRING(255)."""
 
@@ -103,7 +105,7 @@ class Memory:
         """The types that generated code names by number."""
         self.cells: list[Value] = [0] * end
         self.kinds = bytearray(end)
-        """The kinds of values that begin at a cell (`layout.KINDS`); 0 where none begins."""
+        """The kind of the value that begins at a cell (`layout.KINDS`), INSIDE within a value, and 0 if unknown."""
 
     def grow(self, end: int) -> None:
         missing = end - len(self.cells)
@@ -156,7 +158,7 @@ class Memory:
             return self.cells[address : address + size]
         found: list[Value] = [0] * size
         for offset, number in enumerate(kinds):
-            if number:
+            if number != _INSIDE:
                 found[offset] = self.peek(address + offset, number)
         return found
 
@@ -166,7 +168,7 @@ class Memory:
             self.cells[address : address + size] = cells
             return
         for offset, number in enumerate(kinds):
-            if number:
+            if number != _INSIDE:
                 self.poke(address + offset, number, cells[offset])
 
     def of_form(self, address: int, form: int) -> int:
@@ -235,11 +237,11 @@ class Memory:
     def _values(self, address: int, size: int) -> list[tuple[int, bytes]]:
         """Return the values that have a byte from `address` on, with their addresses."""
         start = address
-        while start > max(STACKS, address - _LONGEST_VALUE) and not self.kinds[start]:
+        while start > STACKS and self.kinds[start] == _INSIDE:
             start -= 1
         found = []
         while start < address + size:
-            if self.kinds[start]:
+            if self.kinds[start] not in (0, _INSIDE):
                 found.append((start, self._encoded(start)))
             start += 1
         return found
@@ -256,7 +258,7 @@ class Memory:
     def _room(self, address: int) -> int:
         """Return the size of the string at an address."""
         end = address + 1
-        while end < min(len(self.kinds), address + _LONGEST_VALUE) and not self.kinds[end]:
+        while end < len(self.kinds) and self.kinds[end] == _INSIDE:
             end += 1
         return end - address
 

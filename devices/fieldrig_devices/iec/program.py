@@ -397,6 +397,8 @@ class Pou:
     """The POU that an action or a method belongs to."""
     is_native: bool = False
     """True for a POU of a library that the host implements."""
+    is_accessor: bool = False
+    """True for a method that reads or writes a property."""
     frame_size: int = 0
     """Bytes on the stack, from `layout`, without intermediate results."""
 

@@ -132,8 +132,9 @@ class Max4Settings(Settings):
     program: Annotated[list[ConfigFile], BeforeValidator(_as_list, json_schema_input_type=str | list[str])] = Field(
         default_factory=list, description="sources of the IEC program, which become DEFAULT.PRG: a file or a list"
     )
-    dialect: Literal["epas-4", "edition-3"] = Field(
-        default="epas-4", description="rules of the language: those of the manual, or IEC 61131-3 edition 3"
+    dialect: Literal["epas-4", "edition-3", "codesys"] = Field(
+        default="epas-4",
+        description="rules of the language: the manual, IEC 61131-3 edition 3, or CODESYS and TwinCAT",
     )
     iec_tasks: list[Symbol] = Field(
         default_factory=list, description="IEC Task objects: the first one observes the first task, and so on"

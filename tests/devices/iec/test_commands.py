@@ -77,7 +77,9 @@ def test_the_dialect_decides(tmp_path: Path) -> None:
     file = saved(tmp_path / "a.st", "PROGRAM PLC_PRG VAR a : LINT; END_VAR a := a + 1; END_PROGRAM")
     assert iec("check", file).exit_code == 2
     assert iec("check", file, "--dialect", "edition-3").exit_code == 0
-    assert "expected epas-4 or edition-3, got 'edition-4'" in iec("check", file, "--dialect", "edition-4").output
+    assert (
+        "expected epas-4, edition-3 or codesys, got 'edition-4'" in iec("check", file, "--dialect", "edition-4").output
+    )
 
 
 def test_a_program_is_checked_for_the_objects_of_a_controller() -> None:

@@ -1,9 +1,10 @@
 """All declarations of a project, in the order of work: names, types, variables, start values."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import inheritance, initials
+from fieldrig_devices.iec.check import inheritance, initials, properties
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import UNKNOWN, Entity, Pending, PouSource, Project, Start
 from fieldrig_devices.iec.check.sizes import DEEPEST, Sizes
@@ -149,6 +150,12 @@ class Declarations:
         """Declare a method as a function that works with an instance; one that is overridden has a further name."""
         project, pou = self._project, outer.pou
         name = project.key(node.name)
+        blocks = node.blocks
+        if node.accessor:
+            project.properties.add(name)
+        if node.accessor == "SET":
+            node, blocks = _writer(node)
+            name = project.key(node.name)
         versions = outer.line.versions.setdefault(name, []) if outer.line is not None else []
         if pou.kind is PouKind.FUNCTION:
             project.reports.say(pou.file, node.place, "a method of a function", "a method of a function block")
@@ -157,10 +164,10 @@ class Declarations:
             project.reports.say(pou.file, node.place, what, "another name")
         else:
             title = f"{node.name}@{level}" if versions else node.name
-            made = Pou(PouKind.FUNCTION, f"{pou.name}.{title}", file, owner=pou)
+            made = Pou(PouKind.FUNCTION, f"{pou.name}.{title}", file, owner=pou, is_accessor=bool(node.accessor))
             versions.append((level, made))
             name = f"{name}@{level}" if name in pou.methods else name
-            own = tree.Pou(PouKind.FUNCTION, node.name, node.result, node.blocks, node.body, place=node.place)
+            own = tree.Pou(PouKind.FUNCTION, node.name, node.result, blocks, node.body, place=node.place)
             pou.methods[name] = project.pous[f"{project.key(pou.name)}.{name}"] = made
             project.sources[made] = PouSource(made, own, outer.is_library, outer=outer, level=level)
 
@@ -231,3 +238,10 @@ class Declarations:
     def config_blocks(self) -> list[tuple[tree.Variables, str]]:
         """The blocks VAR_CONFIG."""
         return self._config_blocks
+
+
+def _writer(node: tree.Method) -> tuple[tree.Method, tuple[tree.Variables, ...]]:
+    """Return the method that writes a property, and its variables, of which the first is the value."""
+    value = tree.Variable(node.name, node.result or tree.NamedType("BOOL"), place=node.place)
+    inputs = tree.Variables(tree.Section.INPUT, (value,), place=node.place)
+    return replace(node, name=properties.name_to_write(node.name), result=None), (inputs, *node.blocks)

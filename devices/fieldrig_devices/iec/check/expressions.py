@@ -19,7 +19,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import assignable, calls, operators, places, references
+from fieldrig_devices.iec.check import assignable, calls, operators, places, properties, references
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.places import Meaning
 from fieldrig_devices.iec.check.project import UNKNOWN
@@ -170,6 +170,9 @@ def _typed_literal(of: Expressions, node: tree.Literal) -> Expression | None:
 
 
 def _named(of: Expressions, node: tree.Expression, wanted: Type | None) -> Expression | None:
+    reading = properties.reading(of, node) if of.context.project.properties else None
+    if reading is not None:
+        return calls.value(of, reading[0], wanted) if reading else None
     found = places.meaning(of, node)
     if found is None or isinstance(found, Constant):
         return found

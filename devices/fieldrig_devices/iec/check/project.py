@@ -98,6 +98,8 @@ class Project:
     def __init__(self, host: Host, dialect: Dialect, limits: Limits) -> None:
         self.host, self.dialect, self.limits = host, dialect, limits
         self.reports = Reports()
+        self.properties: set[str] = set()
+        """The names of all properties."""
         self.key = Keys(dialect).__getitem__
         self.names: dict[str, Entity | Pending] = {}
         self.declared_at: dict[str, tuple[str, tree.Place]] = {}

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from fieldrig_devices.iec import program, tree
-from fieldrig_devices.iec.check import blocks, references
+from fieldrig_devices.iec.check import blocks, properties, references
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.operators import integer_of
@@ -52,9 +52,15 @@ class Statements:
 
     # ---- assignments and calls
 
-    def _assign(self, node: tree.Assign) -> AnyStatement | None:
+    def _assign(self, node: tree.Assign) -> AnyStatement | list[AnyStatement] | None:
         if node.kind is tree.AssignKind.REFER:
             return references.assignment(self.expressions, node)
+        if node.kind is tree.AssignKind.PLAIN and self.context.project.properties:
+            writing = properties.writing(self.expressions, node)
+            if writing is not None:
+                return [
+                    made for call in writing for made in blocks.call_statement(self.expressions, call, node.place.line)
+                ]
         target = self.expressions.target(node.target)
         if target is None:
             self.expressions.expression(node.value)

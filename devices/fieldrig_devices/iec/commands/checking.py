@@ -27,7 +27,7 @@ def check(
 
     \b
         fieldrig iec check conveyor.st
-        fieldrig iec check project/ --dialect edition-3
+        fieldrig iec check project/ --dialect codesys
         fieldrig iec check conveyor.st --rig line.yaml --device controller
 
     All files together are one program. A program that names objects of a controller needs --rig. The exit code is 0

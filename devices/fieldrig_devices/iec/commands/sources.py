@@ -1,6 +1,6 @@
 """The source files that a command is given, and the dialect that they are written in."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -26,7 +26,7 @@ SUFFIXES: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut", "
 def dialect_named(name: str) -> "Dialect":
     """Return the dialect of an option.  BadParameter for an unknown name."""
     if name not in DIALECTS:
-        raise typer.BadParameter(f"expected {' or '.join(DIALECTS)}, got {name!r}", param_hint="--dialect")
+        raise typer.BadParameter(f"expected {_listed(DIALECTS)}, got {name!r}", param_hint="--dialect")
     return DIALECTS[name]
 
 
@@ -54,3 +54,8 @@ def read_text(path: Path) -> str:
         return decoded(data)
     except ValueError as cause:
         raise UsageError(f"{path} cannot be read", str(cause)) from cause
+
+
+def _listed(names: Iterable[str]) -> str:
+    *others, last = names
+    return f"{', '.join(others)} or {last}"

@@ -34,6 +34,11 @@ class Raw:
     actions: list[Part] = field(default_factory=list)
     transitions: list[Part] = field(default_factory=list)
     comments: tuple[str, ...] = ()
+    methods: list["Raw"] = field(default_factory=list)
+    """Methods, and the accessors of properties."""
+    accessor: str = ""
+    """GET or SET for an accessor, whose property has the type `result`."""
+    extends: str = ""
 
 
 def assemble(raws: Sequence[Raw], others: Sequence[tree.Declaration], fragments: Fragments) -> list[tree.Pou]:
@@ -70,6 +75,7 @@ def _pou(raw: Raw, kinds: Kinds, fragments: Fragments) -> tree.Pou:
     with fragments.report.inside(f"{raw.kind.value} {raw.name[:60]}"):
         main = _joined([bodies.body(drawn) for drawn in raw.bodies], fragments, place)
         actions = [_action(part, bodies, fragments) for part in raw.actions]
+        methods = [_method(method, raw, kinds, fragments) for method in raw.methods]
     return tree.Pou(
         raw.kind,
         raw.name,
@@ -77,10 +83,23 @@ def _pou(raw: Raw, kinds: Kinds, fragments: Fragments) -> tree.Pou:
         (*raw.blocks, *hidden.block()),
         main,
         (*actions, *bodies.actions),
+        tuple(methods),
+        raw.extends,
         comments=raw.comments,
         place=place,
         end=tree.Place(max((drawn.line for drawn in raw.bodies), default=raw.line), 1),
     )
+
+
+def _method(raw: Raw, outer: Raw, kinds: Kinds, fragments: Fragments) -> tree.Method:
+    inner = kinds.of_pou(outer.name, outer.blocks, None).of_pou(raw.name, raw.blocks, raw.result)
+    place = tree.Place(raw.line, 1)
+    hidden = Hidden({raw.name.casefold(), *inner.variables, *inner.pous, *inner.types}, has_memory=False)
+    with fragments.report.inside(f"method {raw.name[:60]}"):
+        bodies = Bodies(fragments, hidden, inner)
+        body = _joined([bodies.body(drawn) for drawn in raw.bodies], fragments, place)
+    blocks = (*raw.blocks, *hidden.block())
+    return tree.Method(raw.name, raw.result, blocks, body, accessor=raw.accessor, comments=raw.comments, place=place)
 
 
 def _action(part: Part, bodies: Bodies, fragments: Fragments) -> tree.Action:

@@ -52,19 +52,31 @@ def _pou(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
                 _implementation(part, pieces, report)
                 pieces.close("END_METHOD")
             else:
-                report.mistake(line_of(part), "A method is not supported", "actions", "Choose the dialect edition-3.")
+                report.mistake(line_of(part), "A method is not supported", "actions", "Choose the dialect codesys.")
     for part in elements(of, "Property"):
-        report.mistake(
-            line_of(part),
-            f"The property {attribute(part, 'Name')[:60]} is not supported",
-            "methods, functions, function blocks and actions",
-            "Turn it into a method or into a variable.",
-        )
+        with report.inside(f"property {attribute(part, 'Name')[:60]}"):
+            if dialect.has_methods:
+                _property(part, pieces, report)
+            else:
+                report.mistake(line_of(part), "A property is not supported", "actions", "Choose the dialect codesys.")
     for part in elements(of, "Transition"):
         report.mistake(
             line_of(part), f"The transition {attribute(part, 'Name')[:60]} belongs to an SFC body", hint=_EXPORT
         )
     return _parsed(pieces, report, dialect)
+
+
+def _property(of: Element, pieces: Pieces, report: Report) -> None:
+    _declaration(of, pieces, report)
+    for part in elements(of):
+        if name_of(part) in ("Get", "Set"):
+            word = name_of(part).upper()
+            pieces.add(word, line_of(part))
+            if element(part, "Declaration") is not None:
+                _declaration(part, pieces, report)
+            _implementation(part, pieces, report)
+            pieces.close(f"END_{word}")
+    pieces.close("END_PROPERTY")
 
 
 def _declared(of: Element, report: Report, dialect: Dialect) -> tree.Unit:

@@ -1,6 +1,7 @@
-"""Methods of function blocks and programs, as edition 3 of the standard and today's tools write them.
+"""Methods and properties of function blocks and programs, as edition 3 of the standard and today's tools write them.
 
-A method comes before the body of its POU, behind it, or behind the POU.
+They come before the body of their POU, behind it, or behind the POU.  A property consists of a method that reads it and
+a method that writes it, of which one may be missing.
 """
 
 from typing import Final
@@ -15,7 +16,45 @@ MODIFIERS: Final = frozenset({"PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "ABS
 
 
 class Methods(Configurations):
-    """Reads methods."""
+    """Reads methods and properties."""
+
+    def methods(self) -> list[tree.Method]:
+        """Read a method, or the parts of a property."""
+        return [self.method()] if self.kinds[self.i] == "METHOD" else self._property()
+
+    def _property(self) -> list[tree.Method]:
+        """Read PROPERTY name : type GET ... END_GET SET ... END_SET END_PROPERTY."""
+        opening = self.i
+        self.gather()
+        front = self.taken()
+        self.enter()
+        self.i += 1
+        head = tree.Method("", None, (), tree.StBody(()), place=self.places[opening])
+        self._header(head)
+        found: list[tree.Method] = []
+        while self.is_word("GET") or self.is_word("SET"):
+            found.append(self._accessor(head))
+        if not found:
+            self.say(opening, f"the property {head.name} cannot be read or written", "GET ... END_GET")
+        self._end("END_PROPERTY", opening, "PROPERTY")
+        self.depth -= 1
+        if found:
+            found[0].comments = front + found[0].comments
+        return found
+
+    def _accessor(self, head: tree.Method) -> tree.Method:
+        opening, word = self.i, self.texts[self.i].upper()
+        self.i += 1
+        found = tree.Method(
+            head.name, head.result, (), tree.StBody(()), head.modifiers, word, place=self.places[opening]
+        )
+        found.blocks, found.body = self.blocks(), self.body()
+        self.gather()
+        found.after = self.taken()
+        self._end(f"END_{word}", opening, word)
+        self.gather_from(opening)
+        found.comments, found.remark = self.taken(), self.remark()
+        return found
 
     def method(self) -> tree.Method:
         """Read METHOD name ... END_METHOD."""
@@ -25,12 +64,7 @@ class Methods(Configurations):
         self.enter()
         self.i += 1
         found = tree.Method("", None, (), tree.StBody(()), place=self.places[opening])
-        try:
-            self._method_header(found)
-        except UnexpectedError:
-            line = self.places[opening].line
-            while self.places[self.i].line == line and self.kinds[self.i] != token.END:
-                self.i += 1
+        self._header(found)
         found.blocks, found.body = self.blocks(), self.body()
         self.gather()
         found.after = self.taken()
@@ -39,6 +73,15 @@ class Methods(Configurations):
         self.gather_from(opening)
         found.comments, found.remark = front + self.taken(), self.remark()
         return found
+
+    def _header(self, found: tree.Method) -> None:
+        """Read what is in the first line, and skip the line after a mistake."""
+        line = found.place.line
+        try:
+            self._method_header(found)
+        except UnexpectedError:
+            while self.places[self.i].line == line and self.kinds[self.i] != token.END:
+                self.i += 1
 
     def _method_header(self, found: tree.Method) -> None:
         while self.texts[self.i].upper() in MODIFIERS and self.kinds[self.i + 1] == token.NAME:

@@ -13,7 +13,7 @@ from fieldrig_devices.iec.parser.declarations import SECTIONS
 from fieldrig_devices.iec.parser.methods import Methods
 
 POUS: Final = {kind.value: kind for kind in tree.PouKind}
-_PARTS: Final = ("ACTION", "METHOD")
+_PARTS: Final = ("ACTION", "METHOD", "PROPERTY")
 _TOP: Final = frozenset((*POUS, *_PARTS, "TYPE", "VAR_GLOBAL", "VAR_CONFIG", "CONFIGURATION", "RESOURCE", token.END))
 _OOP: Final = frozenset({"METHOD", "PROPERTY", "INTERFACE", "NAMESPACE", "CLASS"})
 
@@ -58,14 +58,16 @@ class Units(Methods):
 
     def _part_of(self, pou: tree.Declaration | None) -> None:
         """Read an action or a method that follows its POU."""
-        part = self.action() if self.kinds[self.i] == "ACTION" else self.method()
+        what, place = self.kinds[self.i].lower(), self.places[self.i]
+        parts = [self.action()] if what == "action" else self.methods()
         if not isinstance(pou, tree.Pou):
-            what = "action" if isinstance(part, tree.Action) else "method"
-            self.say_at(part.place, f"the {what} {part.name} belongs to no POU", "a POU in front of it")
-        elif isinstance(part, tree.Action):
-            pou.actions += (part,)
-        else:
-            pou.methods += (part,)
+            self.say_at(place, f"the {what} {parts[0].name if parts else ''} belongs to no POU", "a POU in front of it")
+            return
+        for part in parts:
+            if isinstance(part, tree.Action):
+                pou.actions += (part,)
+            else:
+                pou.methods += (part,)
 
     def _wrong_declaration(self, kind: str) -> None:
         hint = ""
@@ -120,12 +122,13 @@ class Units(Methods):
         front = self.taken()
         kind = POUS[self.kinds[opening]]
         self.i += 1
+        modifiers = self._modifiers(kind)
         name, result, extends = self._pou_header(kind)
         blocks = self.blocks()
         self.actions = []
         methods: list[tree.Method] = []
-        while self.kinds[self.i] == "METHOD":
-            methods.append(self.method())
+        while self.kinds[self.i] in ("METHOD", "PROPERTY"):
+            methods += self.methods()
         body = self.body()
         actions = self.actions
         self.gather()
@@ -134,14 +137,15 @@ class Units(Methods):
             if self.kinds[self.i] == "ACTION":
                 actions.append(self.action())
             else:
-                methods.append(self.method())
+                methods += self.methods()
         word = f"END_{kind.value}"
         end = self.places[self.i]
         self.gather()
         rest += self.taken()
         self._end_of_pou(word, kind, name, opening)
         parts = tuple(actions), tuple(methods)
-        found = tree.Pou(kind, name, result, blocks, body, *parts, extends, end, place=self.places[opening])
+        place = self.places[opening]
+        found = tree.Pou(kind, name, result, blocks, body, *parts, extends, modifiers, end, place=place)
         found.comments, found.remark = front, self.remark()
         found.after = rest
         return found
@@ -163,18 +167,24 @@ class Units(Methods):
         line = self.places[opening].line
         self.say(self.i, f"got {self.shown(self.i)}", f"{word} for {kind.value} {name} in line {line}")
 
+    def _modifiers(self, kind: tree.PouKind) -> tuple[str, ...]:
+        """Read words such as ABSTRACT in front of the name, which have no effect."""
+        found: list[str] = []
+        while self.texts[self.i].upper() in _MODIFIERS and self.kinds[self.i + 1] == token.NAME:
+            if self.begins_line(self.i + 1):
+                break
+            if self.dialect.has_methods:
+                found.append(self.texts[self.i].upper())
+            else:
+                what = f"the name of the {kind.value}"
+                self.say(self.i, f"got {self.texts[self.i]}", what, f"Remove {self.texts[self.i]}.")
+            self.i += 1
+        return tuple(found)
+
     def _pou_header(self, kind: tree.PouKind) -> tuple[str, tree.TypeSpec | None, str]:
         """Read the name, the type of a function's result, and the function block that is extended."""
         at = self.i
         try:
-            if (
-                self.texts[at].upper() in _MODIFIERS
-                and self.kinds[at + 1] == token.NAME
-                and not self.begins_line(at + 1)
-            ):
-                self.say(at, f"got {self.texts[at]}", f"the name of the {kind.value}", f"Remove {self.texts[at]}.")
-                self.i += 1
-            at = self.i
             name = self.name(f"the name of the {kind.value}")
             extends = ""
             if self.dialect.has_methods and kind is tree.PouKind.FUNCTION_BLOCK and self.accept_word("EXTENDS"):

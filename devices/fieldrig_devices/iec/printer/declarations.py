@@ -141,7 +141,8 @@ def _element(element: tree.Initial | tree.Repeated) -> str:
 
 
 def _pou(lines: Lines, pou: tree.Pou) -> None:
-    lines.add(f"{pou.kind.value} {pou.name}{f' EXTENDS {pou.extends}' if pou.extends else ''}")
+    extends = ("EXTENDS", pou.extends) if pou.extends else ()
+    lines.add(" ".join([pou.kind.value, *pou.modifiers, pou.name, *extends]))
     if pou.result is not None:
         lines.append(" : ")
         _spec(lines, pou.result)
@@ -151,11 +152,18 @@ def _pou(lines: Lines, pou: tree.Pou) -> None:
     if pou.blocks:
         lines.add("")
     body(lines, pou.body)
+    before: tree.Method | None = None
     for method in pou.methods:
-        lines.add("")
-        lines.front(method)
-        _method(lines, method)
-        lines.behind(method)
+        if method.accessor:
+            _accessor(lines, method, before)
+        else:
+            _end_of_property(lines, before)
+            lines.add("")
+            lines.front(method)
+            _method(lines, method)
+            lines.behind(method)
+        before = method
+    _end_of_property(lines, before)
     for action in pou.actions:
         lines.add("")
         lines.front(action)
@@ -168,11 +176,39 @@ def _pou(lines: Lines, pou: tree.Pou) -> None:
     lines.add(f"END_{pou.kind.value}")
 
 
-def _method(lines: Lines, method: tree.Method) -> None:
-    lines.add(" ".join(["METHOD", *method.modifiers, method.name]))
+def _accessor(lines: Lines, method: tree.Method, before: tree.Method | None) -> None:
+    """Print a part of a property; parts of the same one that follow each other are together."""
+    is_further = before is not None and (before.name, before.accessor, method.accessor) == (method.name, "GET", "SET")
+    if not is_further or before is None or before.result != method.result or before.modifiers != method.modifiers:
+        _end_of_property(lines, before)
+        lines.add("")
+        _head(lines, "PROPERTY", method)
+    lines.front(method)
+    lines.add(method.accessor)
+    _inside(lines, method)
+    lines.add(f"END_{method.accessor}")
+    lines.behind(method)
+
+
+def _end_of_property(lines: Lines, before: tree.Method | None) -> None:
+    if before is not None and before.accessor:
+        lines.add("END_PROPERTY")
+
+
+def _head(lines: Lines, word: str, method: tree.Method) -> None:
+    lines.add(" ".join([word, *method.modifiers, method.name]))
     if method.result is not None:
         lines.append(" : ")
         _spec(lines, method.result)
+
+
+def _method(lines: Lines, method: tree.Method) -> None:
+    _head(lines, "METHOD", method)
+    _inside(lines, method)
+    lines.add("END_METHOD")
+
+
+def _inside(lines: Lines, method: tree.Method) -> None:
     for block in method.blocks:
         lines.front(block)
         variables(lines, block)
@@ -180,7 +216,6 @@ def _method(lines: Lines, method: tree.Method) -> None:
         lines.add("")
     body(lines, method.body)
     lines.comments(method.after)
-    lines.add("END_METHOD")
 
 
 def body(lines: Lines, of: tree.Body) -> None:

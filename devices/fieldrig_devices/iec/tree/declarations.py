@@ -54,7 +54,7 @@ class Action(Statement):
 
 @dataclass(slots=True)
 class Method(Statement):
-    """A method of a function block or program, with variables of its own for each call."""
+    """A method of a function block or program, with variables of its own for each call; or a part of a property."""
 
     name: str
     result: TypeSpec | None
@@ -62,6 +62,8 @@ class Method(Statement):
     body: Body
     modifiers: tuple[str, ...] = ()
     """Words such as PUBLIC, in capitals."""
+    accessor: str = ""
+    """GET or SET for a part of a property, whose type is then `result`; empty for a method."""
 
 
 @dataclass(slots=True)
@@ -76,6 +78,8 @@ class Pou(Statement):
     methods: tuple[Method, ...] = ()
     extends: str = ""
     """The function block that this one extends; empty for none."""
+    modifiers: tuple[str, ...] = ()
+    """Words such as ABSTRACT in front of the name, in capitals."""
     end: Place = field(default=NOWHERE, compare=False, repr=False)
 
 

@@ -7,7 +7,7 @@ from typing import Any, Final
 from fieldrig_devices.pam.objects.options import Options
 from fieldrig_devices.pam.runtime.item import Kernel
 from fieldrig_devices.pamring.ends import PamPort
-from fieldrig_devices.pamring.frames import Answer, Configuration, NodeType, Order, Read
+from fieldrig_devices.pamring.frames import Answer, Configuration, InputChanged, NodeType, Order, Read
 
 LAST_NUMBER: Final = 65535
 """Orders and requests are numbered from 1 to this, and again."""
@@ -26,18 +26,23 @@ class RingNode:
     component: tuple[str, int] | None = None
     """The NODES_GROUP and the number of the component that the node belongs to."""
     items: list[Configuration] = field(default_factory=list)
-    receivers: dict[int, Callable[[Any], None]] = field(default_factory=dict)
-    """The objects that take the reports on an item."""
+    receivers: dict[tuple[type, int], Callable[[Any], None]] = field(default_factory=dict)
+    """The objects that take the reports on an item, by the class of the report and the item."""
     axis_receiver: Callable[[Any], None] | None = None
     is_active: bool = True
     error_word: int = 0
 
-    def add(self, make: Callable[[int], Configuration], receiver: Callable[[Any], None] | None = None) -> int:
-        """Configure an item, whose number `make` gets and this returns."""
+    def add(
+        self,
+        make: Callable[[int], Configuration],
+        receiver: Callable[[Any], None] | None = None,
+        report: type = InputChanged,
+    ) -> int:
+        """Configure an item, whose number `make` gets and this returns; `receiver` takes its reports of one class."""
         item = len(self.items) + 1
         self.items.append(make(item))
         if receiver is not None:
-            self.receivers[item] = receiver
+            self.receivers[report, item] = receiver
         return item
 
     def send(self, order: Order) -> None:
@@ -65,6 +70,10 @@ class Site:
         """The number of the present basic cycle."""
         self.nodes: dict[str, list[RingNode]] = {}
         self.free_groups = list(range(1, MOST_GROUPS + 1))
+        self.dependents: dict[str, list[str]] = {}
+        """The objects whose answers follow from those of an axis: its sets and zero positioners."""
+        self.periods_changed: Callable[[], None] = lambda: None
+        """Called when a program has changed the period of a block."""
         self.changes = 0
         """Number of commands and parameters that change what pipes compute; a pipe at rest sleeps until the next."""
         self.moved: set[str] = set()
@@ -76,6 +85,12 @@ class Site:
         self._moved_before: set[str] = set()
         self._number = self._request = 0
         self._requests: dict[int, _Request] = {}
+
+    def touched(self, name: str) -> None:
+        """Tell the run time that an axis has changed, and what depends on it."""
+        self.kernel.touched(name)
+        for dependent in self.dependents.get(name, ()):
+            self.kernel.touched(dependent)
 
     def next_number(self) -> int:
         """Return the number of the next order to axes."""
@@ -109,7 +124,7 @@ class Site:
             work()
         if self.moved != self._moved_before:
             for name in self.moved ^ self._moved_before:
-                self.kernel.touched(name)
+                self.touched(name)
         self.moved, self._moved_before = self._moved_before, self.moved
         self.moved.clear()
 
@@ -120,6 +135,9 @@ class Site:
             if request.answer is not None and cycles >= request.least_cycles:
                 del self._requests[number]
                 request.then(request.answer.value)
+            elif not request.node.is_active:
+                del self._requests[number]
+                request.then(None)
             elif cycles >= self.options.read_timeout_cycles:
                 del self._requests[number]
                 self.kernel.report("07..E021", (request.node.address,))

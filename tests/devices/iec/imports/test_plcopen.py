@@ -315,8 +315,8 @@ def test_program_calls_have_no_instance() -> None:
         (tc6('<pous><pou name="P" pouType="class"/></pous>'), "The POU P has the type class"),
         (tc6('<pous><pou name="1P" pouType="program"/></pous>'), '"1P" cannot be the name of a POU'),
         (
-            tc6(pou(ST).replace("</pou>", '<addData><data name="m"><Method name="Run"/></data></addData></pou>')),
-            "The method Run is not supported",
+            tc6(pou(ST).replace("</interface>", "<addData><Implements>I_Run</Implements></addData></interface>")),
+            "The interface I_Run is not supported",
         ),
         (interface("<localVars><variable name='v'><type/></variable></localVars>"), "variable v: The type is missing"),
         (interface(f"<localVars>{variable('v', '<ANY/>')}</localVars>"), "The type ANY is not known"),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from iec_program import ENOUGH_NS, IecBench, PlainHost, program
 
 from fieldrig_devices.iec.compiler import compile_project
-from fieldrig_devices.iec.dialect import EDITION_3
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3
 from fieldrig_devices.iec.runtime import Runtime, Start
 from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.languages.source_file import SourceFile
@@ -296,3 +296,46 @@ def test_the_same_counter_counts_the_same_in_every_language(resets: list[bool]) 
         running.cycle()
         expected = 17 if reset else expected + 1
         assert {name: running[f"c{name}.Out"] for name in BODIES} == dict.fromkeys(BODIES, expected)
+
+
+OBJECTS = """
+<addData><data name="http://www.3s-software.com/plcopenxml/method" handleUnknown="implementation">
+<Method name="Fill" ObjectId="3f4c6c0e-0000-0000-0000-000000000001">
+<interface><returnType><BOOL/></returnType>
+<inputVars><variable name="by_mm"><type><INT/></type></variable></inputVars></interface>
+<body><ST><xhtml xmlns="http://www.w3.org/1999/xhtml">Height := Height + by_mm;
+Fill := Height &gt;= limit;</xhtml></ST></body><addData/></Method></data>
+<data name="http://www.3s-software.com/plcopenxml/method" handleUnknown="implementation">
+<Method name="Is_Low"><interface><returnType><BOOL/></returnType></interface>
+<body><LD>{ladder}</LD></body></Method></data>
+<data name="http://www.3s-software.com/plcopenxml/property" handleUnknown="implementation">
+<Property name="Height"><interface><returnType><INT/></returnType></interface>
+<GetAccessor><interface/><body><ST><xhtml xmlns="http://www.w3.org/1999/xhtml">Height := level;</xhtml></ST></body>
+</GetAccessor><SetAccessor><interface/>
+<body><ST><xhtml xmlns="http://www.w3.org/1999/xhtml">level := MIN(Height, limit);</xhtml></ST></body></SetAccessor>
+</Property></data></addData>
+"""
+BLOCK = "functionBlock"
+INHERITANCE = (
+    '<addData><data name="http://www.3s-software.com/plcopenxml/pouinheritance" handleUnknown="implementation">'
+    "<Inheritance><Extends>Tank</Extends></Inheritance></data></addData>"
+)
+
+
+def test_methods_properties_and_inheritance_of_an_export_of_codesys_run() -> None:
+    ladder = rail() + contact("1", "empty", "0") + coil("2", "Is_Low", "1")
+    tank = named("Tank", pou("<ST/>", variables={"level": "INT", "limit": "INT", "empty": "BOOL"}, kind=BLOCK))
+    tank = tank.replace("localVars", "inputVars").replace("</pou>", OBJECTS.format(ladder=ladder) + "</pou>")
+    large = named("Large", pou("<ST/>", kind=BLOCK)).replace("</interface>", f"{INHERITANCE}</interface>")
+    body = "tank.limit := 50; tank.empty := TRUE; full := tank.Fill(30); low := tank.Is_Low(); height := tank.Height;"
+    variables = {"tank": '<derived name="Large"/>', "full": "BOOL", "low": "BOOL", "height": "INT"}
+    main = named("PLC_PRG", pou(f"<ST><xhtml:p>{body}</xhtml:p></ST>", variables=variables))
+    running = IecBench(tc6(tank + large + main), CODESYS)
+    running.cycle()
+    assert (running["full"], running["height"], running["low"]) == (False, 30, True)
+    running.cycle()
+    assert (running["full"], running["height"]) == (True, 50)
+
+
+def named(name: str, document: str) -> str:
+    return document.replace('<pou name="P"', f'<pou name="{name}"')

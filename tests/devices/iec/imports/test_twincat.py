@@ -137,7 +137,7 @@ def test_a_task_calls_its_programs() -> None:
         ('<POU Name="P"><Declaration>VAR END_VAR</Declaration></POU>', "The declaration has no header"),
         (
             '<POU Name="P"><Declaration>PROGRAM P</Declaration><Property Name="M"/></POU>',
-            "The property M is not supported",
+            "property M: The <Declaration> is missing",
         ),
         ("<TcVis/>", "The file contains TcVis; expected a POU, DUT, GVL or Task"),
         ('<Task Name="T"><CycleTime>fast</CycleTime></Task>', "CycleTime is fast; expected a whole number"),

@@ -11,7 +11,7 @@ import pytest
 from doc_pages import ROOT, Block, Row, blocks, code_in, prose, rows
 from library_bench import Bench
 
-from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
+from fieldrig_devices.iec.dialect import DIALECTS, EDITION_3, EPAS_4
 from fieldrig_devices.iec.instructions import BRACKETS, CONDITIONAL, NEGATABLE, SPELLINGS
 from fieldrig_devices.iec.library.conversions import convert
 from fieldrig_devices.iec.library.intrinsics import OPERATORS, formal_names, is_standard
@@ -109,7 +109,7 @@ def test_table_of_blocks_has_every_block_with_its_pins() -> None:
 def test_table_of_dialects_has_a_row_for_each_difference() -> None:
     said = [row.cells[1:] for row in rows_of("Dialects", "permission")]
     names = [field.name for field in fields(EPAS_4) if field.name != "name"]
-    assert said == [tuple(_word(getattr(dialect, name)) for dialect in (EPAS_4, EDITION_3)) for name in names]
+    assert said == [tuple(_word(getattr(dialect, name)) for dialect in DIALECTS.values()) for name in names]
 
 
 def _word(value: bool | int) -> str:

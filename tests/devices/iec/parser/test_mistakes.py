@@ -246,16 +246,19 @@ def test_a_comma_behind_the_last_argument_is_refused_by_epas() -> None:
     ("text", "expected"),
     [
         ("TYPE e : (a, b) REAL; END_TYPE", ["1:17 got REAL behind an enumeration; ;"]),
-        (
-            (
-                "FUNCTION_BLOCK f\nx := 1;\nPROPERTY PUBLIC m : BOOL\nVAR a : INT; END_VAR\na := 1;\nEND_PROPERTY\n"
-                "y = 2;\nEND_FUNCTION_BLOCK"
-            ),
-            ["3:1 a PROPERTY is not supported; a statement", "7:3 got =; :="],
-        ),
-        ("FUNCTION_BLOCK PUBLIC f\nEND_FUNCTION_BLOCK", ["1:16 got PUBLIC; the name of the FUNCTION_BLOCK"]),
         (HEAD + "b : Block(n := 1);\nEND_VAR\nEND_PROGRAM", ["3:10 got (; ; or :="]),
     ],
 )
 def test_what_only_todays_tools_have_is_refused_once(text: str, expected: list[str]) -> None:
     assert messages(text, EDITION_3) == expected
+
+
+def test_what_the_controller_does_not_have_is_skipped_to_its_end() -> None:
+    text = (
+        "FUNCTION_BLOCK f\nx := 1;\nPROPERTY PUBLIC m : BOOL\nVAR a : INT; END_VAR\na := 1;\nEND_PROPERTY\n"
+        "y = 2;\nEND_FUNCTION_BLOCK"
+    )
+    assert messages(text) == ["3:1 a PROPERTY is not supported; a statement", "7:3 got =; :="]
+    assert messages("FUNCTION_BLOCK PUBLIC f\nEND_FUNCTION_BLOCK") == [
+        "1:16 got PUBLIC; the name of the FUNCTION_BLOCK"
+    ]

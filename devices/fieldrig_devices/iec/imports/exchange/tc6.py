@@ -105,7 +105,8 @@ def _pou(of: Element, fragments: Fragments) -> Raw | None:
         raw.bodies = [drawn for body in elements(of, "body") if (drawn := read_body(body, report)) is not None]
         raw.actions = _parts(element(of, "actions"), "action", fragments)
         raw.transitions = _parts(element(of, "transitions"), "transition", fragments)
-        _objects(of, fragments)
+        raw.methods = _methods(of, fragments)
+        raw.extends = _extends(interface, fragments)
         return raw
 
 
@@ -128,15 +129,64 @@ def _parts(of: Element | None, name: str, fragments: Fragments) -> list[Part]:
     return found
 
 
-def _objects(of: Element, fragments: Fragments) -> None:
-    """Methods and properties are object orientation, which the language does not have."""
+def _methods(of: Element, fragments: Fragments) -> list[Raw]:
+    """The methods and properties that the tools of the CODESYS family add to a POU."""
+    found: list[Raw] = []
     for added in of.iter("{*}Method", "{*}Property"):
+        name, kind = attribute(added, "name").strip(), name_of(added).lower()
+        if not fragments.dialect.has_methods:
+            fragments.report.mistake(
+                line_of(added),
+                f"The {kind} {name[:60]} is not supported",
+                "functions, function blocks and actions",
+                "Choose the dialect codesys.",
+            )
+        elif fragments.is_name(name, line_of(added), f"a {kind}"):
+            with fragments.report.inside(f"{kind} {name[:60]}"):
+                found += [_method(added, fragments)] if kind == "method" else _property(added, fragments)
+    return found
+
+
+def _method(of: Element, fragments: Fragments) -> Raw:
+    interface = element(of, "interface")
+    result = element(interface, "returnType")
+    raw = Raw(tree.PouKind.FUNCTION, attribute(of, "name").strip(), line_of(of))
+    raw.comments = comment_of(element(of, "documentation"))
+    raw.result = read_type(result, fragments) if result is not None else None
+    raw.blocks = _blocks(of, interface, fragments)
+    raw.bodies = [drawn for body in elements(of, "body") if (drawn := read_body(body, fragments.report)) is not None]
+    return raw
+
+
+def _property(of: Element, fragments: Fragments) -> list[Raw]:
+    kind = read_type(element(element(of, "interface"), "returnType"), fragments)
+    found: list[Raw] = []
+    for part in elements(of):
+        word = name_of(part).upper().removesuffix("ACCESSOR")
+        if word in ("GET", "SET"):
+            raw = _method(part, fragments)
+            raw.name, raw.result, raw.accessor = attribute(of, "name").strip(), kind, word
+            found.append(raw)
+    return found
+
+
+def _extends(interface: Element | None, fragments: Fragments) -> str:
+    """The function block that a POU extends; interfaces that it implements are left out with a message."""
+    if interface is None:
+        return ""
+    for added in interface.iter("{*}Implements"):
         fragments.report.mistake(
             line_of(added),
-            f"The {name_of(added).lower()} {attribute(added, 'name')[:60]} is not supported",
-            "functions, function blocks and actions",
-            "Turn it into an action or into a function block of its own.",
+            f"The interface {text_of(added).strip()[:60]} is not supported",
+            "a function block without IMPLEMENTS",
         )
+    above = next(interface.iter("{*}Extends"), None)
+    if above is None:
+        return ""
+    if not fragments.dialect.has_methods:
+        fragments.report.mistake(line_of(above), "EXTENDS is not supported", hint="Choose the dialect codesys.")
+        return ""
+    return text_of(above).strip()
 
 
 # ---- tasks

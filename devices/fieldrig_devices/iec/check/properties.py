@@ -1,0 +1,67 @@
+"""Properties: an access to one is a call of the method behind it, of which there is one to read and one to write it."""
+
+from typing import TYPE_CHECKING
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import methods
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.texts import text
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.check.expressions import Expressions
+
+Access = tree.Name | tree.Member
+
+
+def name_to_write(name: str) -> str:
+    """Return the name of the method that writes a property, which no method of a source text can have."""
+    return f"{name}@set"
+
+
+def reading(of: "Expressions", node: tree.Expression) -> list[tree.Call] | None:
+    """Return the call that reads a property, or an empty list after a message; None if the expression is none."""
+    if not _may_be_one(of.context, node):
+        return None
+    assert isinstance(node, Access)
+    if _exists(of, node):
+        return [tree.Call(node, (), place=node.place)]
+    if not _exists(of, _to_write(node)):
+        return None
+    of.context.say(node, f"the property {text(node)} has no GET", "a property that can be read")
+    return []
+
+
+def writing(of: "Expressions", node: tree.Assign) -> list[tree.Call] | None:
+    """Return the call that writes a property, or an empty list after a message; None if the target is none."""
+    target = node.target
+    if not _may_be_one(of.context, target):
+        return None
+    assert isinstance(target, Access)
+    called = _to_write(target)
+    if _exists(of, called):
+        return [tree.Call(called, (tree.Argument(node.value, place=node.value.place),), place=node.place)]
+    if not _exists(of, target):
+        return None
+    of.context.say(target, f"the property {text(target)} has no SET", "a property that can be written")
+    return []
+
+
+def _may_be_one(context: Context, node: tree.Expression) -> bool:
+    known = context.project.properties
+    if not known or not isinstance(node, Access):
+        return False
+    return context.key(node.text if isinstance(node, tree.Name) else node.name) in known
+
+
+def _to_write(node: Access) -> Access:
+    if isinstance(node, tree.Name):
+        return tree.Name(name_to_write(node.text), place=node.place)
+    return tree.Member(node.of, name_to_write(node.name), place=node.place)
+
+
+def _exists(of: "Expressions", called: Access) -> bool:
+    """True for an accessor; a variable or component of the same name is none."""
+    if isinstance(called, tree.Name) and of.context.find(called.text.removesuffix("@set")) is not None:
+        return False
+    found = methods.find(of, called)
+    return found is not None and found[1].is_accessor
