@@ -76,7 +76,7 @@ from fieldrig_devices.smart_io.settings import MotorSettings as SmartIoMotor
 from fieldrig_devices.st1.faults import St1Fault
 from fieldrig_devices.st1.settings import MotorSettings as St1Motor
 from fieldrig_devices.st1.settings import ParameterSettings as St1Parameters
-from fieldrig_devices.st1.settings import RegisterSettings, SupplySettings
+from fieldrig_devices.st1.settings import PlantSettings, RegisterSettings, SupplySettings
 
 DOCS = ROOT / "docs"
 REQUIRED = "required"
@@ -117,9 +117,10 @@ OTHER_SECTIONS: Mapping[str, Models] = {
         "versions": VersionSettings,
     },
     "Keys of an ST1 fault": faults.models_of(St1Fault),
-    "Keys of parameters, motor, supply and registers of an ST1": {
+    "Keys of parameters, motor, plant, supply and registers of an ST1": {
         "parameters": St1Parameters,
         "motor": St1Motor,
+        "plant": PlantSettings,
         "supply": SupplySettings,
         "registers": RegisterSettings,
     },

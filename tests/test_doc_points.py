@@ -31,7 +31,9 @@ DEVICES: dict[tuple[str, str], dict[str, Any]] = {
         "kind": "max4", "program": "programs/lamp.st", "outputs": {"O_bEquipmentOnIndicatorH1": ""}, "links": WIRES,
     },
     ("mc4.md", "Points"): {"kind": "mc4", "ring_address": 1, "motor": {"name_plate": PLATE}, "links": {"ring": "ring"}},
-    ("st1.md", "Points"): {"kind": "st1", "ring_address": 1, "links": {"ring": "pamring"}},
+    ("st1.md", "Points"): {
+        "kind": "st1", "ring_address": 1, "variables": {200: {"value": 0}}, "links": {"ring": "pamring"},
+    },
     ("nameplate.md", "`sm.encoder`"): {"kind": "sm.encoder", "name_plate": PLATE, "links": {"line": "line"}},
     ("plants.md", "`plant.tank`"): {
         "kind": "plant.tank", "area_m2": 0.25, "height_m": 2.0, "outlet_area_m2": 0.0002,

@@ -16,7 +16,7 @@ from report import Report, progress
 from turns import REPEATS, shown, take_turns
 
 from fieldrig_devices.pam.runtime.item import Value
-from fieldrig_devices.pam.runtime.runtime import Limits
+from fieldrig_devices.pam.runtime.processor import Limits
 
 ROUNDS = 20_000
 VARIABLES = """

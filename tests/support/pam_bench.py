@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from fieldrig_devices.pam.runtime.compiler import compile_application
 from fieldrig_devices.pam.runtime.item import Value
 from fieldrig_devices.pam.runtime.memory_objects import MemoryItem, MemoryObjects
-from fieldrig_devices.pam.runtime.runtime import Limits, Runtime
+from fieldrig_devices.pam.runtime.processor import Limits
+from fieldrig_devices.pam.runtime.runtime import Runtime
 
 OBJECTS = """
 APPLICATION NAME = bench V1.00; BASIC_PAM_CYCLE = 3; END

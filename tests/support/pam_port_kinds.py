@@ -1,6 +1,6 @@
 """A PAM of which only the ports are there, for tests of running rigs; it runs no application."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from pydantic import Field
@@ -8,6 +8,7 @@ from pydantic import Field
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link, words_behind
+from fieldrig.settings import Claim
 from fieldrig_bus.dualport.message import Words
 from fieldrig_bus.modbus.message import ModbusMessage
 from fieldrig_bus.serial.message import SerialMessage
@@ -23,6 +24,10 @@ from fieldrig_devices.pam.runtime.item import Item, RoutineRef
 class HostSettings(AccessSettings):
     program: str = Field(description="text of the application")
     ports: PortOptions = PortOptions()
+    has_power: bool = Field(default=True, description="whether the ports do anything")
+
+    def claims(self, device: str) -> Iterator[Claim]:
+        yield Claim("modbus", "unit", self.unit_id, ("unit_id",))
 
 
 class PortHost(Device):
@@ -43,7 +48,7 @@ class PortHost(Device):
         program, mistakes = checked(settings.program, "program")
         assert not mistakes, mistakes
         memory = Memory(words_behind(dualport))
-        self._clock, self.cycle_number = clock, 0
+        self._clock, self.cycle_number, self._has_power = clock, 0, settings.has_power
         self.reports: list[str] = []
         self._ports = Ports(program, memory, self, settings.ports, send=line.send if line is not None else _drop)
         if line is not None:
@@ -52,8 +57,9 @@ class PortHost(Device):
 
     def start(self) -> None:
         self._faces.open()
-        self._ports.begin(self._clock.now_ns())
-        self._cycle()
+        if self._has_power:
+            self._ports.begin(self._clock.now_ns())
+            self._cycle()
 
     def stop(self) -> None:
         self._faces.close()

@@ -1,6 +1,7 @@
 """PAM applications with ports to a PLC: the listings of the manual, and the PAM's side of tests."""
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any, TypeVar
 
 from pam_programs import HEADER
@@ -8,6 +9,7 @@ from pam_programs import HEADER
 from fieldrig.clock import MS
 from fieldrig_devices.pam.language.check.symbols import PREDECLARED
 from fieldrig_devices.pam.language.compiler import checked
+from fieldrig_devices.pam.language.items import Program
 from fieldrig_devices.pam.language.ports import PortVariable, ports_of
 from fieldrig_devices.pam.ports import Ports
 from fieldrig_devices.pam.ports.masters.rs422 import Rs422Master
@@ -203,14 +205,21 @@ class FakeKernel:
         return [code for code, _ in self.reports]
 
 
+@cache
+def compiled(text: str) -> Program:
+    """The program of an application; it is never changed."""
+    program, mistakes = checked(HEADER + text, "ports.pam")
+    assert not mistakes
+    return program
+
+
 class PortBench:
     """The ports of an application in a PAM with a basic cycle of 1 ms."""
 
     def __init__(
         self, text: str = GROUP + VME, options: PortOptions | None = None, memory: Memory | None = None
     ) -> None:
-        program, mistakes = checked(HEADER + text, "ports.pam")
-        assert not mistakes
+        program = compiled(text)
         self.plans = ports_of(program)
         self.kernel, self.memory = FakeKernel(), memory or Memory()
         self.inactive: set[int] = set()

@@ -9,7 +9,7 @@ from pydantic import Field
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
 from fieldrig_devices.pam.objects.options import Options
 from fieldrig_devices.pam.ports.options import PortOptions
-from fieldrig_devices.pam.runtime.runtime import Limits
+from fieldrig_devices.pam.runtime.processor import Limits
 from fieldrig_devices.pamring.settings import RingSettings
 
 _RING: Final = RingSettings()
@@ -63,10 +63,10 @@ class ObjectReadings(Settings):
         default=_OBJECTS.keeps_written_parameters,
         description="whether a block begins its life with the values last written, or with those declared",
     )
-    set_point_delay_cycles: float = Field(
-        default=_OBJECTS.set_point_delay_cycles,
+    set_point_delay_periods: float = Field(
+        default=_OBJECTS.set_point_delay_periods,
         ge=0,
-        description="cycles until a set-point works in a node, which ANTI_DELAY compensates",
+        description="periods of a pipe until a node is at a set-point, which ANTI_DELAY makes up for",
     )
     report_delay_cycles: float = Field(
         default=_OBJECTS.report_delay_cycles, ge=0, description="cycles until the PAM has the report of an input"

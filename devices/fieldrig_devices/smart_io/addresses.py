@@ -11,8 +11,6 @@ MODULES: Final = 16
 POSITIONS: Final = 12
 GROUP: Final = 4
 """Outputs that share the detection of short circuits (12.1.1.6)."""
-ONLY: Final = 1
-"""The address of the analog output, and of the display."""
 
 
 def place_of(address: int) -> tuple[int, int]:

@@ -145,6 +145,10 @@ class Alone:
             display.character = whole_in(value, FIRST, LAST)
 
         blink = self._guarded(lambda value: display.blink(truth_in(value)))
+        yield (
+            "ring_leds",
+            Point(lambda: display.has_ring_leds, about="red and yellow LED of the ring, with F-6 and F-7"),
+        )
         yield "display", Point(lambda: display.text, about="a code of the node, or the character of the program")
         yield "display.segments", Point(lambda: display.segments, about="segments a to g and p that are lit now")
         yield "display.character", Point(lambda: display.character, self._guarded(show), about="code in the font HEXA")

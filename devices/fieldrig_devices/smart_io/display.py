@@ -84,6 +84,11 @@ class Display:
         return f"E {self._fifo}" if self._clock.now_ns() < self._fifo_until_ns else ""
 
     @property
+    def has_ring_leds(self) -> bool:
+        """True if both LEDs of the ring are on, which the first node behind a fault of the ring shows (B.2)."""
+        return self.ring in (RingFault.CARRIER, RingFault.CRC)
+
+    @property
     def text(self) -> str:
         """The node's code, or the character of the program."""
         return self.code or chr(self.character)

@@ -64,7 +64,7 @@ class Inputs(NodeItem):
         self._item, self._send = item.item, send
         self._scan = Scan(clock, terminals, names, item.period_ms * MS, item.debounce, self._on_change)
         self.is_single = item.bits == 1
-        self.watcher: Callable[[], None] = lambda: None
+        self.watcher: Callable[[], None] = _ignore
         """Called after each change, for a motor."""
 
     @property
@@ -93,7 +93,7 @@ class PulseCounter(NodeItem):
         self._item, self._send, self._active = item.item, send, int(item.is_active_high)
         self._scan = Scan(clock, terminals, [name], item.period_ms * MS, item.debounce, self._on_change)
         self._count = 0
-        self.watcher: Callable[[], None] = lambda: None
+        self.watcher: Callable[[], None] = _ignore
         """Called with each pulse, for a motor."""
 
     def run(self) -> None:
@@ -233,6 +233,16 @@ class MotorParts:
     def __init__(self, increase: Outputs, decrease: Outputs, zero: Inputs, counter: PulseCounter) -> None:
         self.increase, self.decrease, self.zero, self.counter = increase, decrease, zero, counter
 
+    def join(self, on_pulse: Callable[[], None], on_zero: Callable[[], None]) -> None:
+        """Give the parts to a motor."""
+        self.increase.is_of_motor = self.decrease.is_of_motor = True
+        self.counter.watcher, self.zero.watcher = on_pulse, on_zero
+
+    def release(self) -> None:
+        """Let the parts be items of their own again."""
+        self.increase.is_of_motor = self.decrease.is_of_motor = False
+        self.counter.watcher = self.zero.watcher = _ignore
+
     def drive(self, direction: int) -> None:
         """Switch the outputs; the one that goes off is first."""
         for output, own in sorted(((self.increase, 1), (self.decrease, -1)), key=lambda one: one[1] == direction):
@@ -249,14 +259,14 @@ class MotorDrive(NodeItem):
         self._told: frozenset[Fault] = frozenset()
         times = MotorTimes(item.timeout_ms * MS, rest_ns)
         self.motor = DcMotor(clock, times, item.braking, parts.drive, lambda: bool(parts.zero.value), self._report)
-        parts.increase.is_of_motor = parts.decrease.is_of_motor = True
-        parts.counter.watcher, parts.zero.watcher = self.motor.on_pulse, self.motor.on_zero
+        parts.join(self.motor.on_pulse, self.motor.on_zero)
 
     def run(self) -> None:
         self._report()
 
     def close(self) -> None:
         self.motor.close()
+        self._parts.release()
 
     def lose_ring(self, holds: bool) -> None:
         self.motor.halt()
@@ -278,3 +288,7 @@ class MotorDrive(NodeItem):
             self._troubles.set(fault in errors, MOTOR, details, NODE_BITS.get(fault, 0))
         self._told = errors
         self._send(MotorReport(self._item, self.motor.is_ready, self.motor.error_word))
+
+
+def _ignore() -> None:
+    """The item belongs to no motor."""

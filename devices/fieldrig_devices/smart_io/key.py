@@ -21,9 +21,13 @@ class Key:
         repeat_ns: int,
         on_change: Callable[[], None],
     ) -> None:
-        """`gap_ns` is how long the value is false before a repetition; without `repeat_ns` there is none."""
+        """`on_change` is called when the key has changed the value.
+
+        `gap_ns` is how long the value is false before a repetition; without `repeat_ns` there is none.
+        """
         self._clock, self._mode, self._on_change = clock, mode, on_change
-        self._gap_ns, self._delay_ns, self._repeat_ns = gap_ns, max(delay_ns, 2 * gap_ns), max(repeat_ns, 2 * gap_ns)
+        self._gap_ns = gap_ns
+        self._delay_ns, self._repeat_ns = max(delay_ns, 2 * gap_ns), max(repeat_ns, 2 * gap_ns)
         self._repeats = mode is KeyMode.AUTOREPEAT and repeat_ns > 0
         self._timer: Timer | None = None
         self.value = False
@@ -41,14 +45,17 @@ class Key:
         """Take a change of the key."""
         self.stop()
         if self._mode is not KeyMode.TOGGLE:
-            self.write(is_pressed)
+            self._change(is_pressed)
         elif is_pressed:
-            self.write(not self.value)
+            self._change(not self.value)
         if is_pressed and self._repeats:
             self._repeat_at(self._clock.now_ns() + self._delay_ns)
 
     def write(self, value: bool) -> None:
-        """Set the value, as a program does."""
+        """Set the value, as a program does; it knows the value, so that this is no change for it."""
+        self.value = value
+
+    def _change(self, value: bool) -> None:
         if value is not self.value:
             self.value = value
             self._on_change()
@@ -57,9 +64,9 @@ class Key:
         self._timer = self._clock.call_at(when_ns - self._gap_ns, self._on_gap)
 
     def _on_gap(self) -> None:
-        self.write(False)
+        self._change(False)
         self._timer = self._clock.call_at(self._clock.now_ns() + self._gap_ns, self._on_repeat)
 
     def _on_repeat(self) -> None:
-        self.write(True)
+        self._change(True)
         self._repeat_at(self._clock.now_ns() + self._repeat_ns)

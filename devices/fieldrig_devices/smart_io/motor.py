@@ -92,8 +92,8 @@ class DcMotor:
         self._off_at: int | None = None
         """The position at which the output is switched off."""
         self._off_error: Fault | None = None
-        self._moved = self._stray = 0
-        """Pulses since the beginning of the order, and pulses at rest."""
+        self._stray = 0
+        """Pulses at rest."""
         self._off_ns = 0
         self._timer: Timer | None = None
 
@@ -182,7 +182,7 @@ class DcMotor:
     def _start(self, goal: Goal) -> None:
         if goal.target is not None:  # the motor may have coasted since the order came
             goal = Goal(self._towards(goal.target), goal.target)
-        self._goal, self._next, self._moved = goal, Goal(0), 0
+        self._goal, self._next = goal, Goal(0)
         if goal.zero is not None and self._is_zero_high() is goal.zero:
             self._name(0)
             self._rest_or_coast()
@@ -231,7 +231,6 @@ class DcMotor:
         """Count a pulse."""
         self.position = _wrapped(self.position + self._direction)
         if self.state is State.DRIVEN:
-            self._moved += 1
             self._wait(self._times.timeout_ns, self._on_timeout)
             if self._off_at is not None and (self.position - self._off_at) * self._direction >= 0:
                 self._tell(more=() if self._off_error is None else (self._off_error,))

@@ -12,6 +12,7 @@ from fieldrig_devices.pamring.ends import NodePort, RingFault
 from fieldrig_devices.pamring.frames import (
     AnalogItem,
     Answer,
+    AxisItem,
     Blink,
     Configuration,
     CounterItem,
@@ -55,6 +56,7 @@ _ORDERS: Final[Mapping[type[Any], Callable[[NodeItem, Any], bool]]] = {
     Display: lambda item, order: item.display(order.character),
     MotorOrder: lambda item, order: item.move(order.order, order.values),
 }
+_BEFORE_RUN: Final = (Fault.HEAP, Fault.UNKNOWN_TYPE)
 
 
 class SmartIoProgram:
@@ -91,9 +93,9 @@ class SmartIoProgram:
             self._port.send(answer)
 
     def tell(self, trouble: Trouble) -> None:
-        """Report a fault; a heap that is full before the node works is one as well."""
-        is_heap = trouble.code == NODE and trouble.details[0] == Fault.HEAP
-        if is_heap and self.is_owned and self._port is not None:
+        """Report a fault; those of the configuration are reported before the node works."""
+        is_early = trouble.code == NODE and trouble.details[0] in _BEFORE_RUN
+        if is_early and self.is_owned and self._port is not None:
             self._port.send(trouble)
         else:
             self.send(trouble)
@@ -109,6 +111,9 @@ class SmartIoProgram:
         self._board.display.phase = shown.Phase.CONFIGURING
 
     def accept(self, item: Configuration) -> bool:
+        if isinstance(item, AxisItem):
+            self._board.troubles.event(Fault.UNKNOWN_TYPE)
+            return False
         size, before = size_of(item), self._sizes.get(item.item, 0)
         if self._used + size - before > self._heap_bytes:
             self._board.display.is_heap_full = True

@@ -39,8 +39,6 @@ class Terminals:
         self._shorted: frozenset[str] = frozenset()
         self.on_short: Callable[[], None] = lambda: None
         """Called after an output with a short circuit was switched."""
-        self.on_output: Callable[[str], None] = lambda terminal: None
-        """Called after each change of an output, with its terminal."""
         if wires is not None and self._inputs:
             wires.on_receive(self._on_signal, sorted(self._inputs))
 
@@ -102,10 +100,6 @@ class Terminals:
         """True if an output is at the high level."""
         return self._driven.get(terminal, False) and terminal not in self._shorted
 
-    def is_driven(self, terminal: str) -> bool:
-        """True if the node drives an output high, even against a short circuit."""
-        return self._driven.get(terminal, False)
-
     def drive(self, terminal: str, level: bool) -> None:
         """Switch an output to an electrical level."""
         if self._driven.get(terminal, False) is level:
@@ -114,11 +108,9 @@ class Terminals:
         self._show(terminal, self.is_on(terminal))
         if terminal in self._shorted:
             self.on_short()
-        self.on_output(terminal)
 
     def drive_analog(self, terminal: str, millivolts: int) -> None:
         self._show(terminal, millivolts / MV_PER_V, "V")
-        self.on_output(terminal)
 
     def _show(self, terminal: str, value: bool | float, unit: str = "") -> None:
         wire = self._names.get(terminal)

@@ -2,8 +2,8 @@
 
 Source: Socapel PAM reference manual V2.5, chapters 2.3, 2.4, 2.7, 7, 9, 12, appendix D (rows PAML-040 to PAML-065,
 PAMS-049, PAMS-055, PAMS-110 of the digests).  The manuals of the ST1 itself are lost, so its loops are ours: `shaft.py`
-follows exactly within the torque.  The wires carry the terminals of the boards, the position of the load, and what
-loads, heats and supplies the motor.
+follows exactly within the torque, and `outer_shaft.py` closes a loop over wires.  The wires carry the terminals of the
+boards, the position of the load, and what loads, heats and supplies the motor.
 Left out: local actions, the keyboard of the ST1 and its serial line, elasticity between motor and load.
 """
 
@@ -12,7 +12,7 @@ from functools import partial
 from math import tau
 from typing import Any, ClassVar
 
-from fieldrig.clock import Clock
+from fieldrig.clock import Clock, S
 from fieldrig.device import Device, Point
 from fieldrig.link import Link
 from fieldrig_bus.ring.pam.message import RingMessage
@@ -50,7 +50,7 @@ class St1(Device):
             clock, ring, settings.ring_address, NodeType.ST1, int(str(settings.firmware), 16), self.program
         )
         servo = self.program.servo
-        self.injected = servo.faults
+        self.injected = servo.causes.faults
         self.sensors = Sensors(clock)
         self.further = {
             "variables": initial_values(settings.variables),
@@ -63,7 +63,9 @@ class St1(Device):
         if wires is not None:
             self._inputs = self._handlers()
             wires.on_receive(self._on_signal, tuple(self._inputs))
-            servo.on_change = self._publish
+            if settings.plant is None:
+                servo.on_change, servo.on_steady = self._publish, self._publish_steady
+            servo.refer = self._refer
 
     def start(self) -> None:
         self.program.boards.start()
@@ -98,6 +100,8 @@ class St1(Device):
             for code, of_it in registers.items():
                 if of_it.wire is not None:
                     handlers[of_it.wire] = partial(register, kind, code, of_it.scale)
+        if settings.plant is not None:
+            handlers[settings.plant.encoder_wire] = self.program.servo.measure
         return handlers
 
     def _on_signal(self, signal: Signal) -> None:
@@ -131,6 +135,10 @@ class St1(Device):
         if self._wires is not None:
             self._wires.send(Signal(self._settings.terminal(self._name, f"OUT{number}"), level))
 
+    def _refer(self, volts: float) -> None:
+        assert self._wires is not None
+        self._wires.send(Signal(self._settings.reference_wire(self._name), volts, "V"))
+
     def _publish(self) -> None:
         """Publish the position of the load again once the extrapolated one is off by more than the tolerance."""
         now_ns, shaft, rad, last = self._clock.now_ns(), self.program.servo.shaft, self._rad, self._published
@@ -143,6 +151,17 @@ class St1(Device):
         self._published = Motion(self._position_wire, position, "rad", now_ns, speed, acceleration)
         assert self._wires is not None
         self._wires.send(self._published)
+
+    def _publish_steady(self) -> None:
+        """Do the same where the speed is not 0, and the acceleration is."""
+        last = self._published
+        if last is None or last.acceleration:
+            self._publish()
+            return
+        now_ns = self._clock.now_ns()
+        expected = last.value + last.speed * (now_ns - last.time_ns) / S
+        if abs(self.program.servo.set.motor_at(now_ns) * self._rad - expected) > self._settings.position_tolerance:
+            self._publish()
 
     # ---- inputs, from wires and points
 

@@ -63,7 +63,7 @@ def _state(node: Node, end: RingNode) -> dict[str, Point]:
         "status": Point(lambda: servo.status, None, "", "status word of the axis, table 12-4"),
         "error": Point(lambda: servo.errors.value, None, "", "error word of the axis, table 12-1"),
         "errors": Point(lambda: _names(servo.errors.value), None, "", "names of the bits of the error word"),
-        "order": Point(lambda: servo.done, None, "", "number of the last order that is done"),
+        "order": Point(lambda: servo.answers.done, None, "", "number of the last order that is done"),
     }
 
 
@@ -82,7 +82,10 @@ def _inputs(node: Node) -> dict[str, Point]:
 
     return {
         "enable": Point(
-            lambda: servo.enable, lambda value: servo.switch(truth_in(value)), "", "the input enables the power stage"
+            lambda: servo.causes.enable,
+            lambda value: servo.switch(truth_in(value)),
+            "",
+            "the input enables the power stage",
         ),
         "load_torque": Point(
             lambda: servo.torque.load_nm * servo.settings.motor.gear_ratio,
@@ -95,7 +98,7 @@ def _inputs(node: Node) -> dict[str, Point]:
         ),
         "supply": Point(lambda: sensors.supply_v, number(node.put_supply, "V"), "V", "UA"),
         "auxiliary": Point(
-            lambda: not servo.outer & Error.AUX_SUPPLY_FAILURE,
+            lambda: not servo.causes.outer & Error.AUX_SUPPLY_FAILURE,
             lambda value: node.put_auxiliary(truth_in(value)),
             "",
             "the auxiliary supply",

@@ -7,60 +7,65 @@ off is refused with POWER_STAGE_DISABLED (G-15).
 """
 
 from collections.abc import Callable
-from typing import Final
 
 from fieldrig.clock import NEVER_NS, Clock, Timer
-from fieldrig.faults import Fault, Faults
+from fieldrig_bus.wires import Signal
 from fieldrig_devices.motion.profile import Limits
 from fieldrig_devices.pamring.frames import AxisItem, AxisOrder, AxisReport, EndOfPipe, Move, SetPoint, SetPointMode
-from fieldrig_devices.st1.faults import MODELS, Jam, St1Faults
+from fieldrig_devices.st1.answers import Answers, status_of
+from fieldrig_devices.st1.causes import Causes
+from fieldrig_devices.st1.outer_shaft import OuterShaft
 from fieldrig_devices.st1.set_position import Doing, SetPosition
 from fieldrig_devices.st1.settings import St1Settings
 from fieldrig_devices.st1.shaft import TURN, Shaft
-from fieldrig_devices.st1.status import TRIPS, Error, ErrorWord, Status, bits_of
+from fieldrig_devices.st1.status import TRIPS, Error, ErrorWord
 from fieldrig_devices.st1.torque import Torque
-
-DOING: Final = {Doing.NOTHING: 0, Doing.MOVE: Status.IN_MOVE, Doing.RUN: Status.IN_RUN, Doing.STOP: 0}
-LOWEST_FIRMWARE: Final = 590
-RING_BIT: Final = 1 << 12
-"""Bit of CMASKU that lets the ST1 report a ring fault (11538)."""
 
 
 class Servo:
     __slots__ = (
-        "_clock", "_has_limits", "_is_axis", "_is_off_due", "_is_ring_dead", "_latest", "_range", "_reported", "_send",
-        "_timer", "_waits", "done", "enable", "errors", "faults", "is_powered", "on_change", "outer", "set", "settings",
-        "shaft", "torque",
+        "_clock", "_is_off_due", "_is_ring_dead", "_postponed", "_timer", "answers", "causes", "errors", "is_powered",
+        "on_change", "on_steady", "refer", "set", "settings", "shaft", "torque",
     )  # fmt: skip
 
     def __init__(self, clock: Clock, settings: St1Settings, send: Callable[[AxisReport], None]) -> None:
-        self._clock, self.settings, self._send = clock, settings, send
+        self._clock, self.settings = clock, settings
         own = settings.parameters
-        self.set = SetPosition(Limits(own.ckv * TURN, own.cka * TURN, own.astop * TURN), settings.periodic_move)
+        self.set = SetPosition(Limits(own.ckv * TURN, own.cka * TURN, own.astop * TURN))
         self.torque = Torque(settings.motor)
-        self.shaft = Shaft(self.set, own.ckv * TURN, self.torque.acceleration, self.torque.coasting)
+        self.shaft = self._shaft()
         self.errors = ErrorWord(own.cmasks)
-        self.faults: St1Faults = St1Faults(clock, MODELS, Faults(Fault), on_change=self._on_causes)
+        self.causes = Causes(clock, settings, self._on_causes)
+        self.answers = Answers(send)
         self.on_change: Callable[[], None] = lambda: None
         """Called when the motion of the shaft has changed."""
+        self.on_steady: Callable[[], None] = lambda: None
+        """Called with each set-point of a pipe that the shaft follows, as long as nothing else moves it."""
+        self.refer: Callable[[float], None] = lambda volts: None
+        """Called with the reference in volts of a motor on wires."""
         self.is_powered = False
-        self.enable = settings.enable
-        self.outer = 0
-        """Bits of errors that come from the wires."""
-        self.done = 0
-        """Number of the last order that is done."""
-        self._latest = 0
-        self._waits = self._is_off_due = self._is_ring_dead = self._is_axis = False
-        self._range = tuple(None if turns is None else turns * TURN for turns in (own.phil1, own.phil2))
-        self._has_limits = self._range != (None, None)
-        self._reported: tuple[int, int, int, int] | None = None
+        self._is_off_due = self._is_ring_dead = False
+        self._postponed: SetPoint | None = None
+        """The last set-point that came during a stop."""
         self._timer: Timer | None = None
         self.set.hold(clock.now_ns(), round(settings.initial_turns * TURN))
         self.shaft.place(clock.now_ns(), round(settings.initial_turns * TURN))
 
+    def _shaft(self) -> Shaft | OuterShaft:
+        settings = self.settings
+        if settings.plant is not None:
+            return OuterShaft(self.set, self.torque, settings.motor, settings.plant, lambda volts: self.refer(volts))
+        return Shaft(self.set, settings.parameters.ckv * TURN, self.torque.acceleration, self.torque.coasting)
+
+    def measure(self, encoder: Signal) -> None:
+        """Take the encoder of a motor on wires; a shaft that leaves its set position wakes the loop."""
+        if isinstance(self.shaft, OuterShaft):
+            self.shaft.measure(encoder)
+            self._go_on()
+
     def start(self) -> None:
         for fault in self.settings.faults:
-            self.faults.add(fault)
+            self.causes.faults.add(fault)
         self._on_causes()
 
     def now_ns(self) -> int:
@@ -70,9 +75,7 @@ class Servo:
 
     def forget(self) -> None:
         """The PAM begins again: the axis stops, and its power goes off (our reading)."""
-        self._is_axis = False
-        self._latest = self.done = 0
-        self._waits, self._reported = False, None
+        self.answers.forget()
         if self.is_powered:
             self.set.stop(self._clock.now_ns())
             self._is_off_due = True
@@ -82,7 +85,7 @@ class Servo:
         """Take the position at power-on of the PAM, without a motion (PAML-043), and the period."""
         if item.position_period < 0:
             return False
-        self._is_axis = True
+        self.answers.is_axis = True
         self.set.period = item.position_period
         self.set.rename(self._clock.now_ns(), item.initial_position)
         self._go_on()
@@ -90,43 +93,49 @@ class Servo:
 
     def order(self, order: AxisOrder) -> None:
         now_ns, move = self._clock.now_ns(), order.move
-        if order.number:
-            self._latest = order.number
+        self.answers.begin(order.number)
         if move is Move.POWER_ON:
             self._power_on(now_ns)
         elif move is Move.POWER_OFF:
-            self._power_off(now_ns)
+            self._power_off(now_ns, order.deceleration)
         elif move is Move.POSITION:
             self.set.rename(now_ns, order.value)
         elif move is Move.UPDATE_STATUS:
             self.errors.clear(Error.CHANGE_IN_CD)
-            self._reported = None
+            self.answers.repeat()
         elif self.is_powered and not self._is_off_due:
             self.set.order(now_ns, order)
-            self._waits = True
         elif move is not Move.STOP:
             self.errors.latch(Error.POWER_STAGE_DISABLED)
         self._go_on()
 
     def set_point(self, point: SetPoint) -> None:
-        """Take a value of a pipe; it is ignored while the axis stops or has no power."""
-        mode, setting, now_ns = point.mode, self.set, self._clock.now_ns()
-        if mode is SetPointMode.TORQUE:
+        """Take a value of a pipe.  It counts later if the axis stops, and not at all if there is no power."""
+        mode, setting, shaft, now_ns = point.mode, self.set, self.shaft, self._clock.now_ns()
+        pipe = setting.pipe
+        if pipe.mode is mode and setting.doing is Doing.NOTHING and pipe.is_steady and shaft.is_following:
+            before = pipe.speed_at(now_ns)
+            pipe.set_position(now_ns, point.value)
+            speed = pipe.speed_at(now_ns)
+            if speed and shaft.keeps_up(before, speed, pipe.interval_ns):
+                self.on_steady()
+                return
+        elif mode is SetPointMode.TORQUE:
             self._limit_torque(point.value)
             return
-        if not self.is_powered or setting.doing is Doing.STOP:
+        elif setting.doing is Doing.STOP:
+            self._postponed = point
             return
-        shaft, pipe = self.shaft, setting.pipe
-        is_new, was_following = pipe.mode is not mode or pipe.is_ending, shaft.is_following
-        before = setting.speed_at(now_ns)
-        setting.set_point(now_ns, mode, point.value)
-        shaft.look(now_ns, before)
-        if is_new or not was_following or not shaft.is_following or pipe.ramp is not None:
-            self._go_on()
+        elif not self.is_powered:
+            return
         else:
-            self.on_change()
+            before = setting.speed_at(now_ns)
+            setting.set_point(now_ns, mode, point.value)
+        shaft.look(now_ns, before)
+        self._go_on()
 
     def end_of_pipe(self, end: EndOfPipe) -> None:
+        self._postponed = None
         if end.mode is SetPointMode.TORQUE:
             self._limit_torque(1000)
         else:
@@ -137,27 +146,26 @@ class Servo:
         """End what the last set-point began, if no other has come; there is nothing to do for an axis at rest."""
         pipe = self.set.pipe
         if pipe.mode is None:
-            if self._has_limits and self.set.is_moving:
+            if self.causes.has_range and self.set.is_moving:
                 self._look_at_limits()
             return
         now_ns = self._clock.now_ns()
-        before = pipe.speed_at(now_ns)
-        if pipe.mode is SetPointMode.POSITION and pipe.settle(now_ns):
-            self.shaft.look(now_ns, self.set.speed_at(now_ns) - pipe.speed_at(now_ns) + before)
+        if now_ns >= pipe.due_ns:
+            before = self.set.speed_at(now_ns)
+            pipe.settle(now_ns)
+            self.shaft.look(now_ns, before)
             self._go_on()
         elif pipe.is_ending:
             self._go_on()
-        if self._has_limits:
+        if self.causes.has_range:
             self._look_at_limits()
 
     def ring(self, is_dead: bool, is_faulty: bool) -> None:
         """Take the state of the ring: a dead one stops the axis."""
-        settings = self.settings
-        is_reported = settings.parameters.cmasku & RING_BIT and settings.firmware >= LOWEST_FIRMWARE
-        self._put(Error.COMMUNICATION_FAILURE, bool(is_faulty and is_reported))
+        self.causes.put_ring(is_faulty)
         if is_dead and not self._is_ring_dead and self.is_powered:
             self.set.stop(self._clock.now_ns())
-            self._is_off_due = self._is_off_due or settings.on_ring_fault == "stop_and_power_off"
+            self._is_off_due = self._is_off_due or self.settings.on_ring_fault == "stop_and_power_off"
         self._is_ring_dead = is_dead
         self._on_causes()
 
@@ -176,12 +184,12 @@ class Servo:
             self.shaft.power(now_ns, True)
         self.set.rename(now_ns, 0)
 
-    def _power_off(self, now_ns: int) -> None:
+    def _power_off(self, now_ns: int, deceleration: int) -> None:
         """Stop first if the axis moves (PAML-056)."""
         if self.is_powered:
             if self.set.is_moving or self.set.pipe.mode is not None:
-                self.set.stop(now_ns)
-            self._is_off_due = self._waits = True
+                self.set.stop(now_ns, deceleration)
+            self._is_off_due = True
 
     def _cut(self, now_ns: int) -> None:
         """Take the power off at once; the motor coasts."""
@@ -191,17 +199,14 @@ class Servo:
 
     # ---- causes of errors
 
-    def _put(self, bit: int, is_on: bool) -> None:
-        self.outer = self.outer | bit if is_on else self.outer & ~bit
-
     def put(self, bit: Error, is_on: bool) -> None:
         """Take a cause of an error from a wire."""
-        self._put(bit, is_on)
+        self.causes.put(bit, is_on)
         self._on_causes()
 
     def switch(self, is_on: bool) -> None:
         """Take the input `enable`."""
-        self.enable = is_on
+        self.causes.enable = is_on
         self._on_causes()
 
     def load(self, load_nm: float) -> None:
@@ -221,29 +226,24 @@ class Servo:
 
     def _on_causes(self) -> None:
         now_ns = self._clock.now_ns()
-        is_blocked = self.faults.first(Jam) is not None
-        if is_blocked is not self.shaft.is_blocked:
-            self.shaft.block(now_ns, is_blocked)
+        if self.causes.is_jammed is not self.shaft.is_blocked:
+            self.shaft.block(now_ns, self.causes.is_jammed)
         self._go_on()
 
-    def _causes(self, now_ns: int) -> int:
-        bits = bits_of(self.faults) | self.outer
-        if not self.enable:
-            bits |= Error.POWER_STAGE_DISABLED
+    def _present(self, now_ns: int) -> int:
+        """Return the bits of all causes of errors."""
+        bits = self.causes.bits
         if self.shaft.is_limited_at(now_ns):
             bits |= Error.CURRENT_LIMITED
-        if self._has_limits and self._is_out(now_ns):
+        if self._is_out(now_ns):
             bits |= Error.OUT_OF_LIMITS
         return bits
 
     def _is_out(self, now_ns: int) -> bool:
-        low, high = self._range
-        position = self.set.named(self.shaft.position_at(now_ns))
-        return (low is not None and position < low) or (high is not None and position > high)
+        return self.causes.has_range and self.causes.is_out(self.set.named(self.shaft.position_at(now_ns)))
 
     def _look_at_limits(self) -> None:
-        now_ns = self._clock.now_ns()
-        if self._is_out(now_ns) is not bool(self.errors.present & Error.OUT_OF_LIMITS):
+        if self._is_out(self._clock.now_ns()) is not bool(self.errors.present & Error.OUT_OF_LIMITS):
             self._go_on()
 
     # ---- time
@@ -259,14 +259,16 @@ class Servo:
         self.shaft.look(now_ns)
         if abs(self.shaft.lag_at(now_ns)) > self.settings.lag_limit_turns * TURN:
             self.errors.latch(Error.SERVO_LAG_ERROR)
-        self.errors.put(self._causes(now_ns))
+        self.errors.put(self._present(now_ns))
         if self.is_powered and (self.errors.present & TRIPS or self.errors.value & Error.SERVO_LAG_ERROR):
             self._cut(now_ns)
-        if not self._waits:
-            self.done = self._latest
+        self.answers.waits = self._is_off_due or (self.set.is_own_moving and not self.set.is_done(now_ns))
         self.report()
         self.on_change()
         self._wait(now_ns)
+        if self._postponed is not None and self.set.doing is not Doing.STOP:
+            point, self._postponed = self._postponed, None
+            self.set_point(point)
 
     def _end_motions(self, now_ns: int) -> None:
         self.set.finish(now_ns)
@@ -274,8 +276,6 @@ class Servo:
             self.set.hold(now_ns, self.shaft.position_at(now_ns))
         if self._is_off_due and not self.set.is_moving:
             self._cut(now_ns)
-        if self._waits and not self._is_off_due:
-            self._waits = self.set.is_own_moving and not self.set.is_done(now_ns)
 
     def _wait(self, now_ns: int) -> None:
         when_ns = self.shaft.next_ns
@@ -291,21 +291,9 @@ class Servo:
 
     @property
     def status(self) -> int:
-        pipe, doing = self.set.pipe, self.set.doing
-        is_driven = pipe.mode is not None and not pipe.is_ending
-        status = Status.SYNCHRONISED if is_driven else 0
-        status |= DOING[doing]
-        status |= 0 if self.is_powered else Status.POWER_OFF
-        return int(status | (Status.STOPPED if doing is Doing.NOTHING and pipe.mode is None else 0))
+        return status_of(self.set, is_powered=self.is_powered)
 
     def report(self) -> None:
         """Report the axis if any of it has changed."""
-        if not self._is_axis:
-            return
-        last, own = self._reported, self.set.own_at(self._clock.now_ns())
-        if last is not None and self.set.is_own_moving:
-            own = last[3]  # it changes all the time
-        state = (self.status, self.errors.value, self.done, own)
-        if state != last:
-            self._reported = state
-            self._send(AxisReport(*state))
+        own = self.set.own_at(self._clock.now_ns())
+        self.answers.report(self.status, self.errors.value, own, is_moving=self.set.is_own_moving)

@@ -5,15 +5,12 @@ resolver units (RU), 2^32 to a turn of the motor.  Names and motor differ by an 
 """
 
 from enum import Enum, auto
-from typing import Final, Literal
+from typing import Final
 
 from fieldrig_devices.motion.profile import Limits
 from fieldrig_devices.motion.whole import at_rest, to_position, to_speed
 from fieldrig_devices.pamring.frames import AxisOrder, Move, SetPointMode
 from fieldrig_devices.st1.pipe_part import PipePart
-
-PeriodicMove = Literal["literal", "shortest", "positive"]
-"""The way of absolute_move within a position period (G-14)."""
 
 
 class Doing(Enum):
@@ -34,13 +31,12 @@ DOES: Final = {
 
 
 class SetPosition:
-    __slots__ = ("_limits", "_own", "_periodic_move", "_stop", "doing", "offset", "period", "pipe")
+    __slots__ = ("_limits", "_own", "_stop", "doing", "offset", "period", "pipe")
 
-    def __init__(self, limits: Limits, periodic_move: PeriodicMove = "literal") -> None:
+    def __init__(self, limits: Limits) -> None:
         """`limits` are CKV, CKA and ASTOP in RU/s and RU/s2."""
         self._limits = Limits(limits.speed, limits.acceleration, limits.acceleration)
         self._stop = limits.deceleration
-        self._periodic_move = periodic_move
         self._own = at_rest(0)
         self.pipe = PipePart(self._limits)
         self.doing = Doing.NOTHING
@@ -189,12 +185,7 @@ class SetPosition:
         if order.move is Move.RELATIVE_MOVE:
             return self._own.at(now_ns) + order.value
         if self.period and self.pipe.mode is None:
-            self._wrap(now_ns)
-            present = self._own.at(now_ns)
-            if self._periodic_move == "shortest":
-                return present + (order.value - present + self.period // 2) % self.period - self.period // 2
-            if self._periodic_move == "positive":
-                return present + (order.value - present) % self.period
+            self._wrap(now_ns)  # the move goes by the numbers (G-14)
         return order.value
 
     def _wrap(self, now_ns: int) -> None:

@@ -8,7 +8,6 @@ from pydantic import ConfigDict, Field, model_validator
 
 from fieldrig.settings import Claim, Settings
 from fieldrig_devices.st1.faults import St1Fault
-from fieldrig_devices.st1.set_position import PeriodicMove
 
 INPUTS = (0, 1, *range(16, 32))
 """IN 0 and 1 of the LPO board, IN 16 to 31 of the OIO board (PAMS-110)."""
@@ -66,6 +65,19 @@ class MotorSettings(Settings):
         return (self.largest_torque_nm - self.friction_nm) / self.inertia_kg_m2 / tau
 
 
+class PlantSettings(Settings):
+    """A motor that a plant models, such as `plant.servo`, instead of the ST1's own."""
+
+    model_config = ConfigDict(allow_inf_nan=False)
+
+    reference_wire: str | None = Field(
+        default=None, description="output: torque, largest_torque_nm at 10 V; default: NAME.reference"
+    )
+    encoder_wire: str = Field(min_length=1, description="input: motion of the motor's encoder in counts")
+    counts_per_turn: float = Field(default=4000.0, gt=0, description="counts for a turn of the motor")
+    bandwidth_hz: float = Field(default=15.0, gt=0, le=50, description="of the position loop")
+
+
 class SupplySettings(Settings):
     """The limits of the supply UA that the wire `supply` carries."""
 
@@ -93,15 +105,12 @@ class St1Settings(Settings):
     oio_board: bool = Field(default=True, description="the OIO board with IN 16 to 31 and OUT 8 to 15 is plugged in")
     parameters: ParameterSettings = Field(default_factory=ParameterSettings)
     motor: MotorSettings = Field(default_factory=MotorSettings)
+    plant: PlantSettings | None = Field(default=None, description="a motor on wires; default: the ST1's own")
     supply: SupplySettings = Field(default_factory=SupplySettings)
     lag_limit_turns: float = Field(default=1.0, gt=0, description="SERVO_LAG_ERROR above it")
-    periodic_move: PeriodicMove = Field(
-        default="literal", description="way of absolute_move within a position period: by the numbers, or the other two"
-    )
     on_ring_fault: Literal["stop_and_power_off", "stop"] = Field(
         default="stop_and_power_off", description="after a break of the ring the axis stops with ASTOP"
     )
-    read_cycles: int = Field(default=4, ge=0, le=100, description="cycles from the read of a register to its answer")
     initial_turns: float = Field(default=0.0, ge=-32_768, lt=32_768, description="position of the motor at the start")
     position_tolerance: float = Field(
         default=1e-4, gt=0, description="rad: largest error of the extrapolated position before it is published again"
@@ -139,7 +148,10 @@ class St1Settings(Settings):
 
     def claims(self, device: str) -> Iterator[Claim]:
         yield Claim("ring", "ring address", self.ring_address, ("ring_address",))
-        yield Claim("wires", "wire", self.wire(device, "position"), ("position_wire",))
+        if self.plant is None:
+            yield Claim("wires", "wire", self.wire(device, "position"), ("position_wire",))
+        else:
+            yield Claim("wires", "wire", self.reference_wire(device), ("plant", "reference_wire"))
         for number in OUTPUTS if self.oio_board else ():
             terminal = f"OUT{number}"
             yield Claim("wires", "wire", self.terminal(device, terminal), ("terminals", terminal))
@@ -147,6 +159,10 @@ class St1Settings(Settings):
     def wire(self, device: str, what: str) -> str:
         own: Any = getattr(self, f"{what}_wire")
         return own or f"{device}.{what}"
+
+    def reference_wire(self, device: str) -> str:
+        own = None if self.plant is None else self.plant.reference_wire
+        return own or f"{device}.reference"
 
     def terminal(self, device: str, terminal: str) -> str:
         return self.terminals.get(terminal) or f"{device}.{terminal}"

@@ -21,7 +21,8 @@ TURN: Final = 1 << 32
 """RU to a turn of the motor."""
 NEAR: Final = TURN / 1e6
 """RU from the set position within which the shaft has caught up."""
-_SLOWEST: Final = 1.0  # RU/s; a limit has to be above 0
+_SLACK: Final = TURN / 1e6
+"""RU/s by which set-points that are rounded may miss a speed; a limit is not below it either."""
 
 
 class Shaft:
@@ -102,16 +103,21 @@ class Shaft:
         else:
             self._begin(now_ns, place, speed)
 
+    def keeps_up(self, before: float, speed: float, interval_ns: int) -> bool:
+        """True if a shaft that follows can take this step of the speed between two set-points, with no other motion."""
+        is_slow = -self._speed_limit - _SLACK <= speed <= self._speed_limit + _SLACK
+        return is_slow and abs(speed - before) <= self.acceleration * interval_ns / S and not self.is_blocked
+
     def _can_follow(self, now_ns: int, speed: float) -> bool:
         """True if the set position can be followed from this speed on, up to its next change."""
         wanted, rate = self._set.speed_at(now_ns), self._set.acceleration_at(now_ns)
         if self.is_blocked:
             return not wanted and not rate and not speed
         step = self.acceleration * self._set.pipe.interval_ns / S
-        if abs(rate) > self.acceleration or abs(wanted - speed) > max(step, _SLOWEST):
+        if abs(rate) > self.acceleration or abs(wanted - speed) > max(step, _SLACK):
             return False
         later = wanted + rate * (self._set.next_change_ns(now_ns) - now_ns) / S if rate else wanted
-        return max(abs(wanted), abs(later)) <= self._speed_limit + _SLOWEST
+        return max(abs(wanted), abs(later)) <= self._speed_limit + _SLACK
 
     def _begin(self, now_ns: int, place: int, speed: float) -> None:
         self._since_ns, self._place = now_ns, place
@@ -129,10 +135,10 @@ class Shaft:
         if self.is_blocked:
             return 0.0, keep(0.0)
         if not self._is_powered or rate <= 0:
-            rate = self.friction if not self._is_powered else max(-rate, _SLOWEST)
+            rate = self.friction if not self._is_powered else max(-rate, _SLACK)
             return 0.0, brake(speed, Limits(highest, rate, rate))
         wanted = self._set.speed_at(now_ns)
         if abs(wanted) >= highest:
             return 0.0, change_speed(speed, copysign(highest, wanted), Limits(highest, rate, rate))
         distance = float(self._set.motor_at(now_ns) - place)
-        return wanted, move(distance, speed - wanted, Limits(max(highest - abs(wanted), _SLOWEST), rate, rate))
+        return wanted, move(distance, speed - wanted, Limits(max(highest - abs(wanted), _SLACK), rate, rate))

@@ -29,7 +29,8 @@ def routine(draw: st.DrawFn, number: int) -> list[Instruction]:
                 instructions.append(Do(line, (f"log({line})",)))
             case "branch":
                 python = (f"t0 = chance({draw(st.integers(2, 5))})",)
-                instructions.append(Branch(line, python, "t0", draw(st.integers(0, length))))
+                pause = draw(st.sampled_from(["", "1"]))
+                instructions.append(Branch(line, python, "t0", draw(st.integers(0, length)), pause=pause))
             case "jump":
                 instructions.append(Jump(line, draw(st.integers(0, length))))
             case "call":
@@ -177,6 +178,22 @@ def test_a_loop_gives_way_and_goes_on() -> None:
     assert len(world.done) == 500
     assert world.task.run(10) == 0
     assert len(world.done) == 505
+
+
+@pytest.mark.parametrize("is_watched", [False, True])
+def test_a_jump_back_ends_the_slice_where_others_wait(is_watched: bool) -> None:
+    world = World({"A": [Do(1, ("log(1)",)), Branch(2, (), "1", 0, pause="chance(3)"), End(3)]})
+    world.task.is_watched = is_watched
+    for slice_ in range(1, 4):
+        world.task.run(1_000)
+        assert (len(world.done), world.task.has_waited, world.task.pc) == (3 * slice_, True, 0)
+
+
+def test_a_task_goes_on_at_any_instruction() -> None:
+    world = World({"A": [*(Do(line, (f"log({line})",)) for line in range(1, 9)), End(9)]})
+    world.task.go_to(5)
+    world.task.run(100)
+    assert (world.done, world.task.state) == ([6, 7, 8], TaskState.ENDED)
 
 
 def test_a_breakpoint_stops_in_front_of_its_line_once_per_passage() -> None:

@@ -77,9 +77,7 @@ def test_a_program_sets_a_key_until_the_key_changes_it() -> None:
     bench = SmartIoBench()
     bench.configure(START, DEPORTED)
     bench.order(SetOutput(7, 1), SetOutput(9, 1))
-    assert bench.port.take() == [InputChanged(7, 1), InputChanged(9, 1)]
-    bench.order(SetOutput(7, 1))
-    assert bench.port.take() == [], "no change is no event"
+    assert bench.port.take() == [], "the PAM knows what it has written"
     bench.wire("start", True)
     bench.run(50)
     bench.wire("start", False)

@@ -256,6 +256,14 @@ def test_a_position_inquiry_is_answered_and_one_of_another_item_is_not(bench: Sm
     assert bench.port.take()[-3:] == [Answer(42, -123), Answer(43, None), Answer(44, None)]
 
 
+def test_a_motor_that_is_configured_again_has_its_parts_again(bench: SmartIoBench) -> None:
+    assert bench.program.accept(MotorItem(MOTOR, INC, DEC, ZERO, COUNTER, 500, 0))
+    bench.move(Motor.ABSOLUTE_MOVE, 3)
+    bench.pulse(3)
+    assert outputs(bench) == (False, False)
+    assert position(bench) == 3
+
+
 def test_only_the_motor_switches_its_outputs(bench: SmartIoBench) -> None:
     bench.order(SetOutput(INC, 1))
     assert outputs(bench) == (False, False)

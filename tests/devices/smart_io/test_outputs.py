@@ -70,6 +70,18 @@ def test_an_led_blinks_in_the_node_and_returns_to_steady_on() -> None:
     assert bench.clock.next_ns() is None
 
 
+@pytest.mark.manual("PAMS-043")
+def test_an_led_follows_a_program_that_inverts_it_every_500_ms() -> None:
+    """Case T15."""
+    bench = SmartIoBench()
+    bench.configure(LedItem(7, 6))
+    bench.wires.take()
+    for value in (1, 0, 1, 0):
+        bench.order(SetOutput(7, value))
+        bench.run(500)
+    assert [signal.value for signal in bench.wires.take()] == [True, False, True, False]
+
+
 @pytest.mark.manual("PAML-105")
 @pytest.mark.manual("PAMS-042")
 @pytest.mark.parametrize(("character", "segments"), [("P", "abefg"), ("7", "abc"), ("8", "abcdefg"), ("4", "bcfg")])
@@ -126,7 +138,7 @@ def test_the_display_shows_what_is_wrong_with_the_ring(fault: RingFault, code: s
     bench = SmartIoBench()
     bench.configure()
     bench.program.ring(fault)
-    assert bench.get("display") == code
+    assert (bench.get("display"), bench.get("ring_leds")) == (code, code != "F 2")
     bench.program.ring(RingFault.NONE)
     assert bench.get("display") == " "
 

@@ -40,7 +40,7 @@ WRONG: list[Configuration] = [
     InputItem(1, 101, 1, True, 1, 0), CounterItem(1, 213, True, 1, 1), OutputItem(1, 208, 6, True),
     OutputItem(1, 1612, 1, True), KeyItem(1, 25, False, KEY, 50), KeyItem(1, 0, False, KEY, 50),
     KeyItem(1, 113, True, KEY, 50), LedItem(1, 25), LedItem(1, 0), AnalogItem(1, 2), SevenSegmentItem(1, 1, 2),
-    SevenSegmentItem(1, 2, 1), AxisItem(1, 0, 0),
+    SevenSegmentItem(1, 2, 1),
 ]  # fmt: skip
 
 
@@ -58,6 +58,15 @@ def test_an_item_that_can_not_be_is_refused(item: Configuration) -> None:
     assert not bench.program.accept(item)
     bench.order(SetOutput(1, 1))
     assert [trouble.details for trouble in bench.troubles()] == [(0x0B, 0)], "there is no such item"
+
+
+@pytest.mark.manual("PAMS-051")
+def test_an_item_of_another_node_is_of_an_unknown_type() -> None:
+    bench = SmartIoBench()
+    bench.program.attach(bench.port)
+    bench.program.forget()
+    assert not bench.program.accept(AxisItem(1, 0, 0))
+    assert bench.port.take() == [Trouble(Severity.WARNING, 0x00C, (0x0C, 0), word=0x08_0000)]
 
 
 @pytest.mark.manual("PAMS-105")

@@ -31,7 +31,7 @@ def bench() -> ProgramBench:
 @pytest.mark.manual("PAMS-049")
 @pytest.mark.parametrize(("bit", "fault"), FAULTS, ids=lambda value: str(value))
 def test_a_fault_sets_its_bit_while_it_lasts(bench: ProgramBench, bit: int, fault: dict[str, Any]) -> None:
-    bench.servo.faults.add_fault({**fault, "duration_ms": 50})
+    bench.servo.causes.faults.add_fault({**fault, "duration_ms": 50})
     change = Error.CHANGE_IN_CD if bit & LOW else 0
     assert bench.report.error == bit | change
     bench.wait(100)
@@ -46,7 +46,7 @@ def test_a_failure_takes_the_power_away_and_a_warning_does_not(
 ) -> None:
     bench.move(Move.RUN, 5.0)
     bench.wait(100)
-    bench.servo.faults.add_fault(fault)
+    bench.servo.causes.faults.add_fault(fault)
     assert bench.servo.is_powered is (bit == 0x80)
     if not bench.servo.is_powered:
         bench.wait(1000)  # 0.5 N m at 0.002 kg m2: from 5 turns/s to rest in 0.13 s
@@ -54,7 +54,7 @@ def test_a_failure_takes_the_power_away_and_a_warning_does_not(
         assert bench.report.status == Status.POWER_OFF | Status.STOPPED
         bench.move(Move.POWER_ON)  # the cause is still there
         assert bench.servo.is_powered is False
-        bench.servo.faults.clear_fault(1)
+        bench.servo.causes.faults.clear_fault(1)
         bench.move(Move.POWER_ON)
         bench.move(Move.UPDATE_STATUS)
         assert (bench.servo.is_powered, bench.report.error, bench.position) == (True, 0, 0.0)
@@ -63,15 +63,15 @@ def test_a_failure_takes_the_power_away_and_a_warning_does_not(
 @pytest.mark.manual("PAMS-049")
 def test_cmasks_hides_bits_of_c_and_d() -> None:
     bench = ProgramBench(parameters={"cmasks": 0x1000})
-    bench.servo.faults.add_fault({"what": "motor_temperature"})
+    bench.servo.causes.faults.add_fault({"what": "motor_temperature"})
     assert bench.report.error == 0
-    bench.servo.faults.add_fault({"what": "resolver"})
+    bench.servo.causes.faults.add_fault({"what": "resolver"})
     assert bench.report.error == Error.RESOLVER_FAILURE
 
 
 @pytest.mark.manual("PAMS-049")
 def test_a_shaft_that_cannot_follow_gives_a_lag_error(bench: ProgramBench) -> None:
-    bench.servo.faults.add_fault({"what": "jam"})
+    bench.servo.causes.faults.add_fault({"what": "jam"})
     bench.move(Move.RUN, 10.0)
     bench.wait(104)
     assert bench.report.error == Error.CHANGE_IN_CD | Error.CURRENT_LIMITED
@@ -79,7 +79,7 @@ def test_a_shaft_that_cannot_follow_gives_a_lag_error(bench: ProgramBench) -> No
     bench.wait(5)
     assert bench.report.error & Error.SERVO_LAG_ERROR
     assert bench.report.status == Status.POWER_OFF | Status.STOPPED
-    bench.servo.faults.clear_fault(1)
+    bench.servo.causes.faults.clear_fault(1)
     bench.move(Move.POWER_ON)
     bench.move(Move.UPDATE_STATUS)
     assert bench.report.error == 0

@@ -183,15 +183,12 @@ def test_the_initial_position_is_a_name() -> None:
 
 
 @pytest.mark.manual("PAML-044")
-@pytest.mark.parametrize(
-    ("way", "target", "motor"),
-    [("literal", 0.5, 0.5), ("literal", 7.5, 7.5), ("shortest", 2.5, -0.5), ("positive", 2.5, 2.5)],
-)
-def test_an_absolute_move_within_a_period(way: str, target: float, motor: float) -> None:
-    bench = ProgramBench(period=3.0, periodic_move=way)  # G-14
+@pytest.mark.parametrize("target", [0.5, 2.5, 7.5, -0.5])
+def test_an_absolute_move_within_a_period_goes_by_the_numbers(target: float) -> None:
+    bench = ProgramBench(period=3.0)  # G-14
     bench.move(Move.ABSOLUTE_MOVE, target, 10.0)
     bench.run_to(2000)
-    assert bench.motor == pytest.approx(motor)
+    assert bench.motor == pytest.approx(target)
     assert bench.position == pytest.approx(target % 3)
 
 
@@ -223,10 +220,20 @@ def test_a_node_at_rest_has_nothing_to_do(bench: ProgramBench) -> None:
 
 
 @pytest.mark.manual("PAML-057")
-def test_an_axis_that_stops_hears_no_set_points(bench: ProgramBench) -> None:
-    bench.point(0.0).point(0.01).point(0.02)
-    bench.move(Move.STOP, deceleration=100.0)
-    bench.send(SetPoint(SetPointMode.POSITION, TURN))
+def test_a_set_point_during_a_stop_counts_after_it(bench: ProgramBench) -> None:
+    bench.move(Move.RUN, 10.0)
+    bench.run_to(100)
+    number = bench.move(Move.STOP, deceleration=100.0)
+    bench.send(SetPoint(SetPointMode.POSITION, 0), SetPoint(SetPointMode.POSITION, TURN))
+    bench.run_to(150)
+    assert bench.speed == pytest.approx(5.0)
+    bench.cycle(500)
+    assert (bench.position, bench.report.status, bench.report.number) == (1.0, Status.SYNCHRONISED, number)
+
+
+def test_power_off_takes_the_deceleration_of_the_axis(bench: ProgramBench) -> None:
+    bench.move(Move.RUN, 10.0)
     bench.run_to(1000)
-    assert bench.position == pytest.approx(0.02 + 0.5, abs=0.01)  # from 10 turns/s in 0.1 s
-    assert bench.report.status == Status.STOPPED
+    bench.move(Move.POWER_OFF, deceleration=50.0)
+    bench.run_to(1100)
+    assert bench.speed == pytest.approx(5.0)

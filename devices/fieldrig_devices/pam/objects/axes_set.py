@@ -27,6 +27,8 @@ class AxesSet(ObjectItem):
         super().__init__(name)
         self._site = site
         self.members = [Member(axis, subset) for axis, subset in members]
+        for axis, _ in members:
+            site.dependents.setdefault(axis.name, []).append(name)
         self._optimizes = optimizes
         self._subsets = sorted({member.subset for member in self.members} - {0})
         self._groups: dict[int, list[Member]] = {}

@@ -72,7 +72,7 @@ class Axis(ObjectItem):
             if abs(nearest(own - self._own, self.period)) > 1 / abs(self.units):
                 self._own = wrapped(own, self.period)
             self.site.events += self.watchers
-        self.site.kernel.touched(self.name)
+        self.site.touched(self.name)
 
     @property
     def is_ready(self) -> bool:
@@ -116,7 +116,7 @@ class Axis(ObjectItem):
         if order.number:
             order = AxisOrder(number, order.move, order.value, order.speed, order.acceleration, order.deceleration)
             self._ordered = number
-        self.site.kernel.touched(self.name)
+        self.site.touched(self.name)
         return order
 
     def _send(self, function: str, *arguments: float) -> None:
@@ -223,4 +223,4 @@ class Axis(ObjectItem):
             mode = SetPointMode[self.pipe.mode]
             self._own, self.pipe = self.position, None
             self.node.send(EndOfPipe(mode))
-            self.site.kernel.touched(self.name)
+            self.site.touched(self.name)

@@ -147,7 +147,6 @@ class PamAnalogOutput(ObjectItem):
 
     def set_value(self, value: float) -> None:
         self._take(float(value))
-        self._site.kernel.touched(self.name)
 
     def attach(self, _mode: Mode, _period_s: float) -> Taker:
         return self._take
@@ -156,7 +155,9 @@ class PamAnalogOutput(ObjectItem):
         """The last voltage remains."""
 
     def _take(self, value: float) -> None:
-        self._number = value
+        before, self._number = self._number, value
+        if int(before) != int(value):
+            self._site.kernel.touched(self.name)
         volts = min(max((value + self._offset) / self._units_per_volt, 0.0), HIGHEST_V)
         step = round(volts / HIGHEST_V * STEPS)
         if step != self._step:

@@ -37,11 +37,12 @@ class OfBlock:
 
 
 class PeriodOfBlock(OfBlock):
-    """A period of the block; values that are not above 0 are ignored."""
+    """A period of the block, which those behind it take over; values that are not above 0 are ignored."""
 
     def __set__(self, item: Any, value: float) -> None:
         if value > 0:
             super().__set__(item, value)
+            item.site.periods_changed()
 
 
 class SlewedOfBlock:

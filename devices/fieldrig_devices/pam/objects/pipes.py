@@ -190,6 +190,7 @@ class Pipes:
         self._declared: dict[str, Declared] = {}
         self._pipes: list[Pipe] = []
         self._networks: dict[str, Network] = {}
+        site.periods_changed = self._hand_periods_on
 
     def declare(self, declared: Declared) -> None:
         """Keep the declaration of a block, for blocks that begin with its values."""
@@ -203,6 +204,7 @@ class Pipes:
         for known in replaced:
             if known.converter is not pipe.converter:
                 known.converter.block.give_up()
+                self._site.kernel.touched(known.converter.name)
         self._change([*kept, pipe])
         pipe.converter.block.start(pipe.period_s)
 
@@ -221,10 +223,12 @@ class Pipes:
         for key, item in before.items():
             if key not in after:
                 item.end()
+                self._site.kernel.touched(item.name)
         self._pipes = pipes
         for pipe in pipes:
             self._begin(pipe, before)
             before.update((id(item), item) for item in pipe.lives)
+        self._hand_periods_on()
         sources = {pipe.source.name: pipe.source for pipe in pipes}
         self._networks = {
             name: self._networks.get(name) or Network(source, self._site) for name, source in sources.items()
@@ -233,16 +237,20 @@ class Pipes:
             network.lay_out([pipe for pipe in pipes if pipe.source.name == name])
 
     def _begin(self, pipe: Pipe, living: "dict[int, SourceItem | TransformerItem]") -> None:
-        """Let the new blocks of a pipe begin, and hand the period of the values from block to block (PAML-410)."""
+        """Let the new blocks of a pipe begin."""
         for item in pipe.lives:
             if id(item) not in living:
                 if not self._site.options.keeps_written_parameters:
                     item.declare(self._declared[item.name])
                 item.begin(pipe.source.period if item is pipe.source else pipe.period_s)
-        period = pipe.source.block.outgoing_period
-        for transformer in pipe.transformers:
-            transformer.block.period = period
-            period = transformer.block.outgoing_period
+
+    def _hand_periods_on(self) -> None:
+        """Hand the period of the values from block to block (PAML-410)."""
+        for pipe in self._pipes:
+            period = pipe.source.block.outgoing_period
+            for transformer in pipe.transformers:
+                transformer.block.period = period
+                period = transformer.block.outgoing_period
 
     def flow(self) -> None:
         for network in tuple(self._networks.values()):

@@ -65,6 +65,10 @@ class Site:
         """The number of the present basic cycle."""
         self.nodes: dict[str, list[RingNode]] = {}
         self.free_groups = list(range(1, MOST_GROUPS + 1))
+        self.dependents: dict[str, list[str]] = {}
+        """The objects whose answers follow from those of an axis: its sets and zero positioners."""
+        self.periods_changed: Callable[[], None] = lambda: None
+        """Called when a program has changed the period of a block."""
         self.changes = 0
         """Number of commands and parameters that change what pipes compute; a pipe at rest sleeps until the next."""
         self.moved: set[str] = set()
@@ -76,6 +80,12 @@ class Site:
         self._moved_before: set[str] = set()
         self._number = self._request = 0
         self._requests: dict[int, _Request] = {}
+
+    def touched(self, name: str) -> None:
+        """Tell the run time that an axis has changed, and what depends on it."""
+        self.kernel.touched(name)
+        for dependent in self.dependents.get(name, ()):
+            self.kernel.touched(dependent)
 
     def next_number(self) -> int:
         """Return the number of the next order to axes."""
@@ -109,7 +119,7 @@ class Site:
             work()
         if self.moved != self._moved_before:
             for name in self.moved ^ self._moved_before:
-                self.kernel.touched(name)
+                self.touched(name)
         self.moved, self._moved_before = self._moved_before, self.moved
         self.moved.clear()
 
@@ -120,6 +130,9 @@ class Site:
             if request.answer is not None and cycles >= request.least_cycles:
                 del self._requests[number]
                 request.then(request.answer.value)
+            elif not request.node.is_active:
+                del self._requests[number]
+                request.then(None)
             elif cycles >= self.options.read_timeout_cycles:
                 del self._requests[number]
                 self.kernel.report("07..E021", (request.node.address,))

@@ -77,6 +77,7 @@ class ZeroPositioner(ObjectItem):
         self._job = 0
         if sensor is not None:
             sensor.watchers.append(self._on_sensor)
+        site.dependents.setdefault(axis.name, []).append(self.name)
         axis.watchers.append(self._on_axis)
         axis.on_stop.append(self._abort)
 

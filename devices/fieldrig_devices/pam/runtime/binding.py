@@ -104,7 +104,7 @@ class Binding:
                 found.append(argument.value)
             else:
                 items = self.items(argument.name)
-                number = self._runtime.present_item if argument.index == "i" else 0
+                number = self._runtime.processor.present_item if argument.index == "i" else 0
                 found += items if argument.index == "all" else [items[number]]
         return found
 
@@ -155,8 +155,8 @@ class Binding:
     def later(self, use: Use) -> Function:
         asked, runtime = self._asking(use), self._runtime
         if use.index is None:
-            return lambda slot: runtime.present.later(slot, asked(0, ()))
-        return lambda base, slot: runtime.present.later(slot, asked(base, ()))
+            return lambda slot: runtime.services.later(slot, asked(0, ()))
+        return lambda base, slot: runtime.services.later(slot, asked(base, ()))
 
     # ---- reductions
 

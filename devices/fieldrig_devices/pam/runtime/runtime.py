@@ -5,25 +5,25 @@ equations, and actions and tasks in the order of their declarations, and the par
 time: an application that does not come to rest in a cycle is stopped by 02..F060, the overrun of the basic cycle.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from fieldrig.sandbox import bind, compiled
-from fieldrig_devices.languages.debugging.stepping import Goal
-from fieldrig_devices.languages.faults import RunError
 from fieldrig_devices.languages.resumable import Code
-from fieldrig_devices.languages.task import Task, TaskState
+from fieldrig_devices.languages.task import Task
 from fieldrig_devices.pam.runtime import arithmetic
 from fieldrig_devices.pam.runtime.binding import Binding
 from fieldrig_devices.pam.runtime.compiler import Compiled
 from fieldrig_devices.pam.runtime.equations import Equations
+from fieldrig_devices.pam.runtime.faults import Fault, reason
 from fieldrig_devices.pam.runtime.item import Item, Objects, Part, RoutineRef, Value
 from fieldrig_devices.pam.runtime.lower.formulas import Formula
-from fieldrig_devices.pam.runtime.lower.lowered import SequenceCode, Site, routine_name
+from fieldrig_devices.pam.runtime.lower.lowered import SequenceCode, routine_name
+from fieldrig_devices.pam.runtime.processor import Limits, Processor
 from fieldrig_devices.pam.runtime.reactions import ActionsItem, Runner
 from fieldrig_devices.pam.runtime.schedule import Schedule
 from fieldrig_devices.pam.runtime.sequence import TaskItem
+from fieldrig_devices.pam.runtime.services import Services
 from fieldrig_devices.pam.runtime.waits import Gate
 from fieldrig_devices.pam.runtime.watch import Watch
 from fieldrig_devices.pam.runtime.watches import Watches
@@ -38,32 +38,6 @@ OnMessage = Callable[[str, Sequence[int], str], None]
 """Takes a system message: its code such as 02..F060, its details, and a text for the debugger."""
 
 
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """The speed of the PAM, which the manual does not give."""
-
-    statements_per_ms: int = 10_000
-    """Statements of all programs together in a millisecond of the basic cycle."""
-    is_overrun_fatal: bool = True
-    """False: a sequence that does not come to rest goes on in the next basic cycle."""
-
-
-@dataclass(frozen=True, slots=True)
-class Fault:
-    """Why the application has stopped."""
-
-    code: str
-    text: str
-    title: str
-    """The program, such as TSK_a.SEQ_b."""
-    file: str
-    line: int
-
-    def __str__(self) -> str:
-        where = f" in {self.title}" if self.title else ""
-        return f"{self.code}: {self.text}{where} ({self.file}:{self.line})"
-
-
 def silent(_code: str, _details: Sequence[int], _text: str) -> None:
     """Take no notice of a message."""
 
@@ -73,10 +47,15 @@ class Runtime:
 
     def __init__(self, program: Compiled, on_message: OnMessage = silent, limits: Limits | None = None) -> None:
         self.program, self._on_message, self._limits = program, on_message, limits or Limits()
+        self.thirds = program.thirds
+        """BASIC_PAM_CYCLE in thirds of a millisecond."""
         self._flags = [0, 0]
         self.schedule = Schedule(self._flags)
         self.watches = Watches(program.layout.size)
         self.watches.on_fault = self._on_formula_fault
+        statements = self._limits.statements_per_ms * self.thirds // 3
+        self.processor = Processor(self.schedule, self.watches, self._flags, statements)
+        self.processor.on_fault, self.processor.on_overrun = self._on_fault, self._on_overrun
         self.cells: list[Any] = list(program.layout.start_values())
         """The values of all variables and equations, then the formal parameters."""
         self.items: dict[str, Sequence[Item]] = {}
@@ -85,9 +64,7 @@ class Runtime:
         """The names that generated code sees."""
         self._objects: Objects | None = None
         self._parts: list[Part] = []
-        self._running: TaskItem | Runner | None = None
-        self._budget = 0
-        self._statements = self._limits.statements_per_ms * self.thirds // 3
+        self.services = Services(self)
         self.gates: dict[int, Gate] = {}
         """The gates of CONDITION DUPL_START by the numbers of their sequences."""
         self.tasks: list[TaskItem] = []
@@ -113,11 +90,6 @@ class Runtime:
     # ---- for objects (`item.Kernel`)
 
     @property
-    def thirds(self) -> int:
-        """BASIC_PAM_CYCLE in thirds of a millisecond."""
-        return self.program.thirds
-
-    @property
     def cycle_number(self) -> int:
         """Number of basic cycles since power-on."""
         return self.schedule.cycle
@@ -134,7 +106,7 @@ class Runtime:
             float(value) if kind == "real" else value for value, kind in zip(routine.arguments, types, strict=True)
         ]
         self.routines.add(routine_name(routine.routine, types), 0, values)
-        self._flags[0] = 1
+        self.processor.call()
 
     def _fitting(self, routine: RoutineRef) -> tuple[Any, ...]:
         """Return the types of arguments for which there is code: those of the arguments, or else the first."""
@@ -159,7 +131,7 @@ class Runtime:
         items = self.items
         for part in self._parts:
             items |= part.items
-        scope = self.scope = {"M": self.cells, "W": self._flags, **arithmetic.FUNCTIONS, **self._services()}
+        scope = self.scope = {"M": self.cells, "W": self._flags, **arithmetic.FUNCTIONS, **self.services.functions()}
         scope |= Binding(self, items, self.watches.functions).of(code.uses.table)
         formulas = compiled(code.formulas.source, self.program.names, self.program.rules, "<formulas>")
         functions = bind(formulas, scope)
@@ -230,7 +202,7 @@ class Runtime:
         if not self.is_stopped and not self.is_paused:
             for cell, value in self.forced.items():
                 self.poke(cell, value)
-            self._budget = self._statements
+            self.processor.begin()
             self._run_programs()
         for part in self._parts:
             part.give()
@@ -270,62 +242,7 @@ class Runtime:
 
     def run(self, program: "TaskItem | Runner") -> None:
         """Run a program until it waits, ends or gives way."""
-        self._running, task = program, program.task
-        self._flags[0] = int(self.schedule.is_busy or not self.routines.is_idle)
-        self._flags[1] = 0
-        if program.goal is None:
-            left = task.run(self._budget)
-            self._budget = task.unused if task.has_waited else left
-        else:
-            self._run_to_goal(program, program.goal)
-        self._running = None
-        if task.state is TaskState.FAULTED:
-            self._on_fault(program)
-        elif self._budget <= 0 and task.state is TaskState.READY:
-            self._on_overrun(program)
-
-    def _run_to_goal(self, program: "TaskItem | Runner", goal: Goal) -> None:
-        """Run one instruction after the other until the step of the debugger is complete, or the program waits."""
-        task = program.task
-        while self._budget > 0:
-            self._budget -= task.step()
-            if task.state is not TaskState.READY:
-                program.goal = None
-            elif goal.is_reached(task.line, len(task.stack)):
-                program.goal = None
-                task.halt()
-            elif not task.is_waiting:
-                continue
-            return
-
-    def give_way(self, task: TaskItem) -> None:
-        """Let a sequence go on after the other programs that are due, or in the next cycle if this one is used up."""
-        if self._budget > 0:
-            self.schedule.again(task)
-        else:
-            self.schedule.enter_next(task)
-
-    def interrupt(self, task: TaskItem) -> None:
-        """The exception of a sequence has occurred; if it runs, it stops after its statement."""
-        if self._running is task:
-            self._flags[1] = 1
-
-    @property
-    def present(self) -> TaskItem:
-        """The item of a task whose sequence runs."""
-        assert isinstance(self._running, TaskItem)
-        return self._running
-
-    @property
-    def present_item(self) -> int:
-        return 0 if self._running is None else self._running.task.base
-
-    def value(self, formula: Formula, task: TaskItem) -> Value | None:
-        """Return the value of a formula in the surroundings of a task; None if an answer is missing."""
-        before, self._running = self._running, task
-        found = self.watches.value(formula, task.item)
-        self._running = before
-        return found
+        self.processor.run(program, gives_way=not self.routines.is_idle)
 
     def connect(self, blocks: Sequence[Item]) -> None:
         assert self._objects is not None
@@ -356,12 +273,11 @@ class Runtime:
     def _on_fault(self, program: "TaskItem | Runner") -> None:
         fault = program.task.fault
         assert fault is not None
-        raise_own(fault)
-        self._fail(*_reason(fault), program)
+        self._fail(*reason(fault), program)
 
     def _on_overrun(self, program: "TaskItem | Runner") -> None:
         if self._limits.is_overrun_fatal or isinstance(program, Runner):
-            text = f"the programs do not come to rest after {self._statements} statements in a basic cycle"
+            text = f"the programs do not come to rest after {self.processor.statements} statements in a basic cycle"
             self._fail(OVERRUN, text, program)
 
     def _fail(self, code: str, text: str, program: "TaskItem | Runner") -> None:
@@ -372,8 +288,7 @@ class Runtime:
         self._stop(Fault(code, text, title, file, line))
 
     def _on_formula_fault(self, cause: BaseException, formula: Formula) -> None:
-        raise_own(cause)
-        self._stop(Fault(*_reason(cause), "", formula.place.file, formula.place.line))
+        self._stop(Fault(*reason(cause), "", formula.place.file, formula.place.line))
 
     def _stop(self, fault: Fault) -> None:
         if self.is_stopped:
@@ -394,50 +309,6 @@ class Runtime:
         """A program has reached a breakpoint."""
         self.on_stop()
 
-    # ---- functions that generated code calls
-
-    def _services(self) -> Mapping[str, Callable[..., Any]]:
-        sites: list[Any] = list[Site](self.program.code.sites)
-
-        def timed(name: str, site: int, milliseconds: float | None) -> bool:
-            found: bool = getattr(self.present, name)(sites[site], milliseconds)
-            return found
-
-        def switch(site: int) -> None:
-            self.present.next_sequence = sites[site].sequence
-
-        return {
-            "changed": self.watches.changed,
-            "poke_all": self._poke_all,
-            "poke_and_tell": self._poke_and_tell,
-            "poke_inverted": self._poke_inverted,
-            "timed_out": lambda: self._running is not None and self._running.timed_out,
-            "answer": lambda slot: self.present.answer(slot),
-            "condition": lambda site: timed("condition", site, None),
-            "condition_until": lambda site, time: timed("condition", site, time),
-            "choose": lambda site: timed("choose", site, None),
-            "choose_until": lambda site, time: timed("choose", site, time),
-            "wait_time": lambda time: self.present.wait_time(time),
-            "gate": lambda: self.present.gate(),
-            "switch": switch,
-            "start_task": lambda site: self.present.start_task(sites[site]),
-            "arm": lambda site: timed("arm", site, None),
-            "arm_until": lambda site, time: timed("arm", site, time),
-            "arm_rest": lambda site: self.present.arm_rest(sites[site]),
-            "disarm": lambda: self.present.disarm(),
-        }
-
-    def _poke_all(self, first: int, count: int, value: Value) -> None:
-        self.cells[first : first + count] = [value] * count
-
-    def _poke_and_tell(self, first: int, count: int, value: Value) -> None:
-        for cell in range(first, first + count):
-            self.poke(cell, value)
-
-    def _poke_inverted(self, first: int, count: int) -> None:
-        for cell in range(first, first + count):
-            self.poke(cell, not self.cells[cell])
-
     def poke(self, cell: int, value: Value) -> None:
         """Write a variable, and look at what waits for it."""
         if self.cells[cell] != value:
@@ -445,23 +316,4 @@ class Runtime:
             self.watches.changed(cell)
 
 
-def raise_own(fault: BaseException) -> None:
-    """Raise a fault that is not one of the program, but of an object: only generated code computes its numbers."""
-    trace = fault.__traceback__
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
-    file = "<" if trace is None else trace.tb_frame.f_code.co_filename
-    if not isinstance(fault, RunError) and not file.startswith("<") and file != arithmetic.__file__:
-        raise fault
-
-
 _TYPES: Final = {bool: "flag", int: "integer", float: "real"}
-
-
-def _reason(cause: BaseException) -> tuple[str, str]:
-    """Return the code and the text of a fault."""
-    if isinstance(cause, RunError):
-        return cause.code, cause.text
-    if isinstance(cause, ZeroDivisionError):
-        return arithmetic.REAL_FAULT, "a division of a real by zero"
-    return arithmetic.REAL_FAULT, "an overflow or an invalid operation of reals"

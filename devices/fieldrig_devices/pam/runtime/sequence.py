@@ -1,11 +1,10 @@
 """One item of a task: at most one of its sequences is alive at a time (sections 2.14 to 2.17).
 
-The sequence that runs calls the functions of `services` at its service statements; they return True if it has to wait.
+The sequence that runs calls the functions of `services` at its service statements.
 """
 
 from collections.abc import Callable
 from enum import Enum
-from math import ceil
 from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.languages.debugging.stepping import Goal
@@ -16,9 +15,7 @@ from fieldrig_devices.pam.runtime.lower.formulas import Formula
 from fieldrig_devices.pam.runtime.lower.lowered import (
     Abort,
     CaseSite,
-    ConditionSite,
     Entry,
-    ExceptionSite,
     SequenceCode,
     StartSite,
     Switch,
@@ -26,13 +23,7 @@ from fieldrig_devices.pam.runtime.lower.lowered import (
 )
 from fieldrig_devices.pam.runtime.schedule import Unit
 from fieldrig_devices.pam.runtime.waits import (
-    AnswerWait,
-    CaseWait,
-    ConditionWait,
     FinishWait,
-    Gate,
-    GateWait,
-    TimeWait,
     Wait,
 )
 from fieldrig_devices.pam.runtime.watches import Event
@@ -41,11 +32,7 @@ if TYPE_CHECKING:
     from fieldrig_devices.pam.runtime.runtime import Runtime
 
 WORKSPACE: Final = "03..E02C"
-NEGATIVE_EXCEPTION: Final = "03..E031"
-NEGATIVE_CONDITION: Final = "03..E032"
 BUSY: Final = "03..E033"
-_ROUNDING: Final = 1e-9
-"""A duration of a real number of milliseconds is not one cycle longer because of its last bit."""
 
 
 class SequenceState(Enum):
@@ -71,7 +58,7 @@ class TaskItem(Unit):
         """TIMEOUT, which the last CONDITION or EXCEPTION has set (G-23)."""
         self.next_sequence: str | None = None
         """The sequence that takes the place of the present one."""
-        self._is_doomed = False
+        self.is_doomed = False
         """True if the sequence has to end because of an error of its own."""
         self.answers: list[Value | Pending | None] = []
         self.on_end: list[Callable[[], None]] = []
@@ -108,7 +95,7 @@ class TaskItem(Unit):
             details = sequence.number, sequence.workspace, sequence.used
             self._runtime.stop_by(WORKSPACE, details, text, sequence)
             return False
-        self.sequence, self.next_sequence, self._is_doomed = sequence, None, False
+        self.sequence, self.next_sequence, self.is_doomed = sequence, None, False
         self.task.start(sequence.routine, self._frame, self.item)
         return True
 
@@ -199,7 +186,7 @@ class TaskItem(Unit):
                 case TaskState.ENDED:
                     self.end()
                     return
-            if self._is_doomed:
+            if self.is_doomed:
                 self.end()
                 return
             if self.next_sequence is not None:
@@ -211,14 +198,14 @@ class TaskItem(Unit):
             elif self.wait is not None:
                 return
             else:
-                runtime.give_way(self)
+                runtime.processor.give_way(self)
                 return
 
     # ---- exceptions
 
     def on_exception(self) -> None:
         """The event of the exception has occurred: the present statement is completed first (PAML-377)."""
-        self._runtime.interrupt(self)
+        self._runtime.processor.interrupt(self)
         self.wake()
 
     def _fire(self, exception: Armed) -> None:
@@ -235,14 +222,14 @@ class TaskItem(Unit):
             case Abort():
                 self.end()
             case StartSite() as start:
-                other = self._start_other(start)
+                other = self.start_other(start)
                 if other is not None and start.mode == "WAIT":
                     self._blocked = FinishWait(self, other)
                     self._blocked.begin()
-                if self._is_doomed:
+                if self.is_doomed:
                     self.end()
 
-    def _start_other(self, site: StartSite) -> "TaskItem | None":
+    def start_other(self, site: StartSite) -> "TaskItem | None":
         """Start a sequence of another task; a task that is busy stops this one with an error (PAML-326, PAML-383)."""
         if site.mode == "ABORT":
             self.end()  # aborted first (PAML-375)
@@ -251,14 +238,17 @@ class TaskItem(Unit):
         if other is None:  # of a component that is not there
             return None
         if other.is_alive:
-            assert self.sequence is not None or site.mode == "ABORT"
-            self._runtime.report(BUSY, (self.sequence.number if self.sequence is not None else 0,))
-            self._is_doomed = True
+            self.fail(BUSY)
             return None
         other.timed_out = False
         if other.start(other.code.sequences[site.sequence]):
             other.wake()
         return other
+
+    def fail(self, error: str) -> None:
+        """Report an error of the sequence, which ends it (PAML-326, PAML-353)."""
+        self._runtime.report(error, (self.sequence.number if self.sequence is not None else 0,))
+        self.is_doomed = True
 
     def disarm(self) -> None:
         if self.exception is not None:
@@ -269,87 +259,8 @@ class TaskItem(Unit):
 
     def value(self, formula: Formula) -> Value | None:
         """Return the value of a formula for this item; None if an answer is missing."""
-        return self._runtime.value(formula, self)
+        return self._runtime.processor.value(formula, self)
 
     def chosen(self, site: CaseSite) -> str | None:
         """Return the sequence of the first condition that is true."""
         return next((sequence for formula, sequence in site.branches if self.value(formula)), None)
-
-    # ---- the service statements of the sequence that runs
-
-    def _wait_for(self, wait: Wait) -> bool:
-        self.wait = wait
-        wait.begin()
-        return True
-
-    def _deadline(self, milliseconds: float, error: str) -> int | None:
-        """Return the basic cycle in which a time is over; None after an error, because it is negative (PAML-353)."""
-        if milliseconds < 0:
-            self._runtime.report(error, (self.sequence.number if self.sequence is not None else 0,))
-            self._is_doomed = True
-            return None
-        return self.schedule.cycle + ceil(milliseconds * 3 / self._runtime.thirds - _ROUNDING)
-
-    def wait_time(self, milliseconds: float) -> bool:
-        if milliseconds <= 0:
-            return False
-        return self._wait_for(TimeWait(self, self._deadline(milliseconds, NEGATIVE_CONDITION)))
-
-    def condition(self, site: ConditionSite, milliseconds: float | None) -> bool:
-        self.timed_out = False
-        deadline = None if milliseconds is None else self._deadline(milliseconds, NEGATIVE_CONDITION)
-        if self._is_doomed:
-            return True
-        if self.value(site.formula):
-            return False
-        return self._wait_for(ConditionWait(self, site.formula, deadline))
-
-    def choose(self, site: CaseSite, milliseconds: float | None) -> bool:
-        self.timed_out = False
-        deadline = None if milliseconds is None else self._deadline(milliseconds, NEGATIVE_CONDITION)
-        if self._is_doomed:
-            return True
-        self.next_sequence = self.chosen(site)
-        return True if self.next_sequence is not None else self._wait_for(CaseWait(self, site, deadline))
-
-    def gate(self) -> bool:
-        assert self.sequence is not None
-        if self.code.duplicates is None:
-            return False
-        gate = self._runtime.gates.setdefault(self.sequence.number, Gate(self.code.duplicates))
-        return False if gate.enter(self) else self._wait_for(GateWait(self, gate))
-
-    def start_task(self, site: StartSite) -> bool:
-        other = self._start_other(site)
-        if other is not None and site.mode == "WAIT":
-            return self._wait_for(FinishWait(self, other))
-        return self._is_doomed or self.sequence is None
-
-    def arm(self, site: ExceptionSite, milliseconds: float | None) -> bool:
-        deadline = None if milliseconds is None else self._deadline(milliseconds, NEGATIVE_EXCEPTION)
-        return True if self._is_doomed else self._arm(site, deadline)
-
-    def arm_rest(self, site: ExceptionSite) -> bool:
-        """Take over what is left of the time-out of the exception before (PAML-379)."""
-        return self._arm(site, None if self.exception is None else self.exception.deadline)
-
-    def _arm(self, site: ExceptionSite, deadline: int | None) -> bool:
-        self.timed_out = False
-        self.disarm()
-        self.exception = Armed(self, site, deadline)
-        self.exception.begin()
-        return self.exception.has_occurred
-
-    def later(self, slot: int, answer: Value | Pending) -> bool:
-        """Keep the answer to an inquiry of the present statement; True if it is still under way."""
-        del self.answers[slot:]
-        self.answers.append(answer)
-        if isinstance(answer, Pending) and answer.value is None:
-            return self._wait_for(AnswerWait(self, answer))
-        return False
-
-    def answer(self, slot: int) -> Value:
-        found = self.answers[slot]
-        value = found.value if isinstance(found, Pending) else found
-        assert value is not None
-        return value

@@ -7,7 +7,8 @@ from fieldrig_devices.languages.debugging.debuggee import ProgramState, Reset
 from fieldrig_devices.pam.runtime.compiler import Compiled
 from fieldrig_devices.pam.runtime.debuggee import PamDebuggee
 from fieldrig_devices.pam.runtime.memory_objects import MemoryObjects
-from fieldrig_devices.pam.runtime.runtime import Limits, Runtime
+from fieldrig_devices.pam.runtime.processor import Limits
+from fieldrig_devices.pam.runtime.runtime import Runtime
 
 _MS: Final = 1_000_000
 _ANNOUNCEMENTS: Final = "07..M"

@@ -1,6 +1,8 @@
 """Axes: orders to the node, what is known of their positions, and set-points of a pipe."""
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pam_objects import Bench
 from pam_programs import HEADER
 
@@ -312,3 +314,42 @@ def test_a_torque_is_a_limit(bench: Bench) -> None:
         EndOfPipe(SetPointMode.TORQUE),
         SetPoint(SetPointMode.POSITION, round(TURN * 20 / 360)),
     ]
+
+
+STEPS = st.lists(
+    st.tuples(
+        st.sampled_from(["absolute_move", "relative_move", "position", "run", "stop", "pipe", "end"]),
+        st.floats(-1000, 1000),
+    ),
+    min_size=1,
+    max_size=8,
+)
+
+
+@pytest.mark.manual("PAML-042")
+@settings(max_examples=40, deadline=None)
+@given(STEPS)
+def test_the_position_is_that_of_the_node_after_any_orders(steps: list[tuple[str, float]]) -> None:
+    bench = Bench(AXES.replace("ACCELERATION = 3600;", "ACCELERATION = 360000;"))
+    bench.st1(1)
+    bench.do("AXI_Belt", "position", 30)  # the node begins at 0
+    bench.cycle()
+    for function, argument in steps:
+        if function == "pipe":
+            bench.connect("CNV_Belt", "TMP_Master")
+            bench.cycle(2)
+            bench.do("TMP_Master", "relative_move", argument / 10)
+            bench.until(lambda: bool(bench.ask("TMP_Master", "ready")))
+        elif function == "end":
+            bench.do("CNV_Belt", "disactivate")
+        elif function == "stop":
+            bench.do("AXI_Belt", "stop")
+        else:
+            bench.do("AXI_Belt", function, argument)
+        bench.until(lambda: bool(bench.ask("AXI_Belt", "ready")))
+        bench.cycle(3)
+        if function == "run":
+            bench.do("AXI_Belt", "run", 0)
+            bench.until(lambda: bool(bench.ask("AXI_Belt", "ready")))
+        difference = bench.nodes[1].position / TURN * 360 - bench.ask("AXI_Belt", "position")
+        assert difference - 360 * round(difference / 360) == pytest.approx(0, abs=1e-5)

@@ -67,9 +67,11 @@ def test_orders_to_a_set_go_to_all_its_axes() -> None:
     bench.do("AXS_All", "relative_move", 5)
     moves = [(n, AxisOrder(2, Move.RELATIVE_MOVE, 500, 1000, 2000, 2000)) for n in (1, 2, 3)]
     assert bench.port.sent == [*((n, AxisOrder(1, Move.POWER_ON)) for n in (1, 2, 3)), *moves]
+    bench.kernel.touched_names.clear()
     for n in (1, 3):
         bench.objects.on_report(n, AxisReport(1, 0, 2, 500))
     assert not bench.ask("AXS_All", "ready")
+    assert bench.kernel.touched_names == {"AXI_1", "AXI_3", "AXS_All"}
     bench.objects.on_report(2, AxisReport(1 | 16, 0x80000000, 2, 500))
     assert bench.ask("AXS_All", "ready")
     assert bench.ask("AXS_All", "error")

@@ -81,6 +81,15 @@ def test_a_late_answer_is_passed_on_when_it_is_there_and_none_is_a_time_out(benc
 
 
 @pytest.mark.manual("PAML-142")
+def test_a_reading_of_a_missing_component_ends_without_a_message() -> None:
+    node = "NODES_GROUP NGR_All; NUMBER = 1; END\nNODE NOD_Belt; NODES_GROUP = NGR_All;"
+    bench = Bench(ENCODERS.replace("NODE NOD_Belt;", node, 1).replace("SOURCE = AXI_Belt", "SOURCE = ENC_Belt"))
+    bench.objects.leave_out([7])
+    pending = bench.item("ENC_Belt").value()
+    bench.cycle()
+    assert (pending.value, bench.kernel.reports, bench.port.sent) == (0, [], [])
+
+
 @pytest.mark.manual("PAML-140")
 @pytest.mark.manual("PAML-141")
 @pytest.mark.manual("PAML-149")

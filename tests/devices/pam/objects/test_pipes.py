@@ -121,6 +121,7 @@ def test_a_new_pipe_replaces_the_one_with_its_destination(bench: Bench) -> None:
     bench.connect("CNV_Again", "AMP_Gear", "TMP_Slow")  # shared, with another input: the destination is the same
     bench.cycle(11)
     assert [is_ready(bench, name) for name in ("CNV_Values", "CNV_Again")] == [False, True]
+    assert "CNV_Values" in bench.kernel.touched_names
     bench.do("TMP_Slow", "position", 1)
     bench.cycle(11)
     assert bench.ask("AMP_Gear", "value") == 12
@@ -165,11 +166,13 @@ def test_a_pipe_is_probed_by_an_analog_output() -> None:
     bench.do("TMP_Master", "position", 150)
     bench.cycle()
     assert volts[0] == pytest.approx(1.5, abs=0.01)
+    assert bench.item("PAO_Probe").value() == 150
+    assert "PAO_Probe" in bench.kernel.touched_names
 
 
 @pytest.mark.manual("PAML-635")
 @pytest.mark.parametrize(("word", "lead"), [("NO", 0), ("YES", 1)])
-def test_anti_delay_is_one_cycle_ahead_of_the_position(word: str, lead: int) -> None:
+def test_anti_delay_is_one_period_ahead_of_the_position(word: str, lead: int) -> None:
     bench = Bench(
         HEADER + PIPES.replace("ANTI_DELAY = NO", f"ANTI_DELAY = {word}"), shapes=lambda _: shape_of(STRAIGHT)
     )
@@ -178,7 +181,7 @@ def test_anti_delay_is_one_cycle_ahead_of_the_position(word: str, lead: int) -> 
     bench.do("TMP_Slow", "run", 6)
     bench.cycle(100)
     flow, position = 2 * bench.ask("AMP_Half", "value"), bench.ask("TMP_Slow", "position")
-    assert flow - position == pytest.approx(6 * 0.001 * lead)
+    assert flow - position == pytest.approx(6 * 0.010 * lead)
 
 
 @pytest.mark.manual("PAML-180")
@@ -245,9 +248,11 @@ def test_the_rest_of_a_slew_is_applied_at_the_end_of_the_pipe(bench: Bench) -> N
     bench.cycle()
     bench.item("AMP_Gear").set_parameter("GAIN", 4)
     bench.cycle(10)
+    bench.kernel.touched_names.clear()
     bench.do("CNV_Values", "disactivate")
     assert bench.item("AMP_Gear").parameter("GAIN") == 4
     assert is_ready(bench, "AMP_Gear")
+    assert {"AMP_Gear", "CNV_Values"} <= bench.kernel.touched_names
 
 
 @pytest.mark.manual("PAML-581")
@@ -340,6 +345,9 @@ def test_pmp_forward_and_backward(bench: Bench) -> None:
     assert bench.ask("PMP_Cut", "position") == pytest.approx(2500)
     bench.do("PMP_Cut", "absolute_move", 1000, 500)  # the same direction is not done
     assert is_ready(bench, "PMP_Cut")
+    bench.do("PMP_Cut", "absolute_move", 2500, 1000)  # it is at the first already
+    bench.until(lambda: is_ready(bench, "PMP_Cut"))
+    assert bench.ask("PMP_Cut", "position") == pytest.approx(1000)
 
 
 @pytest.mark.manual("PAML-605")
@@ -444,6 +452,20 @@ def test_a_gear_goes_on_over_the_period_of_its_master() -> None:
 
 @pytest.mark.manual("PAML-587")
 @pytest.mark.manual("PAML-589")
+@pytest.mark.manual("PAML-410")
+def test_a_changed_period_is_that_of_the_blocks_behind_it(bench: Bench) -> None:
+    bench.connect("CNV_Values", "AMP_Half", "TMP_Master")
+    bench.cycle()
+    bench.item("TMP_Master").set_parameter("POSITION_PERIOD", 10)
+    bench.do("TMP_Master", "position", 9)
+    bench.cycle()
+    before = bench.ask("AMP_Half", "value")
+    bench.do("TMP_Master", "position", 11)
+    bench.cycle()
+    assert bench.ask("TMP_Master", "position") == pytest.approx(1)
+    assert bench.ask("AMP_Half", "value") == pytest.approx(before + 1)
+
+
 @pytest.mark.manual("PAML-584")
 @pytest.mark.manual("PAMS-027")
 def test_a_phaser_in_programs(bench: Bench) -> None:

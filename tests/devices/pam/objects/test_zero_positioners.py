@@ -4,6 +4,7 @@ import pytest
 from pam_objects import Bench
 from pam_programs import HEADER
 
+from fieldrig_devices.pam.objects.options import Options
 from fieldrig_devices.pamring.frames import AxisOrder, InputChanged, Move, Read
 
 TURN = 1 << 32
@@ -19,13 +20,14 @@ ZERO_POSITIONER ZEP_Main; OBJECT = AXI_Main; SENSOR = SBI_Sensor;
 """
 SENSOR = 2
 """The sensor's item; the axis is item 1."""
+A_CYCLE_LATE = Options(report_delay_cycles=1)
 RESOLVER = "RESOLVER_OFFSET = 100;"
 COARSE = "COARSE_SPEED = 3600; COARSE_EDGE = RISING; COARSE_MOVE = 0.0;"
 FINE = "FINE_SPEED = -90; FINE_EDGE = FALLING; FINE_MOVE = 30;"
 
 
 def started(phases: str) -> Bench:
-    bench = Bench(f"{HEADER}{AXIS}{phases} END\n")
+    bench = Bench(f"{HEADER}{AXIS}{phases} END\n", options=A_CYCLE_LATE)
     bench.st1(1)
     bench.cycle()
     bench.cycle(work=lambda: bench.do("ZEP_Main", "start"))
@@ -108,7 +110,7 @@ def test_the_current_speed_is_that_of_the_axis() -> None:
 @pytest.mark.manual("PAML-200")
 @pytest.mark.manual("PAML-201")
 def test_the_fine_phase_follows_with_its_own_edge() -> None:
-    bench = Bench(f"{HEADER}{AXIS}{COARSE}{FINE} END\n")
+    bench = Bench(f"{HEADER}{AXIS}{COARSE}{FINE} END\n", options=A_CYCLE_LATE)
     bench.st1(1)
     bench.cycle()
     bench.item("ZEP_Main").set_parameter("FINE_SPEED", -180)

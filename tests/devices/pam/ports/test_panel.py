@@ -19,7 +19,7 @@ def test_date_and_time_are_packed() -> None:
     assert panel_cells(2, 0xFF0, noon)[2:4] == (36 << 10 | 12 << 6 | 31 << 1 | 1, 0xC001)
 
 
-@pytest.mark.manual("PAMS-058", "PAMS-060")
+@pytest.mark.manual("PAMS-058")
 def test_the_panel_of_vme() -> None:
     bench = PortBench(GROUP + VME)
     bench.begin()

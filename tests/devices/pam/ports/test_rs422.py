@@ -2,7 +2,10 @@
 
 import pytest
 from pam_ports import GROUP, RS422, VME, PortBench, started_rs422
+from pam_programs import HEADER
 
+from fieldrig.clock import MS, S
+from fieldrig.pytest_plugin import RigMaker
 from fieldrig_devices.pam.language.ports import PortVariable, crc_of
 from fieldrig_devices.pam.ports.masters.rs422 import Rs422Master
 from fieldrig_devices.pam.ports.rs422.codec import FramedCodec
@@ -248,3 +251,32 @@ def test_a_pam_with_both_ports_waits_for_the_dual_port_only() -> None:
 def test_exchange_of_all_items() -> None:
     frame = FramedCodec().encode(exchange("WORD_VAR", 7, -1, -2))
     assert frame[:10] == bytes.fromhex("02 12 00 00 00 07 ff ff ff fe")
+
+
+def test_a_session_over_a_serial_line(fieldrig_rig: RigMaker) -> None:
+    rig = fieldrig_rig(
+        {
+            "time": "virtual",
+            "buses": {"rs422": {"kind": "serial.virtual", "baud": 38_400}},
+            "devices": {
+                "pam": {
+                    "kind": "pam_port_kinds:PortHost",
+                    "program": HEADER + GROUP + RS422,
+                    "links": {"line": "rs422"},
+                }
+            },
+        }
+    )
+    link = rig.attach("plc").link("rs422")
+    master = Rs422Master(PortBench(GROUP + RS422).variables, link.send, {"RWI_MachPressure": 3})
+    link.on_receive(master.receive)
+    master.begin(0)
+    for at in range(100):
+        rig.run_until(at * 10 * MS)
+        master.poll(at * 10 * MS)
+    assert master.is_running
+    assert rig.get("pam", "state") == "running"
+    assert rig.get("pam", "RWI_MachPressure.0") == 3
+    rig.set("pam", "RRO_MachHeadLevel.1", 0.25)
+    rig.run_until(S + 50 * MS)
+    assert master.changes == [("RRO_MachHeadLevel", 1, 0.25)]

@@ -7,10 +7,14 @@ import pytest
 from pam_ports import GROUP, VME
 from pam_programs import HEADER
 
-from fieldrig.clock import MS, S
+from fieldrig.clock import MS, S, VirtualClock
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.pytest_plugin import RigMaker
 from fieldrig.rig import Rig
+from fieldrig.testing import RecordedLink
+from fieldrig_bus.modbus.message import ModbusEvent, ModbusRequest, ModbusResponse
+from fieldrig_devices.pam.ports.masters.over_modbus import ModbusScript
+from fieldrig_devices.pam.ports.masters.script import MasterError, Read, Script
 
 
 def rig_of(folder: Path, program: str = HEADER + GROUP + VME, **master: Any) -> dict[str, Any]:
@@ -80,7 +84,54 @@ def test_wrong_settings(
 
 def test_the_master_tries_again_without_a_pam(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
     config = rig_of(tmp_path)
-    del config["devices"]["pam"]
+    config["devices"]["pam"]["has_power"] = False
     rig = fieldrig_rig(config)
     rig.run_until(10 * S)
     assert rig.get("plc", "running") is False
+
+
+class Answers:
+    """A PAM that answers with these PDUs, or not at all, and then with words from 1 on."""
+
+    def __init__(self, *answers: str) -> None:
+        self.clock, self.link = VirtualClock(), RecordedLink[ModbusEvent]()
+        self.answers = [bytes.fromhex(answer) for answer in answers]
+
+    def play(self, script: Script[list[str]]) -> list[str]:
+        """Run a script for 10 s, and return its result."""
+        ends: list[str] = []
+
+        def whole() -> Script[None]:
+            ends.extend((yield from script))
+
+        runner = ModbusScript(self.clock, self.link, 1, whole(), lambda: ends.append("end"))
+        self.link.on_receive(runner.on_message)
+        runner.begin()
+        for _ in range(20):
+            for request in self.link.take():
+                assert isinstance(request, ModbusRequest)
+                if self.answers and (pdu := self.answers.pop(0)):
+                    self.link.deliver(ModbusResponse(1, pdu, request.exchange))
+                    self.link.deliver(ModbusResponse(1, pdu, request.exchange))  # the second is late
+            self.clock.advance_to(self.clock.now_ns() + 500 * MS)
+        return ends
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        ("03 02 12 34", "4660"),
+        ("", "the PAM does not answer"),
+        ("83 02", "the PAM has answered 83 02"),
+        ("03 04 00 00 00 00", "the PAM has answered 03 04 00 00 00 00"),
+    ],
+)
+def test_a_request_that_fails_is_raised_in_the_script(answer: str, said: str) -> None:
+    def script() -> Script[list[str]]:
+        try:
+            (word,) = yield Read(7)
+        except MasterError as fault:
+            return [str(fault)]
+        return [str(word)]
+
+    assert Answers(answer).play(script()) == [said, "end"]

@@ -5,6 +5,7 @@ from pam_bench import PamBench, sequence, started
 
 from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.pam.runtime.item import RoutineRef
+from fieldrig_devices.pam.runtime.processor import Limits
 
 ACTIONS = "ACTIONS ACT_a; SPECS {specs} CYCLES = {cycles}; END_SPECS {body} END_ACTIONS\n"
 
@@ -228,14 +229,23 @@ def test_a_loop_without_end_is_an_overrun() -> None:
 
 
 @pytest.mark.manual("PAML-272", "PAML-260")
-@pytest.mark.parametrize("statement", ["WAIT_TIME 1;", "CONDITION f;", "EXCEPTION f ABORT_SEQUENCE;", "CALL RTN_a;"])
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "WAIT_TIME 1;",
+        "CONDITION f;",
+        "EXCEPTION f ABORT_SEQUENCE;",
+        "XEQ_TASK TSK_a SEQUENCE SEQ_a;",
+        "XEQ_SEQUENCE SEQ_a;",
+    ],
+)
 def test_what_routines_and_actions_must_not_do(statement: str) -> None:
     for programs in (
         f"ROUTINES RGR_a; ROUTINE RTN_a; {statement} END_ROUTINE END_ROUTINES",
         ACTIONS.format(specs="", cycles=1, body=f"ON_EVENT f ACTION {statement} END_ACTION"),
     ):
         with pytest.raises(CompileError):
-            PamBench(programs)
+            PamBench(programs + sequence(""))
 
 
 @pytest.mark.manual("PAML-294")
@@ -285,3 +295,17 @@ def test_a_single_equation_drives_all_items_of_an_output() -> None:
     bench["SBI_a"] = True
     bench.run()
     assert [item.value() for item in bench.objects.items["SBO_Each"]] == [True, True]
+
+
+def test_a_loop_without_end_can_go_on_in_the_next_cycle() -> None:
+    bench = PamBench(
+        sequence("LOOP n <- n + 1; END_LOOP SBI_b; at <- 1;") + sequence("w <- 1;").replace("TSK_a", "TSK_b"),
+        limits=Limits(100, is_overrun_fatal=False),
+    )
+    bench.run()
+    bench["SBI_a"] = True
+    bench.run(3)
+    assert (bench.errors, bench["w"], bench["at"]) == ([], 1, 0)
+    bench["SBI_b"] = True
+    bench.run()
+    assert (bench["at"], bench.errors) == (1, [])

@@ -8,7 +8,9 @@ import pytest
 from pam_programs import HEADER
 
 from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.pam.language.formatter import formatted
 from fieldrig_devices.pam.language.items import Application
+from fieldrig_devices.pam.language.parser import parse
 from fieldrig_devices.pam.runtime.compiler import compile_application
 
 MACHINE = (
@@ -265,6 +267,11 @@ def test_there_are_49_listings() -> None:
 def test_listings_compile(number: int) -> None:
     compiled = compile_application(ALL[number], f"L-{number:02}.pam")
     assert isinstance(compiled.program.items[0], Application)
+
+
+@pytest.mark.parametrize("number", ALL)
+def test_listings_mean_the_same_in_one_layout(number: int) -> None:
+    assert parse(formatted(ALL[number]), "a")[0] == parse(ALL[number], "a")[0]
 
 
 @pytest.mark.manual("PAML-011")

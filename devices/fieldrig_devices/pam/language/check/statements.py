@@ -53,6 +53,9 @@ def check_statements(statements: Iterable[Statement], names: Names, context: Con
     for statement in statements:
         if isinstance(statement, SERVICE) and not context.allows_service:
             names.wrong(statement.place, f"{context.where} must not wait", "a statement that takes no time")
+        elif isinstance(statement, StartTask) and not context.allows_service:
+            names.wrong(statement.place, f"{context.where} starts no task", "an assignment, a function, CALL or IF")
+            continue
         _check(statement, names, context)
 
 

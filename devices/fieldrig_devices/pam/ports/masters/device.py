@@ -4,7 +4,7 @@ It stands for the PLC in rigs without one.  When the PAM is gone, it begins the 
 """
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import ClassVar, Final
 
@@ -15,7 +15,7 @@ from fieldrig.device import Device, Point, Value
 from fieldrig.errors import RigError
 from fieldrig.link import Link
 from fieldrig.point_values import number_in, truth_in, whole_in
-from fieldrig.settings import ConfigFile, Settings
+from fieldrig.settings import Claim, ConfigFile, Settings
 from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.languages.refusal import refused
@@ -46,6 +46,9 @@ class VmeMasterSettings(Settings):
         default={}, description="initial values of inputs by name, for all their items; 0 for others"
     )
     ports: PortOptions = Field(default_factory=PortOptions, description="the same readings of the manual as the PAM's")
+
+    def needs(self, device: str) -> Iterator[Claim]:
+        yield Claim("modbus", "unit", self.unit_id, ("unit_id",))
 
 
 class VmeMasterDevice(Device):

@@ -53,6 +53,8 @@ class SimaticPort:
         self.status = PortStatus("DualPort", plan, kernel)
         self.items: Mapping[str, Sequence[PortItem]] = items_of(plan.variables, kernel, is_active, self._push)
         self.state = State.PRESET
+        self.may_run = False
+        """True when the application runs, or may begin to."""
         watch_dog, self._period = plan.numbers("WATCH_DOG")[0], plan.numbers("PERIOD")[0]
         self._watch_dog, self.panel = watch_dog // 2, watch_dog - BEFORE_WATCH_DOG
         self._pam_ready, self._dualport_ready, self._host_ready = (
@@ -74,11 +76,6 @@ class SimaticPort:
         return ((self._places[item], item) for item in items if item.variable.kind == "FLAG_VAR")
 
     # ---- for the PAM
-
-    @property
-    def may_run(self) -> bool:
-        """True when the application runs, or may begin to."""
-        return self.state in _RUNNING
 
     @property
     def state_text(self) -> str:
@@ -107,17 +104,17 @@ class SimaticPort:
     def poll(self, now_ns: int) -> None:
         """Take the steps of this basic cycle: start-up and watchdog."""
         self._now_ns = now_ns
-        if self.state is State.SYNC and not flag_of(self._words, self._pam_ready):
+        if self.state is State.RUN:
+            self._cycles += 1
+            if self._cycles % WATCHDOG_CYCLES == 0:
+                self._watch()
+        elif self.state is State.SYNC and not flag_of(self._words, self._pam_ready):
             self._synchronise()
         elif self.state is State.WAIT_HOST and flag_of(self._words, self._host_ready):
             self._run()
         elif self._deadline_ns is not None and now_ns >= self._deadline_ns:
             self.fail()
             self._kernel.report("07..F020")
-        elif self.state is State.RUN:
-            self._cycles += 1
-            if self._cycles % WATCHDOG_CYCLES == 0:
-                self._watch()
 
     def fail(self) -> None:
         """Stop for a fatal error; only `begin` leads on."""
@@ -143,7 +140,7 @@ class SimaticPort:
     # ---- start-up
 
     def _enter(self, state: State, timeout: str = "") -> None:
-        self.state = state
+        self.state, self.may_run = state, state in _RUNNING
         duration_ns = self.status.duration_ns(timeout)
         self._deadline_ns = None if duration_ns is None else self._now_ns + duration_ns
 
@@ -185,7 +182,7 @@ class SimaticPort:
 
     def _push(self, item: PortItem) -> None:
         """Write a change of an output to its cell, and announce the cell."""
-        if self.state not in _RUNNING or not item.is_served:
+        if not self.may_run or not item.is_served:
             return
         self._write(item)
         is_written = self._out.put(self._places[item].address)

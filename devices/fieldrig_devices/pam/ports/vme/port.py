@@ -50,6 +50,8 @@ class VmePort:
         self._outputs = {variable.crc: variable for variable in plan.outputs}
         self.items: Mapping[str, Sequence[PortItem]] = items_of(plan.variables, kernel, is_active, self._push)
         self.state = State.PRESET
+        self.may_run = False
+        """True when the application runs, or may begin to."""
         self._in, self._out = Fifo(memory, IN_HEADER), Fifo(memory, OUT_HEADER)
         self._start_up = StartUp(memory, self, options)
         self._keys: dict[str, int] = {}
@@ -57,15 +59,10 @@ class VmePort:
             variable.period: [] for variable in self.inputs
         }
         self._deadline_ns: int | None = None
-        self._now_ns = self._watchdog_ns = self._missed = 0
+        self._now_ns = self._watchdog_ns = self._heard_ns = 0
         self._is_overrun = False
 
     # ---- for the PAM
-
-    @property
-    def may_run(self) -> bool:
-        """True when the application runs, or may begin to."""
-        return self.state in _RUNNING
 
     @property
     def state_text(self) -> str:
@@ -90,12 +87,14 @@ class VmePort:
     def poll(self, now_ns: int) -> None:
         """Take the steps of this basic cycle: start-up, commands and watchdog."""
         self._now_ns = now_ns
-        if self.state is State.FATAL or self.state is State.PRESET:
-            return
-        if self.state is State.SYNC:
+        if self.may_run:
+            self._start_up.poll()
+            if now_ns >= self._watchdog_ns and self.state is State.RUN:
+                self._watch()
+        elif self.state is State.SYNC:
             if self._start_up.synchronise() and self.state is State.SYNC:
                 self._wait("MASTER_READY_TIMEOUT")
-        else:
+        elif self.state in _CONFIGURING:
             if self.state is State.INIT and self._start_up.is_reading:
                 self._initialise()
             if self._start_up.poll() and self.state in _CONFIGURING:
@@ -103,8 +102,6 @@ class VmePort:
         if self._deadline_ns is not None and now_ns >= self._deadline_ns:
             self.fail()
             self._kernel.report("07..F020")
-        elif self.state is State.RUN and now_ns >= self._watchdog_ns:
-            self._watch()
 
     def fail(self) -> None:
         """Stop for a fatal error; only `begin` leads on."""
@@ -135,7 +132,7 @@ class VmePort:
         return self._in.is_empty
 
     def enter(self, state: State) -> None:
-        self.state = state
+        self.state, self.may_run = state, state in _RUNNING
         if state in _MESSAGES:
             self._kernel.report(_MESSAGES[state])
         self._deadline_ns = None
@@ -144,7 +141,7 @@ class VmePort:
         elif state in _CONFIGURING:
             self._wait("MASTER_CONFIGURATION_TIMEOUT")
         elif state is State.RUN:
-            self._watchdog_ns, self._missed = self._now_ns + WATCHDOG_NS, 0
+            self._watchdog_ns, self._heard_ns = self._now_ns + WATCHDOG_NS, self._now_ns
 
     def configure(self, crc: int, key: int) -> PortVariable | None:
         variable = self._outputs.get(crc)
@@ -209,7 +206,7 @@ class VmePort:
         """Write a change of an output that the master knows."""
         variable = item.variable
         key = self._keys.get(variable.name, NO_KEY)
-        if self.state not in _RUNNING or key == NO_KEY or not item.is_served:
+        if not self.may_run or key == NO_KEY or not item.is_served:
             return
         is_written = self._out.put(output_block(key, item.index, variable.kind, item.value()))
         if not is_written and not self._is_overrun:
@@ -219,14 +216,14 @@ class VmePort:
     # ---- watchdog
 
     def _watch(self) -> None:
-        self._watchdog_ns += WATCHDOG_NS
+        self._watchdog_ns = max(self._watchdog_ns + WATCHDOG_NS, self._now_ns)
         words = self._memory.words
         if words[WATCHDOG] == 1:
-            words[WATCHDOG] = self._missed = 0
+            words[WATCHDOG] = 0
+            self._heard_ns = self._now_ns
             return
-        self._missed += 1
         limit_ns = self.status.duration_ns("MASTER_INACTIVITY_TIMEOUT")
-        if limit_ns is not None and self._missed * WATCHDOG_NS > limit_ns:
-            self.state = State.RUN_NO_MASTER
+        if limit_ns is not None and self._now_ns - self._heard_ns > limit_ns:
+            self.enter(State.RUN_NO_MASTER)
             self.status.set_error(True)
             self._kernel.report("07..E01E")

@@ -25,6 +25,8 @@ from fieldrig_devices.pam.ports.vme.layout import (
 NO_KEY: Final = 0xFFFF_FFFF
 """The key -1 of an output that the master does not know."""
 _ROUNDS: Final = 2
+_NOP: Final = int(Command.NOP)
+"""A plain number, as it is compared in every basic cycle."""
 
 
 class State(Enum):
@@ -95,7 +97,7 @@ class StartUp:
     def poll(self) -> bool:
         """Answer a command; return whether there was one."""
         code = self._words[COMMAND]
-        if code == Command.NOP:
+        if code == _NOP:
             if self._is_answered:
                 self._words[ACKNOWLEDGE] = Answer.NO_ACK
                 self._is_answered = False

@@ -12,6 +12,7 @@ from fieldrig_devices.pam.runtime.layout import Layout, is_per_item, number_of
 from fieldrig_devices.pam.runtime.lower import lowered
 from fieldrig_devices.pam.runtime.lower.expressions import Expressions, Formal, Surroundings
 from fieldrig_devices.pam.runtime.lower.lowered import Lowered, routine_name
+from fieldrig_devices.pam.runtime.lower.sequences import SequenceBody
 from fieldrig_devices.pam.runtime.lower.statements import Body
 from fieldrig_devices.pam.runtime.lower.uses import Verb
 from fieldrig_devices.pam.runtime.walk import nodes
@@ -94,7 +95,8 @@ class _Lowerer:
         self._add(routine_name(name, types), name, routine.body, routine.place, Surroundings(formals))
 
     def _add(self, key: str, title: str, body: Sequence[tree.Statement], place: tree.Place, at: Surroundings) -> None:
-        lowerer = Body(self._expressions, self.code, self._watched, at, self._on_call)
+        kind = SequenceBody if at.asks is Verb.LATER else Body
+        lowerer = kind(self._expressions, self.code, self._watched, at, self._on_call)
         instructions = lowerer.lower(body, _end(body, place))
         self.code.routines[key] = Routine(instructions, lowerer.frame_size, frozenset(_registers(self._layout)))
         self.code.titles[key] = title

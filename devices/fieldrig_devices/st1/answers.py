@@ -1,0 +1,53 @@
+"""The reports of an axis: its words, the last order that is done, and its own part (PAML-059, PAMS-055)."""
+
+from collections.abc import Callable
+from typing import Final
+
+from fieldrig_devices.pamring.frames import AxisReport
+from fieldrig_devices.st1.set_position import Doing, SetPosition
+from fieldrig_devices.st1.status import Status
+
+DOING: Final = {Doing.NOTHING: 0, Doing.MOVE: Status.IN_MOVE, Doing.RUN: Status.IN_RUN, Doing.STOP: 0}
+
+
+def status_of(setting: SetPosition, *, is_powered: bool) -> int:
+    """Return the status word of an axis, table 12-4."""
+    pipe, doing = setting.pipe, setting.doing
+    is_driven = pipe.mode is not None and not pipe.is_ending
+    status = DOING[doing] | (Status.SYNCHRONISED if is_driven else 0) | (0 if is_powered else Status.POWER_OFF)
+    return int(status | (Status.STOPPED if doing is Doing.NOTHING and pipe.mode is None else 0))
+
+
+class Answers:
+    def __init__(self, send: Callable[[AxisReport], None]) -> None:
+        self._send = send
+        self.forget()
+
+    def forget(self) -> None:
+        """Report nothing until the axis is configured again."""
+        self.is_axis = self.waits = False
+        """True if the axis is configured; true while the last order is not done."""
+        self.done = self._latest = 0
+        self._last: AxisReport | None = None
+
+    def begin(self, number: int) -> None:
+        """Take an order; those with the number 0 are not reported."""
+        self._latest = number or self._latest
+
+    def repeat(self) -> None:
+        """Report also what has not changed."""
+        self._last = None
+
+    def report(self, status: int, error: int, own: int, *, is_moving: bool) -> None:
+        """Report the axis if any of it has changed; the own part of an axis that moves changes all the time."""
+        if not self.waits:
+            self.done = self._latest
+        if not self.is_axis:
+            return
+        last = self._last
+        if last is not None and is_moving:
+            own = last.set_point
+        report = AxisReport(status, error, self.done, own)
+        if report != last:
+            self._last = report
+            self._send(report)
