@@ -96,8 +96,12 @@ class St1:
                 way = move(order.value - self.own, speed, limits)
             case Move.RELATIVE_MOVE:
                 way = move(order.value, speed, limits)
-            case Move.RUN | Move.STOP:
+            case Move.RUN:
                 way = change_speed(speed, order.value, limits)
+            case Move.STOP:
+                way = change_speed(speed, 0, limits)
+                self.base += self.pipe
+                self.mode, self.pipe = None, 0.0
             case Move.POSITION:
                 self.base += order.value - self.position
             case Move.POWER_ON:
