@@ -1,5 +1,7 @@
 """Axes sets: orders to several axes, switches and ratios behind a converter, subsets, and groups in one frame."""
 
+from typing import Any
+
 import pytest
 from pam_objects import Bench
 from pam_programs import HEADER
@@ -41,7 +43,7 @@ CONVERTER CNV_Speed; DESTINATION = AXS_All; MODE = SPEED; END
     )
 
 
-def analysed(text: str, other_ckv: int = 0, **settings: object) -> Bench:
+def analysed(text: str, other_ckv: int = 0, **settings: Any) -> Bench:
     """A machine whose PAM has read the parameters of all axes, one of which may have another CKV."""
     bench = Bench(text, **settings)
     bench.st1(*range(1, 33))
@@ -52,7 +54,7 @@ def analysed(text: str, other_ckv: int = 0, **settings: object) -> Bench:
     return bench
 
 
-def connected(text: str, converter: str = "CNV_All", **settings: object) -> Bench:
+def connected(text: str, converter: str = "CNV_All", **settings: Any) -> Bench:
     """A machine whose set is behind a pipe at position 0, without what was sent for that."""
     bench = analysed(text, **settings)
     bench.connect(converter, "TMP_Master")
