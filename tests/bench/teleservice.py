@@ -1,103 +1,167 @@
-"""Teleservice: a page of the MAx-4 through modems, PPP and TCP in virtual time, against the limit of the line."""
+"""Teleservice: calls to MAx-4 controllers by modem, PPP and TCP in virtual time, against the limit of the line."""
 
-from collections.abc import Callable
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
 
+if __name__ == "__main__":  # for a run of this file alone
+    HERE = Path(__file__).parent
+    sys.path[:0] = [str(HERE), str(HERE.parent / "support")]
+
+from dialled_rig import MODEM_BPS, Laptop, Page, call, open_rig, run_until
 from report import COMPARED, Report, progress
 
 from fieldrig.clock import MS, S
-from fieldrig.config import from_dict
 from fieldrig.rig import Rig
-from fieldrig_devices.dial.caller import Caller, Plan
-from fieldrig_devices.ppp.settings import Login
 
-HERE = Path(__file__).parent
 BAUDS = (38_400, 115_200)
-MODEM_BPS = 33_600
-OFFLINE = 6  # Com1UserState
 SEGMENT, FRAME = 1460, 1460 + 20 + 20 + 8
 """Bytes of data in a full TCP segment, and of its PPP frame with TCP and IP headers."""
-LIMIT_NS = 300 * S
+DELAY_MS = 10
+"""Delay of the telephone network in each direction, its default."""
+CALLS = 50
+ROUND_TRIPS = 9
+STEP_NS = 50_000
+PAGE = "/PARAMS.HTM"
 
 
-def rig_of(baud: int) -> dict[str, Any]:
-    modem = {"kind": "modem", "baud": baud, "highest_bps": MODEM_BPS}
-    return {
-        "time": "virtual",
-        "buses": {
-            "com1": {"kind": "serial.virtual", "baud": baud},
-            "caller": {"kind": "serial.virtual", "baud": baud},
-            "telephone": {"kind": "telephone.virtual", "numbers": {"machine": "4711", "laptop": "4712"}},
-        },
-        "devices": {
-            "max4": {
-                "kind": "max4",
-                "links": {"com1": "com1"},
-                "com1": {"modem": "Modem", "baud": baud},
-                "drives": {f"axis{number}": {"ring_address": number, "simulated": True} for number in range(1, 17)},
-                "parameters": {"MAx-4.Com1User": 1, "Modem.UserName": "service", "Modem.Password": "pacdrive"},
-            },
-            "machine": {**modem, "links": {"line": "com1", "telephone": "telephone"}},
-            "laptop": {**modem, "links": {"line": "caller", "telephone": "telephone"}},
-        },
-    }
+def limit(baud: int) -> float:
+    """The bytes a second of the slower of serial line and modems."""
+    return min(baud / 10, MODEM_BPS / 8)
 
 
-class Laptop:
-    """A caller at the second modem."""
+def fetched(rig: Rig, laptops: list[Laptop]) -> list[Page]:
+    """Fetch a page with every laptop at once."""
+    pages = [laptop.fetch(PAGE) for laptop in laptops]
+    run_until(rig, laptops, lambda: all(page.is_complete for page in pages))
+    return pages
 
-    def __init__(self, rig: Rig) -> None:
-        self.rig = rig
-        line = rig.attach("terminal").link("caller")
-        plan = Plan("4711", login=Login.of("service", "pacdrive"))
-        self.caller = Caller(plan, lambda: 0x1234_5678, line.send, lambda _text: None)
-        line.on_receive(lambda data: self.caller.receive(rig.now_ns, data))
-        self.until(lambda: rig.get("max4", "Com1UserState") == OFFLINE)
-        self.caller.start(rig.now_ns)
-        self.until(lambda: self.caller.is_up)
 
-    def until(self, is_done: Callable[[], bool]) -> None:
-        end_ns = self.rig.now_ns + LIMIT_NS
-        while not is_done():
-            if self.rig.now_ns > end_ns or self.caller.is_over:
-                raise RuntimeError(f"the call has failed: {self.caller.failure}")
-            self.rig.run_until(self.rig.now_ns + MS)
-            self.caller.advance(self.rig.now_ns)
+def rate(page: Page) -> float:
+    """Bytes a second from the first to the last portion."""
+    return sum(page.sizes[1:]) / ((page.instants[-1] - page.instants[0]) / S)
 
-    def page(self, path: str) -> tuple[int, float]:
-        """Fetch a page.  Returns its bytes and the seconds from the first to the last of them."""
-        connection = self.caller.open(80)
-        instants, sizes, ends = list[int](), list[int](), list[bool]()
 
-        def on_data(data: bytes) -> None:
-            instants.append(self.rig.now_ns)
-            sizes.append(len(data))
+def paced_rate(baud: int) -> tuple[int, float]:
+    with open_rig(baud=baud) as rig:
+        laptop = Laptop(rig)
+        call(rig, [laptop])
+        (page,) = fetched(rig, [laptop])
+    return page.size, rate(page)
 
-        connection.on_data, connection.on_end = on_data, lambda: ends.append(True)
-        connection.send(f"GET {path} HTTP/1.1\r\nHost: wrapper\r\nConnection: close\r\n\r\n".encode())
-        self.until(lambda: bool(ends))
-        connection.close()
-        return sum(sizes[1:]), (instants[-1] - instants[0]) / S
+
+def unpaced_cost(is_called: bool) -> tuple[int, float]:
+    """Fetch many pages over a line that takes no time.  Returns the bytes, and the seconds of CPU time."""
+    with open_rig(baud=115_200, is_paced=False) as rig:
+        laptop = Laptop(rig)
+        call(rig, [laptop])
+        begin_ns, begin_s, size = rig.now_ns, time.process_time(), 0
+        while is_called and size < 1_000_000:
+            size += sum(page.size for page in fetched(rig, [laptop]))
+        if not is_called:
+            run_until(rig, [laptop], lambda: rig.now_ns > begin_ns + 5 * S)
+        return size, time.process_time() - begin_s
+
+
+def round_trip_ms(baud: int) -> tuple[float, float]:
+    """The time from SYN to SYN and ACK over an idle line, and the least that its bytes and the delay allow."""
+    measured, ideal = list[float](), list[float]()
+    with open_rig(baud=baud, axes=1) as rig:
+        laptop = Laptop(rig)
+        call(rig, [laptop])
+        for _ in range(ROUND_TRIPS):
+            rest(rig, laptop)
+            sent, received, begin_ns = laptop.bytes_sent, laptop.bytes_received, rig.now_ns
+            connection, opened = laptop.caller.open(80), list[int]()
+            connection.on_open = lambda opened=opened: opened.append(rig.now_ns)  # type: ignore[misc]  # mypy #12557
+            laptop.caller.advance(rig.now_ns)
+            there = laptop.bytes_sent - sent
+            run_until(rig, [laptop], lambda opened=opened: bool(opened), STEP_NS)  # type: ignore[misc]
+            back = laptop.bytes_received - received
+            measured.append((opened[0] - begin_ns) / MS)
+            ideal.append((there + back) / limit(baud) * 1000 + 2 * DELAY_MS)
+            connection.abort()
+    return sorted(measured)[ROUND_TRIPS // 2], sorted(ideal)[ROUND_TRIPS // 2]
+
+
+def rest(rig: Rig, laptop: Laptop) -> None:
+    end_ns = rig.now_ns + S
+    run_until(rig, [laptop], lambda: rig.now_ns > end_ns)
+
+
+def many_calls() -> tuple[float, float, float, float]:
+    """Dial with all laptops at once, and fetch a page with each.
+
+    Returns the slowest rate, the MB of a call, and the seconds of CPU time and of simulated time.
+    """
+    with open_rig(baud=38_400, pairs=CALLS, axes=4) as rig:
+        laptops = [Laptop(rig, pair) for pair in range(CALLS)]
+        run_until(rig, (), lambda: all(laptop.is_awaited for laptop in laptops))
+        idle_mb, begin_s, begin_ns = resident_mb(), time.process_time(), rig.now_ns
+        call(rig, laptops)
+        pages = fetched(rig, laptops)
+        spent_s, simulated_s = time.process_time() - begin_s, (rig.now_ns - begin_ns) / S
+        return min(map(rate, pages)), (resident_mb() - idle_mb) / CALLS, spent_s, simulated_s
+
+
+def idle_mb_of(pairs: int) -> float:
+    """The memory of a process whose controllers wait for calls."""
+    with open_rig(baud=38_400, pairs=pairs, axes=4) as rig:
+        laptops = [Laptop(rig, pair) for pair in range(pairs)]
+        run_until(rig, (), lambda: all(laptop.is_awaited for laptop in laptops))
+        return resident_mb()
+
+
+def resident_mb() -> float:
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * 4096 / 1e6
 
 
 def run() -> Report:
     report = Report(
         "Teleservice",
-        "This table shows how fast a page comes over a call in virtual time, beside the slower of line and modems.",
+        "This table shows what calls to a MAx-4 carry in virtual time, beside the slower of line and modems, "
+        "and what they cost.",
         COMPARED,
     )
     for baud in BAUDS:
         progress(f"teleservice: {baud} baud")
-        with Rig(from_dict(rig_of(baud), HERE)) as rig:
-            size, spent_s = Laptop(rig).page("/PARAMS.HTM")
-        bottleneck = min(baud / 10, MODEM_BPS / 8) * SEGMENT / FRAME
+        size, measured = paced_rate(baud)
+        bottleneck = limit(baud) * SEGMENT / FRAME
         report.add(
             f"page of {size / 1000:.0f} kB, {baud} baud, modems of {MODEM_BPS} bit/s",
-            f"{size / spent_s:,.0f} byte/s",
+            f"{measured:,.0f} byte/s",
             f"the line's limit {bottleneck:,.0f} byte/s",
-            size / spent_s / bottleneck,
+            measured / bottleneck,
         )
+    for baud in BAUDS:
+        measured, ideal = round_trip_ms(baud)
+        what = f"round trip of a TCP handshake, {baud} baud"
+        report.add(what, f"{measured:.1f} ms", f"its bytes and delay {ideal:.1f} ms", measured / ideal)
+    progress("teleservice: unpaced")
+    size, spent_s = unpaced_cost(True)
+    _, idle_s = unpaced_cost(False)
+    speed, needed = size / spent_s, limit(115_200)
+    report.add(
+        "pages without pacing, a second of CPU", f"{speed:,.0f} byte/s", f"the line's {needed:,.0f}", speed / needed
+    )
+    report.notes.append(f"A controller that is called and does nothing takes {idle_s / 5:.3f} s of CPU a second.")
+    progress(f"teleservice: {CALLS} calls at once")
+    with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
+        slowest, call_mb, spent_s, simulated_s = fresh.submit(many_calls).result()
+    bottleneck = limit(38_400) * SEGMENT / FRAME
+    what = f"slowest of {CALLS} calls at once, 38400 baud"
+    report.add(what, f"{slowest:,.0f} byte/s", f"the line's limit {bottleneck:,.0f} byte/s", slowest / bottleneck)
+    what = f"{CALLS} calls with a page each, in one process"
+    report.add(what, f"{spent_s:.1f} s of CPU", f"{simulated_s:.1f} s of simulated time", spent_s / simulated_s)
+    with ProcessPoolExecutor(1, get_context("spawn"), max_tasks_per_child=1) as fresh:
+        one_mb, all_mb = fresh.submit(idle_mb_of, 1).result(), fresh.submit(idle_mb_of, CALLS).result()
+    pair_mb = (all_mb - one_mb) / (CALLS - 1)
+    report.add(
+        "memory of a call", f"{call_mb:.2f} MB", f"a controller and two modems {pair_mb:.2f} MB", call_mb / pair_mb
+    )
     return report
 
 

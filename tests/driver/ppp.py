@@ -1,4 +1,4 @@
-"""Run a command inside user-mode Linux with the kernel's PPP, for tests against pppd.
+"""Run a command inside user-mode Linux with the kernel's PPP and TUN, for tests against pppd.
 
 It is always the guest, even where this machine's kernel has PPP: pppd reads its passwords from /etc/ppp, and what the
 tests write there vanishes with the guest.
@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tests.driver import uml
 
-MODULES = ("slhc", "crc-ccitt", "ppp_generic", "ppp_async")
+MODULES = ("slhc", "crc-ccitt", "ppp_generic", "ppp_async", "tun")
 
 
 def pppd_is_there() -> bool:

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from pppd import ECHO_REQUEST, echo_message, is_in_guest, ping_socket, reply_in
+from pppd import is_in_guest
 from pppd_call import pppd_call, write_peer
-from pymodbus.client import ModbusTcpClient
 from running_rig import AskedRig, until
+from service_engineer import CONTROLLER, OFFLINE, PASSWORD, TERMINATED, USER, curl, put, reach_every_service
 
 pytestmark = [
     pytest.mark.real,
@@ -18,15 +18,8 @@ pytestmark = [
 ]
 
 RIG = Path(__file__).parents[2] / "configs" / "teleservice.yaml"
-CONTROLLER = "190.200.100.100"
-USER, PASSWORD = "service", "pacdrive"
-TERMINATED, DIALLING_FAILED, NO_ECHO_REPLIES, HUNG_UP, WRONG_PASSWORD = 5, 8, 15, 16, 19  # pppd(8), EXIT STATUS
-OFFLINE, ONLINE = 6, 7  # Com1UserState
-MAP_IDENTIFIER = 0x4D34  # register 0
-PING = bytes.fromhex("1234 0001") + bytes(range(256))
-PAGE = '<html><body>Cycle <pac value="MAx-4.Com1UserState">.</body></html>\n'
+DIALLING_FAILED, NO_ECHO_REPLIES, HUNG_UP, WRONG_PASSWORD = 8, 15, 16, 19  # pppd(8), EXIT STATUS
 LARGE = b"0123456789abcdef" * 3072  # some 15 s at 33600 bit/s
-PATIENCE_S = "200"
 
 
 @pytest.fixture(scope="module")
@@ -44,36 +37,8 @@ def free(rig: AskedRig) -> AskedRig:
     return rig
 
 
-def curl(*arguments: str) -> str:
-    done = subprocess.run(
-        ["curl", "-sS", "--max-time", PATIENCE_S, *arguments], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
-def put(file: Path, host: str) -> None:
-    curl("--user", f"{USER}:{PASSWORD}", "-T", str(file), f"ftp://{host}/")
-
-
 def test_pppd_calls_and_reaches_every_service(free: AskedRig, tmp_path: Path) -> None:
-    mine = tmp_path / "MINE.HTM"
-    mine.write_text(PAGE)
-    with pppd_call(tmp_path) as call:
-        call.until_up()
-        assert f"remote IP address {CONTROLLER}" in call.output()
-        assert "local  IP address 190.200.100.101" in call.output()
-        assert free.get("max4/Com1UserState") == ONLINE
-        with ping_socket(CONTROLLER) as raw:
-            raw.send(echo_message(ECHO_REQUEST, PING))
-            until(lambda: reply_in(raw) == PING)
-        page = curl(f"http://{CONTROLLER}/AXES.HTM")
-        assert [axis for axis in ("infeed", "film", "jaw", "outfeed") if f"<td>{axis}</td>" not in page] == []
-        put(mine, CONTROLLER)
-        assert f"Cycle {ONLINE}." in curl(f"http://{CONTROLLER}/MINE.HTM")
-        with ModbusTcpClient(CONTROLLER, port=502, timeout=60, retries=0) as client:
-            assert client.read_holding_registers(0, count=1).registers == [MAP_IDENTIFIER]
-        assert call.hang_up() == TERMINATED, call.output()
+    reach_every_service(free, tmp_path)
 
 
 def test_a_call_whose_line_drops_in_a_transfer_can_be_dialled_again(free: AskedRig, tmp_path: Path) -> None:

@@ -3,8 +3,8 @@
 import ctypes
 import os
 import subprocess
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 _CLONE_NEWNET = 0x4000_0000
@@ -20,16 +20,38 @@ def why_not() -> str:
 
 
 @contextmanager
-def network_namespace() -> Iterator[None]:
-    """Move the calling thread, and what it starts, into a new network."""
-    before = os.open(_OWN, os.O_RDONLY)
-    try:
+def network_namespace() -> Iterator[Callable[[], AbstractContextManager[None]]]:
+    """Move the calling thread, and what it starts, into a new network.
+
+    The value returns a context in which the thread is in the network from before.
+    """
+    with _present() as before:
         _checked(_libc.unshare(_CLONE_NEWNET))
-        subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
-        yield
+        try:
+            subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+            yield lambda: _moved(before)
+        finally:
+            _checked(_libc.setns(before, _CLONE_NEWNET))
+
+
+@contextmanager
+def _moved(network: int) -> Iterator[None]:
+    with _present() as before:
+        _checked(_libc.setns(network, _CLONE_NEWNET))
+        try:
+            yield
+        finally:
+            _checked(_libc.setns(before, _CLONE_NEWNET))
+
+
+@contextmanager
+def _present() -> Iterator[int]:
+    """A descriptor of the calling thread's network."""
+    network = os.open(_OWN, os.O_RDONLY)
+    try:
+        yield network
     finally:
-        _checked(_libc.setns(before, _CLONE_NEWNET))
-        os.close(before)
+        os.close(network)
 
 
 def _checked(result: int) -> None:

@@ -6,6 +6,7 @@ Each client of a local port, and each connection to a listener, has a `Stream` o
 import asyncio
 import logging
 from collections.abc import Callable
+from contextlib import suppress
 
 from fieldrig_bus.ip.stream import Stream
 from fieldrig_bus.net import Connection, TcpServer
@@ -74,7 +75,8 @@ class Tunnelled(Connection):
 
     def _on_end(self) -> None:
         if not self.transport.is_closing():
-            self.transport.write_eof()
+            with suppress(OSError):  # the client has reset the connection, and the loop tells us soon
+                self.transport.write_eof()
 
     def _on_close(self, _reason: object) -> None:
         stream, self._stream = self._stream, None

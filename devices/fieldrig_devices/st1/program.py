@@ -1,6 +1,5 @@
 """The program of an ST1: it passes the orders of the PAM on to the axis, the boards and the registers."""
 
-from collections import deque
 from collections.abc import Callable
 from typing import Final
 
@@ -43,13 +42,8 @@ class Program:
         self.boards = Boards(clock, settings.parameters.cacout, has_oio=settings.oio_board, send=port.send, drive=drive)
         self.registers = Registers({}, {}, {})
         self.ring_fault = RingFault.INACTIVE
-        self._delay = settings.read_cycles
-        self._reads: deque[tuple[int, Read]] = deque()
-        """The reads that wait for their answers, with the numbers of the cycles in which they are answered."""
-        self._cycle = 0
 
     def forget(self) -> None:
-        self._reads.clear()
         self.boards.forget()
         self.servo.forget()
 
@@ -72,7 +66,7 @@ class Program:
         elif isinstance(order, EndOfPipe):
             self.servo.end_of_pipe(order)
         elif isinstance(order, Read):
-            self._reads.append((self._cycle + self._delay, order))
+            self._port.send(Answer(order.request, self.registers.read(order.register)))
         elif not isinstance(order, SetOutput) or not self.boards.set_output(order.item, bool(order.value & 1)):
             self._refuse(order)
 
@@ -83,11 +77,6 @@ class Program:
             self._port.send(Trouble(Severity.WARNING, WARNING, (UNDECLARED, item)))
 
     def cycle(self) -> None:
-        self._cycle += 1
-        reads = self._reads
-        while reads and reads[0][0] < self._cycle:
-            request = reads.popleft()[1]
-            self._port.send(Answer(request.request, self.registers.read(request.register)))
         self.servo.cycle()
 
     def ring(self, fault: RingFault) -> None:

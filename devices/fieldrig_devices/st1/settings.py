@@ -111,7 +111,6 @@ class St1Settings(Settings):
     on_ring_fault: Literal["stop_and_power_off", "stop"] = Field(
         default="stop_and_power_off", description="after a break of the ring the axis stops with ASTOP"
     )
-    read_cycles: int = Field(default=4, ge=0, le=100, description="cycles from the read of a register to its answer")
     initial_turns: float = Field(default=0.0, ge=-32_768, lt=32_768, description="position of the motor at the start")
     position_tolerance: float = Field(
         default=1e-4, gt=0, description="rad: largest error of the extrapolated position before it is published again"

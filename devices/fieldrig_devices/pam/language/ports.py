@@ -151,7 +151,7 @@ def _variables(
             direction in _INPUTS,
             counts[item.kind],
             number,
-            bool(group) or bool(numbers_of(item, "NUMBER")),
+            bool(group) or number > 1,  # manual line 10680
             group,
             period,
             max(1, period * thirds // 3),

@@ -45,9 +45,9 @@ class CorrectorItem(TransformerItem):
             return
         site, options = self.site, self.site.options
         self.block.slope, self.block.level = self.correction_slope, self.correction_level
-        cycles = options.report_delay_cycles + options.set_point_delay_cycles
-        cycles -= site.cycle - self.flowed_in
-        self.block.event(age_us / 1e6 + cycles * site.cycle_s)
+        cycles = options.report_delay_cycles - (site.cycle - self.flowed_in)
+        delay_s = options.set_point_delay_periods * self.block.period_s
+        self.block.event(age_us / 1e6 + cycles * site.cycle_s + delay_s)
         site.changes += 1
         site.kernel.touched(self.name)
 

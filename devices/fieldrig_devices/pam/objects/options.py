@@ -15,8 +15,8 @@ class Options:
     """True if CORRECTION_REFERENCE = INPUT corrects by "must be" minus "is", as OUTPUT does (G-33)."""
     keeps_written_parameters: bool = True
     """True if a block begins its life with the values last written, False if with those declared (PAML-409)."""
-    set_point_delay_cycles: float = 1.0
-    """Time from the computation of a set-point until it works in a node; ANTI_DELAY = YES compensates it (PAML-635)."""
+    set_point_delay_periods: float = 1.0
+    """Periods of a pipe until a node is at a set-point, to which it moves steadily; ANTI_DELAY makes up for it."""
     report_delay_cycles: float = 2.0
     """Time from the end of an age until the PAM has the report: a cycle in the node, and one on the ring (PAML-513)."""
     read_cycles: int = 6
@@ -28,4 +28,4 @@ class Options:
     motor_turn: int = 1 << 32
     """Resolver units in a turn of the motor (PAML-045)."""
     deviating_axes: frozenset[int] = frozenset()
-    """Addresses of ST1 nodes whose CKV, CKA, CKR, CKH or EQUIP differ, so that they join no group (PAML-163)."""
+    """Addresses of ST1 nodes that join no group, though CKV, CKA, CKR, CKH and EQUIP may be equal (PAML-163)."""

@@ -59,7 +59,7 @@ class GeneratorItem(SourceItem):
         options = self.site.options
         block.takes_shorter_way = options.takes_shorter_way
         if declared.word("ANTI_DELAY", "YES") == "YES":
-            block.lead_s = options.set_point_delay_cycles * self.site.cycle_s
+            block.lead_s = options.set_point_delay_periods * self.period
 
     def do(self, function: str, arguments: object = ()) -> None:
         super().do(function, arguments)  # type: ignore[arg-type]

@@ -40,9 +40,14 @@ class Phaser(Block):
         return self.value_period
 
     def set_phase(self, phase: float) -> None:
-        """Change the phase: by its slope in a started block, else at once (PAML-584 to PAML-586)."""
+        """Change the phase: by its slope in a started block, else at once (PAML-584 to PAML-586).
+
+        A step of the phase in a block that waits to start is no crossing of the stand-by value.
+        """
         is_slewed = self.is_active and self.state in ("started", "stopping")
         self.phase.set(phase, at_once=not is_slewed)
+        if not is_slewed:
+            self._computed = None
 
     def command_start(self) -> None:
         if not self.is_active:

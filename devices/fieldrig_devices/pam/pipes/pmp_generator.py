@@ -179,9 +179,14 @@ class PmpGenerator(Generator):
         self.relative_move(self._way_to(first), None if last is None else last - first)
 
     def relative_move(self, first: float, last: float | None = None) -> None:
-        """Move by `first`, and then by `last`, which must have the opposite sign; otherwise nothing moves."""
-        if not self.is_active or not self.ready or (last is not None and first * last >= 0):
+        """Move by `first`, and then by `last`, which must have the opposite sign; otherwise nothing moves.
+
+        Without a way for the first, the last is a single move.
+        """
+        if not self.is_active or not self.ready or (last is not None and first * last > 0):
             return
+        if not first:
+            first, last = last or 0.0, None
         way = JerkProfile(self.speed)
         way.ramp(0.0, self.limits.acceleration, self.limits.jerk)
         first -= way.distance

@@ -159,8 +159,8 @@ class PortStatus:
         return self._parameters.get(name) or 0
 
     def set_parameter(self, name: str, value: Any) -> None:
-        """Change a time; a negative one is ignored."""
+        """Change a time; one that is negative, infinite or NaN is ignored."""
         if value == "NONE":
             self._parameters[name] = None
-        elif int(value) >= 0:
+        elif isfinite(value) and value >= 0:
             self._parameters[name] = int(value)

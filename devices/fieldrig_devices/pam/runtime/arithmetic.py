@@ -23,6 +23,11 @@ def invalid() -> NoReturn:
     raise RunError(REAL_FAULT, "an overflow or an invalid operation of reals")
 
 
+def signed(word: int) -> int:
+    """Return a word of 32 bits as the integer that has these bits."""
+    return word - 2**32 if word > HIGH else word
+
+
 def truncated(value: float) -> int:
     """Return a real without its fraction (PAML-227)."""
     whole = int(value)
@@ -64,6 +69,7 @@ _OF_PYTHON: Final = "exp log10 sqrt cos sin tan acos asin atan cosh sinh tanh"
 FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
     "overflow": overflow,
     "invalid": invalid,
+    "signed": signed,
     "truncated": truncated,
     "quotient": quotient,
     "remainder": remainder,

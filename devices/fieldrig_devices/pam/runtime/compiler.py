@@ -24,8 +24,9 @@ DEFAULT_CYCLE: Final = 3
 TABLES: Final = frozenset({"M", "W"})
 """Names in generated code that are lists: the cells, and what makes a program give way."""
 _FUNCTIONS: Final = """
-    overflow invalid truncated quotient remainder power changed poke_all poke_and_tell poke_inverted timed_out answer
-    condition condition_until choose choose_until wait_time gate switch start_task arm arm_until arm_rest disarm
+    overflow invalid signed truncated quotient remainder power changed poke_all poke_and_tell poke_inverted
+    timed_out answer condition condition_until choose choose_until wait_time gate
+    switch start_task arm arm_until arm_rest disarm
     ceil floor exp ln log10 sqrt cos sin tan acos asin atan cosh sinh tanh
 """
 FUNCTIONS: Final = frozenset(_FUNCTIONS.split())

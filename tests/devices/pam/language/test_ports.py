@@ -84,6 +84,15 @@ def test_a_period_is_rounded_up(duration_ms: int, thirds: int, period: int) -> N
     assert period_of(duration_ms, thirds) == period
 
 
+def test_a_variable_with_one_item_is_single() -> None:
+    plan = plan_of(VME.replace("NUMBER = 6", "NUMBER = 1", 1))
+    assert [variable.name for variable in plan.inputs if variable.is_multiple] == [
+        "DFI_MachHeadReady",
+        "DLI_MachHeadSpeed",
+        "DRI_MachHeadFactor",
+    ]
+
+
 def test_crc_of_a_name() -> None:
     assert crc_of("123456789") == 0x29B1  # the check value of CRC-16/CCITT-FALSE
     assert crc_of("dfi_a") == crc_of("DFI_A")

@@ -1,6 +1,8 @@
 """Axes: orders to the node, what is known of their positions, and set-points of a pipe."""
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pam_objects import Bench
 from pam_programs import HEADER
 
@@ -62,6 +64,7 @@ def test_a_node_gets_its_axis_in_resolver_units(bench: Bench) -> None:
     assert bench.ask("AXI_Belt", "position") == 30
 
 
+@pytest.mark.manual("PAML-064")
 @pytest.mark.manual("PAMS-018")
 @pytest.mark.manual("PAML-058")
 @pytest.mark.manual("PAML-056")
@@ -85,6 +88,24 @@ def test_a_node_gets_its_axis_in_resolver_units(bench: Bench) -> None:
 def test_orders(bench: Bench, function: str, arguments: tuple[float, ...], expected: AxisOrder) -> None:
     bench.item("AXI_Station", 1).do(function, arguments)
     assert bench.port.sent == [(3, expected)]
+
+
+@pytest.mark.parametrize("function", ["absolute_move", "relative_move", "run", "position"])
+def test_numbers_that_no_frame_carries_are_limited(bench: Bench, function: str) -> None:
+    for number in (1e300, -1e300):
+        bench.do("AXI_Belt", function, number)
+        assert order(bench).value == (1 << 62 if number > 0 else -(1 << 62))
+
+
+@pytest.mark.parametrize("gain", [1e17, 1e308, -1e308])
+def test_an_overflow_in_a_pipe_is_a_fault(gain: float) -> None:
+    bench = Bench(f"{AXES}AMPLIFIER AMP_a; GAIN = 1; OFFSET = 0; GAIN_SLOPE = MAX; OFFSET_SLOPE = MAX; END\n")
+    bench.item("AMP_a").set_parameter("GAIN", gain)
+    bench.connect("CNV_Belt", "AMP_a", "TMP_Master")
+    bench.do("TMP_Master", "position", 359)
+    bench.cycle(2)
+    assert bench.kernel.reports[0] == ("02..FFF3", ())
+    assert not any(abs(value) > 1 << 62 for value in bench.set_points(1))
 
 
 @pytest.mark.manual("PAML-049")
@@ -312,3 +333,42 @@ def test_a_torque_is_a_limit(bench: Bench) -> None:
         EndOfPipe(SetPointMode.TORQUE),
         SetPoint(SetPointMode.POSITION, round(TURN * 20 / 360)),
     ]
+
+
+STEPS = st.lists(
+    st.tuples(
+        st.sampled_from(["absolute_move", "relative_move", "position", "run", "stop", "pipe", "end"]),
+        st.floats(-1000, 1000),
+    ),
+    min_size=1,
+    max_size=8,
+)
+
+
+@pytest.mark.manual("PAML-042")
+@settings(max_examples=40, deadline=None)
+@given(STEPS)
+def test_the_position_is_that_of_the_node_after_any_orders(steps: list[tuple[str, float]]) -> None:
+    bench = Bench(AXES.replace("ACCELERATION = 3600;", "ACCELERATION = 360000;"))
+    bench.st1(1)
+    bench.do("AXI_Belt", "position", 30)  # the node begins at 0
+    bench.cycle()
+    for function, argument in steps:
+        if function == "pipe":
+            bench.connect("CNV_Belt", "TMP_Master")
+            bench.cycle(2)
+            bench.do("TMP_Master", "relative_move", argument / 10)
+            bench.until(lambda: bool(bench.ask("TMP_Master", "ready")))
+        elif function == "end":
+            bench.do("CNV_Belt", "disactivate")
+        elif function == "stop":
+            bench.do("AXI_Belt", "stop")
+        else:
+            bench.do("AXI_Belt", function, argument)
+        bench.until(lambda: bool(bench.ask("AXI_Belt", "ready")))
+        bench.cycle(3)
+        if function == "run":
+            bench.do("AXI_Belt", "run", 0)
+            bench.until(lambda: bool(bench.ask("AXI_Belt", "ready")))
+        difference = bench.nodes[1].position / TURN * 360 - bench.ask("AXI_Belt", "position")
+        assert difference - 360 * round(difference / 360) == pytest.approx(0, abs=1e-5)

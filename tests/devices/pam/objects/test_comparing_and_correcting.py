@@ -138,7 +138,7 @@ def test_a_multi_comparator_learns_and_executes() -> None:
 def test_an_event_is_computed_back_to_its_instant(
     age_us: int, set_point_delay: float, report_delay: float, back: float
 ) -> None:
-    bench = running("COR_Mark", set_point_delay_cycles=set_point_delay, report_delay_cycles=report_delay)
+    bench = running("COR_Mark", set_point_delay_periods=set_point_delay, report_delay_cycles=report_delay)
     bench.cycle(50)
     last = bench.ask("COR_Mark", "value")
     bench.do("COR_Mark", "trigger", 180)
@@ -187,7 +187,7 @@ def test_a_corrector_that_is_off_takes_no_event() -> None:
 @pytest.mark.manual("PAML-504")
 @pytest.mark.manual("PAML-508")
 def test_a_repetitive_corrector_follows_the_marks() -> None:
-    bench = running("COR_Always", set_point_delay_cycles=0, report_delay_cycles=1)
+    bench = running("COR_Always", set_point_delay_periods=0, report_delay_cycles=1)
     bench.item("COR_Always").set_parameter("DELAY_COMPENSATION", 0)
     bench.do("COR_Always", "trigger", 200)
     differences = []
@@ -206,7 +206,7 @@ def test_the_delay_of_a_sensor_follows_from_two_runs() -> None:
     """delay = (error B - error A) / (speed B - speed A), with a sensor that is 4 ms late."""
     errors = {}
     for speed in (100, 1000):
-        bench = running("COR_Mark", speed=speed, set_point_delay_cycles=0, report_delay_cycles=1)
+        bench = running("COR_Mark", speed=speed, set_point_delay_periods=0, report_delay_cycles=1)
         bench.until(lambda here=bench: here.ask("COR_Mark", "value") >= 100)  # type: ignore[misc]
         passed = bench.ask("COR_Mark", "value")
         bench.do("COR_Mark", "trigger", passed)

@@ -48,8 +48,9 @@ END_TASK
 """
 
 
-def started(make: RigMaker, folder: Path, statements: str, objects: str = "") -> Rig:
-    (folder / "app.pam").write_text(MACHINE + objects + TASK.format(statements=statements))
+def started(make: RigMaker, folder: Path, statements: str, objects: str = "", period: str = "0.001") -> Rig:
+    machine = MACHINE.replace("PERIOD = 0.001", f"PERIOD = {period}") + objects
+    (folder / "app.pam").write_text(machine + TASK.format(statements=statements))
     (folder / "rig.yaml").write_text(RIG)
     rig = make(folder / "rig.yaml")
     while rig.get("pam", "state") != "running":
@@ -72,7 +73,9 @@ def degrees(rig: Rig) -> float:
 
 
 @pytest.mark.manual("PAML-513")
-def test_a_mark_is_latched_where_the_axis_was(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
+@pytest.mark.manual("PAML-635")
+@pytest.mark.parametrize("period", ["0.001", "0.005"])
+def test_a_mark_is_latched_where_the_axis_was(fieldrig_rig: RigMaker, tmp_path: Path, period: str) -> None:
     rig = started(
         fieldrig_rig,
         tmp_path,
@@ -89,6 +92,7 @@ def test_a_mark_is_latched_where_the_axis_was(fieldrig_rig: RigMaker, tmp_path: 
     CNV_Axis <- disactivate;
     PAMDISPLAY <- message(2, "end", AXI_Axis ? position);
 """,
+        period=period,
     )
     rig.run_until(rig.now_ns + 500 * MS + 370_000)
     rig.set("axis", "IN16", True)

@@ -172,7 +172,7 @@ def test_a_pipe_is_probed_by_an_analog_output() -> None:
 
 @pytest.mark.manual("PAML-635")
 @pytest.mark.parametrize(("word", "lead"), [("NO", 0), ("YES", 1)])
-def test_anti_delay_is_one_cycle_ahead_of_the_position(word: str, lead: int) -> None:
+def test_anti_delay_is_one_period_ahead_of_the_position(word: str, lead: int) -> None:
     bench = Bench(
         HEADER + PIPES.replace("ANTI_DELAY = NO", f"ANTI_DELAY = {word}"), shapes=lambda _: shape_of(STRAIGHT)
     )
@@ -181,7 +181,7 @@ def test_anti_delay_is_one_cycle_ahead_of_the_position(word: str, lead: int) -> 
     bench.do("TMP_Slow", "run", 6)
     bench.cycle(100)
     flow, position = 2 * bench.ask("AMP_Half", "value"), bench.ask("TMP_Slow", "position")
-    assert flow - position == pytest.approx(6 * 0.001 * lead)
+    assert flow - position == pytest.approx(6 * 0.010 * lead)
 
 
 @pytest.mark.manual("PAML-180")
@@ -345,6 +345,9 @@ def test_pmp_forward_and_backward(bench: Bench) -> None:
     assert bench.ask("PMP_Cut", "position") == pytest.approx(2500)
     bench.do("PMP_Cut", "absolute_move", 1000, 500)  # the same direction is not done
     assert is_ready(bench, "PMP_Cut")
+    bench.do("PMP_Cut", "absolute_move", 2500, 1000)  # it is at the first already
+    bench.until(lambda: is_ready(bench, "PMP_Cut"))
+    assert bench.ask("PMP_Cut", "position") == pytest.approx(1000)
 
 
 @pytest.mark.manual("PAML-605")

@@ -319,3 +319,52 @@ def test_an_amplifier_has_no_step_where_its_input_begins_again(ways: list[float]
     for way in ways:
         place += way
         assert block.pass_on(wrapped(place, 90)) == pytest.approx(first + gain * (place - 10), abs=1e-6)
+
+
+@pytest.mark.manual("PAML-431")
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(["gain", "offset"]), st.floats(-5, 5), st.integers(1, 50)), min_size=1, max_size=8
+    ),
+    st.floats(0.1, 100),
+)
+def test_a_slewed_amplifier_never_steps(commands: list[tuple[str, float, int]], slope: float) -> None:
+    block = Amplifier(1, 0, slope, slope)
+    block.start(MS)
+    last = block.pass_on(3)
+    for name, value, periods in commands:
+        (block.set_gain if name == "gain" else block.set_offset)(value)
+        for _ in range(periods):
+            now = block.pass_on(3)
+            assert abs(now - last) <= slope * MS * (5 + 3 + 5) * (1 + 1e-6)
+            last = now
+
+
+@pytest.mark.manual("PAML-582")
+@pytest.mark.manual("PAML-584")
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(["start", "stop", "phase"]), st.floats(-200, 200), st.integers(1, 80)),
+        min_size=1,
+        max_size=10,
+    ),
+    st.floats(-3, 3),
+)
+def test_a_phaser_never_steps(commands: list[tuple[str, float, int]], speed: float) -> None:
+    """A stop in the middle of a slew is left out, since it applies the rest of the slew at once (PAML-587)."""
+    block = Phaser(phase=0, phase_slope=1000, standby_value=20, value_period=90)
+    block.start(MS)
+    place = 10.0
+    last = block.pass_on(place)
+    for name, value, periods in commands:
+        if name == "start":
+            block.command_start()
+        elif name == "phase":
+            block.set_phase(value)
+        elif block.phase.is_there:
+            block.command_stop()
+        for _ in range(periods):
+            place = wrapped(place + speed, 90)
+            now = block.pass_on(place)
+            assert abs(nearest(now - last, 90)) <= abs(speed) + 1000 * MS + 1e-6
+            last = now

@@ -95,6 +95,16 @@ def test_a_message_in_two_packets(client: Client) -> None:
     assert client.connection.send(b"\3\0" + (len(pdu) + 3).to_bytes(2, "big") + b"\2\xf0\x80" + pdu[4:])
 
 
+def test_an_answer_is_cut_to_the_size_of_the_client() -> None:
+    connection = ServedConnection(serving_s7(Memory(), 1, "big"))
+    connection.send(bytes.fromhex("03 00 00 0e 09 e0 00 00 00 01 00 c0 01 07"))  # TPDUs of 128 bytes
+    read = "03 00 00 1f 02 f0 80 32 01 00 00 00 02 00 0e 00 00 04 01 12 0a 10 02 00 c8 00 01 84 00 00 00"
+    answer = connection.send(bytes.fromhex(read))  # 200 bytes
+    assert answer[:7] == bytes.fromhex("03 00 00 84 02 f0 00")
+    assert answer[132:139] == bytes.fromhex("03 00 00 64 02 f0 80")
+    assert len(answer) == 132 + 0x64
+
+
 @pytest.mark.parametrize("packet", ["05 00 00 07", "03 00 00 05", "03 00 ff ff", "03 00 00 07 02 f0 80"])
 def test_what_is_no_connection_is_closed(packet: str) -> None:
     connection = ServedConnection(serving_s7(Memory(), 1, "big"))

@@ -210,6 +210,9 @@ def test_the_inactivity_time_out_is_changed_by_a_program() -> None:
     bench.cycles(130)
     assert bench.kernel.codes[-1] == "07..E01E"
     bench, _ = started_vme()
+    for ignored in (-1, float("inf"), float("nan")):
+        bench.item("DualPort").set_parameter("MASTER_INACTIVITY_TIMEOUT", ignored)
+        assert bench.item("DualPort").parameter("MASTER_INACTIVITY_TIMEOUT") == 500
     bench.item("DualPort").set_parameter("MASTER_INACTIVITY_TIMEOUT", "NONE")
     bench.cycles(2000)
     assert "07..E01E" not in bench.kernel.codes

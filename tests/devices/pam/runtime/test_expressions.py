@@ -1,6 +1,8 @@
 """Expressions of running programs: numbers, faults, and the functions of chapter 6."""
 
 import math
+import operator
+from collections.abc import Callable
 from fractions import Fraction
 
 import pytest
@@ -159,6 +161,19 @@ def test_masks_of_errors(mask: str, value: int) -> None:
     assert (bench["w"], bench["n"], asked) == (value, 0x30, [(value,)])
 
 
+def test_words_of_errors_have_a_sign_as_all_integers() -> None:
+    bench = PamBench(
+        "BOOLEAN BOL_a; EQUATION = (AXI_Each[i] ? error_code = #80000001)[all*]; END_BOOLEAN\n"
+        + sequence("IF BOL_a THEN w <- 1; END_IF n <- #80000001;")
+    )
+    for number in (0, 1):
+        bench.item("AXI_Each", number).answer("error_code", 0x8000_0001)
+    bench.run()
+    bench["SBI_a"] = True
+    bench.run()
+    assert (bench["w"], bench["n"]) == (1, 0x8000_0001 - 2**32)
+
+
 # ---- random expressions against an exact evaluator
 
 NUMBERS = st.builds(lambda value: Number(AT, value, str(value)), st.integers(0, 100_000))
@@ -217,7 +232,7 @@ def _exact(operator: str, a: Fraction, b: Fraction) -> Fraction:
     return Fraction(int(a / b))
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.lists(EXPRESSIONS, min_size=8, max_size=8))
 def test_random_expressions_have_their_exact_values(expressions: list[Expression]) -> None:
     """Several in one application, because compiling takes longer than computing."""
@@ -257,3 +272,68 @@ def test_quotient_and_remainder_fit_together(a: int, b: int) -> None:
     assume((a, b) != (-(2**31), -1))
     assert quotient(a, b) * b + remainder(a, b) == a
     assert abs(remainder(a, b)) < abs(b)
+
+
+# ---- random reals and flags, each with its value, or None for what has no finite one
+
+LARGE = "1" + "0" * 200 + ".0"
+Real = tuple[str, float | None]
+REAL_SIGNS: dict[str, Callable[[float, float], float]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+}
+
+
+def joined_reals(sign: str, a: Real, b: Real) -> Real:
+    text = f"({a[0]} {sign} {b[0]})"
+    if a[1] is None or b[1] is None or (sign == "/" and b[1] == 0):
+        return text, None
+    result = REAL_SIGNS[sign](a[1], b[1])
+    return text, result if math.isfinite(result) else None
+
+
+REALS = st.recursive(
+    st.sampled_from([(text, float(text)) for text in ("0.0", "1.5", "3.25", "0.001", LARGE)]),
+    lambda inner: st.builds(joined_reals, st.sampled_from("+-*/"), inner, inner),
+    max_leaves=8,
+)
+
+
+@settings(max_examples=30)
+@given(REALS)
+def test_reals_are_doubles_and_an_infinite_one_is_a_fault(real: Real) -> None:
+    text, expected = real
+    bench = computed(f"x <- {text};")
+    assert (bench.errors, bench["x"]) == (["02..FFF3"], 0.0) if expected is None else ([], expected)
+
+
+Flag = tuple[str, bool]
+FLAG_SIGNS: dict[str, Callable[[bool, bool], bool]] = {
+    "+": operator.or_,
+    "*": operator.and_,
+    "=": operator.eq,
+    "<>": operator.ne,
+}
+
+
+def joined_flags(sign: str, a: Flag, b: Flag) -> Flag:
+    return f"({a[0]} {sign} {b[0]})", FLAG_SIGNS[sign](a[1], b[1])
+
+
+FLAGS = st.recursive(
+    st.sampled_from([("f", True), ("g", False), ("(n > 2)", True), ("(x <= 1.5)", False), ("SBI_a", True)]),
+    lambda inner: (
+        st.builds(joined_flags, st.sampled_from(["+", "*", "=", "<>"]), inner, inner)
+        | st.builds(lambda a: (f"(!{a[0]})", not a[1]), inner)
+    ),
+    max_leaves=10,
+)
+
+
+@settings(max_examples=30)
+@given(FLAGS)
+def test_flags_are_joined_as_the_signs_say(flag: Flag) -> None:
+    bench = computed(f"h <- {flag[0]};", f=True, n=3, x=2.0)
+    assert bench["h"] is flag[1]

@@ -31,6 +31,8 @@ class IsoSession:
         self._connection, self._answer = connection, answer
         self._received, self._message = bytearray(), bytearray()
         self._is_connected = False
+        self._size = 1 << DEFAULT_SIZE
+        """Largest TPDU of the client, in bytes."""
 
     def received(self, data: bytes) -> None:
         self._received += data
@@ -77,6 +79,7 @@ class IsoSession:
         self._is_connected = True
         size = parameters.get(TPDU_SIZE, b"")
         exponent = size[0] if len(size) == 1 and size[0] in SIZES else DEFAULT_SIZE
+        self._size = 1 << exponent
         body = bytes((TPDU_SIZE, 1, exponent))
         for code in TSAPS:
             if code in parameters:
@@ -93,8 +96,15 @@ class IsoSession:
             answer = self._answer(bytes(self._message))
             self._message.clear()
             if answer is not None:
-                self._write(bytes((2, DATA, LAST)) + answer)
+                self._send(answer)
         return True
+
+    def _send(self, answer: bytes) -> None:
+        """Send a message in TPDUs that the client takes."""
+        room = self._size - 3
+        for at in range(0, len(answer), room):
+            is_last = at + room >= len(answer)
+            self._write(bytes((2, DATA, LAST if is_last else 0)) + answer[at : at + room])
 
     def _write(self, packet: bytes) -> None:
         self._connection.write(_TPKT.pack(VERSION, 0, _TPKT.size + len(packet)) + packet)

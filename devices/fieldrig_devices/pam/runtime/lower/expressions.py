@@ -27,6 +27,8 @@ from fieldrig_devices.pam.runtime.lower.uses import PENDING, Argument, Fixed, It
 from fieldrig_devices.pam.runtime.walk import nodes
 
 COMPARE: Final = {"=": "==", "<>": "!=", "<": "<", "<=": "<=", ">": ">", ">=": ">="}
+WORDS: Final = ("error_code", "status")
+"""Inquiries that answer 32 bits without a sign."""
 LARGEST_REAL: Final = 1.7976931348623157e308
 
 
@@ -167,7 +169,8 @@ class Expressions:
             return Operand(at.answers[id(node)], answer)
         verb = at.asks if (self.kind(subject.name), function) in PENDING else Verb.ASK
         called = self.uses.name(Use(verb, subject.name, subject.index, function, (None,) * len(values)))
-        return Operand(f"{called}({', '.join([*filter(None, [base_of(subject)]), *values])})", answer)
+        text = f"{called}({', '.join([*filter(None, [base_of(subject)]), *values])})"
+        return Operand(f"signed({text})" if answer == "integer" and function in WORDS else text, answer)
 
     @staticmethod
     def _mathematics(function: str, value: Operand, emitter: Emitter) -> Operand:

@@ -173,6 +173,7 @@ class Body:
         is_watched = cells.name in self._watched and not cells.is_common
         if target.index == "all":
             if not is_watched and cells.count <= _UNROLLED:
+                text = emitter.new(text)
                 self._do(emitter, *(f"M[{cells.first + number}] = {text}" for number in range(cells.count)))
             else:
                 name = "poke_and_tell" if is_watched else "poke_all"
