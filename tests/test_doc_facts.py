@@ -63,8 +63,12 @@ from fieldrig_devices.modbus.client_settings import (
 )
 from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
 from fieldrig_devices.modem.faults import ModemFault
+from fieldrig_devices.pam import faults as pam_faults
+from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import ClassCodes, PortOptions
+from fieldrig_devices.pam.settings import ObjectReadings, ProgramReadings, RingReadings
 from fieldrig_devices.plants import dc_motor, heater, pulse_servo
+from fieldrig_devices.plants.cam_switches import CamSettings
 from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings
 from fieldrig_devices.plants.stepper_settings import StepperFault
 from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
@@ -139,6 +143,14 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Light barriers of a conveyor": {"sensor": SensorSettings},
     "Keys of a conveyor fault": faults.models_of(ConveyorFault),
     "Load cell and dancer": {"load_cell": LoadCell, "dancer": Dancer},
+    "Cams": {"cam": CamSettings},
+    "Keys of a PAM fault": pam_faults.MODELS,
+    "Readings of a PAM": {
+        "ring": RingReadings,
+        "objects": ObjectReadings,
+        "programs": ProgramReadings,
+        "access": AccessSettings,
+    },
     "Settings of the ports": {"ports": PortOptions, "class_codes": ClassCodes},
     "Exchange settings": {"exchange": ExchangeSettings, "send": Sent, "receive": Received},
     "Readings": {"readings": Readings},

@@ -57,6 +57,7 @@ DEVICES: dict[tuple[str, str], dict[str, Any]] = {
     },
     ("pulses.md", "`pulse.counter`"): {"kind": "pulse.counter", "a_wire": "p", "compare": 5, "links": WIRES},
     ("pulses.md", "`pulse.generator`"): {"kind": "pulse.generator", "links": WIRES},
+    ("pam.md", "Points"): {"kind": "pam", "application": "programs/labeller.pam", "links": {"ring": "pamring"}},
     ("smart-io.md", "Points"): {
         "kind": "smart_io", "motors": [{"increase": 101, "decrease": 102, "zero": 102, "counter": 101}], "links": WIRES,
     },

@@ -48,7 +48,6 @@ SCU = {"kind": "hmiscu", "links": {"can": "can0", "modbus": ["mb"], "wires": "wi
 WINDER = {"kind": "plant.winder", "links": {"wires": "wires"}, "role": "unwinder", **FILM}
 
 SMART_IO = {"kind": "smart_io", "links": {"can": "can0", "modbus": ["mb"], "wires": "wires"}}
-RING_NODE = {"kind": "smart_io", "links": {"ring": "pamring"}}
 DC_MOTOR = {"kind": "plant.dc-motor", "links": {"wires": "wires"}, "increase_wire": "i", "decrease_wire": "d"}
 STEPPER = {
     "kind": "plant.stepper",
@@ -95,11 +94,6 @@ TWICE: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
         {"a": {**IO, "node_id": 5}, "b": {**SMART_IO, "can_slave": {"node_id": 6}}},
         {"b": {**SMART_IO, "can_slave": {"node_id": 5}}},
         "devices.b.can_slave.node_id: node-ID 5 on can0 is taken by devices.a.node_id",
-    ),
-    "two Smart-IO nodes on the ring of a PAM": (
-        {"a": {**RING_NODE, "ring_address": 41}, "b": {**RING_NODE, "ring_address": 42}},
-        {"b": {**RING_NODE, "ring_address": 41}},
-        "devices.b.ring_address: ring address 41 on pamring is taken by devices.a.ring_address",
     ),
     "outputs of a Smart-IO and a DC motor": (
         {"a": {**SMART_IO, "terminals": {"out101": "a.x"}}, "b": DC_MOTOR},

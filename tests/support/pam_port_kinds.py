@@ -14,7 +14,7 @@ from fieldrig_bus.modbus.message import ModbusMessage
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.tcp.message import TcpMessage
 from fieldrig_devices.pam.language.compiler import checked
-from fieldrig_devices.pam.ports import Ports
+from fieldrig_devices.pam.ports import Ports, byte_order_of
 from fieldrig_devices.pam.ports.access.faces import AccessSettings, MemoryFaces
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import PortOptions
@@ -53,7 +53,7 @@ class PortHost(Device):
         self._ports = Ports(program, memory, self, settings.ports, send=line.send if line is not None else _drop)
         if line is not None:
             line.on_receive(self._on_line)
-        self._faces = MemoryFaces(clock, memory, self._ports.byte_order, settings, modbus or (), tcp)
+        self._faces = MemoryFaces(clock, memory, byte_order_of(program, settings.ports), settings, modbus or (), tcp)
 
     def start(self) -> None:
         self._faces.open()
@@ -92,7 +92,7 @@ class PortHost(Device):
         found = {"state": Point(lambda: " ".join(self._ports.states.values()))}
         found["reports"] = Point(lambda: " ".join(self.reports))
         for name, items in self._ports.items.items():
-            if name not in ("DualPort", "RS422Port"):
+            if name not in ("DUALPORT", "RS422PORT"):
                 for index, item in enumerate(items):
                     found[f"{name}.{index}"] = _point(item)
         return found

@@ -1,23 +1,18 @@
-"""Compiling a program beside the controller that it is for, in a process of its own.
+"""The order to compile an IEC program beside its controller, with all that another process needs for it."""
 
-In virtual time the result comes after a time that depends on the length of the sources.
-"""
-
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, NoReturn, Self
+from typing import NoReturn, Self
 
-from fieldrig.background import Background, Failure, Job, Report
+from fieldrig.background import Report
 from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Host, Library, Pending
 from fieldrig_devices.iec.program import ConfiguredObject
 from fieldrig_devices.iec.types import ObjectType, Value
-from fieldrig_devices.languages.mistakes import CompileError, Mistake
+from fieldrig_devices.languages.beside import Refused, duration_of
+from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.languages.source_file import SourceFile
-
-NS_PER_CHARACTER: Final = 5_000
-"""Virtual time that compiling takes, in nanoseconds."""
 
 
 def _absent(*_inputs: Value) -> NoReturn:
@@ -71,21 +66,6 @@ def _nothing() -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Refused:
-    """A program that cannot be compiled."""
-
-    mistakes: tuple[Mistake, ...]
-
-    def __str__(self) -> str:
-        return text_of(self.mistakes)
-
-
-def text_of(mistakes: Sequence[Mistake]) -> str:
-    """The mistakes, one a line, without notes."""
-    return "\n".join(str(mistake) for mistake in mistakes if not mistake.is_note)
-
-
-@dataclass(frozen=True, slots=True)
 class Order:
     """A program that is to be compiled."""
 
@@ -102,11 +82,6 @@ class Order:
         return duration_of(file.text for file in self.files)
 
 
-def duration_of(texts: Iterable[str]) -> int:
-    """Virtual time that compiling these texts takes, in nanoseconds."""
-    return NS_PER_CHARACTER * sum(map(len, texts))
-
-
 def compile_order(order: Order, report: Report) -> Compiled | Refused:
     """Compile a program in a process beside the controller."""
     try:
@@ -115,39 +90,3 @@ def compile_order(order: Order, report: Report) -> Compiled | Refused:
         )
     except CompileError as wrong:
         return Refused(tuple(wrong.mistakes))
-
-
-class Beside:
-    """The compiler of one controller, which compiles one program at a time; a new one takes the place of the last."""
-
-    def __init__(self, background: Background) -> None:
-        self._background = background
-        self._job: Job | None = None
-        self.progress = ""
-        """How far the compiler is; empty if there is nothing to do."""
-
-    def compile(
-        self,
-        work: Callable[[Any, Report], Compiled | Refused],
-        order: Any,
-        duration_ns: int,
-        on_done: Callable[[Compiled | str], None],
-    ) -> None:
-        """Call `work(order, report)` beside the controller, and `on_done` with a program, or why there is none."""
-
-        def on_found(found: Compiled | Refused | Failure) -> None:
-            self._job, self.progress = None, ""
-            on_done(found if isinstance(found, Compiled) else found.why if isinstance(found, Failure) else str(found))
-
-        def on_progress(what: str, done: int, steps: int) -> None:
-            self.progress = f"{what} {100 * done // max(steps, 1)} %"
-
-        self.cancel()
-        self.progress = "compiling 0 %"
-        self._job = self._background.run(work, order, on_found, on_progress, virtual_ns=duration_ns)
-
-    def cancel(self) -> None:
-        """Drop what is being compiled."""
-        if self._job is not None:
-            self._job.cancel()
-        self._job, self.progress = None, ""

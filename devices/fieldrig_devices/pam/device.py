@@ -10,15 +10,20 @@ from datetime import datetime, timedelta
 from functools import partial
 from typing import Any, ClassVar, Final
 
+from fieldrig.background import Background
 from fieldrig.clock import MS, US, Clock, Timer
 from fieldrig.device import Device, Point, Value
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
-from fieldrig.link import Link
+from fieldrig.link import Link, words_behind
 from fieldrig.point_values import truth_in
+from fieldrig_bus.dualport.message import Words
+from fieldrig_bus.modbus.message import ModbusMessage
 from fieldrig_bus.ring.pam.message import RingMessage
 from fieldrig_bus.serial.message import SerialMessage
+from fieldrig_bus.tcp.message import TcpMessage
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.languages.refusal import refused
 from fieldrig_devices.languages.source_file import decoded
@@ -30,10 +35,15 @@ from fieldrig_devices.pam.panel.display import DIGITS, Display
 from fieldrig_devices.pam.panel.info import panel_info
 from fieldrig_devices.pam.panel.messages import Message, Messages
 from fieldrig_devices.pam.panel.pam_display import PamDisplay
+from fieldrig_devices.pam.ports import byte_order_of
+from fieldrig_devices.pam.ports.access.faces import MemoryFaces
 from fieldrig_devices.pam.ports.memory import WORDS, Memory
 from fieldrig_devices.pam.power_cycle import PanelPart, PowerCycle, State
 from fieldrig_devices.pam.runtime.compiler import Compiled, compile_application
+from fieldrig_devices.pam.runtime.machine_debuggee import MachineDebuggee
+from fieldrig_devices.pam.runtime.runtime import Runtime
 from fieldrig_devices.pam.settings import PamSettings
+from fieldrig_devices.pam.variable_points import variable_points
 
 LONGEST_NAME: Final = 11
 """Characters of the name of an application that the display scrolls (manual line 846)."""
@@ -51,16 +61,28 @@ class Pam(Device):
         self,
         clock: Clock,
         settings: PamSettings,
+        background: Background,
         ring: Link[RingMessage],
         wires: Link[Signal] | None = None,
         debugger: Link[SerialMessage] | None = None,
         rs422: Link[SerialMessage] | None = None,
+        modbus: list[Link[ModbusMessage]] | None = None,
+        tcp: Link[TcpMessage] | None = None,
+        dualport: Link[Words] | None = None,
     ) -> None:
         """ConfigError, with every mistake, for an application that cannot be compiled."""
         self._clock, self._settings, self._ring = clock, settings, ring
         self._wires, self._debugger, self._rs422 = wires, debugger, rs422
         self._compiled = _compiled(settings)
-        self._memory = Memory()
+        self._memory = Memory(words_behind(dualport))
+        self._faces = MemoryFaces(
+            clock,
+            self._memory,
+            byte_order_of(self._compiled.program, settings.ports),
+            settings.access,
+            modbus or [],
+            tcp,
+        )
         self._display = Display()
         self._messages = Messages(lambda text: _send(debugger, text))
         self._panel = PanelPart({"PAMDISPLAY": [PamDisplay(self._show, self._monitor)]})
@@ -68,19 +90,25 @@ class Pam(Device):
         self._cycle: PowerCycle | None = None
         self._timer: Timer | None = None
         self._begin_ns = self._cycles = 0
+        self._debuggee = MachineDebuggee(background, lambda: self.application, self.reset, self._on_loaded)
+        self._debugging = DebugService(clock, self._debuggee)
         self.injected = self._faults = InjectedFaults[Fault[Any]](
             clock, MODELS, Faults(Fault), on_change=self._on_faults
         )
+        self._points = self._make_points()
         if rs422 is not None:
             rs422.on_receive(self._on_rs422)
 
     # ---- power
 
     def start(self) -> None:
+        self._faces.open()
         if self._faults.first(PowerOff) is None:
             self._power_on()
 
     def stop(self) -> None:
+        self._debuggee.cancel()
+        self._faces.close()
         self._power_off()
 
     def _on_faults(self) -> None:
@@ -135,11 +163,33 @@ class Pam(Device):
     def _on_cycle(self) -> None:
         cycle = self._cycle
         assert cycle is not None
+        was_running = cycle.state is State.RUNNING
         cycle.cycle()
+        if cycle.state is State.RUNNING and not was_running:
+            self._debuggee.attach(cycle.runtime)
         if cycle.state is State.FATAL:
             self._timer = None
         else:
             self._wait()
+
+    # ---- for the debugger
+
+    @property
+    def application(self) -> Runtime | None:
+        """The application, once its programs have begun."""
+        return self._cycle.application if self._cycle is not None else None
+
+    def _on_loaded(self, compiled: Compiled) -> None:
+        self._compiled = compiled
+        self._points = self._make_points()
+        if self._cycle is not None:
+            self.reset()
+
+    def answer(self, question: str, message: Any) -> Any:
+        """Answer `debug` questions (`languages/debugging/service.py`)."""
+        if question != "debug":
+            return super().answer(question, message)
+        return self._debugging.answer(message)
 
     # ---- messages
 
@@ -183,7 +233,11 @@ class Pam(Device):
     # ---- points
 
     def points(self) -> Mapping[str, Point]:
+        return self._points
+
+    def _make_points(self) -> Mapping[str, Point]:
         return {
+            **dict(variable_points(self._compiled, lambda: self.application)),
             "display": Point(self._shown, about="the eight characters on the display"),
             "display.blinks": Point(lambda: self._cycle is not None and self._display.blinks()),
             "led": Point(self._led, about="the green LED: off, on or blink"),

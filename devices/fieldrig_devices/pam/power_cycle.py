@@ -77,6 +77,7 @@ class PowerCycle:
         self._clock, self._say = clock, on_message
         self._panel, self._on_message = panel, on_message
         self.state = State.RING
+        self._has_begun = False
         self.runtime = Runtime(compiled, self._on_kernel_message, settings.limits())
         self.ring = RingMaster(
             clock,
@@ -93,6 +94,11 @@ class PowerCycle:
         for node in self.objects.nodes:
             self.ring.configure(node.address, node.items)
         self._axes = [node for node in self.objects.nodes if node.node_type is NodeType.ST1]
+
+    @property
+    def application(self) -> Runtime | None:
+        """The programs, from the moment at which they begin."""
+        return self.runtime if self._has_begun else None
 
     def start(self) -> None:
         """Power on."""
@@ -127,7 +133,7 @@ class PowerCycle:
     def _wait_for_masters(self) -> None:
         self.ports.poll(self._clock.now_ns())
         if self.state is State.PORTS and self.ports.may_run:
-            self.state = State.RUNNING
+            self.state, self._has_begun = State.RUNNING, True
             self.runtime.start(self.objects, [self.ports, self._panel])
             self.runtime.cycle()
 

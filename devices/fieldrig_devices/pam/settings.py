@@ -8,6 +8,7 @@ from pydantic import Field
 
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
 from fieldrig_devices.pam.objects.options import Options
+from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.runtime.processor import Limits
 from fieldrig_devices.pamring.settings import RingSettings
@@ -116,9 +117,13 @@ class PamSettings(Settings):
     objects: ObjectReadings = Field(default_factory=ObjectReadings, description="readings of the manual about objects")
     programs: ProgramReadings = Field(default_factory=ProgramReadings, description="speed of the processor")
     ports: PortOptions = Field(default_factory=PortOptions, description="readings of the manual about ports to a PLC")
+    access: AccessSettings = Field(
+        default_factory=AccessSettings, description="Modbus, S7 and TCP servers for the memory of the DualPort"
+    )
 
     def claims(self, device: str) -> Iterator[Claim]:
         yield Claim("ring", MASTER, "of the ring", ())
+        yield Claim("modbus", "unit", self.access.unit_id, ("access", "unit_id"))
         for address, wire in enumerate(self.analog_wires):
             if wire:
                 yield Claim("wires", "wire", wire, ("analog_wires", address))

@@ -7,23 +7,22 @@ products that push each other; one that slips lets the others pass.
 
 from collections.abc import Mapping
 from functools import partial
-from math import ceil, isfinite
+from math import isfinite
 from typing import Any, ClassVar, Final
 
-from fieldrig.clock import NEVER_NS, Clock, S, Timer
+from fieldrig.clock import Clock, Timer
 from fieldrig.device import Device, Point, Value
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.point_values import truth_in
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.plants.conveyor_model import Belt, seconds_to
+from fieldrig_devices.plants.conveyor_model import Belt
 from fieldrig_devices.plants.conveyor_settings import MODELS, ConveyorSettings, Dirty, Slip
+from fieldrig_devices.plants.driven import next_instant
 
 LONGEST_WAY_M: Final = 1e6
 """Limit for the way of the belt, which stops there."""
-SHORTEST_WAY_M: Final = 1e-9
-"""The belt goes at least this way until it is looked at again, so that a slow belt does not keep the rig busy."""
 
 
 class Conveyor(Device):
@@ -124,17 +123,9 @@ class Conveyor(Device):
         drive, now_ns, radius_m = self._drive, self._clock.now_ns(), self._settings.roller_radius_m
         if drive is None or not drive.is_moving or abs(drive.at(now_ns)) * radius_m >= LONGEST_WAY_M:
             return
-        speed, later_ns = drive.speed_at(now_ns), now_ns + S
-        acceleration = drive.speed_at(later_ns) - speed
-        belt = self._belt
-        seconds = min(
-            seconds_to(
-                max(belt.way_to_change(side), SHORTEST_WAY_M), side * speed * radius_m, side * acceleration * radius_m
-            )
-            for side in (1, -1)
-        )
-        if seconds * S < NEVER_NS:
-            self._timer = self._clock.call_at(now_ns + max(ceil(seconds * S), 1), self._on_timer)
+        when_ns = next_instant(drive, now_ns, self._belt.way_to_change, radius_m)
+        if when_ns is not None:
+            self._timer = self._clock.call_at(when_ns, self._on_timer)
 
     # ---- products, sensors, faults
 

@@ -102,14 +102,3 @@ class Belt:
             else:
                 kept.append(product)
         self.products = kept
-
-
-def seconds_to(way: float, speed: float, acceleration: float) -> float:
-    """The time until a motion has gone this way, from 0 up, in its positive direction; infinite if it never does."""
-    square = speed * speed + 2 * acceleration * way
-    if square < 0:
-        return inf
-    root = square**0.5
-    if speed < 0:  # it turns first
-        return (root - speed) / acceleration if acceleration > 0 else inf
-    return 2 * way / (speed + root) if speed + root > 0 else inf

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import ceil, floor, inf
 
 from fieldrig.clock import NEVER_NS, S
-from fieldrig_devices.plants.conveyor_model import seconds_to
+from fieldrig_devices.plants.driven import seconds_to
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,8 @@ from typing import Final
 from fieldrig.clock import NEVER_NS, S
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.st1.set_position import SetPosition
-from fieldrig_devices.st1.settings import MotorSettings, PlantSettings
-from fieldrig_devices.st1.shaft import LOOP_NS, TURN
+from fieldrig_devices.st1.settings import MotorSettings, PlantSettings, St1Settings
+from fieldrig_devices.st1.shaft import LOOP_NS, TURN, Shaft
 from fieldrig_devices.st1.torque import Torque
 
 LOOP_S: Final = LOOP_NS / S
@@ -89,6 +89,9 @@ class OuterShaft:
         """Do nothing: the plant says whether its shaft is blocked."""
         self.is_blocked = is_on
 
+    def leave(self, now_ns: int) -> None:
+        """Do nothing: the shaft is where its encoder is."""
+
     def keeps_up(self, before: float, speed: float, interval_ns: int) -> bool:
         """True if the loop is working."""
         return self.next_ns < NEVER_NS
@@ -121,3 +124,12 @@ class OuterShaft:
         if volts != self._volts:
             self._volts = volts
             self._put(volts)
+
+
+def shaft_of(
+    settings: St1Settings, set_position: SetPosition, torque: Torque, put: Callable[[float], None]
+) -> Shaft | OuterShaft:
+    """Return the shaft of the ST1's own motor, or that of a motor on wires."""
+    if settings.plant is not None:
+        return OuterShaft(set_position, torque, settings.motor, settings.plant, put)
+    return Shaft(set_position, settings.parameters.ckv * TURN, torque.acceleration, torque.coasting)

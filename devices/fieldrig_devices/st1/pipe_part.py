@@ -1,9 +1,10 @@
 """The part of a pipe in the set position of an axis (PAML-042, PAML-171, PAML-405).
 
 Set-points of the mode POSITION come cycle by cycle; between them the axis moves steadily, so it is at each of them one
-interval after it came (our reading: the manual does not say how an ST1 interpolates).  Without a further set-point it
-holds the last one.  In the mode SPEED the position is the sum of the speeds, exactly; a step of the speed is a ramp
-with the largest acceleration.
+interval after it came (our reading: the manual does not say how an ST1 interpolates).  If a cycle brings no further
+set-point, the axis holds the last one; if no cycle comes at all, it goes on steadily for `MOST_LOST` intervals before.
+In the mode SPEED the position is the sum of the speeds, exactly; a step of the speed is a ramp with the largest
+acceleration.
 """
 
 from typing import Final
@@ -15,6 +16,8 @@ from fieldrig_devices.pamring.frames import SetPointMode
 
 LONGEST_NS: Final = 64 * MS
 """A longer time between two set-points is a pause, and not their interval."""
+MOST_LOST: Final = 4
+"""Number of intervals that an axis goes on without cycles, as frames may be damaged."""
 FIRST_NS: Final = MS
 """Interval as long as it is not known."""
 
@@ -58,6 +61,11 @@ class PipePart:
         return self._speed if self.ramp is None else self.ramp.speed_at(now_ns)
 
     @property
+    def lost_ns(self) -> int:
+        """The instant from which on the axis holds the last set-point even if no cycle comes."""
+        return self.due_ns + MOST_LOST * self.interval_ns
+
+    @property
     def is_moving(self) -> bool:
         return bool(self._way) or self.ramp is not None
 
@@ -97,6 +105,10 @@ class PipePart:
             return False
         self._aim(now_ns)
         return True
+
+    def hold(self, now_ns: int) -> None:
+        """Be at the last set-point at once."""
+        self._start, self._since_ns, self._way, self._speed, self.due_ns = self._goal, now_ns, 0, 0.0, NEVER_NS
 
     def end(self, now_ns: int) -> None:
         """No further set-points come: in the mode SPEED the axis ramps down."""

@@ -14,10 +14,10 @@ from fieldrig_devices.motion.profile import Limits
 from fieldrig_devices.pamring.frames import AxisItem, AxisOrder, AxisReport, EndOfPipe, Move, SetPoint, SetPointMode
 from fieldrig_devices.st1.answers import Answers, status_of
 from fieldrig_devices.st1.causes import Causes
-from fieldrig_devices.st1.outer_shaft import OuterShaft
+from fieldrig_devices.st1.outer_shaft import shaft_of
 from fieldrig_devices.st1.set_position import Doing, SetPosition
 from fieldrig_devices.st1.settings import St1Settings
-from fieldrig_devices.st1.shaft import TURN, Shaft
+from fieldrig_devices.st1.shaft import TURN
 from fieldrig_devices.st1.status import TRIPS, Error, ErrorWord
 from fieldrig_devices.st1.torque import Torque
 
@@ -33,7 +33,7 @@ class Servo:
         own = settings.parameters
         self.set = SetPosition(Limits(own.ckv * TURN, own.cka * TURN, own.astop * TURN))
         self.torque = Torque(settings.motor)
-        self.shaft = self._shaft()
+        self.shaft = shaft_of(settings, self.set, self.torque, lambda volts: self.refer(volts))
         self.errors = ErrorWord(own.cmasks)
         self.causes = Causes(clock, settings, self._on_causes)
         self.answers = Answers(send)
@@ -51,17 +51,10 @@ class Servo:
         self.set.hold(clock.now_ns(), round(settings.initial_turns * TURN))
         self.shaft.place(clock.now_ns(), round(settings.initial_turns * TURN))
 
-    def _shaft(self) -> Shaft | OuterShaft:
-        settings = self.settings
-        if settings.plant is not None:
-            return OuterShaft(self.set, self.torque, settings.motor, settings.plant, lambda volts: self.refer(volts))
-        return Shaft(self.set, settings.parameters.ckv * TURN, self.torque.acceleration, self.torque.coasting)
-
     def measure(self, encoder: Signal) -> None:
         """Take the encoder of a motor on wires; a shaft that leaves its set position wakes the loop."""
-        if isinstance(self.shaft, OuterShaft):
-            self.shaft.measure(encoder)
-            self._go_on()
+        self.shaft.measure(encoder)
+        self._go_on()
 
     def start(self) -> None:
         for fault in self.settings.faults:
@@ -117,7 +110,7 @@ class Servo:
             before = pipe.speed_at(now_ns)
             pipe.set_position(now_ns, point.value)
             speed = pipe.speed_at(now_ns)
-            if speed and shaft.keeps_up(before, speed, pipe.interval_ns):
+            if speed and self._timer is not None and shaft.keeps_up(before, speed, pipe.interval_ns):
                 self.on_steady()
                 return
         elif mode is SetPointMode.TORQUE:
@@ -250,7 +243,15 @@ class Servo:
 
     def _on_timer(self) -> None:
         self._timer = None
-        self._go_on()
+        now_ns, pipe = self._clock.now_ns(), self.set.pipe
+        if now_ns >= pipe.lost_ns:
+            self.shaft.leave(now_ns)
+            pipe.hold(now_ns)
+            self._go_on()
+        elif pipe.is_steady and now_ns < self.shaft.next_ns and self.set.doing is Doing.NOTHING:
+            self._wait(now_ns)  # further set-points have come
+        else:
+            self._go_on()
 
     def _go_on(self) -> None:
         """Look at everything after an event, report what has changed, and wait for the next instant of interest."""
@@ -280,7 +281,7 @@ class Servo:
     def _wait(self, now_ns: int) -> None:
         when_ns = self.shaft.next_ns
         if self.set.is_moving:
-            when_ns = min(when_ns, self.set.next_change_ns(now_ns))
+            when_ns = min(when_ns, self.set.next_change_ns(now_ns), self.set.pipe.lost_ns)
         if self._timer is not None:
             if self._timer.when_ns == when_ns:
                 return

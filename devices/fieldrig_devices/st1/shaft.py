@@ -10,6 +10,7 @@ from math import ceil, copysign, inf
 from typing import Final
 
 from fieldrig.clock import MS, NEVER_NS, S
+from fieldrig_bus.wires import Signal
 from fieldrig_devices.motion.profile import Limits, Profile, brake, change_speed, keep, move
 from fieldrig_devices.st1.set_position import SetPosition
 
@@ -76,6 +77,9 @@ class Shaft:
         """Put the shaft at a position, at rest."""
         self._place, self._since_ns, self._frame, self._rel = position, now_ns, 0.0, keep(0.0)
 
+    def measure(self, encoder: Signal) -> None:
+        """Do nothing: this shaft has its own resolver."""
+
     def power(self, now_ns: int, is_on: bool) -> None:
         place, speed = self.position_at(now_ns), self.speed_at(now_ns)
         self._is_powered, self.is_following = is_on, is_on and not speed
@@ -87,6 +91,11 @@ class Shaft:
         self.is_blocked = is_on
         self.is_following = False
         self._begin(now_ns, place, 0.0 if is_on else speed)
+
+    def leave(self, now_ns: int) -> None:
+        """Go on without the set position, which is about to jump."""
+        self._place, self._frame, self._rel = self.position_at(now_ns), self.speed_at(now_ns), keep(0.0)
+        self._since_ns, self.is_following = now_ns, False
 
     def look(self, now_ns: int, speed_before: float | None = None) -> None:
         """Look whether the shaft can follow the set position from now on; its speed was `speed_before` until now."""

@@ -13,8 +13,8 @@ from fieldrig.device import Value
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.plants.conveyor import LONGEST_WAY_M, Conveyor
-from fieldrig_devices.plants.conveyor_model import seconds_to
 from fieldrig_devices.plants.conveyor_settings import ConveyorSettings, SensorSettings
+from fieldrig_devices.plants.driven import seconds_to
 
 LINE = {
     "length_m": 2.0, "roller_radius_m": 0.05, "drive_wire": "belt.position", "product_m": 0.2,

@@ -46,7 +46,7 @@ def give(bench: ProgramBench, command: Command) -> None:
             bench.move(move, *numbers)
 
 
-@settings(deadline=None, max_examples=80)
+@settings(deadline=None, max_examples=50)
 @given(commands)
 def test_a_shaft_never_jumps_and_never_exceeds_its_limits(given_commands: list[tuple[Command, int]]) -> None:
     bench = ProgramBench(parameters=LIMITS, lag_limit_turns=100.0)
@@ -62,7 +62,7 @@ def test_a_shaft_never_jumps_and_never_exceeds_its_limits(given_commands: list[t
                 assert abs(bench.speed - speed) <= TORQUE_GIVES * 1.01e-3
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=40)
 @given(commands)
 def test_an_event_moves_nothing(given_commands: list[tuple[Command, int]]) -> None:
     bench = ProgramBench(parameters=LIMITS, lag_limit_turns=100.0, period=1.5)
@@ -74,7 +74,7 @@ def test_an_event_moves_nothing(given_commands: list[tuple[Command, int]]) -> No
         bench.cycle(cycles)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=40)
 @given(commands)
 def test_every_order_is_done_in_the_end_and_the_axis_at_rest(given_commands: list[tuple[Command, int]]) -> None:
     bench = ProgramBench(parameters=LIMITS, lag_limit_turns=100.0)

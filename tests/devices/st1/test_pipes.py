@@ -47,6 +47,25 @@ def test_a_set_point_holds_until_the_next(bench: ProgramBench) -> None:
     assert bench.position == pytest.approx(0.001, abs=1e-9)
 
 
+def test_an_axis_goes_on_steadily_where_frames_are_damaged(bench: ProgramBench) -> None:
+    for cycle in range(100):
+        bench.point(0.001 * cycle)
+    bench.wait(2)
+    assert (bench.position, bench.speed) == pytest.approx((0.101, 1.0), abs=1e-6)
+    for cycle in range(102, 110):
+        bench.point(0.001 * cycle)
+    assert (bench.position, bench.speed, bench.lag) == pytest.approx((0.109, 1.0, 0.0), abs=1e-6)
+
+
+def test_an_axis_holds_the_last_set_point_where_no_cycle_comes(bench: ProgramBench) -> None:
+    for cycle in range(100):
+        bench.point(0.001 * cycle)
+    bench.wait(3.9)
+    assert bench.position == pytest.approx(0.1029, abs=1e-6)
+    bench.wait(50)
+    assert (bench.position, bench.speed, bench.lag) == pytest.approx((0.099, 0.0, 0.0), abs=1e-6)
+
+
 @pytest.mark.manual("PAML-053", "PAML-054")
 def test_a_move_is_superimposed_on_a_pipe(bench: ProgramBench) -> None:
     bench.point(0.0)

@@ -3,7 +3,7 @@
 import pytest
 from st1_device_bench import DeviceBench
 
-from fieldrig_devices.pamring.frames import AxisOrder, AxisReport, Move
+from fieldrig_devices.pamring.frames import AxisOrder, AxisReport, Move, SetPoint, SetPointMode
 from fieldrig_devices.st1.shaft import TURN
 from fieldrig_devices.st1.status import Error
 
@@ -33,6 +33,17 @@ def test_the_motor_follows_the_set_position(bench: DeviceBench) -> None:
     assert float(bench.get("position")) == pytest.approx(3.0, abs=2e-4)
     assert float(bench.rig.get("motor", "position")) == pytest.approx(3 * 6.283185307179586, abs=1e-3)
     assert bench.take(AxisReport)[-1].error == 0
+
+
+def test_the_motor_follows_a_pipe(bench: DeviceBench) -> None:
+    lags = []
+    for cycle in range(400):
+        way = 50e-6 * cycle * cycle if cycle < 100 else 0.5 + 0.01 * (cycle - 100)  # 100 turns/s2 up to 10 turns/s
+        bench.send(SetPoint(SetPointMode.POSITION, round(way * TURN))).run(1)
+        lags.append(abs(float(bench.get("lag"))))
+    assert max(lags) < 0.05
+    assert lags[-1] < 0.01
+    assert float(bench.rig.get("motor", "speed")) == pytest.approx(10 * 6.283185307179586, rel=0.02)
 
 
 def test_the_loop_rests_with_the_motor(bench: DeviceBench) -> None:

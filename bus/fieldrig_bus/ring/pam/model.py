@@ -13,6 +13,11 @@ log = logging.getLogger(__name__)
 
 BYTE_NS: Final = 800
 """Duration of a byte on the fibre, at 10 Mbit/s; the manual gives no rate."""
+SLOT_NS: Final = 200_000
+"""Time from the begin of a cycle until its frames work in the nodes, however few they are.
+
+The nodes of a real ring take set-points over in step, so the time between two of them does not depend on other frames.
+"""
 
 
 class PamRingModel(MediumModel[RingMessage]):
@@ -40,7 +45,7 @@ class PamRingModel(MediumModel[RingMessage]):
         self._overruns += now_ns < self._over_ns
         reports, heard = self.medium.go_round(now_ns, frames)
         bytes_in_all = span_bytes(frames.frames) + span_bytes(reports.reports) + len(reports.addresses)
-        self._over_ns = max(now_ns, self._over_ns) + bytes_in_all * BYTE_NS
+        self._over_ns = max(now_ns, self._over_ns) + max(bytes_in_all * BYTE_NS, SLOT_NS)
         self._schedule(self._over_ns, RING, reports, (master,))
         for cycle, names in heard:
             self._schedule(self._over_ns, master, cycle, names)

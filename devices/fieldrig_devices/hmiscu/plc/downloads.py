@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 
 from fieldrig.background import Background
 from fieldrig.clock import Clock
-from fieldrig_devices.iec.beside import Beside, HostFacts, Order, compile_order
+from fieldrig_devices.iec.beside import HostFacts, Order, compile_order
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.loaded import LONGEST_WAIT_NS, NO_GAP
 from fieldrig_devices.iec.task_points import task_forms
+from fieldrig_devices.languages.beside import Beside
 from fieldrig_devices.languages.source_file import SourceFile
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ class Downloads:
         self, clock: Clock, background: Background, plc: "Plc", dialect: str, on_change: Callable[[], None]
     ) -> None:
         """`on_change` is called when an online change has happened."""
-        self._clock, self._beside, self._plc, self._dialect = clock, Beside(background), plc, dialect
+        self._clock, self._beside, self._plc, self._dialect = clock, Beside[Compiled](background), plc, dialect
         self._on_change = on_change
         self._is_changing = False
         """True while a compiled program waits for the end of a cycle."""

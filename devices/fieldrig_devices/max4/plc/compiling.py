@@ -7,11 +7,12 @@ controller has for them.
 from dataclasses import dataclass
 
 from fieldrig.background import Report
-from fieldrig_devices.iec.beside import HostFacts, Refused, duration_of
+from fieldrig_devices.iec.beside import HostFacts
 from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.limits import Limits
+from fieldrig_devices.languages.beside import Refused, duration_of
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.max4.configuration.program_file import Container
 from fieldrig_devices.max4.plc.retain import RetainMap, leaves_of

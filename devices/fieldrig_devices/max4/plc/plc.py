@@ -17,7 +17,7 @@ from fieldrig import progress
 from fieldrig.background import Background, Coarse
 from fieldrig.clock import US, Clock
 from fieldrig.device import Point, Value
-from fieldrig_devices.iec.beside import Beside, HostFacts, text_of
+from fieldrig_devices.iec.beside import HostFacts
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.loaded import LONGEST_WAIT_NS, NO_GAP
@@ -26,6 +26,7 @@ from fieldrig_devices.iec.task_points import state_of, task_forms, task_points
 from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, TCP_PRIORITY, SystemWork
 from fieldrig_devices.iec.tasks.task import Task
 from fieldrig_devices.iec.thread import Fault, call_hierarchy
+from fieldrig_devices.languages.beside import Beside, text_of
 from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.languages.refusal import refused
 from fieldrig_devices.languages.source_file import SourceFile
@@ -59,7 +60,7 @@ class Plc:
 
     def __init__(self, clock: Clock, controller: "Max4", background: Background) -> None:
         self._clock, self._controller = clock, controller
-        self._beside = Beside(background)
+        self._beside = Beside[Compiled](background)
         self._is_changing = False
         """True while a compiled program waits for the end of a cycle."""
         self.program: RetainingProgram | None = None

@@ -1,5 +1,6 @@
 """All objects of an application: built from its declarations, and worked in each basic cycle."""
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
@@ -43,6 +44,10 @@ from fieldrig_devices.pam.runtime.item import Item, Kernel
 from fieldrig_devices.pamring.ends import PamPort
 from fieldrig_devices.pamring.frames import Answer, AxisReport, InputChanged, MotorReport, Report, Trouble
 
+log = logging.getLogger(__name__)
+
+ARITHMETIC_FAULT: Final = "02..FFF3"
+"""Floating-point overflow, an invalid operation or a division by zero."""
 ON_NODES: Final[Mapping[str, Callable[[Declared, Site, RingNode], ObjectItem]]] = {
     "AXIS": Axis,
     "ENCODER": Encoder,
@@ -218,7 +223,7 @@ class ApplicationObjects:
             return
         match report:
             case InputChanged() | MotorReport():
-                receiver = node.receivers.get(report.item)
+                receiver = node.receivers.get((type(report), report.item))
                 if receiver is not None:
                     receiver(report)
             case AxisReport() if node.axis_receiver is not None:
@@ -244,7 +249,12 @@ class ApplicationObjects:
         self._site.take()
 
     def flow(self) -> None:
-        self._pipes.flow()
+        """Let the pipes flow; numbers that get too large are a fault of the processor, which stops the programs."""
+        try:
+            self._pipes.flow()
+        except (ArithmeticError, ValueError) as cause:  # ValueError: there is no remainder of an infinite number
+            log.debug("a pipe: %s", cause)
+            self._site.kernel.report(ARITHMETIC_FAULT)
         self._site.flowed()
 
     def give(self) -> None:

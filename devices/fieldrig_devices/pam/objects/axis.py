@@ -12,6 +12,7 @@ from fieldrig_devices.pam.objects.object_item import ObjectItem, has_error
 from fieldrig_devices.pam.objects.parameters import AboveZero
 from fieldrig_devices.pam.objects.pipe_input import PIPE_INPUTS, PipeInput
 from fieldrig_devices.pam.objects.site import RingNode, Site
+from fieldrig_devices.pam.objects.whole import nearest_units
 from fieldrig_devices.pam.pipes.block import nearest, wrapped
 from fieldrig_devices.pam.pipes.converter import Mode, Taker
 from fieldrig_devices.pamring.frames import (
@@ -188,15 +189,15 @@ class Axis(ObjectItem):
     def _position(self, position: float) -> AxisOrder:
         part = self.pipe.part if self.pipe is not None else 0.0
         self._own = wrapped(position - part, self.period)
-        return AxisOrder(0, Move.POSITION, round(position * self.units))
+        return AxisOrder(0, Move.POSITION, nearest_units(position * self.units))
 
     def _update_status(self) -> AxisOrder:
         return AxisOrder(0, Move.UPDATE_STATUS)
 
     def _limited(self, move: Move, value: float, speed: float) -> AxisOrder:
         scale = abs(self.units)
-        limits = (round(speed * scale), round(self.acceleration * scale), round(self.deceleration * scale))
-        return AxisOrder(1, move, round(value * self.units), *limits)
+        limits = (nearest_units(limit * scale) for limit in (speed, self.acceleration, self.deceleration))
+        return AxisOrder(1, move, nearest_units(value * self.units), *limits)
 
     # ---- the end of a pipe
 

@@ -7,6 +7,7 @@ from fieldrig_devices.pam.objects.inputs import BinaryInput, CounterInput
 from fieldrig_devices.pam.objects.object_item import ObjectItem, has_error
 from fieldrig_devices.pam.objects.outputs import BinaryOutput
 from fieldrig_devices.pam.objects.site import RingNode, Site
+from fieldrig_devices.pam.objects.whole import whole_count
 from fieldrig_devices.pam.runtime.item import Pending
 from fieldrig_devices.pamring.frames import Motor, MotorItem, MotorOrder, MotorReport
 
@@ -33,7 +34,7 @@ class DcMotor(ObjectItem):
         self._error = 0
         parts = (outputs[0].item, outputs[1].item, inputs[0].item, inputs[1].item)
         timeout_ms, braking = declared.integer("TIMEOUT"), declared.integer("BRAKING")
-        self._item = node.add(lambda item: MotorItem(item, *parts, timeout_ms, braking), self._on_report)
+        self._item = node.add(lambda item: MotorItem(item, *parts, timeout_ms, braking), self._on_report, MotorReport)
 
     def _on_report(self, report: MotorReport) -> None:
         self._is_ready, self._error = report.is_ready, report.error
@@ -63,10 +64,10 @@ class DcMotor(ObjectItem):
         return answer
 
     def do_absolute_move(self, target: float) -> None:
-        self._move(Motor.ABSOLUTE_MOVE, int(target))
+        self._move(Motor.ABSOLUTE_MOVE, whole_count(target))
 
     def do_relative_move(self, distance: float) -> None:
-        self._move(Motor.RELATIVE_MOVE, int(distance))
+        self._move(Motor.RELATIVE_MOVE, whole_count(distance))
 
     def do_run(self, direction: str) -> None:
         self._move(Motor.RUN, DIRECTIONS[direction])
@@ -78,10 +79,10 @@ class DcMotor(ObjectItem):
         self._move(Motor.ZERO_POSITION, DIRECTIONS[direction], int(level == "HIGH"))
 
     def do_position(self, position: float) -> None:
-        self._send(Motor.POSITION, int(position))
+        self._send(Motor.POSITION, whole_count(position))
 
     def do_stroke_limits(self, lower: float, upper: float) -> None:
-        self._limits = int(lower), int(upper)
+        self._limits = whole_count(lower), whole_count(upper)
         self._send(Motor.STROKE_LIMITS, *self._limits)
 
     def do_disable_stroke_limits(self) -> None:

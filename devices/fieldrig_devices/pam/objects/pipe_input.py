@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
+from fieldrig_devices.pam.objects.whole import LARGEST_UNITS
 from fieldrig_devices.pam.pipes.block import nearest
 from fieldrig_devices.pam.pipes.converter import Mode
 from fieldrig_devices.pamring.frames import SetPoint, SetPointMode
@@ -39,10 +40,12 @@ class PipeInput:
         self._passed = known._passed
 
     def take(self, value: float) -> None:
-        """Take a value of the flow, and send it to the node."""
+        """Take a value of the flow, and send it to the node.  OverflowError for one that no frame can carry."""
         set_point = self.follow(value)
         if set_point != self.sent and self._axis.pipe is self:
             self.note(set_point)
+            if not -LARGEST_UNITS <= set_point <= LARGEST_UNITS:
+                raise OverflowError("no frame can carry this set-point")
             self._send(SetPoint(self.set_point_mode, set_point))
 
     def follow(self, value: float) -> int:

@@ -101,7 +101,8 @@ class Branch:
     def __init__(self, pipe: Pipe, begin: TransformerItem | None, steps: Sequence[Step]) -> None:
         self.begin = begin.block if begin is not None else None
         self.distributor, self.steps = pipe.distributor, tuple(steps)
-        self.flags = [*map(Flag, pipe.transformers), Flag(pipe.converter)]
+        changing = [item for item in pipe.transformers if type(item.block).ready is not Block.ready]
+        self.flags = [*map(Flag, changing), Flag(pipe.converter)]
         self.correctors = tuple(item for item in pipe.transformers if isinstance(item, CorrectorItem))
 
 

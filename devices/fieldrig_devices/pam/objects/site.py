@@ -7,7 +7,7 @@ from typing import Any, Final
 from fieldrig_devices.pam.objects.options import Options
 from fieldrig_devices.pam.runtime.item import Kernel
 from fieldrig_devices.pamring.ends import PamPort
-from fieldrig_devices.pamring.frames import Answer, Configuration, NodeType, Order, Read
+from fieldrig_devices.pamring.frames import Answer, Configuration, InputChanged, NodeType, Order, Read
 
 LAST_NUMBER: Final = 65535
 """Orders and requests are numbered from 1 to this, and again."""
@@ -26,18 +26,23 @@ class RingNode:
     component: tuple[str, int] | None = None
     """The NODES_GROUP and the number of the component that the node belongs to."""
     items: list[Configuration] = field(default_factory=list)
-    receivers: dict[int, Callable[[Any], None]] = field(default_factory=dict)
-    """The objects that take the reports on an item."""
+    receivers: dict[tuple[type, int], Callable[[Any], None]] = field(default_factory=dict)
+    """The objects that take the reports on an item, by the class of the report and the item."""
     axis_receiver: Callable[[Any], None] | None = None
     is_active: bool = True
     error_word: int = 0
 
-    def add(self, make: Callable[[int], Configuration], receiver: Callable[[Any], None] | None = None) -> int:
-        """Configure an item, whose number `make` gets and this returns."""
+    def add(
+        self,
+        make: Callable[[int], Configuration],
+        receiver: Callable[[Any], None] | None = None,
+        report: type = InputChanged,
+    ) -> int:
+        """Configure an item, whose number `make` gets and this returns; `receiver` takes its reports of one class."""
         item = len(self.items) + 1
         self.items.append(make(item))
         if receiver is not None:
-            self.receivers[item] = receiver
+            self.receivers[report, item] = receiver
         return item
 
     def send(self, order: Order) -> None:

@@ -54,7 +54,7 @@ class Amplifier(Block):
         if self.period is not None and self._unwraps:
             value = self._unwrapped(value, self.period)
         gain, offset = self.gain, self.offset
-        if gain.is_there and offset.is_there:
+        if gain.value == gain.target and offset.value == offset.target:
             return gain.value * (value + offset.value)
         return gain.step(self.period_s) * (value + offset.step(self.period_s))
 

@@ -12,7 +12,6 @@
     ports.fail(origin, number, when)        fatal error: the panel is written, and the watchdog is silent
     ports.receive(data)                     bytes from the RS422 line; `send` of the constructor takes those for it
     ports.states                            the state of each port, as a text
-    ports.byte_order                        the order of bytes that `access.faces.MemoryFaces` asks for
 
 A port that does not get ready in time reports 07..F020 to the Kernel and stops.  The PAM then calls `fail`, as for
 every fatal error, and only `begin` leads on.
@@ -66,6 +65,12 @@ def _all_active(_group: str, _component: int) -> bool:
     return True
 
 
+def byte_order_of(program: Program, options: PortOptions) -> ByteOrder:
+    """Return the order of bytes for clients of the memory that see bytes."""
+    is_simatic = any(plan.kind == "DUAL_PORT" for plan in ports_of(program))
+    return options.byte_order or ("little" if is_simatic else "big")
+
+
 class Ports:
     """All ports of one application."""
 
@@ -82,9 +87,6 @@ class Ports:
         self.memory, self._kernel = memory, kernel
         self._options = options or PortOptions()
         plans = {plan.declaration.name: plan for plan in ports_of(program)}
-        is_simatic = any(plan.kind == "DUAL_PORT" for plan in plans.values())
-        self.byte_order: ByteOrder = self._options.byte_order or ("little" if is_simatic else "big")
-        """The order of bytes for clients that see bytes."""
         self._ports: list[Port] = []
         if "DualPort" in plans:
             self._ports.append(self._dual_port(plans["DualPort"], is_active))

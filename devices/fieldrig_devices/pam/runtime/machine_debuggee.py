@@ -1,26 +1,14 @@
 """The application of a PAM in a rig, for the debugging service: start and stop hold and release its programs."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Final
 
-from fieldrig.background import Background, Failure, Report
-from fieldrig.clock import MS
+from fieldrig.background import Background, Report
+from fieldrig_devices.languages.beside import Beside, Refused, duration_of
 from fieldrig_devices.languages.debugging.debuggee import Reset
 from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.pam.runtime.compiler import Compiled, compile_application
 from fieldrig_devices.pam.runtime.debuggee import PamDebuggee
 from fieldrig_devices.pam.runtime.runtime import Runtime
-
-COMPILE_NS: Final = 200 * MS
-"""Time that a download takes in virtual time."""
-
-
-@dataclass(frozen=True, slots=True)
-class Refused:
-    """The mistakes of an application that does not compile, each on a line."""
-
-    why: str
 
 
 def prepare(files: Mapping[str, str], report: Report) -> Compiled | Refused:
@@ -30,7 +18,7 @@ def prepare(files: Mapping[str, str], report: Report) -> Compiled | Refused:
     try:
         return compile_application(text, name, files.get, is_debugged=True)
     except CompileError as wrong:
-        return Refused("\n".join(map(str, wrong.mistakes)))
+        return Refused(tuple(wrong.mistakes))
 
 
 class MachineDebuggee(PamDebuggee):
@@ -45,9 +33,9 @@ class MachineDebuggee(PamDebuggee):
     ) -> None:
         """`present` returns the application once it has been started; `on_download` takes another one and resets."""
         super().__init__()
-        self._background, self._present = background, present
+        self._beside, self._present = Beside[Compiled](background), present
         self._on_reset, self._on_download = on_reset, on_download
-        self._progress = self._problem = ""
+        self._problem = ""
 
     @property
     def runtime(self) -> Runtime | None:
@@ -55,7 +43,7 @@ class MachineDebuggee(PamDebuggee):
 
     @property
     def progress(self) -> str:
-        return self._progress
+        return self._beside.progress
 
     @property
     def problem(self) -> str:
@@ -80,16 +68,16 @@ class MachineDebuggee(PamDebuggee):
             raise ValueError("a PAM has no online change: expected a download, which begins with a reset")
         if not files:
             raise ValueError("a download has no file: expected the source file of an application first")
-        self._progress = "compiling 0 %"
-        self._background.run(prepare, dict(files), self._on_compiled, self._on_progress, virtual_ns=COMPILE_NS)
+        self._problem = ""
+        self._beside.compile(prepare, dict(files), duration_of(files.values()), self._on_compiled)
 
-    def _on_progress(self, what: str, done: int, steps: int) -> None:
-        self._progress = f"{what} {100 * done // max(steps, 1)} %"
+    def cancel(self) -> None:
+        """Drop what is being compiled."""
+        self._beside.cancel()
 
-    def _on_compiled(self, found: Compiled | Refused | Failure) -> None:
-        self._progress = self._problem = ""
-        if isinstance(found, Compiled):
-            self._on_download(found)
-            self.on_load()
-        else:
-            self._problem = found.why
+    def _on_compiled(self, found: Compiled | str) -> None:
+        if isinstance(found, str):
+            self._problem = found
+            return
+        self._on_download(found)
+        self.on_load()

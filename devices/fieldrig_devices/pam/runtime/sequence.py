@@ -58,6 +58,8 @@ class TaskItem(Unit):
         """TIMEOUT, which the last CONDITION or EXCEPTION has set (G-23)."""
         self.next_sequence: str | None = None
         """The sequence that takes the place of the present one."""
+        self._fired = -1
+        """The basic cycle in which an exception has occurred last."""
         self.is_doomed = False
         """True if the sequence has to end because of an error of its own."""
         self.answers: list[Value | Pending | None] = []
@@ -192,6 +194,9 @@ class TaskItem(Unit):
             if self.next_sequence is not None:
                 self._change_sequence()
             elif self.exception is not None and self.exception.has_occurred:
+                if self._fired == self.schedule.cycle:  # armed again by what it has led to, while its event is true
+                    self.schedule.enter(self, self.schedule.cycle + 1)
+                    return
                 self._fire(self.exception)
                 if not self._is_ready():
                     return
@@ -209,6 +214,7 @@ class TaskItem(Unit):
         self.wake()
 
     def _fire(self, exception: Armed) -> None:
+        self._fired = self.schedule.cycle
         self.timed_out = exception.take()
         match exception.site.action:
             case Switch(sequence=sequence):

@@ -8,7 +8,7 @@ import pytest
 
 from fieldrig.clock import MS
 from fieldrig_bus.ring.pam.medium import MOST_WAITING
-from fieldrig_bus.ring.pam.message import Cycle, Frames, Reception, Reports, RingMessage
+from fieldrig_bus.ring.pam.message import Cycle, Frame, Frames, Reception, Reports, RingMessage
 from fieldrig_bus.ring.pam.model import PamRingModel
 
 NODES = {"feeder": 17, "lift": 18, "panel": 33}
@@ -28,12 +28,12 @@ class Bench:
         self.number = 0
         self.times: dict[str, int] = {}
 
-    def cycle(self) -> dict[str, RingMessage]:
+    def cycle(self, *frames: Frame) -> dict[str, RingMessage]:
         """Every node leaves a report, then the PAM begins a cycle.  Returns what each member hears."""
         now_ns = self.number * MS
         for member, address in self.addresses.items():
             self.model.submit(now_ns, member, bytes((1, address)))
-        self.model.submit(now_ns, "pam", Frames(self.number, (FRAME,)))
+        self.model.submit(now_ns, "pam", Frames(self.number, frames or (FRAME,)))
         self.number += 1
         heard: dict[str, RingMessage] = {}
         while (next_ns := self.model.next_ns()) is not None:
@@ -65,11 +65,17 @@ def test_all_nodes_hear_the_frames_and_the_pam_hears_them_in_the_order_of_the_ri
 
 
 @pytest.mark.manual("PAML-162")
-def test_all_nodes_hear_a_cycle_at_the_same_instant_when_frames_and_reports_are_over() -> None:
+def test_all_nodes_hear_a_cycle_at_the_same_instant_however_short_it_is() -> None:
     bench = Bench()
     bench.cycle()
-    # 10 Mbit/s: a frame of 1 byte with target, length and CRC; 3 reports of 2 bytes with the same; 3 addresses
-    assert set(bench.times.values()) == {(1 + 5 + 3 * (2 + 5) + 3) * 800}
+    assert set(bench.times.values()) == {200_000}
+
+
+def test_a_long_cycle_is_heard_when_its_frames_and_reports_are_over() -> None:
+    bench = Bench()
+    bench.cycle(*((17, bytes(240)),) * 2)
+    # 10 Mbit/s: a frame of 240 bytes with target, length and CRC; 3 reports of 2 bytes with the same; 3 addresses
+    assert set(bench.times.values()) == {(2 * (240 + 5) + 3 * (2 + 5) + 3) * 800}
 
 
 def test_a_report_is_sent_once_and_those_of_one_cycle_go_together() -> None:
@@ -137,8 +143,34 @@ def test_a_place_that_damages_frames_is_seen_by_the_first_node_behind_it() -> No
     reports = bench.reports()
     assert (reports.reception, reports.place) == (Reception.CRC_ERROR, 18)
     assert [address for address, _ in reports.reports] == [18, 33], "those that passed the place are lost"
+    assert bench.reports().reports == ((17, b"\x01\x11"), (18, b"\x01\x12"), (33, b"\x01\x21"))
     assert bench.hearing() == ALL_WELL
     assert bench.model.statistics(0)["damaged"] == 2
+
+
+def test_of_two_places_that_damage_frames_the_first_one_is_seen() -> None:
+    bench = Bench()
+    bench.fault(what="distort", after="lift")
+    bench.fault(what="distort", after="feeder")
+    assert bench.hearing() == {"feeder": Reception.GOOD, "lift": Reception.CRC_ERROR}
+
+
+def test_a_node_that_stands_still_shows_no_wrong_crc_but_its_optics_name_it() -> None:
+    bench = Bench()
+    bench.fault(what="distort", after="feeder")
+    bench.fault(what="halt", station="lift")
+    assert bench.hearing() == {"feeder": Reception.GOOD}
+    assert bench.reports().place == 18
+
+
+def test_a_buffer_that_is_too_large_for_one_cycle_goes_with_several() -> None:
+    bench = Bench({"lift": 18})
+    for number in range(10):
+        bench.model.submit(0, "lift", bytes([number]) * 100)
+    bench.addresses = {}
+    assert [reports[0][1][::100] for _ in range(2) if (reports := bench.reports().reports)] == [
+        bytes(range(5)), bytes(range(5, 10)),
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -64,6 +64,7 @@ def test_a_node_gets_its_axis_in_resolver_units(bench: Bench) -> None:
     assert bench.ask("AXI_Belt", "position") == 30
 
 
+@pytest.mark.manual("PAML-064")
 @pytest.mark.manual("PAMS-018")
 @pytest.mark.manual("PAML-058")
 @pytest.mark.manual("PAML-056")
@@ -87,6 +88,24 @@ def test_a_node_gets_its_axis_in_resolver_units(bench: Bench) -> None:
 def test_orders(bench: Bench, function: str, arguments: tuple[float, ...], expected: AxisOrder) -> None:
     bench.item("AXI_Station", 1).do(function, arguments)
     assert bench.port.sent == [(3, expected)]
+
+
+@pytest.mark.parametrize("function", ["absolute_move", "relative_move", "run", "position"])
+def test_numbers_that_no_frame_carries_are_limited(bench: Bench, function: str) -> None:
+    for number in (1e300, -1e300):
+        bench.do("AXI_Belt", function, number)
+        assert order(bench).value == (1 << 62 if number > 0 else -(1 << 62))
+
+
+@pytest.mark.parametrize("gain", [1e17, 1e308, -1e308])
+def test_an_overflow_in_a_pipe_is_a_fault(gain: float) -> None:
+    bench = Bench(f"{AXES}AMPLIFIER AMP_a; GAIN = 1; OFFSET = 0; GAIN_SLOPE = MAX; OFFSET_SLOPE = MAX; END\n")
+    bench.item("AMP_a").set_parameter("GAIN", gain)
+    bench.connect("CNV_Belt", "AMP_a", "TMP_Master")
+    bench.do("TMP_Master", "position", 359)
+    bench.cycle(2)
+    assert bench.kernel.reports[0] == ("02..FFF3", ())
+    assert not any(abs(value) > 1 << 62 for value in bench.set_points(1))
 
 
 @pytest.mark.manual("PAML-049")

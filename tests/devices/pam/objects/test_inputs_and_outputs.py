@@ -1,15 +1,19 @@
 """Inputs, outputs and displays of an application, and the configuration of their nodes."""
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pam_objects import Bench
 from pam_programs import HEADER
 
 from fieldrig_devices.pamring.frames import (
     AnalogItem,
     Answer,
+    AxisReport,
     Blink,
     CounterItem,
     Display,
+    InputChanged,
     InputItem,
     KeyItem,
     KeyMode,
@@ -20,6 +24,7 @@ from fieldrig_devices.pamring.frames import (
     MotorReport,
     OutputItem,
     Read,
+    Report,
     SetOutput,
     SevenSegmentItem,
     Severity,
@@ -277,6 +282,30 @@ def test_the_error_word_of_a_node(bench: Bench) -> None:
     assert [bench.ask("NOD_Desk", "error_code", mask) for mask in (0x001000, 0x000FF0)] == [True, False]
     bench.objects.on_report(41, Trouble(Severity.ENDED, 0x00C, (0x08, 0)))
     assert not bench.ask("NOD_Desk", "error")
+
+
+NUMBERS = st.integers(-(2**31), 2**32)
+REPORTS = st.one_of(
+    st.builds(InputChanged, st.integers(0, 14), NUMBERS, st.integers(0, 2**32 - 1)),
+    st.builds(MotorReport, st.integers(0, 14), st.booleans(), NUMBERS),
+    st.builds(AxisReport, NUMBERS, NUMBERS, st.integers(0, 65535), NUMBERS),
+    st.builds(Answer, st.integers(0, 5), st.none() | NUMBERS),
+    st.builds(Trouble, st.sampled_from(Severity), NUMBERS, st.tuples(NUMBERS, NUMBERS), NUMBERS),
+)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.tuples(st.sampled_from([41, 63, 7, 99]), REPORTS), max_size=12))
+def test_no_report_of_a_node_stops_the_pam(reports: list[tuple[int, Report]]) -> None:
+    axis = "NODE NOD_a; ADDRESS = 7; TYPE = ST1; END AXIS AXI_a; NODE = NOD_a; PULSES_PER_UNIT = 3; TRAVEL_SPEED = 1;"
+    bench = Bench(f"{DESK}{axis} ACCELERATION = 1; INITIAL_POSITION = 0; POSITION_PERIOD = 360; END")
+    bench.do("AXI_a", "run", 1)
+    bench.do("DCM_Width", "run", "INC")
+    bench.ask("DCM_Width", "position")
+    for address, report in reports:
+        bench.objects.on_report(address, report)
+        bench.cycle()
+    assert isinstance(bench.ask("AXI_a", "error_code"), int)
 
 
 def test_reports_on_unknown_nodes_and_items_are_dropped(bench: Bench) -> None:

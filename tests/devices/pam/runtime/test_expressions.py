@@ -232,7 +232,7 @@ def _exact(operator: str, a: Fraction, b: Fraction) -> Fraction:
     return Fraction(int(a / b))
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.lists(EXPRESSIONS, min_size=8, max_size=8))
 def test_random_expressions_have_their_exact_values(expressions: list[Expression]) -> None:
     """Several in one application, because compiling takes longer than computing."""
@@ -301,7 +301,7 @@ REALS = st.recursive(
 )
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(REALS)
 def test_reals_are_doubles_and_an_infinite_one_is_a_fault(real: Real) -> None:
     text, expected = real
@@ -332,7 +332,7 @@ FLAGS = st.recursive(
 )
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(FLAGS)
 def test_flags_are_joined_as_the_signs_say(flag: Flag) -> None:
     bench = computed(f"h <- {flag[0]};", f=True, n=3, x=2.0)

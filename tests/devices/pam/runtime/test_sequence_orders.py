@@ -83,7 +83,7 @@ class Model:
         self.step, self.late, self.is_latched = "", None, False
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(st.lists(LEVELS, max_size=40))
 def test_sequences_follow_the_model(history: list[tuple[bool, bool, bool]]) -> None:
     bench = object.__new__(PamBench)

@@ -47,6 +47,9 @@ class VmeMasterSettings(Settings):
     )
     ports: PortOptions = Field(default_factory=PortOptions, description="the same readings of the manual as the PAM's")
 
+    def claims(self, device: str) -> Iterator[Claim]:
+        yield Claim("modbus", "master of the DualPort of unit", self.unit_id, ("unit_id",))
+
     def needs(self, device: str) -> Iterator[Claim]:
         yield Claim("modbus", "unit", self.unit_id, ("unit_id",))
 

@@ -1,9 +1,10 @@
 """Tasks, actions, routines and equations of an application, one after the other."""
 
+import re
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from fieldrig_devices.languages.instructions import Call, Routine
+from fieldrig_devices.languages.instructions import Call, Instruction, Routine
 from fieldrig_devices.pam.language import items, tree
 from fieldrig_devices.pam.language.functions import Type
 from fieldrig_devices.pam.language.tree import Expression, Number, Reference, RoutineCall
@@ -17,6 +18,7 @@ from fieldrig_devices.pam.runtime.lower.statements import Body
 from fieldrig_devices.pam.runtime.lower.uses import Verb
 from fieldrig_devices.pam.runtime.walk import nodes
 
+_CELL: Final = re.compile(r"M\[[^\]:]*\]")
 DEFAULT_WORKSPACE: Final = 4096
 """Bytes (manual line 9268)."""
 
@@ -98,7 +100,7 @@ class _Lowerer:
         kind = SequenceBody if at.asks is Verb.LATER else Body
         lowerer = kind(self._expressions, self.code, self._watched, at, self._on_call)
         instructions = lowerer.lower(body, _end(body, place))
-        self.code.routines[key] = Routine(instructions, lowerer.frame_size, frozenset(_registers(self._layout)))
+        self.code.routines[key] = Routine(instructions, lowerer.frame_size, frozenset(_registers(instructions)))
         self.code.titles[key] = title
 
     # ---- actions and tasks
@@ -177,14 +179,11 @@ def _end(body: Sequence[tree.Statement], place: tree.Place) -> tree.Place:
     return max([place, *inside], key=lambda each: (each.line, each.column))
 
 
-def _registers(layout: Layout) -> Iterator[str]:
-    """Yield the texts of the cells that a block may keep in local variables (`languages.registers`)."""
-    for cells in layout.cells.values():
-        yield f"M[{cells.first}]"
-        if cells.is_multiple:
-            yield f"M[base + {cells.first}]" if cells.first else "M[base]"
-    yield "M[frame]"
-    yield from (f"M[frame + {number}]" for number in range(1, 16))
+def _registers(instructions: Sequence[Instruction]) -> Iterator[str]:
+    """Yield the cells of a routine, which a block may keep in local variables (`languages.registers`)."""
+    for instruction in instructions:
+        texts = (*getattr(instruction, "python", ()), getattr(instruction, "condition", ""))
+        yield from (text for part in texts for text in _CELL.findall(part))
 
 
 def _watched(program: items.Program) -> Iterator[str]:

@@ -1,0 +1,142 @@
+"""The labelling machine in virtual time: it finds its zero, follows its master, keeps its register, and recovers."""
+
+from pathlib import Path
+
+import pytest
+
+from fieldrig.clock import MS, S
+from fieldrig.pytest_plugin import RigMaker
+from fieldrig.rig import Rig
+
+RIG = Path(__file__).with_name("pam-machine-virtual.yaml")
+IDLE, RUNNING, ERROR = 2, 3, 9
+PRESSED = 300 * MS
+
+
+@pytest.fixture
+def rig(fieldrig_rig: RigMaker) -> Rig:
+    rig = fieldrig_rig(RIG)
+    until_state(rig, IDLE)
+    return rig
+
+
+@pytest.fixture
+def running(rig: Rig) -> Rig:
+    rig.set("plc", "DIF_Start", True)
+    until_state(rig, RUNNING)
+    rig.run_until(rig.now_ns + S)
+    return rig
+
+
+def until_state(rig: Rig, state: int, seconds: int = 10) -> None:
+    end_ns = rig.now_ns + seconds * S
+    while rig.get("plc", "DOW_State") != state:
+        assert rig.now_ns < end_ns, rig.get("pam", "messages")
+        rig.run_until(rig.now_ns + 10 * MS)
+
+
+def press(rig: Rig, key: str) -> None:
+    rig.set("panel", key, True)
+    rig.run_until(rig.now_ns + PRESSED)
+    rig.set("panel", key, False)
+
+
+def test_knife_finds_its_zero_switch(rig: Rig) -> None:
+    assert rig.get("cams", "zero")
+    assert abs(float(rig.get("cams", "position")) - 3.0) < 0.01  # the edge, in rad
+    assert rig.get("knife", "position") == 0.0
+
+
+@pytest.mark.long
+def test_axes_follow_the_master_without_a_jump_of_their_speed(running: Rig) -> None:
+    last = {axis: float(running.get(axis, "set_speed")) for axis in ("belt", "knife", "web")}
+    for _ in range(1500):
+        running.run_until(running.now_ns + MS)
+        for axis, before in last.items():
+            speed = float(running.get(axis, "set_speed"))
+            assert abs(speed - before) < 0.05, axis  # turns a second in a millisecond
+            last[axis] = speed
+    assert float(running.get("belt", "set_speed")) == pytest.approx(4.0, abs=1e-4)  # 400 mm/s at 100 mm a turn
+
+
+def test_knife_stands_still_in_the_first_third_of_a_pitch(running: Rig) -> None:
+    speeds = {}
+    for _ in range(1000):
+        running.run_until(running.now_ns + MS)
+        place = float(running.get("belt", "set_position")) / 4  # of the pitch
+        speeds[place] = float(running.get("knife", "set_speed"))
+    assert max(abs(speed) for place, speed in speeds.items() if 0.03 < place < 0.3) < 0.05
+    assert max(speeds.values()) > 2.5
+
+
+@pytest.mark.long
+def test_marks_come_into_register(running: Rig) -> None:
+    places: list[float] = []
+    was_seen = True
+    while len(places) < 5:
+        running.run_until(running.now_ns + MS)
+        is_seen = bool(running.get("labels", "mark"))
+        if is_seen and not was_seen:
+            places.append(float(running.get("belt", "set_position")) * 25)  # mm of the label that the cam has fed
+        was_seen = is_seen
+    assert abs(places[0] - 30) > 5
+    assert places[-1] == pytest.approx(30, abs=0.5)
+    assert running.get("plc", "DOR_Register") != 0.0
+
+
+@pytest.mark.long
+def test_each_product_is_counted_and_stacked(running: Rig) -> None:
+    running.run_until(running.now_ns + 6 * S)
+    assert int(running.get("plc", "DOL_Products")) >= 3
+    assert max(_places_of_stacker(running)) == pytest.approx(6.0, abs=0.01)  # 120 mm at 20 mm a turn
+
+
+def _places_of_stacker(rig: Rig) -> list[float]:
+    found = []
+    for _ in range(100):
+        rig.run_until(rig.now_ns + 10 * MS)
+        found.append(float(rig.get("stacker", "position")))
+    return found
+
+
+def test_stop_key_stops_at_the_end_of_a_pitch(running: Rig) -> None:
+    press(running, "key2")
+    until_state(running, IDLE)
+    assert float(running.get("belt", "set_position")) == pytest.approx(0.0, abs=1e-6)
+    assert not running.get("plc", "DOF_Running")
+    assert not running.get("panel", "out101")
+
+
+def test_plc_moves_the_guide(rig: Rig) -> None:
+    rig.set("plc", "DIL_Guide", 50)
+    rig.run_until(rig.now_ns + 3 * S)
+    assert abs(float(rig.get("rail", "position")) - 20.25 - 50) < 3  # pulses from where it stood
+
+
+@pytest.mark.long
+def test_error_of_an_axis_stops_the_machine_and_reset_recovers_it(running: Rig) -> None:
+    fault = running.add_fault("knife", {"what": "resolver"})
+    until_state(running, ERROR)
+    assert running.get("plc", "DOF_Error")
+    assert (running.get("pam", "display"), running.get("pam", "display.blinks")) == ("0080E001", True)
+    running.run_until(running.now_ns + S)
+    assert running.get("belt", "set_speed") == 0.0
+    running.clear_fault("knife", fault)
+    press(running, "key3")
+    until_state(running, IDLE, 15)
+    assert not running.get("plc", "DOF_Error")
+    assert not running.get("pam", "display.blinks")
+
+
+def test_broken_ring_is_fatal_for_the_pam_and_stops_the_axes(running: Rig) -> None:
+    running.add_fault("pamring", {"what": "break", "after": "knife"})
+    running.run_until(running.now_ns + 2 * S)
+    assert (running.get("pam", "state"), running.get("pam", "display"), running.get("pam", "led")) == (
+        "fatal",
+        "0680F010",
+        "on",
+    )
+    assert {axis: running.get(axis, "speed") for axis in ("belt", "knife", "web")} == dict.fromkeys(
+        ("belt", "knife", "web"), 0.0
+    )
+    assert running.get("panel", "display") in ("F 2", "F-6")
