@@ -5,7 +5,7 @@ from typing import ClassVar, Final
 from fieldrig_bus.ring.pam.star_bus import PamRingStar, PamRingStarSettings
 from fieldrig_bus.ring.transport.shm import ShmCarrier
 
-MOST_BEHIND: Final = 240
+MOST_BEHIND: Final = 1_000
 """Cycles that wait for a process that stands still: a node must not miss an order."""
 
 
