@@ -80,6 +80,14 @@ def test_it_does_not_matter_in_which_strides_time_is_moved(strides: list[int]) -
     assert trace.lines == trace_of(sum(strides))
 
 
+def test_single_steps_give_the_same_bytes_as_a_run() -> None:
+    trace = Trace()
+    with Rig(from_dict(dice_rig(), HERE), trace) as rig:
+        while (next_ns := rig.next_ns()) is not None and next_ns <= S:
+            rig.step()
+    assert trace.lines == trace_of(S)
+
+
 def test_a_rig_goes_from_instant_to_instant_in_single_steps() -> None:
     with Rig(from_dict(dice_rig(), HERE)) as rig:
         instants = []

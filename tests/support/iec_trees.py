@@ -1,5 +1,6 @@
 """Random trees of IEC source text, for property tests of whatever reads or writes them."""
 
+from dataclasses import replace
 from typing import TypeVar
 
 from hypothesis import strategies as st
@@ -307,7 +308,19 @@ _CONFIGURATIONS = st.builds(
     many(st.builds(tree.ProgramInstance, PLAIN_NAMES, st.just("") | PLAIN_NAMES, PLAIN_NAMES)),
     st.just("") | PLAIN_NAMES,
 )
+_INTERFACES = st.builds(
+    tree.Interface,
+    PLAIN_NAMES,
+    many(PLAIN_NAMES, 0, 2),
+    many((_METHODS | _ACCESSORS).map(lambda method: replace(method, body=tree.StBody(()))), 0, 2),
+    comments=_COMMENTS,
+)
 DECLARATIONS = st.one_of(
-    st.sampled_from(tree.PouKind).flatmap(_pous_of), TYPES.flatmap(_typed), _GLOBALS, _CONFIGS, _CONFIGURATIONS
+    _INTERFACES,
+    st.sampled_from(tree.PouKind).flatmap(_pous_of),
+    TYPES.flatmap(_typed),
+    _GLOBALS,
+    _CONFIGS,
+    _CONFIGURATIONS,
 )
 UNITS = st.builds(tree.Unit, st.just("random.st"), many(DECLARATIONS, 0, 2), _COMMENTS)

@@ -62,7 +62,8 @@ class St1:
         self.pipe = 0.0
         self.mode: SetPointMode | None = None
         self.number = self.done = 0
-        self.resolver = 0
+        self.registers: dict[int, int] = {}
+        """The register 0 is that of the main resolver."""
 
     @property
     def own(self) -> float:
@@ -84,7 +85,7 @@ class St1:
                 self.base, self.way, self.cycles = self.position, keep(0.0), 0
                 self.mode, self.pipe = None, 0.0
             case Read(request, register):
-                self._send(Answer(request, self.resolver if register == 0 else None))
+                self._send(Answer(request, self.registers.get(register)))
 
     def _order(self, order: AxisOrder) -> None:
         self.number = order.number or self.number
@@ -128,7 +129,7 @@ class Bench:
         self.cycle_s = thirds / 3000
         self.nodes: dict[int, St1] = {}
         self._reports: list[tuple[int, Report]] = []
-        self._delivered = 0
+        self.delivered = 0
 
     def item(self, name: str, index: int = 0) -> Any:
         return self.objects.items[name][index]
@@ -165,10 +166,10 @@ class Bench:
             self.objects.flow()
             work()
             self.objects.give()
-            for address, order in self.port.sent[self._delivered :]:
+            for address, order in self.port.sent[self.delivered :]:
                 if address in self.nodes:
                     self.nodes[address].order(order)
-            self._delivered = len(self.port.sent)
+            self.delivered = len(self.port.sent)
             for node in self.nodes.values():
                 node.cycle()
 

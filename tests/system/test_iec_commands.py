@@ -133,6 +133,26 @@ def test_a_program_with_mistakes_is_listed_and_changes_nothing(machine: Machine)
     assert machine.control.ask("device/controller/debug", {"command": "files"}) == {"files": ["count.st"]}
 
 
+def test_the_cycles_go_on_while_a_large_program_is_compiled(machine: Machine) -> None:
+    machine.loaded()
+    blocks = "".join(
+        f"FUNCTION_BLOCK Block{number}\nVAR_INPUT x : INT; END_VAR\nVAR y : INT; END_VAR\n"
+        f"IF x > {number} THEN\n  y := y + x;\nELSE\n  y := 0;\nEND_IF\nEND_FUNCTION_BLOCK\n"
+        for number in range(400)
+    )
+    (machine.folder / "large.st").write_text(blocks + COUNT)
+    command = [*FIELDRIG, "iec", "download", "controller", "large.st"]
+    with subprocess.Popen(command, cwd=machine.folder, env=machine.environment, stdout=subprocess.PIPE) as download:
+        seen = []
+        while download.poll() is None:
+            progress, cycles = (machine.get(f"controller/{point}") for point in ("plc/progress", "cycles"))
+            if progress:
+                seen.append(cycles)
+    assert download.returncode == 0
+    assert len(seen) > 5
+    assert all(before < after for before, after in zip(seen[::5], seen[5::5], strict=False)), seen
+
+
 def test_what_refuses_a_download(machine: Machine) -> None:
     assert machine.tool("iec", "download", "nobody", "count.st").returncode == 6
     refused = machine.tool("iec", "download", "card", "count.st")

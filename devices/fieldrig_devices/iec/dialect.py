@@ -40,7 +40,7 @@ class Dialect:
     """TYPE name : UNION ... END_UNION of today's tools, whose components are at the same address."""
     has_methods: bool = False
     """METHOD and PROPERTY in function blocks and programs, with THIS^; EXTENDS of function blocks and structures, with
-    SUPER^."""
+    SUPER^; INTERFACE, and IMPLEMENTS of function blocks."""
     allows_time_fractions: bool = False
     """T#1.5s."""
     allows_negative_times: bool = False

@@ -38,10 +38,7 @@ def types_of(nodes: Iterable[DeclaredNode]) -> dict[int, NodeType]:
 def active_addresses(nodes: Sequence[DeclaredNode], present: Collection[int]) -> frozenset[int]:
     """The declared addresses that are on the ring, without those of components that lack a node."""
     lacking = {
-        (node.group, place)
-        for node in nodes
-        for place, address in enumerate(node.addresses)
-        if node.group and address not in present
+        (node.group, place) for node in nodes for place, address in enumerate(node.addresses) if address not in present
     }
     return frozenset(
         address

@@ -78,8 +78,10 @@ class RingMaster:
         self._say(messages.RING_FIFO_FULL, (0, 0, 0), "")
 
     def give(self) -> None:
-        """End a basic cycle: the frames that are due leave."""
-        if self._start.phase not in _SILENT:
+        """End a basic cycle: the frames that are due leave.  On a ring that has stopped they are lost."""
+        if self._start.phase in _SILENT:
+            self._outbox.clear()
+        else:
             self._send(Frames(self._number, self._outbox.take()))
             self._number += 1
 
@@ -144,7 +146,6 @@ class RingMaster:
     def _fail(self, found: messages.Message) -> None:
         if self._start.phase is not Phase.FAILED:
             self._start.fail_ring(found)
-        self._outbox.clear()
         self._fifo.clear()
 
     def _handle(self) -> None:

@@ -228,7 +228,6 @@ class StartUp:
     def _are_configured(self) -> bool:
         while self._unsent and len(self._outbox) < self._settings.frames_per_cycle:
             self._outbox.put(*self._unsent.popleft())
-            self._go_on_waiting()
         return not self._pending
 
     def _finish_configuring(self, is_done: bool) -> None:

@@ -4,10 +4,14 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig_devices.pamring.frames import AxisReport
+from fieldrig_devices.pamring.registers import rolled
 from fieldrig_devices.st1.set_position import Doing, SetPosition
 from fieldrig_devices.st1.status import Status
 
 DOING: Final = {Doing.NOTHING: 0, Doing.MOVE: Status.IN_MOVE, Doing.RUN: Status.IN_RUN, Doing.STOP: 0}
+
+SET_POINT_BITS: Final = 64
+"""Bits of the own part in a report."""
 
 
 def status_of(setting: SetPosition, *, is_powered: bool) -> int:
@@ -47,7 +51,7 @@ class Answers:
         last = self._last
         if last is not None and is_moving:
             own = last.set_point
-        report = AxisReport(status, error, self.done, own)
+        report = AxisReport(status, error, self.done, rolled(own, SET_POINT_BITS))
         if report != last:
             self._last = report
             self._send(report)

@@ -15,6 +15,8 @@ from fieldrig_devices.st1.settings import OUTPUTS
 
 INPUT_ADDRESSES: Final = {101: 0, 102: 1, **{201 + place: 16 + place for place in range(16)}}
 OUTPUT_ADDRESSES: Final = {201 + place: 8 + place for place in range(8)}
+OLDEST_US: Final = 0xFFFF_FFFF
+"""Largest age that a report can carry."""
 STAMPED: Final = 16
 """The input with a time stamp."""
 
@@ -43,7 +45,7 @@ class Input:
 
     def report(self, now_ns: int) -> InputChanged:
         age_us = (now_ns - self.sampled.changed_ns) // US if self.is_stamped else 0
-        return InputChanged(self.item.item, int(self.sampled.level), age_us)
+        return InputChanged(self.item.item, int(self.sampled.level), min(age_us, OLDEST_US))
 
 
 class Boards:

@@ -125,6 +125,14 @@ def test_a_group_counts_from_the_next_frame_of_the_same_cycle_on() -> None:
     assert bench.node.orders == [VALUE]
 
 
+def test_a_group_that_there_is_not_changes_nothing() -> None:
+    bench = Bench().up()
+    bench.hear((NODE, Group(3)))
+    bench.hear((NODE, Group(16)))
+    bench.hear((GROUP + 3, VALUE))
+    assert bench.node.orders == [VALUE]
+
+
 def test_orders_are_carried_out_in_the_order_in_which_they_were_sent() -> None:
     bench = Bench().up()
     first, second, third = SetOutput(1, 1), SetOutput(1, 0), SetOutput(2, 1)
@@ -162,6 +170,19 @@ def test_a_ring_without_cycles_is_inactive_until_one_comes() -> None:
     assert len(bench.node.faults) == 2
     bench.clock.advance_to(bench.clock.now_ns() + 1)
     assert bench.node.faults[2:] == [RingFault.INACTIVE]
+
+
+class PatientRing(RecordedLink[RingMessage]):
+    patience_ns = 100 * MS
+
+
+def test_a_patient_ring_is_inactive_later() -> None:
+    clock = VirtualClock()
+    node = PlainNode(clock, PatientRing(), NODE, ST1)
+    clock.advance_to(INACTIVE_NS + 100 * MS - 1)
+    assert node.faults == []
+    clock.advance_to(INACTIVE_NS + 100 * MS)
+    assert node.faults == [RingFault.INACTIVE]
 
 
 @pytest.mark.manual("PAMS-108")

@@ -102,6 +102,7 @@ def sent(bench: Bench) -> list[int]:
 def test_a_basic_cycle_has_twenty_free_frames_per_millisecond(thirds: int, free: int) -> None:
     settings = RingSettings(thirds=thirds)
     assert settings.frames_per_cycle == free
+    assert RingSettings(thirds=thirds, frames_per_ms=1).frames_per_cycle == max(1, thirds // 3)
     bench = Bench(TWO, BOTH, settings).start()
     bench.trace.clear()
     for number in range(100):
@@ -205,6 +206,27 @@ def test_a_node_with_a_bypass_that_is_switched_off_damages_the_frame_that_the_ne
     assert bench.pam.errors == [("06..F00E", (behind, 0, 0)), ("07..E013", (0, 0, 0))]
 
 
+def test_of_several_nodes_that_are_switched_off_at_once_the_one_behind_the_first_gets_the_damaged_frame() -> None:
+    bench = Bench([DeclaredNode(1, ST1, 1, 4)], FOUR, bypassed=["n0", "n2"]).start()
+    bench.fault(what="off", station="n0")
+    bench.fault(what="off", station="n2")
+    bench.run(3)
+    assert bench.pam.errors[0] == ("06..F00E", (2, 0, 0))
+
+
+def test_a_node_of_an_ignored_component_may_be_switched_off() -> None:
+    declared = [DeclaredNode(1, ST1, 1, 2, "HEADS"), DeclaredNode(2, SMART_IO, 33, 2, "HEADS")]
+    there = [(1, ST1), (2, ST1), (34, SMART_IO)]
+    bench = Bench(declared, there, bypassed=["n0", "n1"]).start()
+    assert bench.pam.ring.active == {2, 34}
+    bench.fault(what="off", station="n0")
+    bench.run(3)
+    assert bench.pam.errors == []
+    bench.fault(what="off", station="n1")
+    bench.run(3)
+    assert bench.pam.errors[0] == ("06..F00E", (34, 0, 0))
+
+
 @pytest.mark.manual("PAMS-106", "PAMS-108")
 def test_a_damaged_frame_names_the_node_behind_the_place_which_sees_a_wrong_crc(four: Bench) -> None:
     four.fault(what="distort", after="n1", count=1)
@@ -223,6 +245,25 @@ def test_an_oscillating_input_fills_the_reception_fifo() -> None:
     assert bench.pam.errors == [("06..F009", (0, 33, 0)), ("07..E013", (0, 0, 0))]
     count = len(bench.pam.reports)
     assert bench.run(10).pam.reports == bench.pam.reports[:count], "nothing is handled any longer"
+
+
+def test_an_overload_by_several_nodes_is_said_once() -> None:
+    bench = Bench(TWO, BOTH, RingSettings(reception_fifo=20)).start()
+    for node in bench.nodes:
+        for value in range(30):
+            node.end.send(InputChanged(3, value & 1))
+    bench.run(3)
+    assert bench.pam.errors == [("06..F009", (0, 17, 0)), ("07..E013", (0, 0, 0))]
+
+
+def test_orders_to_a_ring_that_has_stopped_are_lost_without_a_message(four: Bench) -> None:
+    four.fault(what="break", after="n1")
+    four.run(3)
+    for _ in range(30):
+        for number in range(100):
+            four.pam.ring.send(1, SetOutput(number, 1))
+        four.run(1)
+    assert len(four.pam.errors) == 2
 
 
 @pytest.mark.manual("PAMS-107")

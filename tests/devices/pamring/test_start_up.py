@@ -97,12 +97,14 @@ def test_two_nodes_of_one_address_make_the_count_wrong() -> None:
 
 
 @pytest.mark.manual("PAML-027", "PAMS-106")
-@pytest.mark.parametrize(("thirds", "most"), [(3, 2), (6, 4)])
+@pytest.mark.parametrize(("thirds", "most"), [(1, 1), (3, 2), (6, 4)])
 def test_more_nodes_than_the_cycle_has_time_for(thirds: int, most: int) -> None:
     settings = RingSettings(thirds=thirds, nodes_per_ms=2, boot_ns=20 * MS)
     five = [(address, ST1) for address in range(1, 6)]
     bench = Bench([DeclaredNode(1, ST1, 1, 5)], five, settings).start()
     assert bench.pam.errors == [("06..F016", (most, 5, 0)), *RING_ENDED]
+    as_many = Bench([DeclaredNode(1, ST1, 1, most)], five[:most], settings).start()
+    assert as_many.pam.errors == []
 
 
 @pytest.mark.manual("PAMS-106")
@@ -119,6 +121,12 @@ def test_a_ring_that_closes_in_time_is_waited_for() -> None:
     bench = Bench(TWO, BOTH)
     bench.fault(what="break", after="n0", duration_ms=15)
     assert bench.start().pam.ring.phase is Phase.RUNNING
+
+
+def test_a_node_that_comes_in_time_is_waited_for_although_the_ring_is_closed_without_it() -> None:
+    bench = Bench(TWO, BOTH, bypassed=["n1"])
+    bench.fault(what="off", station="n1", duration_ms=15)
+    assert bench.start().pam.ring.active == {17, 33}
 
 
 @pytest.mark.manual("PAMS-106")
@@ -212,6 +220,14 @@ def test_a_refused_axis_is_a_bad_axis_declaration() -> None:
     assert bench.pam.errors == [("07..F01F", (0, 0, 0))]
 
 
+@pytest.mark.manual("PAMS-105", "PAMS-107")
+def test_all_that_is_refused_is_shown() -> None:
+    bench = Bench(TWO, BOTH).configure(ITEMS)
+    bench.node(17).refused, bench.node(33).refused = frozenset({1}), frozenset({3, 4})
+    bench.start()
+    assert bench.pam.codes[3:] == ["04..E01A", "04..E01A", "07..F014", "07..F01F"]
+
+
 @pytest.mark.manual("PAMS-107")
 def test_a_configuration_that_is_not_acknowledged_is_a_fault() -> None:
     bench = Bench(TWO, BOTH).configure({33: [KEY_IN]})
@@ -271,6 +287,25 @@ def test_an_input_without_a_first_value_is_an_error_that_does_not_stop_the_pam()
     assert bench.pam.ring.phase is Phase.RUNNING
 
 
+def test_inputs_of_an_st1_are_not_waited_for() -> None:
+    bench = Bench(TWO, BOTH).configure(ITEMS)
+    bench.node(17).silent = frozenset({2})
+    assert bench.start().pam.errors == []
+
+
+def test_first_values_may_come_one_by_one() -> None:
+    inputs = [InputItem(item, 101, 1, True, 1, 1) for item in range(5)]
+    bench = Bench([LIFT], [(33, SMART_IO)]).configure({33: inputs})
+    bench.node(33).silent = frozenset(range(5))
+    bench.pam.start()
+    bench.run(8)
+    for item in range(5):
+        bench.run(8)
+        bench.node(33).end.send(InputChanged(item, 1))
+    bench.run(5)
+    assert bench.pam.codes[-1] == "07..M00E"
+
+
 def test_a_slow_input_has_time_for_its_samples() -> None:
     """20 samples, one in each 5 ms, are more than the time-out of 10 ms."""
     slow = InputItem(3, 201, 1, True, 5, 20)
@@ -286,7 +321,7 @@ def test_a_slow_input_has_time_for_its_samples() -> None:
 
 @pytest.mark.manual("PAML-167")
 def test_a_large_configuration_takes_twenty_frames_per_millisecond() -> None:
-    counters: list[Configuration] = [CounterItem(item, 101, True, 1, 1) for item in range(200)]
+    counters: list[Configuration] = [CounterItem(item, 101, True, 1, 1) for item in range(1_000)]
     bench = Bench([LIFT], [(33, SMART_IO)], SHORT).configure({33: counters}).start()
-    assert len(bench.node(33).items) == 200
+    assert len(bench.node(33).items) == 1_000, "50 ms are more than the time-out, but there is no pause of 10 ms"
     assert max(len(message.frames) for _, _, message in bench.trace if hasattr(message, "frames")) == 20

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import inheritance, initials, properties
+from fieldrig_devices.iec.check import inheritance, initials, interfaces, properties
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import UNKNOWN, Entity, Pending, PouSource, Project, Start
 from fieldrig_devices.iec.check.sizes import DEEPEST, Sizes
@@ -59,8 +59,12 @@ class Declarations:
                 self._declare(node, unit.file)
         self.specs.resolve_all()
         self._type_defaults(structures)
-        for source in list(self._project.sources.values())[sources:]:
+        added = list(self._project.sources.values())[sources:]
+        for source in added:
             self.variables.add_to_pou(source)
+        for source in added:
+            if source.tree.implements:
+                interfaces.check(self._project, self.specs, source)
 
     # ---- names
 
@@ -78,6 +82,9 @@ class Declarations:
                 if self._is_free(name, node.name, node, file):
                     self._project.declared_at[name] = (file, node.place)
                     self.specs.add(name, node, Context(self._project, None, file))
+            case tree.Interface():
+                if self._is_free(self._project.key(node.name), node.name, node, file):
+                    self._project.interfaces[self._project.key(node.name)] = node, file
             case tree.Pou():
                 self._pou(node, file)
             case tree.Variables():

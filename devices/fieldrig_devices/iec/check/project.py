@@ -100,6 +100,8 @@ class Project:
         self.reports = Reports()
         self.properties: set[str] = set()
         """The names of all properties."""
+        self.interfaces: dict[str, tuple[tree.Interface, str]] = {}
+        """The interfaces by name, each with its file."""
         self.key = Keys(dialect).__getitem__
         self.names: dict[str, Entity | Pending] = {}
         self.declared_at: dict[str, tuple[str, tree.Place]] = {}

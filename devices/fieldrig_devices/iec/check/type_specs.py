@@ -127,6 +127,9 @@ class TypeSpecs:
             kind = pou.kind.value
             hint = "call it by its name" if pou.kind is tree.PouKind.FUNCTION else "a program has no instances (PD-356)"
             return self._no(context, spec, f"{spec.name} is {a(kind)}, not a type", hint)
+        if name in self._project.interfaces:
+            hint = "declare a REFERENCE TO the function block that implements it"
+            return self._no(context, spec, f"{spec.name} is an interface, of which there are no variables", hint)
         blocks = [known for known, found in self._project.pous.items() if found.type is not None]
         hint = self._project.reports.closest(spec.name, [*self._project.types, *self._declared, *blocks])
         return self._no(context, spec, f"the type {spec.name} is not declared", hint)

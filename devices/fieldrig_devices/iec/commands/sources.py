@@ -20,7 +20,7 @@ DialectOption = Annotated[
     str,
     typer.Option("--dialect", metavar="DIALECT", help=f"The language rules that apply: {', '.join(DIALECTS)}."),
 ]
-SUFFIXES: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut", ".tctto")
+SUFFIXES: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto")
 
 
 def dialect_named(name: str) -> "Dialect":

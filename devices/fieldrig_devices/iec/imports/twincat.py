@@ -92,13 +92,20 @@ def _declared(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
 
 
 def _interface(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
-    report.mistake(
-        line_of(of),
-        f"The interface {attribute(of, 'Name')[:60]} is not supported",
-        "functions, function blocks and actions",
-        "Declare variables with the type of the function block itself.",
-    )
-    return tree.Unit(report.file, ())
+    if not dialect.has_methods:
+        name = attribute(of, "Name")[:60]
+        report.mistake(line_of(of), f"The interface {name} is not supported", hint="Choose the dialect codesys.")
+        return tree.Unit(report.file, ())
+    pieces = Pieces()
+    _declaration(of, pieces, report)
+    for part in elements(of):
+        if name_of(part) == "Method":
+            _declaration(part, pieces, report)
+            pieces.close("END_METHOD")
+        elif name_of(part) == "Property":
+            _property(part, pieces, report)
+    pieces.close("END_INTERFACE")
+    return _parsed(pieces, report, dialect)
 
 
 def _task(of: Element, report: Report, dialect: Dialect) -> tree.Unit:

@@ -14,7 +14,9 @@ from fieldrig_devices.iec.parser.methods import Methods
 
 POUS: Final = {kind.value: kind for kind in tree.PouKind}
 _PARTS: Final = ("ACTION", "METHOD", "PROPERTY")
-_TOP: Final = frozenset((*POUS, *_PARTS, "TYPE", "VAR_GLOBAL", "VAR_CONFIG", "CONFIGURATION", "RESOURCE", token.END))
+_TOP: Final = frozenset(
+    (*POUS, *_PARTS, "TYPE", "VAR_GLOBAL", "VAR_CONFIG", "CONFIGURATION", "RESOURCE", "INTERFACE", token.END)
+)
 _OOP: Final = frozenset({"METHOD", "PROPERTY", "INTERFACE", "NAMESPACE", "CLASS"})
 
 _MODIFIERS: Final = frozenset({"PUBLIC", "INTERNAL", "ABSTRACT", "FINAL"})
@@ -47,6 +49,8 @@ class Units(Methods):
             return [self.block_of_variables()]
         if kind in ("CONFIGURATION", "RESOURCE"):
             return [self.configuration()]
+        if kind == "INTERFACE":
+            return [self._interface()]
         if kind in _PARTS:
             self._part_of(before[-1] if before else None)
             return []
@@ -55,6 +59,32 @@ class Units(Methods):
             return []
         self._wrong_declaration(kind)
         return []
+
+    def _interface(self) -> tree.Interface:
+        """Read INTERFACE name EXTENDS others ... END_INTERFACE."""
+        opening = self.i
+        front = self.taken()
+        self.i += 1
+        name = self.name("the name of the interface")
+        extends = self._names_behind("EXTENDS")
+        if not self.is_next_line():
+            self.accept(";")
+        methods: list[tree.Method] = []
+        while self.kinds[self.i] in ("METHOD", "PROPERTY"):
+            methods += self.methods()
+        self._end("END_INTERFACE", opening, "INTERFACE")
+        found = tree.Interface(name, extends, tuple(methods), place=self.places[opening])
+        found.comments, found.remark = front, self.remark()
+        return found
+
+    def _names_behind(self, word: str) -> tuple[str, ...]:
+        """Read a list of names of interfaces behind a word, if it is there."""
+        if not self.accept_word(word):
+            return ()
+        found = [self.name("the name of an interface")]
+        while self.accept(","):
+            found.append(self.name("the name of an interface"))
+        return tuple(found)
 
     def _part_of(self, pou: tree.Declaration | None) -> None:
         """Read an action or a method that follows its POU."""
@@ -123,7 +153,7 @@ class Units(Methods):
         kind = POUS[self.kinds[opening]]
         self.i += 1
         modifiers = self._modifiers(kind)
-        name, result, extends = self._pou_header(kind)
+        name, result, extends, implements = self._pou_header(kind)
         blocks = self.blocks()
         self.actions = []
         methods: list[tree.Method] = []
@@ -145,7 +175,7 @@ class Units(Methods):
         self._end_of_pou(word, kind, name, opening)
         parts = tuple(actions), tuple(methods)
         place = self.places[opening]
-        found = tree.Pou(kind, name, result, blocks, body, *parts, extends, modifiers, end, place=place)
+        found = tree.Pou(kind, name, result, blocks, body, *parts, extends, modifiers, implements, end, place=place)
         found.comments, found.remark = front, self.remark()
         found.after = rest
         return found
@@ -181,14 +211,17 @@ class Units(Methods):
             self.i += 1
         return tuple(found)
 
-    def _pou_header(self, kind: tree.PouKind) -> tuple[str, tree.TypeSpec | None, str]:
-        """Read the name, the type of a function's result, and the function block that is extended."""
+    def _pou_header(self, kind: tree.PouKind) -> tuple[str, tree.TypeSpec | None, str, tuple[str, ...]]:
+        """Read the name, the type of a function's result, and what a function block extends and implements."""
         at = self.i
         try:
             name = self.name(f"the name of the {kind.value}")
             extends = ""
             if self.dialect.has_methods and kind is tree.PouKind.FUNCTION_BLOCK and self.accept_word("EXTENDS"):
                 extends = self.name("the name of a function block")
+            implements: tuple[str, ...] = ()
+            if self.dialect.has_methods and kind is tree.PouKind.FUNCTION_BLOCK:
+                implements = self._names_behind("IMPLEMENTS")
             if self.is_word("EXTENDS") or self.is_word("IMPLEMENTS"):
                 hint = "Blocks cannot be derived. Declare an instance of the other block in it."
                 if self.is_word("IMPLEMENTS"):
@@ -206,5 +239,5 @@ class Units(Methods):
             line = self.places[at - 1].line
             while self.places[self.i].line == line and self.kinds[self.i] != token.END:
                 self.i += 1
-            return self.texts[at] if self.kinds[at] == token.NAME else "", None, ""
-        return name, result if kind is tree.PouKind.FUNCTION else None, extends
+            return self.texts[at] if self.kinds[at] == token.NAME else "", None, "", ()
+        return name, result if kind is tree.PouKind.FUNCTION else None, extends, implements

@@ -13,6 +13,8 @@ def declaration(lines: Lines, of: tree.Declaration) -> None:
     match of:
         case tree.Pou():
             _pou(lines, of)
+        case tree.Interface():
+            _interface(lines, of)
             if of.remark:
                 lines.append(f" {of.remark}")
             return
@@ -142,7 +144,8 @@ def _element(element: tree.Initial | tree.Repeated) -> str:
 
 def _pou(lines: Lines, pou: tree.Pou) -> None:
     extends = ("EXTENDS", pou.extends) if pou.extends else ()
-    lines.add(" ".join([pou.kind.value, *pou.modifiers, pou.name, *extends]))
+    implements = ("IMPLEMENTS", ", ".join(pou.implements)) if pou.implements else ()
+    lines.add(" ".join([pou.kind.value, *pou.modifiers, pou.name, *extends, *implements]))
     if pou.result is not None:
         lines.append(" : ")
         _spec(lines, pou.result)
@@ -152,18 +155,7 @@ def _pou(lines: Lines, pou: tree.Pou) -> None:
     if pou.blocks:
         lines.add("")
     body(lines, pou.body)
-    before: tree.Method | None = None
-    for method in pou.methods:
-        if method.accessor:
-            _accessor(lines, method, before)
-        else:
-            _end_of_property(lines, before)
-            lines.add("")
-            lines.front(method)
-            _method(lines, method)
-            lines.behind(method)
-        before = method
-    _end_of_property(lines, before)
+    _methods(lines, pou.methods)
     for action in pou.actions:
         lines.add("")
         lines.front(action)
@@ -174,6 +166,28 @@ def _pou(lines: Lines, pou: tree.Pou) -> None:
         lines.behind(action)
     lines.comments(pou.after)
     lines.add(f"END_{pou.kind.value}")
+
+
+def _interface(lines: Lines, of: tree.Interface) -> None:
+    extends = ("EXTENDS", ", ".join(of.extends)) if of.extends else ()
+    lines.add(" ".join(["INTERFACE", of.name, *extends]))
+    _methods(lines, of.methods)
+    lines.add("END_INTERFACE")
+
+
+def _methods(lines: Lines, methods: tuple[tree.Method, ...]) -> None:
+    before: tree.Method | None = None
+    for method in methods:
+        if method.accessor:
+            _accessor(lines, method, before)
+        else:
+            _end_of_property(lines, before)
+            lines.add("")
+            lines.front(method)
+            _method(lines, method)
+            lines.behind(method)
+        before = method
+    _end_of_property(lines, before)
 
 
 def _accessor(lines: Lines, method: tree.Method, before: tree.Method | None) -> None:

@@ -80,7 +80,19 @@ class Pou(Statement):
     """The function block that this one extends; empty for none."""
     modifiers: tuple[str, ...] = ()
     """Words such as ABSTRACT in front of the name, in capitals."""
+    implements: tuple[str, ...] = ()
+    """The interfaces whose methods a function block has."""
     end: Place = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(slots=True)
+class Interface(Statement):
+    """Methods and properties that function blocks have in common, with empty bodies."""
+
+    name: str
+    extends: tuple[str, ...] = ()
+    """Interfaces whose methods belong to this one too."""
+    methods: tuple[Method, ...] = ()
 
 
 @dataclass(slots=True)
@@ -116,7 +128,7 @@ class Configuration(Statement):
     """The name behind ON."""
 
 
-Declaration = TypeDeclaration | Pou | Variables | Configuration
+Declaration = TypeDeclaration | Pou | Interface | Variables | Configuration
 
 
 @dataclass(slots=True)

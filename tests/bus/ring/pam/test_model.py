@@ -143,8 +143,34 @@ def test_a_place_that_damages_frames_is_seen_by_the_first_node_behind_it() -> No
     reports = bench.reports()
     assert (reports.reception, reports.place) == (Reception.CRC_ERROR, 18)
     assert [address for address, _ in reports.reports] == [18, 33], "those that passed the place are lost"
+    assert bench.reports().reports == ((17, b"\x01\x11"), (18, b"\x01\x12"), (33, b"\x01\x21"))
     assert bench.hearing() == ALL_WELL
     assert bench.model.statistics(0)["damaged"] == 2
+
+
+def test_of_two_places_that_damage_frames_the_first_one_is_seen() -> None:
+    bench = Bench()
+    bench.fault(what="distort", after="lift")
+    bench.fault(what="distort", after="feeder")
+    assert bench.hearing() == {"feeder": Reception.GOOD, "lift": Reception.CRC_ERROR}
+
+
+def test_a_node_that_stands_still_shows_no_wrong_crc_but_its_optics_name_it() -> None:
+    bench = Bench()
+    bench.fault(what="distort", after="feeder")
+    bench.fault(what="halt", station="lift")
+    assert bench.hearing() == {"feeder": Reception.GOOD}
+    assert bench.reports().place == 18
+
+
+def test_a_buffer_that_is_too_large_for_one_cycle_goes_with_several() -> None:
+    bench = Bench({"lift": 18})
+    for number in range(10):
+        bench.model.submit(0, "lift", bytes([number]) * 100)
+    bench.addresses = {}
+    assert [reports[0][1][::100] for _ in range(2) if (reports := bench.reports().reports)] == [
+        bytes(range(5)), bytes(range(5, 10)),
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -314,10 +314,6 @@ def test_program_calls_have_no_instance() -> None:
         (tc6(pou("<KOP/>")), "The body has no known language; expected IL, ST, FBD, LD, SFC"),
         (tc6('<pous><pou name="P" pouType="class"/></pous>'), "The POU P has the type class"),
         (tc6('<pous><pou name="1P" pouType="program"/></pous>'), '"1P" cannot be the name of a POU'),
-        (
-            tc6(pou(ST).replace("</interface>", "<addData><Implements>I_Run</Implements></addData></interface>")),
-            "The interface I_Run is not supported",
-        ),
         (interface("<localVars><variable name='v'><type/></variable></localVars>"), "variable v: The type is missing"),
         (interface(f"<localVars>{variable('v', '<ANY/>')}</localVars>"), "The type ANY is not known"),
         (interface(f"<localVars>{variable('v', '<INT/>', simple('5 6'))}</localVars>"), "variable v"),
@@ -335,3 +331,10 @@ def test_program_calls_have_no_instance() -> None:
 )
 def test_what_cannot_come_over_is_named(text: str, expected: str) -> None:
     assert any(expected in message for message in messages(text)), read(text)[1]
+
+
+def test_what_a_block_implements_is_left_out_with_a_note() -> None:
+    text = tc6(pou(ST).replace("</interface>", "<addData><Implements>I_Run</Implements></addData></interface>"))
+    (note,) = read(text)[1]
+    assert note.is_note
+    assert "IMPLEMENTS I_Run is left out" in note.what

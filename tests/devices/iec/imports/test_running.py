@@ -248,6 +248,32 @@ def test_parallel_branches_of_a_chart_meet_again() -> None:
     assert (running["heated"], running["mixed"]) == (3, 3)
 
 
+def test_the_chart_inside_of_a_macro_step_runs_in_its_place() -> None:
+    inside = (
+        step("1", "Heat")
+        + action("2", "1", "heated := heated + 1;")
+        + transition("3", "heated &gt;= 3", "1")
+        + step("4", "Stir", "3")
+        + action("5", "4", "mixed := mixed + 1;")
+    )
+    chart = (
+        step("1", "Idle", "4", attributes='initialStep="true"')
+        + transition("2", "start", "1")
+        + f'<macroStep localId="3" name="Cook">{WIRE.format(2)}<body><SFC>{inside}</SFC></body></macroStep>'
+        + transition("4", "mixed &gt;= 2", "3")
+    )
+    running = bench(tc6(pou(f"<SFC>{chart}</SFC>", variables={**BOOLS, "heated": "INT", "mixed": "INT"})))
+    running["start"] = True
+    seen = []
+    for _ in range(8):
+        running.cycle()
+        running["start"] = False
+        seen.append((running["heated"], running["mixed"]))
+    assert sorted(seen) == seen
+    assert (3, 0) in seen
+    assert seen[-1] == (3, 2)
+
+
 COUNTER = """<pou name="{name}" pouType="functionBlock"><interface>
 <inputVars><variable name="Reset"><type><BOOL/></type></variable></inputVars>
 <outputVars><variable name="Out"><type><INT/></type></variable></outputVars>

@@ -122,10 +122,6 @@ def test_a_task_calls_its_programs() -> None:
     ("content", "expected"),
     [
         (
-            '<Itf Name="I_Belt"><Declaration>INTERFACE I_Belt</Declaration></Itf>',
-            "The interface I_Belt is not supported",
-        ),
-        (
             '<POU Name="P"><Declaration>PROGRAM P</Declaration><Implementation><NWL/></Implementation></POU>',
             "The body is in LD or FBD, as an archive of TwinCAT's editor",
         ),
@@ -145,3 +141,38 @@ def test_a_task_calls_its_programs() -> None:
 )
 def test_what_cannot_come_over_is_named(content: str, expected: str) -> None:
     assert any(expected in message for message in messages(tc(content))), messages(tc(content))
+
+
+def test_an_interface_is_read_with_its_methods_and_properties() -> None:
+    text = tc(
+        '<Itf Name="I_Belt"><Declaration>INTERFACE I_Belt EXTENDS I_Any</Declaration>'
+        '<Method Name="Run"><Declaration>METHOD Run : BOOL\nVAR_INPUT\n\tspeed : REAL;\nEND_VAR</Declaration></Method>'
+        '<Property Name="Speed"><Declaration>PROPERTY Speed : REAL</Declaration>'
+        '<Get Name="Get"><Declaration/></Get></Property></Itf>'
+    )
+    unit, mistakes = read(text, "I_Belt.TcIO")
+    assert mistakes == []
+    wanted = (
+        "INTERFACE I_Belt EXTENDS I_Any METHOD Run : BOOL VAR_INPUT speed : REAL; END_VAR END_METHOD "
+        "PROPERTY Speed : REAL GET END_GET END_PROPERTY END_INTERFACE"
+    )
+    assert unit.declarations == unit_of(wanted).declarations
+
+
+def test_a_property_is_read_with_its_accessors() -> None:
+    text = tc(
+        '<POU Name="Belt"><Declaration>FUNCTION_BLOCK Belt\nVAR v : REAL; END_VAR</Declaration>'
+        "<Implementation><ST>v := 0;</ST></Implementation>"
+        '<Property Name="Speed"><Declaration>PROPERTY PUBLIC Speed : REAL</Declaration>'
+        '<Get Name="Get"><Declaration>VAR\nEND_VAR</Declaration><Implementation><ST>Speed := v;</ST></Implementation>'
+        '</Get><Set Name="Set"><Declaration/><Implementation><ST>v := Speed;</ST></Implementation></Set></Property>'
+        "</POU>"
+    )
+    unit, mistakes = read(text, "Belt.TcPOU")
+    assert mistakes == []
+    (belt,) = unit.declarations
+    assert isinstance(belt, tree.Pou)
+    assert [(part.name, part.accessor, part.modifiers) for part in belt.methods] == [
+        ("Speed", "GET", ("PUBLIC",)),
+        ("Speed", "SET", ("PUBLIC",)),
+    ]

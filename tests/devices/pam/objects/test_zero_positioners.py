@@ -70,7 +70,7 @@ def test_the_example_of_the_manual() -> None:
     assert farthest == pytest.approx(90, abs=4)  # 90 degrees of stopping, and the way of a period at 3600 degrees/s
     assert degrees(bench) == pytest.approx(seen, abs=0.01)  # and back to the edge
     assert cycles == pytest.approx(50 + 140, abs=10)
-    bench.nodes[1].resolver = 65536 * 5 + 65536 * 50 // 360
+    bench.nodes[1].registers[0] = 65536 * 5 + 65536 * 50 // 360
     bench.until(lambda: bool(bench.ask("ZEP_Main", "ready")))
     assert Read(1, 0) in bench.sent(1)
     assert moves(bench) == [Move.RUN, Move.RELATIVE_MOVE, Move.RELATIVE_MOVE, Move.POSITION]

@@ -316,6 +316,32 @@ def test_an_encoder_without_sampler_suspends_the_sequence(asked: str) -> None:
     assert (bench["x"], bench["at"]) == (44.0, 1)
 
 
+def test_a_condition_asks_over_the_ring_again_and_again() -> None:
+    motor = (
+        "BINARY_OUTPUT SBO_i; NODE = NOD_Io; ADDRESS = 205; ACTIVE = HIGH; END"
+        " BINARY_OUTPUT SBO_d; NODE = NOD_Io; ADDRESS = 206; ACTIVE = HIGH; END"
+        " COUNTER_INPUT CNT_m; NODE = NOD_Io; ADDRESS = 105; ACTIVE = HIGH; PERIOD = 1; DEBOUNCE = 1; END"
+        " DC_MOTOR DCM_m; INC = SBO_i; DEC = SBO_d; ZERO = SBI_c; ENCODER = CNT_m; TIMEOUT = 5; BRAKING = 1; END\n"
+    )
+    bench = PamBench(motor + sequence("CONDITION DCM_m ? position > 100; at <- 1;"))
+    asked: list[Pending] = []
+
+    def ask(function: str, arguments: object) -> Pending:
+        asked.append(Pending())
+        return asked[-1]
+
+    bench.item("DCM_m").ask = ask  # type: ignore[method-assign]
+    bench.restart()
+    bench.run()
+    bench["SBI_a"] = True
+    for position in (50, 100, 101):
+        bench.run(6)
+        assert (bench["at"], len(asked)) == (0, {50: 1, 100: 2, 101: 3}[position])
+        asked[-1].value = position
+    bench.run(2)
+    assert bench["at"] == 1
+
+
 @pytest.mark.manual("PAML-266")
 def test_an_action_does_not_wait_for_an_answer() -> None:
     header = OBJECTS.replace("NODE NOD_Io", "NODE NOD_x; ADDRESS = 3; TYPE = ST1; END NODE NOD_Io")

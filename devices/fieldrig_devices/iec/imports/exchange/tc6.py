@@ -171,15 +171,11 @@ def _property(of: Element, fragments: Fragments) -> list[Raw]:
 
 
 def _extends(interface: Element | None, fragments: Fragments) -> str:
-    """The function block that a POU extends; interfaces that it implements are left out with a message."""
+    """The function block that a POU extends; interfaces that it implements are left out with a note."""
     if interface is None:
         return ""
     for added in interface.iter("{*}Implements"):
-        fragments.report.mistake(
-            line_of(added),
-            f"The interface {text_of(added).strip()[:60]} is not supported",
-            "a function block without IMPLEMENTS",
-        )
+        fragments.report.note(line_of(added), f"IMPLEMENTS {text_of(added).strip()[:60]} is left out")
     above = next(interface.iter("{*}Extends"), None)
     if above is None:
         return ""

@@ -9,6 +9,7 @@ from typing import Final
 
 from lxml import etree
 
+from fieldrig_devices.iec.imports.exchange.macro_steps import resolved
 from fieldrig_devices.iec.imports.networks.graph import (
     Condition,
     Drawn,
@@ -87,12 +88,24 @@ def read_body(of: Element, report: Report) -> Drawn | None:
 
 
 def _items(of: Element, report: Report) -> list[Item]:
-    found = [item for child in elements(of) if (item := _item(child, report)) is not None]
+    found: list[Item] = []
+    for child in elements(of):
+        if name_of(child).casefold() == "macrostep":
+            found += _macro_step(child, report)
+        elif (item := _item(child, report)) is not None:
+            found.append(item)
     empty = {item.id for item in found if item.kind is Kind.SOURCE and item.text.strip() in _EMPTY}
     for item in found:
         for pin in item.pins():
             pin.wires = tuple(wire for wire in pin.wires if wire.source not in empty)
     return [item for item in found if item.kind is not Kind.SOURCE or item.id not in empty]
+
+
+def _macro_step(of: Element, report: Report) -> list[Item]:
+    inner = element(element(of, "body"), "SFC")
+    items = [] if inner is None else _items(inner, report)
+    before = [_pin(point) for point in elements(of, "connectionPointIn")]
+    return resolved(attribute(of, "name"), attribute(of, "localId"), line_of(of), before, items, report)
 
 
 def _item(of: Element, report: Report) -> Item | None:
@@ -154,13 +167,6 @@ def _other(of: Element, name: str, line: int, report: Report) -> Item | None:
             report.mistake(line, f"Element {identifier} is known only to the tool that wrote it", hint=EXPORT)
     elif name == "error":
         report.mistake(line, f"Element {identifier} could not be exported: {text_of(of).strip()[:100]}")
-    elif name == "macrostep":
-        report.mistake(
-            line,
-            f"The macro step {attribute(of, 'name')} is not supported",
-            "steps",
-            "Resolve it into steps in the tool.",
-        )
     elif name not in ("adddata", "documentation"):
         report.note(line, f"The element {name_of(of)[:40]} is not known and is left out")
     return None

@@ -2,7 +2,8 @@
 
 They are the conditions of waits, events, exceptions and actions, boolean equations, and the parts of [all+] and [all*].
 A formula is evaluated again when something that it depends on has changed.  One that depends on a COMMON variable, on a
-real answer or on a parameter is polled, because these produce no events (PAML-225, G-19).
+real answer or on a parameter is polled, because these produce no events (PAML-225, G-19), and so is one that needs an
+answer over the ring.
 """
 
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ from typing import Protocol
 from fieldrig_devices.pam.language.functions import INQUIRIES, MATHEMATICS, Type
 from fieldrig_devices.pam.language.tree import Expression, Inquiry, ParameterOf, Place, Reduction, Reference
 from fieldrig_devices.pam.runtime.layout import Layout
+from fieldrig_devices.pam.runtime.lower.uses import PENDING
 from fieldrig_devices.pam.runtime.walk import nodes
 
 
@@ -83,7 +85,7 @@ def _dependencies(expression: Expression, kinds: Kinds) -> tuple[tuple[CellRange
                 is_polled = True
             case Inquiry(subject=Reference(name=name), function=function) if function not in MATHEMATICS:
                 forms = INQUIRIES[kinds.kind(name)][function]
-                is_polled |= any(form.answer == "real" for form in forms)
+                is_polled |= (kinds.kind(name), function) in PENDING or any(form.answer == "real" for form in forms)
                 objects[name] = None
             case Reference(name=name, index=index):
                 variable = kinds.layout.cells.get(name)

@@ -1,0 +1,74 @@
+"""Interfaces: a function block that implements one must have its methods and properties, with the same variables.
+
+There are no variables of an interface: which code a call runs is known when a program is compiled.
+"""
+
+from collections.abc import Iterator
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.project import PouSource, Project
+from fieldrig_devices.iec.check.properties import name_to_write
+from fieldrig_devices.iec.check.type_specs import TypeSpecs
+from fieldrig_devices.iec.program import Pou
+from fieldrig_devices.iec.tree import Section
+from fieldrig_devices.iec.types import Type
+
+_ARGUMENTS = (Section.INPUT, Section.OUTPUT, Section.IN_OUT)
+Form = tuple[Type | None, tuple[tuple[str, Section, Type], ...]]
+"""The type of the result, and the arguments with their names and kinds."""
+
+
+def check(project: Project, specs: TypeSpecs, source: PouSource) -> None:
+    """Report what a function block lacks of the interfaces that it implements."""
+    pou, place = source.pou, source.tree.place
+    for interface, file in _all(project, source):
+        context = Context(project, source, file)
+        for method in interface.methods:
+            what = "property" if method.accessor else "method"
+            is_writer = method.accessor == "SET"
+            name = name_to_write(method.name) if is_writer else method.name
+            found = pou.methods.get(project.key(name))
+            if found is None:
+                missing = (
+                    f"{pou.name} has no {what} {method.name}{f' with {method.accessor}' if method.accessor else ''}"
+                )
+                project.reports.say(pou.file, place, missing, f"all of {interface.name}")
+            elif not is_writer and _form(project, found) != _wanted(project, specs, method, context):
+                differs = f"the {what} {method.name} of {pou.name} differs from that of {interface.name}"
+                project.reports.say(pou.file, place, differs, "the same result and the same arguments")
+
+
+def _all(project: Project, source: PouSource) -> Iterator[tuple[tree.Interface, str]]:
+    """Yield the interfaces of a function block, and those that they extend; a message for one that is not declared."""
+    open_names = list(source.tree.implements)
+    known: set[str] = set()
+    while open_names:
+        name = open_names.pop(0)
+        if (key := project.key(name)) in known:
+            continue
+        known.add(key)
+        found = project.interfaces.get(key)
+        if found is None:
+            hint = project.reports.closest(name, project.interfaces)
+            project.reports.say(source.pou.file, source.tree.place, f"the interface {name} is not declared", hint=hint)
+            continue
+        yield found
+        open_names += found[0].extends
+
+
+def _form(project: Project, method: Pou) -> Form:
+    arguments = [variable for variable in method.variables.values() if variable.section in _ARGUMENTS]
+    result = method.result.type if method.result is not None else None
+    return result, tuple((project.key(variable.name), variable.section, variable.type) for variable in arguments)
+
+
+def _wanted(project: Project, specs: TypeSpecs, method: tree.Method, context: Context) -> Form:
+    result = specs.resolve(method.result, context) if method.result is not None else None
+    arguments = [
+        (project.key(variable.name), block.section, specs.resolve(variable.type, context))
+        for block in method.blocks
+        if block.section in _ARGUMENTS
+        for variable in block.variables
+    ]
+    return result, tuple(arguments)
