@@ -79,7 +79,7 @@ class Page:
 
     def __init__(self, laptop: Laptop, path: str) -> None:
         self._connection = laptop.caller.open(80)
-        self.instants, self.sizes = list[int](), list[int]()
+        self.instants, self.sizes, self.content = list[int](), list[int](), bytearray()
         self.is_complete = False
         self.begun_ns = laptop.rig.now_ns
         self._connection.on_data, self._connection.on_end = self._on_data, self._on_end
@@ -94,6 +94,7 @@ class Page:
     def _on_data(self, data: bytes) -> None:
         self.instants.append(self._now_ns())
         self.sizes.append(len(data))
+        self.content += data
 
     def _on_end(self) -> None:
         self.is_complete = True

@@ -1,5 +1,6 @@
 """A PAM's objects without a ring: a recorded port, a kernel that counts cycles, and ST1 nodes that carry out orders."""
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -62,7 +63,9 @@ class St1:
         self.pipe = 0.0
         self.mode: SetPointMode | None = None
         self.number = self.done = 0
-        self.resolver = 0
+        self.limits = Limits(math.inf, math.inf, math.inf)
+        self.registers: dict[int, int] = {}
+        """The register 0 is that of the main resolver."""
 
     @property
     def own(self) -> float:
@@ -84,12 +87,13 @@ class St1:
                 self.base, self.way, self.cycles = self.position, keep(0.0), 0
                 self.mode, self.pipe = None, 0.0
             case Read(request, register):
-                self._send(Answer(request, self.resolver if register == 0 else None))
+                self._send(Answer(request, self.registers.get(register)))
 
     def _order(self, order: AxisOrder) -> None:
         self.number = order.number or self.number
         speed = self.way.values_at(self.cycles * self._cycle_s)[1]
-        limits = Limits(order.speed or 1, order.acceleration or 1, order.deceleration or 1)
+        wanted = (order.speed or 1, order.acceleration or 1, order.deceleration or 1)
+        limits = Limits(*map(min, self.limits, wanted))
         way: Profile | None = None
         match order.move:
             case Move.ABSOLUTE_MOVE:
@@ -97,7 +101,7 @@ class St1:
             case Move.RELATIVE_MOVE:
                 way = move(order.value, speed, limits)
             case Move.RUN:
-                way = change_speed(speed, order.value, limits)
+                way = change_speed(speed, max(min(order.value, self.limits.speed), -self.limits.speed), limits)
             case Move.STOP:
                 way = change_speed(speed, 0, limits)
                 self.base += self.pipe
@@ -128,7 +132,7 @@ class Bench:
         self.cycle_s = thirds / 3000
         self.nodes: dict[int, St1] = {}
         self._reports: list[tuple[int, Report]] = []
-        self._delivered = 0
+        self.delivered = 0
 
     def item(self, name: str, index: int = 0) -> Any:
         return self.objects.items[name][index]
@@ -165,10 +169,10 @@ class Bench:
             self.objects.flow()
             work()
             self.objects.give()
-            for address, order in self.port.sent[self._delivered :]:
+            for address, order in self.port.sent[self.delivered :]:
                 if address in self.nodes:
                     self.nodes[address].order(order)
-            self._delivered = len(self.port.sent)
+            self.delivered = len(self.port.sent)
             for node in self.nodes.values():
                 node.cycle()
 

@@ -6,7 +6,10 @@ from fieldrig_bus.ring.pam.star_bus import PamRingStar, PamRingStarSettings
 from fieldrig_bus.ring.transport.shm import ShmCarrier
 
 MOST_BEHIND: Final = 240
-"""Cycles that wait for a process that stands still: a node must not miss an order."""
+"""Cycles that wait for a process that stands still, as a node must not miss an order; one for each millisecond of
+patience is added."""
+MOST_EVER_BEHIND: Final = 1_000
+"""The largest number of such cycles, each of which takes a page of memory per process."""
 
 
 class PamRingShm(PamRingStar):
@@ -14,4 +17,4 @@ class PamRingShm(PamRingStar):
 
     def __init__(self, name: str, settings: PamRingStarSettings) -> None:
         super().__init__(name, settings)
-        self.carrier = ShmCarrier(name, MOST_BEHIND)
+        self.carrier = ShmCarrier(name, min(MOST_BEHIND + settings.patience_ms, MOST_EVER_BEHIND))

@@ -6,8 +6,8 @@ from typing import ClassVar, Final
 from fieldrig_bus.ring.pam.star_bus import PamRingStar, PamRingStarSettings
 from fieldrig_bus.ring.transport.zenoh import ENVIRONMENT, ZenohCarrier, ZenohSettings
 
-MOST_BEHIND: Final = 48
-"""Cycles that wait for a process that stands still: a node must not miss an order, but Zenoh has no more room."""
+MOST_BEHIND: Final = 160
+"""Cycles that wait for a process that stands still: a node must not miss an order, but sockets have no more room."""
 
 
 class PamRingZenohSettings(ZenohSettings, PamRingStarSettings):

@@ -35,7 +35,7 @@ ALL, OUT, BACK, HERE = "all", "out", "back", "here"
 OBSERVER: Final = "observer"
 LONGEST_PATH: Final = 100
 """Longest path of a Unix socket.  The limit of the system is 108, and Zenoh adds some characters for its lock."""
-MOST_OUT: Final = 64
+MOST_OUT: Final = 192
 MOST_BACK: Final = 8_192
 """Messages from stations that may wait: more than are under way to and from processes that stand still."""
 TUNED: Final[dict[str, Any]] = {

@@ -1,7 +1,8 @@
 """Axes sets: several axes under one name, in orders and behind a pipe (section 2.8 of the language's digest)."""
 
 from collections.abc import Sequence
-from typing import Any
+from functools import partial
+from typing import Any, Final
 
 from fieldrig_devices.pam.objects.axis import Axis
 from fieldrig_devices.pam.objects.object_item import ObjectItem
@@ -9,6 +10,11 @@ from fieldrig_devices.pam.objects.pipe_input import PipeInput
 from fieldrig_devices.pam.objects.site import Site
 from fieldrig_devices.pam.pipes.converter import Mode, Taker
 from fieldrig_devices.pamring.frames import Group, SetPoint
+from fieldrig_devices.pamring.registers import Parameter, parameter_address
+
+_CODES = (Parameter.CKV, Parameter.CKA, Parameter.CKR, Parameter.CKH, Parameter.EQUIP)
+COMPARED: Final = tuple(map(parameter_address, _CODES))
+"""The parameters of identical axes, as addresses of table 2-2 (PAML-163)."""
 
 
 class Member:
@@ -20,6 +26,12 @@ class Member:
         self.ratio = 1.0
         self.group = 0
         self.pipe: PipeInput | None = None
+        self.parameters: dict[int, int | None] = {}
+        """The parameters of the ST1 that decide whether axes are identical, once they are known."""
+
+    @property
+    def is_known(self) -> bool:
+        return len(self.parameters) == len(COMPARED)
 
 
 class AxesSet(ObjectItem):
@@ -36,6 +48,8 @@ class AxesSet(ObjectItem):
         self._period_s = 0.0
         self._value: float | None = None
         """The last value of the flow."""
+        if optimizes:
+            site.events.append(self._analyse)
         self._work: dict[int, tuple[list[tuple[Member, Taker]], list[tuple[int, list[Member]]]]] = {}
         self._turn = 0
 
@@ -150,11 +164,25 @@ class AxesSet(ObjectItem):
                 self._name_group(group, members)
         self._compile()
 
-    def _identical(self) -> list[list[Member]]:
-        found: dict[tuple[float, ...], list[Member]] = {}
+    def _analyse(self) -> None:
+        """Read the parameters of all axes, at the first cycle of the programs (PAML-163)."""
         for member in self.members:
-            if member.pipe is not None and member.axis.node.address not in self._site.options.deviating_axes:
-                found.setdefault((member.axis.units, member.ratio, member.subset), []).append(member)
+            for address in COMPARED:
+                self._site.read(member.axis.node, address, partial(self._on_parameter, member, address))
+
+    def _on_parameter(self, member: Member, address: int, value: int | None) -> None:
+        member.parameters[address] = value
+        if member.is_known and self._mode is not None:
+            self._regroup()
+
+    def _identical(self) -> list[list[Member]]:
+        found: dict[tuple[float | None, ...], list[Member]] = {}
+        deviating = self._site.options.deviating_axes
+        for member in self.members:
+            if member.pipe is not None and member.is_known and member.axis.node.address not in deviating:
+                parameters = (member.parameters[address] for address in COMPARED)
+                key = (member.axis.units, member.ratio, member.subset, *parameters)
+                found.setdefault(key, []).append(member)
         return [members for members in found.values() if len(members) > 1]
 
     def _name_group(self, group: int, members: Sequence[Member]) -> None:

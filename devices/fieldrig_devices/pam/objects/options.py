@@ -28,4 +28,4 @@ class Options:
     motor_turn: int = 1 << 32
     """Resolver units in a turn of the motor (PAML-045)."""
     deviating_axes: frozenset[int] = frozenset()
-    """Addresses of ST1 nodes whose CKV, CKA, CKR, CKH or EQUIP differ, so that they join no group (PAML-163)."""
+    """Addresses of ST1 nodes that join no group, though CKV, CKA, CKR, CKH and EQUIP may be equal (PAML-163)."""

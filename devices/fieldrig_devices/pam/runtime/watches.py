@@ -55,6 +55,11 @@ class Watches:
             known = self._places[formula.number, item] = (*(self._by_cell[cell] for cell in cells), *objects)
         return known
 
+    @property
+    def size(self) -> int:
+        """Number of things that are registered, each counted at all of its places."""
+        return sum(map(len, (*self._by_cell, *self._by_object.values())))
+
     def changed(self, cell: int) -> None:
         """A variable has changed."""
         for on_change in self._by_cell[cell]:

@@ -5,9 +5,10 @@ from typing import Any, Self
 import pytest
 from max4_rig import Max4Rig
 
-from fieldrig.clock import MS
+from fieldrig.clock import MS, S
 from fieldrig.config import from_dict
 from fieldrig.rig import Rig
+from fieldrig_bus.serial.message import Format
 from fieldrig_devices.dial.caller import Caller, Plan
 from fieldrig_devices.ppp.settings import Login
 
@@ -17,12 +18,14 @@ LOGIN = Login.of("service", "pacdrive")
 class Line(Max4Rig):
     """A controller with its modem (number 4711), and a caller at another one.  `modem` has settings of the former."""
 
-    def __init__(self, modem: dict[str, Any] | None = None, **parameters: Any) -> None:
+    def __init__(
+        self, modem: dict[str, Any] | None = None, far: dict[str, Any] | None = None, **parameters: Any
+    ) -> None:
         values = {"MAx-4.Com1User": 1, "Phone.UserName": "service", "Phone.Password": "pacdrive"}
         values |= {name.replace("__", "."): value for name, value in parameters.items()}
         buses = {
             "com1": {"kind": "serial.virtual", "baud": 38_400},
-            "laptop": {"kind": "serial.virtual", "baud": 38_400},
+            "laptop": {"kind": "serial.virtual", "baud": 38_400, "garbling": True},
             "telephone": {"kind": "telephone.virtual", "numbers": {"near": "4711", "far": "4712"}},
         }
         devices = {
@@ -34,23 +37,36 @@ class Line(Max4Rig):
                 "parameters": values,
             },
             "near": {"kind": "modem", "links": {"line": "com1", "telephone": "telephone"}, **(modem or {})},
-            "far": {"kind": "modem", "links": {"line": "laptop", "telephone": "telephone"}},
+            "far": {"kind": "modem", "links": {"line": "laptop", "telephone": "telephone"}, **(far or {})},
         }
         self.rig = Rig(from_dict({"time": "virtual", "seed": 7, "buses": buses, "devices": devices}))
         self._line = self.rig.attach("caller").link("laptop")
         self._line.on_receive(lambda data: self.caller.receive(self.rig.now_ns, data))
         self.caller = self._new(LOGIN)
 
-    def _new(self, login: Login) -> Caller:
-        return Caller(Plan("4711", login=login), lambda: 0x1234_5678, self._line.send, lambda _: None)
+    def _new(self, login: Login, **plan: Any) -> Caller:
+        return Caller(Plan("4711", login=login, **plan), lambda: 0x1234_5678, self._line.send, lambda _: None)
 
-    def call(self, login: Login = LOGIN) -> Self:
+    def call(self, login: Login = LOGIN, **plan: Any) -> Self:
         """Dial, and wait until the link is up, or the call has failed."""
-        self.caller = self._new(login)
-        self.caller.start(self.rig.now_ns)
+        self.dial(login, **plan)
         while not self.caller.is_up and not self.caller.is_over:
             self.go(100)
         return self
+
+    def dial(self, login: Login = LOGIN, **plan: Any) -> Self:
+        self.caller = self._new(login, **plan)
+        self.caller.start(self.rig.now_ns)
+        return self
+
+    def send(self, message: Format) -> None:
+        """The laptop opens its port in another format."""
+        self._line.send(message)
+
+    @property
+    def failure(self) -> str:
+        """The reason why the call is over, as the caller sees it; empty without one."""
+        return self.caller.failure.what if self.caller.failure is not None else ""
 
     def go(self, ms: int) -> Self:
         end_ns = self.rig.now_ns + ms * MS
@@ -116,6 +132,78 @@ def test_without_auto_answer_the_telephone_rings_on() -> None:
     assert line.states == (6, 2)
     assert line.call().caller.failure is not None
     assert line.states == (6, 2)
+
+
+def offline_again(line: Line) -> bool:
+    """The controller waits for the next call, and answers it."""
+    return line.go(60_000).states == (6, 2) and line.call().caller.is_up
+
+
+@pytest.mark.manual("PD-271")
+def test_a_caller_with_a_short_time_out_gives_up_before_the_modems_are_connected() -> None:
+    line = Line().go(5000).call(dial_ns=5 * S)
+    assert line.failure == "The modem did not connect in time."
+    assert line.states == (6, 2)
+    assert offline_again(line)
+
+
+@pytest.mark.manual("PD-272")
+def test_modems_that_are_set_to_different_speeds_have_no_carrier() -> None:
+    slow = ("AT&F E0 Q0 V1 X4 &C1 &D2", "AT+MS=V32B,0,4800,14400")
+    line = Line(Phone__ExpInitString="AT+MS=V34,0,19200,33600").go(5000).call(init=slow)
+    assert line.failure.startswith("There is no carrier")
+    assert offline_again(line)
+
+
+@pytest.mark.manual("PD-272")
+def test_a_poor_line_without_error_correction_carries_no_handshake() -> None:
+    line = Line(Phone__InitString="AT&F E0 Q0 V1 &S0 &C1 &R0 S0=2 \\N0").go(5000)
+    fault = line.rig.add_fault("telephone", {"what": "noise", "bit_error_rate": 0.05})
+    line.call(init=("AT&F E0 Q0 V1 X4 &C1 &D2", "AT\\N0"))
+    assert line.failure == "No PPP answers at the other end."
+    line.rig.clear_fault("telephone", fault)
+    assert offline_again(line)
+
+
+@pytest.mark.manual("PD-273")
+def test_a_caller_whose_format_is_not_8n1_gets_no_link() -> None:
+    line = Line().go(5000).dial()
+    while line.rig.get("far", "call") != "connected":
+        line.go(10)
+    line.send(Format(38_400, 7, "E", 1))
+    while not line.caller.is_over:
+        line.go(100)
+    assert line.failure == "No PPP answers at the other end."
+    line.send(Format(38_400))
+    assert offline_again(line)
+
+
+@pytest.mark.manual("PD-275")
+def test_pulses_of_a_charge_meter_that_are_too_long_lose_the_connection() -> None:
+    line = Line().go(5000).call()
+    pulses = {"what": "dropout", "period_ms": 10_000, "length_ms": 2000}
+    fault = line.rig.add_fault("telephone", pulses)
+    line.go(15_000)
+    assert (line.failure, line.states) == ("The connection was lost.", (6, 2))
+    line.rig.clear_fault("telephone", fault)
+    assert offline_again(line)
+
+
+@pytest.mark.manual("PD-275")
+def test_a_controller_that_boots_loses_the_connection_and_is_called_again_some_seconds_later() -> None:
+    line = Line().go(5000).call()
+    line.set("command", "system reset").go(3000)
+    assert line.failure == "The connection was lost."
+    assert offline_again(line)
+
+
+@pytest.mark.manual("PD-275")
+def test_a_client_that_ends_an_idle_connection_leaves_the_controller_ready() -> None:
+    line = Line().go(5000).call()
+    line.caller.hang_up(line.rig.now_ns)
+    line.go(10_000)
+    assert (line.failure, line.states) == ("", (6, 2))
+    assert offline_again(line)
 
 
 @pytest.mark.manual("PD-273")

@@ -21,6 +21,7 @@ def number(text: str) -> object:
     return value.value
 
 
+@pytest.mark.manual("PAMS-050")
 @pytest.mark.parametrize(
     ("directives", "value"),
     [

@@ -64,6 +64,7 @@ def test_a_node_gets_its_axis_in_resolver_units(bench: Bench) -> None:
     assert bench.ask("AXI_Belt", "position") == 30
 
 
+@pytest.mark.manual("PAML-064")
 @pytest.mark.manual("PAMS-018")
 @pytest.mark.manual("PAML-058")
 @pytest.mark.manual("PAML-056")
