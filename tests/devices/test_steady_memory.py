@@ -22,7 +22,7 @@ NOISE_BYTES = 10_000
 
 
 def held(run: Callable[[int], None], seconds: int) -> int:
-    """Bytes that this time has left; `run` lets a rig go on for so many seconds."""
+    """Bytes that this time has left; `run` lets a rig go on for a number of seconds."""
     gc.collect()
     before, _ = tracemalloc.get_traced_memory()
     run(seconds)
@@ -32,7 +32,7 @@ def held(run: Callable[[int], None], seconds: int) -> int:
 
 
 def held_in_the_end(run: Callable[[int], None], seconds: int) -> int:
-    """Bytes that this time leaves once caches are full, and logs have come to their length in as much time."""
+    """Bytes that this time leaves, once as much time has filled caches and brought logs to their length."""
     tracemalloc.start()
     try:
         held(run, seconds)
