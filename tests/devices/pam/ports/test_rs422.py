@@ -202,6 +202,25 @@ def test_more_changes_than_the_line_carries() -> None:
     assert len(got) < 2000
 
 
+def test_a_reset_begins_again() -> None:
+    bench, master = started_rs422()
+    bench.master = None
+    bench.cycles(2600)
+    assert bench.item("RS422Port").ask("error", ())
+    bench.master = master
+    bench.cycles(2000)
+    bench.cycles(21 - bench.kernel.cycle_number % 20)
+    master.put("RWI_MachPressure", 5)
+    bench.master = None
+    bench.cycles(2)
+    bench.begin()
+    bench.kernel.reports.clear()
+    bench.cycles(20_001)
+    assert bench.value("RWI_MachPressure") == 0
+    assert not bench.item("RS422Port").ask("error", ())
+    assert bench.kernel.codes == ["07..E039"]
+
+
 def test_a_new_request_ends_the_session() -> None:
     bench, master = started_rs422()
     master.begin(bench.now_ns)
