@@ -191,6 +191,32 @@ def test_faults_of_the_line() -> None:
 
 
 @pytest.mark.manual("PAMS-107")
+def test_a_fault_before_the_last_message_is_not_the_cause() -> None:
+    bench, _ = started_rs422()
+    bench.master = None
+    bench.ports.receive(bytes.fromhex("02 08 60 f9 03") + ALIVE)
+    bench.cycles(2100)
+    assert "07..E03A" in bench.kernel.codes
+    assert "07..W03A" not in bench.kernel.codes
+    assert bench.kernel.codes[-2:] == ["07..E035", "07..M024"]
+
+
+def test_nothing_is_sent_to_a_master_that_is_lost() -> None:
+    bench, _ = started_rs422()
+    bench.master = None
+    bench.ports.receive(ALIVE)
+    bench.item("RS422Port").set_parameter("MASTER_INACTIVITY_TIMEOUT", 50)
+    bench.ports.receive(ALIVE)  # the new time counts from here
+    for value in range(400):
+        bench.item("RRO_MachHeadLevel", 0).set_value(value + 1.5)
+    bench.cycles(60)
+    assert bench.kernel.codes[-2:] == ["07..E035", "07..M024"]
+    bench.line.clear()
+    bench.cycles(500)
+    assert bench.line == []
+
+
+@pytest.mark.manual("PAMS-107")
 def test_more_changes_than_the_line_carries() -> None:
     bench, master = started_rs422()
     for value in range(2000):
