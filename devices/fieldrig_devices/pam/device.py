@@ -30,7 +30,7 @@ from fieldrig_devices.languages.source_file import decoded
 from fieldrig_devices.pam.application_files import reader_beside, shapes_beside
 from fieldrig_devices.pam.faults import MODELS, PowerOff
 from fieldrig_devices.pam.panel.catalogue import text_of
-from fieldrig_devices.pam.panel.codes import Code, Kind, code_of
+from fieldrig_devices.pam.panel.codes import Code, code_of
 from fieldrig_devices.pam.panel.display import DIGITS, Display
 from fieldrig_devices.pam.panel.info import panel_info
 from fieldrig_devices.pam.panel.messages import Message, Messages
@@ -201,7 +201,7 @@ class Pam(Device):
         code = code_of(text)
         is_first = self._messages.fatal is None
         self._show(code, words or text_of(code), tuple(details))
-        if code.kind is Kind.FATAL and is_first and self._cycle is not None:
+        if code.is_fatal and is_first and self._cycle is not None:
             self._cycle.ports.fail(code.origin, code.number, self._date(), *panel_info(code, details))
 
     def _show(self, code: Code, text: str, details: tuple[int | float, ...]) -> None:

@@ -15,6 +15,7 @@ from fieldrig_bus.ring.pam.message import RingMessage
 from fieldrig_devices.pam.declared_nodes import declared_nodes
 from fieldrig_devices.pam.objects.application import ApplicationObjects, Shapes
 from fieldrig_devices.pam.objects.outputs import Volts
+from fieldrig_devices.pam.panel.codes import code_of
 from fieldrig_devices.pam.ports import Ports
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.runtime.compiler import Compiled
@@ -149,7 +150,7 @@ class PowerCycle:
             self._say(code, (), "")
 
     def _on_kernel_message(self, code: str, details: Sequence[int], text: str) -> None:
-        if code[4] == "F":
+        if code_of(code).is_fatal:
             self.state = State.FATAL
         self._on_message(code, details, text)
 

@@ -135,3 +135,14 @@ def test_application_with_mistakes_is_refused_with_their_places(fieldrig_rig: Ri
     with pytest.raises(ConfigError) as refused:
         started(fieldrig_rig, tmp_path, "INTERNAL WORD_VAR IWV_a ;\nINTERNAL WORD_VAR IWV_a ;\nfoo ;\n")
     assert "app.pam:4:1" in str(refused.value)
+
+
+@pytest.mark.manual("PAMS-062")
+def test_overrun_of_a_workspace_ends_the_application(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
+    application = COUNTER.format(end="").replace(
+        "  SEQUENCE SEQ_Count ;", "  SEQUENCE SEQ_Count ;\n  SPECS WORKSPACE = 1 ; END_SPECS"
+    )
+    rig = started(fieldrig_rig, tmp_path, application)
+    rig.run_until(S)
+    assert (rig.get("pam", "state"), rig.get("pam", "display"), rig.get("pam", "led")) == ("fatal", "0380E02C", "blink")
+    assert "WORKSPACE Allocated: 1 Used:" in str(rig.get("pam", "messages"))

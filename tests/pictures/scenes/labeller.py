@@ -31,8 +31,8 @@ def start() -> str:
         rig.set("plc", "DIF_Start", True)
         while (now_s := (rig.now_ns - begin_ns) / S) <= SHOWN_S:
             belt.append((now_s, float(rig.get("belt", "set_speed")) * MM_A_TURN))
-            knife.append((now_s, float(rig.get("knife", "set_speed")) * DEGREES_A_TURN))
-            web.append((now_s, float(rig.get("web", "set_speed")) * MM_A_TURN))
+            knife.append((now_s, float(rig.get("cutter", "set_speed")) * DEGREES_A_TURN))
+            web.append((now_s, float(rig.get("paper", "set_speed")) * MM_A_TURN))
             rig.run_until(rig.now_ns + STEP_NS)
 
     recorded("pam-machine-virtual.yaml", play)

@@ -24,6 +24,8 @@ LISTED: Final = frozenset({Kind.END_WARNING, Kind.FATAL, Kind.ERROR, Kind.END_ER
 ENDS: Final = {Kind.END_WARNING: Kind.WARNING, Kind.END_ERROR: Kind.ERROR}
 """The condition that each kind of end belongs to; both have the same number."""
 
+WORKSPACE_OVERRUN: Final = (3, Kind.ERROR, 0x02C)
+
 _FORM: Final = re.compile(r"([0-9A-F]{2})(\.\.|[08]0)([MWKESF])([0-9A-F]{3})")
 _BOOT: Final = 1
 _KERNEL: Final = 2
@@ -42,6 +44,11 @@ class Code:
 
     def __str__(self) -> str:
         return f"{self.origin:02X}{8 * self.is_real_time}0{self.kind.value}{self.number:03X}"
+
+    @property
+    def is_fatal(self) -> bool:
+        """True for what ends the application: fatal errors, and the overrun of a workspace, an E (PAMS-062)."""
+        return self.kind is Kind.FATAL or (self.origin, self.kind, self.number) == WORKSPACE_OVERRUN
 
     @property
     def ended(self) -> "Code | None":

@@ -58,7 +58,7 @@ class Messages:
         """Print a message, and list it if it is an error, a fatal error, or an end."""
         if message.code.kind in LISTED:
             self.listed.append(message)
-        if message.code.kind is Kind.FATAL and self.fatal is None:
+        if message.code.is_fatal and self.fatal is None:
             self.fatal = message
         self._print(message.lines())
 
