@@ -51,7 +51,7 @@ class AxesSet(ObjectItem):
         if optimizes:
             site.events.append(self._analyse)
         self._work: dict[int, tuple[list[tuple[float, Taker]], list[tuple[float, int, list[PipeInput]]]]] = {}
-        """For each subset the single axes and the groups, which have no axis without a pipe, each with its ratio."""
+        """The single axes with their ratios, and the groups with those of their axes, by the subset."""
         self._turn = 0
 
     @property
