@@ -12,7 +12,7 @@ from fieldrig_devices.pamring.ends import RingFault
 from fieldrig_devices.pamring.frames import Configuration, Group, NodeType, Order, Report, SetPoint, SetPointMode
 from fieldrig_devices.pamring.master import RingMaster
 from fieldrig_devices.pamring.node import RingNode
-from fieldrig_devices.pamring.settings import RingSettings
+from fieldrig_devices.pamring.settings import RingLimits
 from fieldrig_devices.pamring.start_up import Phase
 
 
@@ -62,7 +62,7 @@ class Master(Device):
         nodes = [
             DeclaredNode(number, NodeType.ST1, address) for number, address in enumerate(settings.addresses, start=1)
         ]
-        self._ring = RingMaster(clock, ring, RingSettings(), nodes, self, self._say)
+        self._ring = RingMaster(clock, ring, RingLimits(), nodes, self, self._say)
         self._sent = 0
 
     def start(self) -> None:
