@@ -40,7 +40,7 @@ from fieldrig_devices.pamring.frames import (  # noqa: E402
     SetPointMode,
 )
 from fieldrig_devices.pamring.node import RingNode  # noqa: E402
-from fieldrig_devices.pamring.settings import RingSettings  # noqa: E402
+from fieldrig_devices.pamring.settings import RingLimits  # noqa: E402
 from fieldrig_devices.pamring.start_up import Phase  # noqa: E402
 
 RUNS = 5
@@ -131,7 +131,7 @@ def bare() -> Rig:
     rig = Rig(from_dict({"time": "virtual", "buses": {"ring0": {"kind": "pamring.virtual"}}}, HERE))
     member = rig.attach("pam")
     declared = [DeclaredNode(number, kind, address) for number, (address, kind) in enumerate(NODES.items())]
-    pam = BareMaster(member.clock, member.link("ring0"), declared, RingSettings())
+    pam = BareMaster(member.clock, member.link("ring0"), declared, RingLimits())
     for address, kind in NODES.items():
         at = rig.attach(f"node{address}")
         RingNode(at.clock, at.link("ring0"), address, kind, 0x0590, DoesNothing()).start()

@@ -111,7 +111,7 @@ class PipePart:
         self._start, self._since_ns, self._way, self._speed, self.due_ns = self._goal, now_ns, 0, 0.0, NEVER_NS
 
     def end(self, now_ns: int) -> None:
-        """No further set-points come: in the mode SPEED the axis ramps down."""
+        """Take the end of set-points: in the mode SPEED the axis ramps down."""
         self.is_ending, self.is_steady = True, False
         self.settle(now_ns)
         if self.mode is SetPointMode.SPEED:
