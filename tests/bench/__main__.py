@@ -64,7 +64,7 @@ Written by `make bench`; don't edit.  Ratios are within one run, against a named
 depend on the machine.  `python tests/bench NAME...` measures single tables again, so each table names its commit.
 """
 MEASURED = (
-    "Measured {day} on commit {commit}, {cores} cores with a load average of {load:.0f} in the last 5 minutes, {system},"
+    "Measured {day} on commit {commit}, {cores} cores with a load average of {load:.0f} over 5 minutes, {system},"
     " Python {python}, {peers}.\n"
 )
 
