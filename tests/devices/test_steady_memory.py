@@ -67,4 +67,4 @@ def test_pam_with_moving_axes_leaves_nothing_behind(tmp_path: Path) -> None:
     with Rig(from_dict(rig_of(application, "virtual"), tmp_path)) as rig:
         rig.run_until(3 * S)
         assert rig.get("pam", "IFV_Moving")
-        assert held_in_the_end(lambda seconds: rig.run_until(rig.now_ns + seconds * S), 2) < NOISE_BYTES
+        assert held_in_the_end(lambda seconds: rig.run_until(rig.now_ns + seconds * S), 1) < NOISE_BYTES
