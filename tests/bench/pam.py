@@ -29,7 +29,7 @@ from fieldrig.clock import S  # noqa: E402
 from fieldrig.config import from_dict  # noqa: E402
 from fieldrig.rig import Rig  # noqa: E402
 
-RUNS = 5
+RUNS = 3
 WINDOWS = 4
 """Simulated seconds of each rig in a run."""
 SETTLING_NS = S
@@ -102,7 +102,8 @@ def real(text: str) -> str:
         rig = {**rig_of(application, "real", **settings), "start_timeout_s": 60}
         with RunningRig(json.dumps(rig), None) as running:  # a rig file may be JSON
             running.until_ready()
-            until(lambda: running.value("pam/state") == "running")
+            until(lambda: running.value("pam/state") in ("running", "fatal"))
+            assert running.value("pam/state") == "running", running.value("pam/messages")
             kept, late, trip, cores, memory = rounds(lambda: measured(running))
             assert running.value("pam/state") == "running"
     return f"{kept} of the cycles kept, {late} late reports, round trip p50 / p99 {trip}, {cores}, {memory}"
