@@ -1,10 +1,16 @@
 """The pipes of a PAM: 16 axes behind 8 pipes of 5 blocks in a basic cycle of 1 ms."""
 
+import sys
 import time
+from pathlib import Path
 from statistics import median
 
-from pam_objects import Bench
-from report import COMPARED, Report
+HERE = Path(__file__).parent
+if __name__ == "__main__":
+    sys.path[:0] = [str(HERE), str(HERE.parent / "support")]
+
+from pam_objects import Bench  # noqa: E402  found in the folder of the tests' support
+from report import COMPARED, Report  # noqa: E402
 
 PIPES = 8
 LIMIT_US = 120.0

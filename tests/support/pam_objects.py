@@ -1,5 +1,6 @@
 """A PAM's objects without a ring: a recorded port, a kernel that counts cycles, and ST1 nodes that carry out orders."""
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -62,6 +63,7 @@ class St1:
         self.pipe = 0.0
         self.mode: SetPointMode | None = None
         self.number = self.done = 0
+        self.limits = Limits(math.inf, math.inf, math.inf)
         self.registers: dict[int, int] = {}
         """The register 0 is that of the main resolver."""
 
@@ -90,7 +92,8 @@ class St1:
     def _order(self, order: AxisOrder) -> None:
         self.number = order.number or self.number
         speed = self.way.values_at(self.cycles * self._cycle_s)[1]
-        limits = Limits(order.speed or 1, order.acceleration or 1, order.deceleration or 1)
+        wanted = (order.speed or 1, order.acceleration or 1, order.deceleration or 1)
+        limits = Limits(*map(min, self.limits, wanted))
         way: Profile | None = None
         match order.move:
             case Move.ABSOLUTE_MOVE:
@@ -98,7 +101,7 @@ class St1:
             case Move.RELATIVE_MOVE:
                 way = move(order.value, speed, limits)
             case Move.RUN:
-                way = change_speed(speed, order.value, limits)
+                way = change_speed(speed, max(min(order.value, self.limits.speed), -self.limits.speed), limits)
             case Move.STOP:
                 way = change_speed(speed, 0, limits)
                 self.base += self.pipe

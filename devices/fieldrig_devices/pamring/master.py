@@ -13,12 +13,13 @@ from fieldrig.clock import Clock
 from fieldrig.link import Link
 from fieldrig_bus.ring.pam.message import GROUP, Frames, Reception, Reports, RingMessage
 from fieldrig_devices.pamring import codec, messages
+from fieldrig_devices.pamring.configuration import Say
 from fieldrig_devices.pamring.declared import DeclaredNode
 from fieldrig_devices.pamring.ends import ReportHandler
 from fieldrig_devices.pamring.frames import Accepted, Configuration, Identity, Order, Refused, Running, Trouble
 from fieldrig_devices.pamring.outbox import Outbox
 from fieldrig_devices.pamring.settings import RingSettings
-from fieldrig_devices.pamring.start_up import Phase, Say, StartUp
+from fieldrig_devices.pamring.start_up import Phase, StartUp
 
 log = logging.getLogger(__name__)
 
@@ -60,7 +61,7 @@ class RingMaster:
 
     def configure(self, address: int, items: Iterable[Configuration]) -> None:
         """Add items of a node, before `start`.  They are configured in this order, if the node is active."""
-        self._start.items.setdefault(address, []).extend(items)
+        self._start.items.of.setdefault(address, []).extend(items)
 
     def start(self) -> None:
         """Power on."""
@@ -116,7 +117,7 @@ class RingMaster:
         if reports.reception is Reception.NO_CARRIER:
             is_asic = self.settings.interface == "asic"
             interrupted = (messages.LINK_INTERRUPTED, (reports.place, 0, 0))
-            self._fail(interrupted if is_asic else (messages.NOTHING_RECEIVED, (0, 0, 0)))
+            self._fail(interrupted if is_asic else messages.plain(messages.NOTHING_RECEIVED))
         elif reports.reception is Reception.CRC_ERROR:
             self._fail((messages.CRC_ERROR, (reports.place, 0, 0)))
         else:

@@ -59,6 +59,11 @@ UNALLOWED_COMMAND: Final = 0x0A
 _TYPES: Final = {Severity.WARNING: "W", Severity.ENDED: "K", Severity.ERROR: "E"}
 
 
+def plain(code: str) -> Message:
+    """A message whose details are 0."""
+    return code, (0, 0, 0)
+
+
 def of_trouble(address: int, trouble: Trouble) -> Message:
     """The message of a node, as the PAM shows it."""
     return f"04..{_TYPES[trouble.severity]}{trouble.code:03X}", (address, *trouble.details)

@@ -81,6 +81,11 @@ def register_at(address: int) -> Register | None:
     return Register(32 if bank & 2 else 16, bool(bank & 1), code, Parameter if bank & 4 else Variable)
 
 
+def parameter_address(code: Parameter) -> int:
+    """Return the address of a parameter with 32 bits and without a period."""
+    return 0x600 + code
+
+
 def rolled(value: int, bits: int) -> int:
     """Return the lowest bits of a value, with a sign (PAML-146)."""
     half = 1 << (bits - 1)

@@ -6,14 +6,14 @@ message for the ST1 nodes, which comes after those for the Smart-IO nodes, is he
 """
 
 import logging
-from collections import deque
 from collections.abc import Callable, Sequence
 from enum import Enum, auto
 from typing import Final, NamedTuple
 
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import Clock
 from fieldrig_bus.ring.pam.message import BROADCAST, Reception, Reports
 from fieldrig_devices.pamring import messages
+from fieldrig_devices.pamring.configuration import Items, Say
 from fieldrig_devices.pamring.declared import (
     DeclaredNode,
     active_addresses,
@@ -23,12 +23,9 @@ from fieldrig_devices.pamring.declared import (
 )
 from fieldrig_devices.pamring.frames import (
     Accepted,
-    AxisItem,
-    Configuration,
     Identify,
     Identity,
     InputChanged,
-    InputItem,
     NodeType,
     Refused,
     Report,
@@ -40,9 +37,6 @@ from fieldrig_devices.pamring.outbox import Outbox
 from fieldrig_devices.pamring.settings import RingSettings
 
 log = logging.getLogger(__name__)
-
-Say = Callable[[str, Sequence[int], str], None]
-"""Shows a message: its code, D1 to D3, and its text if it has one."""
 
 
 class Phase(Enum):
@@ -70,8 +64,7 @@ class StartUp:
         self._clock, self._settings, self._nodes = clock, settings, tuple(nodes)
         self._outbox, self._say = outbox, say
         self.phase = Phase.OFF
-        self.items: dict[int, list[Configuration]] = {}
-        """The items of each address, in the order in which they are configured."""
+        self.items = Items(outbox, settings.frames_per_cycle, say)
         self.addresses: tuple[int, ...] = ()
         """The addresses on the ring, as they came round last."""
         self.types: dict[int, NodeType] = {}
@@ -80,14 +73,7 @@ class StartUp:
         """The nodes that the application works with."""
         self._deadline_ns = 0
         self._is_closed = False
-        self._unsent: deque[tuple[int, Configuration]] = deque()
-        self._pending: dict[tuple[int, int], Configuration] = {}
-        """The items that are not acknowledged yet, by address and number."""
         self._not_running: set[int] = set()
-        self._unread: dict[tuple[int, int], InputItem] = {}
-        """The inputs of Smart-IO nodes whose first value is missing."""
-        self._refusals: set[str] = set()
-        """The errors that end the configuration."""
 
     def begin(self) -> None:
         """Power on."""
@@ -111,8 +97,8 @@ class StartUp:
 
     def fail_ring(self, *found: messages.Message) -> None:
         """Show errors of the ring, as they are followed by others during the start (06..F001), and stop the ring."""
-        following = [] if self.phase is Phase.RUNNING else [_plain(messages.NOT_INITIALISED)]
-        self.fail(*found, *following, _plain(messages.RING_IN_ERROR))
+        following = [] if self.phase is Phase.RUNNING else [messages.plain(messages.NOT_INITIALISED)]
+        self.fail(*found, *following, messages.plain(messages.RING_IN_ERROR))
 
     def _enter(self, phase: Phase) -> None:
         self.phase = phase
@@ -134,7 +120,7 @@ class StartUp:
         if reports.reception is Reception.CRC_ERROR:
             self.fail_ring((messages.CRC_ERROR, (reports.place, 0, 0)))
         elif not self._is_closed and self.phase is not Phase.WAITING:
-            self.fail_ring(_plain(messages.NOTHING_RECEIVED))
+            self.fail_ring(messages.plain(messages.NOTHING_RECEIVED))
 
     def on_report(self, address: int, report: Report) -> None:
         """Take a report of a node.  Those that are not of the start don't matter here."""
@@ -142,35 +128,19 @@ class StartUp:
             case Identity():
                 if self.phase is Phase.IDENTIFYING:
                     self.types[address] = report.node_type
-            case Accepted() | Refused():
-                self._on_acknowledge(address, report)
+            case Accepted() | Refused() if self.phase not in _BEFORE_ITEMS:
+                self.items.on_acknowledge(address, report)
+                self._go_on_if(Phase.CONFIGURING)
             case Running():
                 self._not_running.discard(address)
-            case InputChanged():
-                if self._unread.pop((address, report.item), None) is not None and self.phase is Phase.READING:
-                    self._go_on_waiting()
+            case InputChanged() if self.items.on_input(address, report):
+                self._go_on_if(Phase.READING)
             case Trouble() if self.phase is Phase.CONFIGURING and report.details[0] == messages.UNALLOWED_COMMAND:
-                self._refusals.add(messages.INITIALISATION_REFUSED)
+                self.items.refusals.add(messages.plain(messages.INITIALISATION_REFUSED))
 
-    def _on_acknowledge(self, address: int, report: Accepted | Refused) -> None:
-        if self.phase in _BEFORE_ITEMS:  # of the items that a node had before the PAM was reset
-            return
-        item = self._pending.pop((address, report.item), None)
-        if item is None:
-            self._say(messages.BAD_ACKNOWLEDGE, (address, report.item, 0), "")
-        elif isinstance(report, Refused):
-            self._on_refusal(address, item)
-        if self.phase is Phase.CONFIGURING:
+    def _go_on_if(self, phase: Phase) -> None:
+        if self.phase is phase:
             self._go_on_waiting()
-
-    def _on_refusal(self, address: int, item: Configuration) -> None:
-        if self.types[address] is NodeType.SMART_IO:
-            self._say(messages.ITEM_REFUSED, (address, item.item, 0), "")
-            self._refusals.add(messages.CONFIGURATION_ERROR)
-        elif isinstance(item, AxisItem):
-            self._refusals.add(messages.AXIS_REFUSED)
-        else:
-            self.fail((messages.BAD_ST1_ITEM, (item.item, 0, 0)))
 
     # ---- the phases
 
@@ -182,7 +152,7 @@ class StartUp:
 
     def _finish_waiting(self, is_done: bool) -> None:
         if not self._is_closed:
-            self.fail_ring(_plain(messages.NOTHING_RECEIVED))
+            self.fail_ring(messages.plain(messages.NOTHING_RECEIVED))
 
     def _begin_identifying(self) -> None:
         self.types.clear()
@@ -216,25 +186,17 @@ class StartUp:
         self.phase = Phase.FAILED
 
     def _begin_configuring(self) -> None:
-        self._refusals.clear()
-        self._unsent.extend((address, item) for address in sorted(self.active) for item in self.items.get(address, ()))
-        self._pending = {(address, item.item): item for address, item in self._unsent}
-        self._unread = {
-            key: item
-            for key, item in self._pending.items()
-            if isinstance(item, InputItem) and self.types[key[0]] is NodeType.SMART_IO
-        }
+        self.items.begin(self.active, self.types)
 
     def _are_configured(self) -> bool:
-        while self._unsent and len(self._outbox) < self._settings.frames_per_cycle:
-            self._outbox.put(*self._unsent.popleft())
-        return not self._pending
+        return self.items.are_acknowledged()
 
     def _finish_configuring(self, is_done: bool) -> None:
+        refusals = self.items.refusals
         if not is_done:
-            self._refusals.add(messages.CONFIGURATION_UNANSWERED)
-        if self._refusals:
-            self.fail(*map(_plain, sorted(self._refusals)))
+            refusals.add(messages.plain(messages.CONFIGURATION_UNANSWERED))
+        if refusals:
+            self.fail(*sorted(refusals))
         elif self._has(NodeType.SMART_IO):
             self._say_all(messages.SMART_IO_CONFIGURED)
 
@@ -248,7 +210,7 @@ class StartUp:
 
     def _finish_starting(self, is_done: bool) -> None:
         if not is_done:
-            self.fail(_plain(messages.RUN_UNANSWERED))
+            self.fail(messages.plain(messages.RUN_UNANSWERED))
         elif self._has(NodeType.SMART_IO):
             self._say_all(messages.SMART_IO_RUNNING)
 
@@ -256,22 +218,17 @@ class StartUp:
         """The inputs of nodes that run are under way already."""
 
     def _are_read(self) -> bool:
-        return not self._unread
+        return not self.items.unread
 
     def _finish_reading(self, is_done: bool) -> None:
         """An input without a value is an error, but none that stops the PAM (07..E021)."""
         if not is_done:
-            address, item = next(iter(self._unread))
+            address, item = next(iter(self.items.unread))
             self._say(messages.READ_TIMEOUT, (address, item, 0), "")
         elif self._has(NodeType.SMART_IO):
             self._say_all(messages.INPUTS_RECEIVED)
         if self._has(NodeType.ST1):
             self._say_all(messages.ST1_IO_CONFIGURED)
-
-    def _longest_first_value_ns(self) -> int:
-        """An input has its first value after DEBOUNCE samples, one in each PERIOD."""
-        longest_ms = max((item.period_ms * item.debounce for item in self._unread.values()), default=0)
-        return self._settings.first_value_ns + longest_ms * MS
 
     def _has(self, node_type: NodeType) -> bool:
         return any(self.types[address] is node_type for address in self.active)
@@ -279,10 +236,6 @@ class StartUp:
     def _say_all(self, *codes: str) -> None:
         for code in codes:
             self._say(code, (), "")
-
-
-def _plain(code: str) -> messages.Message:
-    return code, (0, 0, 0)
 
 
 _BEFORE_ITEMS: Final = (Phase.WAITING, Phase.IDENTIFYING)
@@ -321,5 +274,11 @@ STEPS: Final = {
     Phase.STARTING: Step(
         _S._begin_starting, _S._are_running, lambda s: s._settings.acknowledge_ns, _S._finish_starting, Phase.READING
     ),
-    Phase.READING: Step(_S._begin_reading, _S._are_read, _S._longest_first_value_ns, _S._finish_reading, Phase.RUNNING),
+    Phase.READING: Step(
+        _S._begin_reading,
+        _S._are_read,
+        lambda s: s._settings.first_value_ns + s.items.longest_first_value_ns(),
+        _S._finish_reading,
+        Phase.RUNNING,
+    ),
 }

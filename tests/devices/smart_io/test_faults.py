@@ -78,9 +78,13 @@ def test_a_fault_that_is_older_than_the_pam_is_reported_when_the_node_begins_to_
     bench.device.add_fault({"what": "overtemperature"})
     bench.program.attach(bench.port)
     bench.program.forget()
+    bench.device.add_fault({"what": "damaged_frames"})
     assert bench.port.take() == []
     bench.program.run()
-    assert bench.port.take() == [Trouble(Severity.WARNING, 0x00C, (0x08, 0), 0x1000)]
+    assert bench.port.take() == [
+        Trouble(Severity.WARNING, 0x00C, (0x08, 0), 0x1004),
+        Trouble(Severity.WARNING, 0x00C, (0x03, 0), 0x1004),
+    ]
 
 
 def test_an_input_with_a_broken_wire_is_low(bench: SmartIoBench) -> None:

@@ -225,6 +225,7 @@ def test_pulses_without_an_order_are_an_unexpected_move_and_then_the_position_is
     bench.pulse(2)
     assert bench.troubles() == [Trouble(Severity.WARNING, 0x010, (MOTOR, 0x10), word=UNEXPECTED)]
     bench.pulse()
+    assert position(bench) == 3, "as if INC had been driven"
     assert bench.motor().error == UNEXPECTED | LOST
     assert bench.troubles() == [Trouble(Severity.WARNING, 0x010, (MOTOR, 0x0F), word=UNEXPECTED | LOST)]
     bench.move(Motor.POSITION, 0)

@@ -36,6 +36,7 @@ def test_the_analog_output_is_in_millivolts_and_saturates() -> None:
     for millivolts, volts in ((2500, 2.5), (-10_000, -10.0), (12_000, 10.0)):
         bench.order(SetOutput(7, millivolts))
         assert bench.last("speed") == volts
+    assert bench.get("error_word") == 0
     bench.program.forget()
     assert bench.last("speed") == 0
 
@@ -57,6 +58,7 @@ def test_an_led_blinks_in_the_node_and_returns_to_steady_on() -> None:
     """Case T13: set, blink, five seconds, no_blink."""
     bench = SmartIoBench()
     bench.configure(LedItem(7, 6))
+    bench.run(730)
     bench.order(SetOutput(7, 1), Blink(7, True))
     levels = []
     for _ in range(10):
@@ -68,6 +70,7 @@ def test_an_led_blinks_in_the_node_and_returns_to_steady_on() -> None:
     bench.run(1_750)
     assert bench.last("lamp") is True
     assert bench.clock.next_ns() is None
+    assert bench.get("error_word") == 0
 
 
 @pytest.mark.manual("PAMS-043")
@@ -91,13 +94,16 @@ def test_the_display_shows_a_character(character: str, segments: str) -> None:
     bench.configure(SevenSegmentItem(7, 1, 1))
     bench.order(Display(7, ord(character)))
     assert (bench.get("display"), bench.get("display.segments")) == (character, segments)
+    assert (bench.get("display.blink"), bench.get("error_word")) == (False, 0)
 
 
 @pytest.mark.manual("PAMS-041")
 def test_the_display_blinks_its_present_character() -> None:
     bench = SmartIoBench()
     bench.configure(SevenSegmentItem(7, 1, 1))
+    bench.run(300)
     bench.order(Display(7, ord("A")), Blink(7, True))
+    assert (bench.get("display.blink"), bench.get("error_word")) == (True, 0)
     shown = []
     for _ in range(4):
         shown.append(bench.get("display.segments"))

@@ -166,6 +166,19 @@ def test_twenty_commands_in_each_millisecond_are_never_too_many() -> None:
     assert bench.port.take() == []
 
 
+def test_a_full_fifo_takes_twenty_commands_a_millisecond_later() -> None:
+    bench = SmartIoBench()
+    bench.configure(OutputItem(1, 105, 1, True))
+    bench.run(1_000)
+    bench.order(*[SetOutput(1, 1)] * 256)
+    assert bench.port.take() == []
+    bench.run(1)
+    bench.order(*[SetOutput(1, 1)] * 20)
+    assert bench.port.take() == []
+    bench.order(SetOutput(1, 0))
+    assert (len(bench.troubles()), bench.get("out105")) == (1, True)
+
+
 def test_the_items_are_gone_after_forget() -> None:
     bench = SmartIoBench()
     bench.configure(InputItem(1, 103, 1, True, 1, 1), OutputItem(2, 105, 1, True))

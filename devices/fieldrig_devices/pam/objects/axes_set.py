@@ -10,14 +10,10 @@ from fieldrig_devices.pam.objects.pipe_input import PipeInput
 from fieldrig_devices.pam.objects.site import Site
 from fieldrig_devices.pam.pipes.converter import Mode, Taker
 from fieldrig_devices.pamring.frames import Group, SetPoint
-from fieldrig_devices.pamring.registers import Parameter
-
-PARAMETERS_OF_32_BITS: Final = 0x600
-"""The bank of parameters of 32 bits without a period (table 2-2)."""
-
+from fieldrig_devices.pamring.registers import Parameter, parameter_address
 
 _CODES = (Parameter.CKV, Parameter.CKA, Parameter.CKR, Parameter.CKH, Parameter.EQUIP)
-COMPARED: Final = tuple(PARAMETERS_OF_32_BITS + code for code in _CODES)
+COMPARED: Final = tuple(map(parameter_address, _CODES))
 """The parameters of identical axes, as addresses of table 2-2 (PAML-163)."""
 
 

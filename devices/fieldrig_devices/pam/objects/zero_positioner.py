@@ -1,7 +1,9 @@
 """Zero positioners: up to three phases that find the zero of an axis (section 2.10 of the language's digest)."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 from fieldrig_devices.motion.profile import Limits, Profile, change_speed
@@ -11,7 +13,7 @@ from fieldrig_devices.pam.objects.inputs import BinaryInput
 from fieldrig_devices.pam.objects.object_item import ObjectItem
 from fieldrig_devices.pam.objects.site import Site
 from fieldrig_devices.pam.pipes.block import nearest
-from fieldrig_devices.pamring.registers import Primary
+from fieldrig_devices.pamring.registers import Parameter, Primary, parameter_address
 
 MOST_FINE: Final = 6
 """Zero positioners of a PAM in the fine phase at once (PAML-207)."""
@@ -75,6 +77,9 @@ class ZeroPositioner(ObjectItem):
         self._way: Profile | None = None
         self._began_in = 0
         self._job = 0
+        self._fastest = self._strongest = math.inf
+        """CKV and CKA of the ST1 in units of the axis, once they are known: the node limits a run to them."""
+        site.events.append(self._read_limits)
         if sensor is not None:
             sensor.watchers.append(self._on_sensor)
         site.dependents.setdefault(axis.name, []).append(self.name)
@@ -144,9 +149,20 @@ class ZeroPositioner(ObjectItem):
         self._searched = search = self._searches[self._phase]
         axis = self._axis
         speed = axis.travel_speed if search.speed is None else search.speed
-        limits = Limits(abs(speed) or 1.0, axis.acceleration, axis.deceleration)
-        self._way, self._began_in = change_speed(0.0, speed, limits), self._site.cycle
+        top = min(max(speed, -self._fastest), self._fastest)
+        acceleration = min(axis.acceleration, self._strongest)
+        limits = Limits(abs(top) or 1.0, acceleration, acceleration)
+        self._way, self._began_in = change_speed(0.0, top, limits), self._site.cycle
         axis.do_run(speed)
+
+    def _read_limits(self) -> None:
+        def put(attribute: str, count: int | None) -> None:
+            if count:
+                turn = self._site.options.motor_turn / abs(self._axis.units)
+                setattr(self, attribute, count / COUNTS_PER_TURN * turn)
+
+        for code, attribute in ((Parameter.CKV, "_fastest"), (Parameter.CKA, "_strongest")):
+            self._site.read(self._axis.node, parameter_address(code), partial(put, attribute))
 
     def _on_sensor(self, is_true: bool, age_us: int) -> None:
         search = self._searched

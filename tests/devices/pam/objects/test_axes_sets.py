@@ -17,7 +17,7 @@ from fieldrig_devices.pamring.frames import (
     SetPoint,
     SetPointMode,
 )
-from fieldrig_devices.pamring.registers import Parameter
+from fieldrig_devices.pamring.registers import Parameter, parameter_address
 
 GROUP = -1
 """Frames to group 1, as the port records them."""
@@ -48,7 +48,7 @@ def analysed(text: str, other_ckv: int = 0, **settings: Any) -> Bench:
     bench = Bench(text, **settings)
     bench.st1(*range(1, 33))
     if other_ckv:
-        bench.nodes[other_ckv].registers[0x600 + Parameter.CKV] = 50
+        bench.nodes[other_ckv].registers[parameter_address(Parameter.CKV)] = 50
     bench.cycle(3)
     forget(bench)
     return bench

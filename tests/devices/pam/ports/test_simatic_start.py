@@ -113,6 +113,13 @@ def test_initial_inputs_are_read_without_the_fifo() -> None:
     assert bench.memory.read(0x104 // 2, 1) == [1 << 11 | HOST_READY]  # cell #104 bit 11
 
 
+def test_no_time_out_of_the_start_up_is_left_while_the_application_runs() -> None:
+    bench = meet(0, "neither", "set_first")
+    bench.item("DualPort").set_parameter("MASTER_INACTIVITY_TIMEOUT", "NONE")
+    bench.cycles(1000)
+    assert bench.kernel.codes[-1] == "07..M011"
+
+
 def test_a_reset_begins_again() -> None:
     bench, master = started_simatic()
     bench.item("DFO_MachOk").do("set", ())

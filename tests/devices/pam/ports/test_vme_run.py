@@ -190,6 +190,18 @@ def test_a_master_that_stops_is_an_error_and_the_application_goes_on() -> None:
 
 
 @pytest.mark.manual("PAMS-081")
+def test_the_time_out_counts_from_the_last_watchdog() -> None:
+    bench, master = started_vme()
+    bench.play(master.watch())
+    while bench.memory.read(WATCHDOG, 1) == [1]:
+        bench.cycles()
+    bench.cycles(509)
+    assert "07..E01E" not in bench.kernel.codes
+    bench.cycles()  # the first look after more than 500 ms
+    assert bench.kernel.codes[-1] == "07..E01E"
+
+
+@pytest.mark.manual("PAMS-081")
 def test_the_master_sees_that_the_pam_has_stopped() -> None:
     bench, master = started_vme()
     alive = []

@@ -1,11 +1,15 @@
 """The start-up of the VME DualPort (section 11.5; T26)."""
 
+from collections.abc import Callable
+from typing import Any
+
 import pytest
 from pam_ports import GROUP, VME, PortBench, started_vme
 
 from fieldrig.clock import MS
 from fieldrig_devices.pam.language.ports import PortVariable, crc_of
 from fieldrig_devices.pam.ports.masters.vme import VmeMaster
+from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import ClassCodes, PortOptions
 from fieldrig_devices.pam.ports.vme.layout import Answer, Command
 
@@ -215,6 +219,58 @@ def test_end_init_in_is_acknowledged_when_the_fifo_is_empty() -> None:
     bench.cycles()
     assert bench.memory.read(ACKNOWLEDGE, 1) == [Answer.ACK_OK]
     assert bench.value("DWI_MachPressure") == 5
+
+
+class Racing(list[int]):
+    """Words in which the master acts just before the PAM looks at COMMAND."""
+
+    act: Callable[[], None] | None = None
+
+    def __getitem__(self, place: Any) -> Any:
+        if place == COMMAND and self.act is not None:
+            act, self.act = self.act, None
+            act()
+        return super().__getitem__(place)
+
+
+def test_a_block_that_arrives_with_end_init_in_is_read_first() -> None:
+    words = Racing([0] * 2048)
+    bench = PortBench(memory=Memory(words))
+    bench.begin()
+    master = VmeMaster(bench.variables)
+    for script in (master.synchronise(), master.configure_inputs(), master.configure_outputs()):
+        bench.play(script)
+    bench.play(master.command(Command.INIT_IN))
+
+    def act() -> None:
+        bench.play(master.put("DWI_MachPressure", 5))
+        bench.memory.write(ACKNOWLEDGE, [Answer.NO_ACK])
+        bench.memory.write(COMMAND, [Command.END_INIT_IN])
+
+    words.act = act
+    bench.cycles()
+    assert bench.memory.read(ACKNOWLEDGE, 1) == [Answer.NO_ACK]
+    bench.cycles()
+    assert bench.memory.read(ACKNOWLEDGE, 1) == [Answer.ACK_OK]
+    assert bench.value("DWI_MachPressure") == 5
+
+
+def test_no_time_out_of_the_start_up_is_left_while_the_application_runs() -> None:
+    bench, master = started_vme(GROUP + LIMITED)
+    for _ in range(100):
+        bench.play(master.watch())
+        bench.cycles(10)
+    assert bench.kernel.codes == START_UP
+
+
+def test_after_a_reset_no_key_of_before_is_used() -> None:
+    bench, master = started_vme()
+    bench.begin()
+    bench.play(master.synchronise())
+    bench.play(master.command(Command.START))
+    assert bench.ports.may_run
+    bench.item("DFO_MachStopped").do("set", ())
+    assert bench.memory.read(12 // 2, 1) == [0]
 
 
 def test_class_codes_are_those_of_the_settings() -> None:

@@ -4,6 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from smart_io_bench import SmartIoBench
 from typer.testing import CliRunner
 
@@ -107,3 +109,15 @@ def test_the_node_passes_the_conformance_suite() -> None:
     arguments: list[Any] = ["conform", "--rig", RIG, "--bus", "can4", "--node", 31, "--eds", EDS]
     done = CliRunner().invoke(app, [str(argument) for argument in arguments])
     assert done.exit_code == Exit.OK, done.output
+
+
+@settings(max_examples=20)
+@given(st.lists(st.tuples(st.integers(0, 0x7FF), st.binary(max_size=8)), max_size=10))
+def test_any_frames_leave_the_node_at_work(received: list[tuple[int, bytes]]) -> None:
+    bench = SmartIoBench(can_slave={"node_id": 5}, motors=[MOTOR])
+    for identifier, data in [(0, b"\x01\x05"), *received]:
+        bench.can.deliver(CanFrame(identifier, data))
+        bench.run(1)
+    bench.can.deliver(CanFrame(0, b"\x81\x05"))
+    bench.run(100)
+    assert bench.sdo("40 00 10 00 00 00 00 00") == "43 00 10 00 91 01 0b 00"

@@ -3,8 +3,11 @@
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from smart_io_bench import SmartIoBench
 
+from fieldrig_bus.modbus.message import ModbusRequest
 from fieldrig_devices.registers.live_table import wrong_entries
 from fieldrig_devices.smart_io.faces.registers import table
 from fieldrig_devices.smart_io.settings import SmartIoSettings
@@ -72,3 +75,11 @@ def test_a_write_is_refused_while_a_pam_has_the_outputs(bench: SmartIoBench) -> 
     assert bench.request("05 00 04 ff 00") == "85 04"
     assert bench.request("06 00 00 00 01") == "86 04"
     assert bench.request("01 00 04 00 01") == "01 01 00"
+
+
+@given(st.binary(min_size=1, max_size=20))
+def test_any_request_is_answered_and_the_node_works_on(pdu: bytes) -> None:
+    bench = SmartIoBench(motors=[MOTOR])
+    bench.modbus.deliver(ModbusRequest(1, pdu, 1))
+    bench.run(1_000)
+    assert bench.request("01 00 00 00 01")[:2] == "01"

@@ -148,9 +148,7 @@ class VmePort:
         if variable is None:
             self._kernel.report("07..E028", (crc, key, 0))
             return None
-        self._keys[variable.name] = key
-        for item in self.items[variable.name]:
-            item.preset()
+        self._keys[variable.name] = key  # its value is 0 since the start-up has begun
         return variable
 
     def _wait(self, timeout: str) -> None:
