@@ -20,6 +20,7 @@ import canopen_node  # noqa: E402
 import drive_cycle  # noqa: E402
 import iec_language  # noqa: E402
 import modbus  # noqa: E402
+import pam  # noqa: E402
 import pam_language  # noqa: E402
 import pam_pipes  # noqa: E402
 import plc_on_ring  # noqa: E402
@@ -46,6 +47,7 @@ BENCHMARKS = (
     arp_language,
     arp_loop,
     iec_language,
+    pam,
     pam_language,
     pam_pipes,
     plc_on_ring,

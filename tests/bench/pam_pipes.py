@@ -9,35 +9,19 @@ HERE = Path(__file__).parent
 if __name__ == "__main__":
     sys.path[:0] = [str(HERE), str(HERE.parent / "support")]
 
-from pam_objects import Bench  # noqa: E402  found in the folder of the tests' support
+from pam_machine import PIPES, pipes_text  # noqa: E402  found in the folder of the tests' support
+from pam_objects import Bench  # noqa: E402
 from report import COMPARED, Report  # noqa: E402
 
-PIPES = 8
 LIMIT_US = 120.0
 """The share of the objects in a basic cycle of 500 us of Python, for the whole machine twice as fast as real time."""
 CYCLES = 2_000
 RUNS = 5
 
-NODE = """
-NODE NOD_{n}; NUMBER = 2; ADDRESS = {address}; TYPE = ST1; END
-AXIS AXI_{n}; NODE = NOD_{n}; PULSES_PER_UNIT = 11930464.7111; TRAVEL_SPEED = 360; ACCELERATION = 3600;
-  INITIAL_POSITION = 0; POSITION_PERIOD = 360; END
-AXES_SET AXS_{n}; AXIS = AXI_{n}[all]; END
-AMPLIFIER AMP_{n}; GAIN = 1; OFFSET = {n}; GAIN_SLOPE = MAX; OFFSET_SLOPE = MAX; END
-COMPARATOR CMP_{n}; REFERENCE = 180; END
-PHASER PHA_{n}; PHASE = {n}; PHASE_SLOPE = 10; STANDBY_VALUE = 0; VALUE_PERIOD = 360; END
-CONVERTER CNV_{n}; DESTINATION = AXS_{n}; MODE = POSITION; END
-TMP_GENERATOR TMP_{n}; TRAVEL_SPEED = 360; ACCELERATION = 3600; INITIAL_POSITION = 0; POSITION_PERIOD = 360;
-  PERIOD = 0.001; END
-"""
-MACHINE = "APPLICATION NAME = pipes V1.00; BASIC_PAM_CYCLE = 3; END\n" + "".join(
-    NODE.format(n=n, address=2 * n + 1) for n in range(PIPES)
-)
-
 
 def machine() -> Bench:
     """Return a machine whose pipes all move."""
-    bench = Bench(MACHINE)
+    bench = Bench(pipes_text())
     for n in range(PIPES):
         bench.connect(f"CNV_{n}", f"PHA_{n}", f"CMP_{n}", f"AMP_{n}", f"TMP_{n}")
         bench.do(f"TMP_{n}", "run", 300 + n)

@@ -48,6 +48,30 @@ IO32 = str(CONFIGS / "eds/io32.eds")
 SENSOR = str(CONFIGS / "eds/level-sensor.eds")
 
 # A rig that has every kind, and in which all that can move does.
+APPLICATION = """
+APPLICATION NAME = law V1.00; BASIC_PAM_CYCLE = 3; END
+NODE NOD_Servo; ADDRESS = 1; TYPE = ST1; END
+AXIS AXI_Servo; NODE = NOD_Servo; PULSES_PER_UNIT = 1000000.0; TRAVEL_SPEED = 500.0; ACCELERATION = 9000.0;
+  INITIAL_POSITION = 0.0; POSITION_PERIOD = 4294.967296; END
+PAM_ANALOG_OUTPUT PAO_Probe; UNITS_PER_VOLT = 2000.0; OFFSET = 0.0; ADDRESS = 0; END
+VME DUALPORT SPECS DEFAULT_PERIOD = 1; MASTER_READY_TIMEOUT = NONE; MASTER_CONFIGURATION_TIMEOUT = NONE;
+  MASTER_INACTIVITY_TIMEOUT = NONE; END_SPECS OUTPUT REAL_VAR DOR_Place; END_DUALPORT
+INTERNAL FLAG_VAR IFV_Begin;
+TASK TSK_Law; SPECS CYCLES = 1; END_SPECS
+  EVENTS ON_EVENT IFV_Begin XEQ_SEQUENCE SEQ_Law; END_EVENTS
+  SEQUENCE SEQ_Law;
+    AXI_Servo <- power_on;
+    CONDITION AXI_Servo ? ready;
+    AXI_Servo <- run(400.0);
+    LOOP
+      WAIT_TIME 5;
+      DOR_Place <- AXI_Servo ? position;
+      PAO_Probe <- DOR_Place;
+    END_LOOP !IFV_Begin;
+  END_SEQUENCE
+  POWERON IFV_Begin <- set; END_POWERON
+END_TASK
+"""
 DEVICES: dict[str, dict[str, Any]] = {
     "motor": MOTOR,
     "roll": {"kind": "plant.winder", "links": WIRES, **FILM},
@@ -100,6 +124,15 @@ DEVICES: dict[str, dict[str, Any]] = {
             "TI0": {"wire": "motor.encoder", "unit": "count"}, "FQ0": "scu.pulse",
         },
     },
+    "cams": {
+        "kind": "plant.cam-switches", "links": WIRES, "position_wire": "rolling.position",
+        "switches": {"zero": {"low": 3.0, "high": 3.5, "every": 6.25}},
+    },
+    "pam": {
+        "kind": "pam", "application": "", "links": {**WIRES, "ring": "pamring", "modbus": ["modbus"]},
+        "analog_wires": ["pam.probe"], "access": {"unit_id": 3},
+    },
+    "plc": {"kind": "pam.vme-master", "application": "", "unit_id": 3, "links": {"modbus": "modbus"}},
     "guide": {"kind": "plant.dc-motor", "links": WIRES, "increase_wire": "pwm.pwm", "decrease_wire": "scu.pulse"},
     "smart": {
         "kind": "smart_io", "links": {**WIRES, "modbus": ["modbus"], "can": "can1"},
@@ -129,6 +162,9 @@ def whole(folder: Path, *names: str) -> dict[str, Any]:
     """The rig of all kinds, or those devices of it."""
     (folder / "shaft.yaml").write_text(TABLE)
     devices = {name: dict(DEVICES[name]) for name in names or DEVICES}
+    (folder / "app.pam").write_text(APPLICATION)
+    for name in {"pam", "plc"} & devices.keys():
+        devices[name]["application"] = str(folder / "app.pam")
     if "panel" in devices:
         devices["panel"]["table"] = str(folder / "shaft.yaml")
     linked = {bus for device in devices.values() for value in device["links"].values() for bus in _each(value)}

@@ -5,9 +5,12 @@ import os
 import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from ipaddress import ip_address
 from pathlib import Path
+from sys import byteorder
 
 _CLONE_NEWNET = 0x4000_0000
+_LISTEN = "0A"
 _OWN = Path("/proc/thread-self/ns/net")
 _libc = ctypes.CDLL(None, use_errno=True)
 
@@ -73,3 +76,20 @@ def addresses() -> str:
 def routes() -> list[str]:
     done = subprocess.run(["ip", "-4", "route"], capture_output=True, text=True, check=True)
     return done.stdout.splitlines()
+
+
+def listening() -> set[str]:
+    """The addresses at which programs in the calling thread's network listen for TCP."""
+    found: set[str] = set()
+    for table in ("tcp", "tcp6"):
+        rows = Path(f"/proc/thread-self/net/{table}").read_text().splitlines()[1:]
+        places = [row.split()[1].partition(":")[0] for row in rows if row.split()[3] == _LISTEN]
+        found |= {_shown(bytes.fromhex(place)) for place in places}
+    return found
+
+
+def _shown(words: bytes) -> str:
+    """The address of a row, whose words have the byte order of the host."""
+    parts = [words[at : at + 4] for at in range(0, len(words), 4)]
+    ordered = b"".join(part[::-1] if byteorder == "little" else part for part in parts)
+    return str(ip_address(ordered))

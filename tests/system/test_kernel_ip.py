@@ -9,7 +9,7 @@ from urllib.request import urlopen
 
 import pytest
 from dialled import Dialled, dialled
-from network_namespace import addresses, devices, network_namespace, routes, why_not
+from network_namespace import addresses, devices, listening, network_namespace, routes, why_not
 from pymodbus.client import ModbusTcpClient
 from running_rig import PATIENCE_S, AskedRig, until
 
@@ -58,7 +58,7 @@ def test_the_kernel_serves_the_call_and_nothing_of_it_is_left(rig: AskedRig) -> 
     assert devices() == {"lo", "fieldrig0"}
     assert CONTROLLER not in addresses()
     with (
-        socket.create_server(("0.0.0.0", 22)),
+        socket.create_server(("127.0.0.1", 22)),
         dialled(str(rig.folder / "run/teleservice/modem"), *LOGIN, *ways) as dial,
     ):
         dial.until("Ctrl-C hangs up.")
@@ -68,6 +68,7 @@ def test_the_kernel_serves_the_call_and_nothing_of_it_is_left(rig: AskedRig) -> 
         with ModbusTcpClient("127.0.0.1", port=registers, timeout=PATIENCE_S, retries=0) as client:
             assert client.read_holding_registers(0, count=1).registers == [MAP_IDENTIFIER]
         assert packets(rig) > 10
+        assert listening() <= {"127.0.0.1", CONTROLLER}
         # Another program of this host is no service of the controller, and the controller is none of this host.
         with socket.create_connection(("127.0.0.1", closed), timeout=PATIENCE_S) as client_socket:
             assert client_socket.recv(1) == b""

@@ -110,16 +110,21 @@ def _compiled(
     libraries = [_library(text, name, dialect) for name, text in sources(dialect.name)]
     libraries += [_library(library.text, library.name, dialect) for library in host.libraries]
     for number, file in enumerate(files):
+        on_progress("parse", number, len(files))
         unit, found = read_source(file.name, file.text, dialect)
         units.append(unit)
         mistakes += found
-        on_progress("parse", number + 1, len(files))
+    on_progress("parse", len(files), len(files))
     libraries = needed(libraries, units, (file.text for file in files))
     program, found = check(
-        [*libraries, *units], host, dialect, library_files=[unit.file for unit in libraries], limits=limits
+        [*libraries, *units],
+        host,
+        dialect,
+        library_files=[unit.file for unit in libraries],
+        limits=limits,
+        on_progress=lambda done, total: on_progress("check", done, total),
     )
     mistakes += found
-    on_progress("check", 1, 1)
     if any(not mistake.is_note for mistake in mistakes):
         raise CompileError(sorted(mistakes, key=lambda mistake: (mistake.file, mistake.line, mistake.column)))
     return build(program, host, costs, limits, previous, tuple(files), tuple(mistakes), on_progress)

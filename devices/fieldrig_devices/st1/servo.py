@@ -94,7 +94,7 @@ class Servo:
         elif move is Move.POSITION:
             self.set.rename(now_ns, order.value)
         elif move is Move.UPDATE_STATUS:
-            self.errors.clear(Error.CHANGE_IN_CD)
+            self.errors.clear(Error.CHANGE_IN_CD | Error.POWER_STAGE_DISABLED)
             self.answers.repeat()
         elif self.is_powered and not self._is_off_due:
             self.set.order(now_ns, order)
@@ -128,10 +128,10 @@ class Servo:
         self._go_on()
 
     def end_of_pipe(self, end: EndOfPipe) -> None:
-        self._postponed = None
         if end.mode is SetPointMode.TORQUE:
             self._limit_torque(1000)
         else:
+            self._postponed = None
             self.set.end_of_pipe(self._clock.now_ns(), end.mode)
             self._go_on()
 

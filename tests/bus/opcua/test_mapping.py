@@ -24,7 +24,8 @@ TYPES = [
     ("UINT", T.UInt16, 5), ("WORD", T.UInt16, 5), ("DINT", T.Int32, 6), ("UDINT", T.UInt32, 7), ("DWORD", T.UInt32, 7),
     ("LINT", T.Int64, 8), ("ULINT", T.UInt64, 9), ("LWORD", T.UInt64, 9), ("REAL", T.Float, 10),
     ("LREAL", T.Double, 11),
-    ("STRING", T.String, 12), ("DT", T.DateTime, 13), ("DATE", T.DateTime, 13), ("TOD", T.DateTime, 13),
+    ("STRING", T.String, 12), ("WSTRING", T.String, 12), ("CHAR", T.Byte, 3), ("WCHAR", T.UInt16, 5),
+    ("DT", T.DateTime, 13), ("DATE", T.DateTime, 13), ("TOD", T.DateTime, 13),
     ("TIME", T.Double, 290),
 ]  # fmt: skip
 

@@ -161,7 +161,7 @@ def test_a_move_without_power_is_refused() -> None:
     assert (bench.report.number, bench.report.error) == (number, Error.POWER_STAGE_DISABLED)
     bench.run_to(1000)
     assert bench.position == 0.0
-    bench.move(Move.POWER_ON)
+    bench.move(Move.UPDATE_STATUS)
     assert bench.report.error == 0
 
 
@@ -229,6 +229,15 @@ def test_a_set_point_during_a_stop_counts_after_it(bench: ProgramBench) -> None:
     assert bench.speed == pytest.approx(5.0)
     bench.cycle(500)
     assert (bench.position, bench.report.status, bench.report.number) == (1.0, Status.SYNCHRONISED, number)
+
+
+def test_a_set_point_of_a_pipe_that_has_ended_does_not_count_after_a_stop(bench: ProgramBench) -> None:
+    bench.move(Move.RUN, 10.0)
+    bench.run_to(100)
+    bench.move(Move.STOP, deceleration=100.0)
+    bench.send(SetPoint(SetPointMode.POSITION, TURN)).end()
+    bench.cycle(500)
+    assert bench.report.status == Status.STOPPED
 
 
 def test_power_off_takes_the_deceleration_of_the_axis(bench: ProgramBench) -> None:

@@ -13,7 +13,7 @@ and then that of IEC 61131-3; the place of the rule says so.  A mistake has no f
 reported once in each body, and what depends on it is left alone.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import bodies, configured, whole
@@ -35,12 +35,13 @@ def check(
     *,
     library_files: Collection[str] | None = None,
     limits: Limits = MAX_4,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> tuple[Program, list[Mistake]]:
     """Check the files of a project with those of its libraries.
 
     `library_files` are the names of units that belong to libraries, by default the standard library's and the host's;
     the project may redefine their names.  The program may be used if no mistake is more than a note.  Mistakes are
-    in the order of files and lines.
+    in the order of files and lines.  `on_progress` is called after each body.
     """
     if library_files is None:
         library_files = [*(name for name, _ in sources(dialect.name)), *(known.name for known in host.libraries)]
@@ -49,8 +50,9 @@ def check(
     declarations.declare(units)
     links = configured.apply(project, declarations.config_blocks, declarations.variables.incomplete)
     Tasks(project).configure(declarations.configurations)
-    for source in project.sources.values():
+    for number, source in enumerate(project.sources.values()):
         bodies.check_pou(project, source)
+        on_progress(number + 1, len(project.sources))
     whole.check(project, declarations.variables.lists)
     result = Program(project.pous, project.globals, declarations.specs.declared(), project.tasks, host.objects, links)
     order = {unit.file: place for place, unit in enumerate(units)}

@@ -47,7 +47,7 @@ class Code:
 
     @property
     def is_fatal(self) -> bool:
-        """True for what ends the application: fatal errors, and the overrun of a workspace, which is an E (PAMS-062)."""
+        """True for what ends the application: fatal errors, and the overrun of a workspace, an E (PAMS-062)."""
         return self.kind is Kind.FATAL or (self.origin, self.kind, self.number) == WORKSPACE_OVERRUN
 
     @property

@@ -55,6 +55,15 @@ def test_a_page_of_the_user_is_served_with_its_tags(bench: PageBench) -> None:
     assert page.startswith(f"<p>{int(bench.max4.tree.get('belt.AxisState'))} [no parameter belt.Nothing] ")
 
 
+def test_a_value_that_is_markup_is_shown_as_text(bench: PageBench) -> None:
+    bench.max4.tree.set("Phone.UserName", "<b onload='x'>&")
+    bench.max4.disk.write("\\TEXT.HTM", b'<p><pac value="Phone.UserName"></p>')
+    for path in ("/text.htm", "/PARAMS.HTM"):
+        _, _, page = bench.page(path)
+        assert "&lt;b onload=&#x27;x&#x27;&gt;&amp;" in page
+        assert "<b onload" not in page
+
+
 def test_values_are_json(bench: PageBench) -> None:
     _, kind, page = bench.page("/values?of=belt.AxisState&of=Phone.Password&of=no.thing")
     assert kind == "application/json"

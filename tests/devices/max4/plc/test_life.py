@@ -461,5 +461,7 @@ def test_compiling_at_the_start_counts_as_progress_of_the_process(tmp_path: Path
         progress.finish()
         steps = os.read(reader, 1 << 16).decode().splitlines()
         os.close(reader)
+    assert "parse 0 %" in steps
+    assert "check 100 %" in steps
     assert "lower 100 %" in steps
     assert "compile 100 %" in steps

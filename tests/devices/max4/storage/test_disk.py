@@ -1,5 +1,7 @@
 """The write cycles of the flash disk, which its users share with FTP (PacDrive manual 5217 and 6033)."""
 
+from contextlib import suppress
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -77,3 +79,30 @@ def test_damaged_counts_are_no_counts(rubbish: bytes) -> None:
     before = disk.write_cycles(NAME)
     disk.write(NAME, b"one")
     assert disk.write_cycles(NAME) == before + 1
+
+
+@given(st.sampled_from(["../", "/", "//", "\\", "$", "a/", "C:", "..\\", ""]), st.text(max_size=12))
+def test_no_name_of_ftp_leads_out_of_the_disk_or_to_hidden_files(start: str, rest: str) -> None:
+    disk = full()
+    disk.put_hidden("$RETAIN", b"secret")
+    disk.write(NAME, b"page")
+    files = FtpFiles(disk)
+    with suppress(ValueError):
+        name = files.name_of(start + rest)
+        assert not set(name) & set('\\/:*?"<>| ')
+        for known in (name, rest):
+            with suppress(ValueError):
+                assert files.read(known) != b"secret"
+            with suppress(ValueError):
+                files.delete(known)
+            with suppress(ValueError):
+                files.write(known, b"mine")
+    assert disk.hidden("$RETAIN") == b"secret"
+    assert all(listed.startswith("\\") for listed in disk.names)
+
+
+def test_hidden_files_are_not_listed() -> None:
+    disk = full()
+    disk.put_hidden("$RETAIN", b"secret")
+    disk.write(NAME, b"page")
+    assert FtpFiles(disk).names == ["A.HTM"]

@@ -191,6 +191,32 @@ def test_faults_of_the_line() -> None:
 
 
 @pytest.mark.manual("PAMS-107")
+def test_a_fault_before_the_last_message_is_not_the_cause() -> None:
+    bench, _ = started_rs422()
+    bench.master = None
+    bench.ports.receive(bytes.fromhex("02 08 60 f9 03") + ALIVE)
+    bench.cycles(2100)
+    assert "07..E03A" in bench.kernel.codes
+    assert "07..W03A" not in bench.kernel.codes
+    assert bench.kernel.codes[-2:] == ["07..E035", "07..M024"]
+
+
+def test_nothing_is_sent_to_a_master_that_is_lost() -> None:
+    bench, _ = started_rs422()
+    bench.master = None
+    bench.ports.receive(ALIVE)
+    bench.item("RS422Port").set_parameter("MASTER_INACTIVITY_TIMEOUT", 50)
+    bench.ports.receive(ALIVE)  # the new time counts from here
+    for value in range(400):
+        bench.item("RRO_MachHeadLevel", 0).set_value(value + 1.5)
+    bench.cycles(60)
+    assert bench.kernel.codes[-2:] == ["07..E035", "07..M024"]
+    bench.line.clear()
+    bench.cycles(500)
+    assert bench.line == []
+
+
+@pytest.mark.manual("PAMS-107")
 def test_more_changes_than_the_line_carries() -> None:
     bench, master = started_rs422()
     for value in range(2000):
@@ -200,6 +226,25 @@ def test_more_changes_than_the_line_carries() -> None:
     got = [value for _, _, value in master.changes]
     assert got == sorted(got)
     assert len(got) < 2000
+
+
+def test_a_reset_begins_again() -> None:
+    bench, master = started_rs422()
+    bench.master = None
+    bench.cycles(2600)
+    assert bench.item("RS422Port").ask("error", ())
+    bench.master = master
+    bench.cycles(2000)
+    bench.cycles(21 - bench.kernel.cycle_number % 20)
+    master.put("RWI_MachPressure", 5)
+    bench.master = None
+    bench.cycles(2)
+    bench.begin()
+    bench.kernel.reports.clear()
+    bench.cycles(20_001)
+    assert bench.value("RWI_MachPressure") == 0
+    assert not bench.item("RS422Port").ask("error", ())
+    assert bench.kernel.codes == ["07..E039"]
 
 
 def test_a_new_request_ends_the_session() -> None:

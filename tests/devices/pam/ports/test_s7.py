@@ -9,6 +9,7 @@ from fieldrig_devices.pam.ports.access.s7 import serving_s7
 from fieldrig_devices.pam.ports.memory import Memory
 
 CONNECT = bytes.fromhex("03 00 00 16 11 e0 00 00 00 01 00 c1 02 01 00 c2 02 01 02 c0 01 0a")
+CLASS_1 = "03 00 00 0b 06 e0 00 00 00 01 10"
 CONFIRM = bytes.fromhex("03 00 00 16 11 d0 00 01 00 01 00 c0 01 0a c1 02 01 00 c2 02 01 02")
 
 
@@ -105,7 +106,14 @@ def test_an_answer_is_cut_to_the_size_of_the_client() -> None:
     assert len(answer) == 132 + 0x64
 
 
-@pytest.mark.parametrize("packet", ["05 00 00 07", "03 00 00 05", "03 00 ff ff", "03 00 00 07 02 f0 80"])
+def test_a_connection_with_an_endless_message_is_closed(client: Client) -> None:
+    for _ in range(9):
+        assert not client.connection.is_closed
+        client.connection.send(b"\3\0\4\7\2\xf0\0" + bytes(1024))
+    assert client.connection.is_closed
+
+
+@pytest.mark.parametrize("packet", ["05 00 00 07", "03 00 00 05", "03 00 ff ff", "03 00 00 07 02 f0 80", CLASS_1])
 def test_what_is_no_connection_is_closed(packet: str) -> None:
     connection = ServedConnection(serving_s7(Memory(), 1, "big"))
     connection.send(bytes.fromhex(packet))

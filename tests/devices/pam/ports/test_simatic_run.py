@@ -5,6 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pam_ports import GROUP, SIMATIC, PortBench, started_simatic
 
+from fieldrig_devices.pam.ports.masters.s5 import S5Master
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.simatic.cells import AddressFifo
 
@@ -62,6 +63,33 @@ def test_input_flags_are_found_within_one_period() -> None:
     # #104 to #183 are 64 cells, thus 7 of them are read in each cycle: #182 in the tenth, #104 in the first.
     assert seen == [0] * 8 + [1, 2]
     assert bench.kernel.events == ["DFI_MachHeadTorque", "DFI_MachRunning"]
+
+
+@pytest.mark.manual("PAMS-090")
+def test_a_flag_that_changes_right_after_the_start_is_found() -> None:
+    bench = PortBench(GROUP + SIMATIC)
+    bench.begin()
+    master = S5Master(bench.plans[0])
+    bench.play(master.start_up({"DFI_MachRunning": True}))
+    assert bench.value("DFI_MachRunning") is True
+    bench.play(master.put("DFI_MachRunning", False))
+    bench.cycles(10)
+    assert bench.value("DFI_MachRunning") is False
+
+
+@pytest.mark.manual("PAMS-089")
+def test_the_odd_bytes_of_head_and_tail_are_not_used() -> None:
+    bench, _ = started_simatic()
+    bench.memory.write(0x120 // 2, [7])
+    bench.memory.write(bench.memory.read(0x100 // 2, 1)[0] // 2, [0x120])
+    bench.memory.write(0x100 // 2, [0xAB00 + bench.memory.read(0x100 // 2, 1)[0] + 2])
+    bench.memory.write(0x902 // 2, [0xCD02])  # TAIL of the output FIFO, as if an entry had been read
+    bench.cycles(10)
+    assert bench.value("DWI_MachPressure") == 7
+    for value in range(1, 131):
+        bench.item("DWO_MachCurrentPressure").set_value(value)
+    assert bench.memory.read(0x900 // 2, 1) == [0]  # one in front of TAIL
+    assert bench.kernel.codes.count("07..E008") == 1
 
 
 @pytest.mark.manual("PAMS-107")

@@ -123,8 +123,35 @@ def test_no_time_out_of_the_start_up_is_left_while_the_application_runs() -> Non
 def test_a_reset_begins_again() -> None:
     bench, master = started_simatic()
     bench.item("DFO_MachOk").do("set", ())
+    bench.cycles(600)
+    assert bench.item("DualPort").ask("error", ())
     bench.begin()
     assert not bench.ports.may_run
+    assert not bench.item("DualPort").ask("error", ())
     assert bench.memory.read(0x904 // 2, 1) == [0]
     bench.play(master.start_up())
     assert bench.ports.may_run
+
+
+def test_a_word_that_waits_for_its_period_is_not_updated_after_a_reset() -> None:
+    bench, master = started_simatic()
+    bench.cycles(11 - bench.kernel.cycle_number % 10)
+    bench.play(master.put("DWI_MachPressure", 5))
+    bench.cycles()
+    bench.begin()
+    bench.play(master.start_up())
+    bench.memory.write(0x120 // 2, [9])  # not announced
+    bench.cycles(20)
+    assert bench.value("DWI_MachPressure") == 0
+
+
+@pytest.mark.manual("PAMS-092")
+def test_each_wait_for_pam_ready_has_its_own_time() -> None:
+    bench = PortBench(GROUP + SIMATIC)
+    bench.begin()
+    bench.cycles(15_000)
+    bench.memory.write(READY_CELL, [0])
+    bench.cycles(15_000)
+    assert bench.kernel.codes == ["07..M01B"]
+    bench.cycles(5_001)
+    assert bench.kernel.codes == ["07..M01B", "07..F020"]

@@ -283,9 +283,22 @@ def test_class_codes_are_those_of_the_settings() -> None:
 def test_a_reset_begins_again_without_keys_and_values() -> None:
     bench, master = started_vme()
     bench.play(master.put("DWI_MachPressure", 5))
-    bench.cycles(20)
+    bench.cycles(600)
+    assert bench.item("DualPort").ask("error", ())
     bench.begin()
     assert bench.value("DWI_MachPressure") == 0
+    assert not bench.item("DualPort").ask("error", ())
     assert not bench.ports.may_run
     bench.play(master.start_up())
     assert bench.ports.may_run
+
+
+def test_a_block_that_waits_for_its_period_is_lost_at_a_reset() -> None:
+    bench, master = started_vme()
+    bench.cycles(21 - bench.kernel.cycle_number % 20)
+    bench.play(master.put("DLI_MachHeadSpeed", 5, 0))
+    bench.cycles()
+    bench.begin()
+    bench.play(master.start_up())
+    bench.cycles(20)
+    assert bench.value("DLI_MachHeadSpeed", 0) == 0

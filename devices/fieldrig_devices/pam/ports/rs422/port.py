@@ -80,6 +80,7 @@ class Rs422Port:
         self.status.set_error(False)
         self._shown.clear()
         self._received.clear()
+        self._due.clear()
         self._fault = None
         for items in self.items.values():
             for item in items:
@@ -234,7 +235,6 @@ class Rs422Port:
         if self.state is State.RUNNING:
             self._show(_NO_ACTIVITY)
             self.status.set_error(True)
-            self._due.clear()
         else:
             self._show(_DISCONNECTED)
         if self.state is not State.WAIT_REQUEST:

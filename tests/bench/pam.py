@@ -1,0 +1,203 @@
+"""A PAM with 16 axes in 8 pipes of 5 blocks, 4 tasks and 6 Smart-IO nodes, at a basic cycle of 1 ms.
+
+In virtual time all nodes and the ring are in one process, and take turns with the same rig at rest and with a bare ring
+of the same nodes.  In real time each node has a process of its own, and the ring shows how many cycles it keeps.
+"""
+
+import json
+import sys
+import tempfile
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from statistics import mean
+
+HERE = Path(__file__).parent
+if __name__ == "__main__":
+    sys.path[:0] = [str(HERE), str(HERE.parent / "support")]
+
+from pam_machine import DESKS, FIRST_DESK, PIPES, application_text, rig_of  # noqa: E402  in the tests' support
+from pamring_bench import Pam  # noqa: E402
+from report import Report, progress  # noqa: E402  found beside this file
+from ring import CAN_BE_REALTIME, ROUNDS, SECONDS, measured, rounds  # noqa: E402
+from running_rig import RunningRig, until  # noqa: E402
+from shipped_rigs import in_turn  # noqa: E402
+from turns import shown  # noqa: E402
+
+from fieldrig.clock import MS, Clock, S  # noqa: E402
+from fieldrig.config import from_dict  # noqa: E402
+from fieldrig.rig import Rig  # noqa: E402
+from fieldrig_devices.pamring.declared import DeclaredNode  # noqa: E402
+from fieldrig_devices.pamring.ends import RingFault  # noqa: E402
+from fieldrig_devices.pamring.frames import (  # noqa: E402
+    Configuration,
+    Group,
+    NodeType,
+    Order,
+    SetPoint,
+    SetPointMode,
+)
+from fieldrig_devices.pamring.node import RingNode  # noqa: E402
+from fieldrig_devices.pamring.settings import RingSettings  # noqa: E402
+from fieldrig_devices.pamring.start_up import Phase  # noqa: E402
+
+RUNS = 5
+WINDOWS = 4
+"""Simulated seconds of each rig in a run."""
+SETTLING_NS = S
+LONGEST_START_NS = 20 * S
+CYCLE_NS = MS
+NODES = {
+    **dict.fromkeys(range(1, 2 * PIPES + 1), NodeType.ST1),
+    **dict.fromkeys(range(FIRST_DESK, FIRST_DESK + DESKS), NodeType.SMART_IO),
+}
+"""The types of the nodes by address."""
+
+
+def at_work(*, optimizes: bool) -> Rig:
+    """Return the rig with all axes moving."""
+    rig = _booted(application_text(optimizes=optimizes))
+    _until(rig, lambda: bool(rig.get("pam", "IFV_Moving")))
+    return rig
+
+
+def at_rest() -> Rig:
+    """Return the rig with a running PAM whose programs and pipes wait."""
+    rig = _booted(application_text(is_idle=True))
+    _until(rig, lambda: rig.get("pam", "state") == "running")
+    return rig
+
+
+def _booted(text: str) -> Rig:
+    with tempfile.TemporaryDirectory(prefix="pam") as folder:
+        application = Path(folder) / "machine.pam"
+        application.write_text(text, encoding="ascii")
+        return Rig(from_dict(rig_of(application, "virtual"), HERE))
+
+
+def _until(rig: Rig, condition: Callable[[], bool]) -> None:
+    while not condition():
+        rig.run_until(rig.now_ns + SETTLING_NS)
+        assert rig.now_ns < LONGEST_START_NS, "the machine does not begin"
+    rig.run_until(rig.now_ns + SETTLING_NS)
+
+
+class DoesNothing:
+    """The program of a node that takes everything and does nothing."""
+
+    def forget(self) -> None:
+        """There is nothing to forget."""
+
+    def accept(self, item: Configuration) -> bool:
+        return True
+
+    def run(self) -> None:
+        """There are no inputs."""
+
+    def order(self, order: Order) -> None:
+        """A set-point moves nothing."""
+
+    def cycle(self) -> None:
+        """Nothing is due."""
+
+    def ring(self, fault: RingFault) -> None:
+        """Nothing moves."""
+
+
+class BareMaster(Pam):
+    """Sends a set-point to each group of two axes in each cycle, and does nothing else."""
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*arguments)  # type: ignore[arg-type]
+        self.number = 0
+
+    def play(self, clock: Clock) -> None:
+        """Between two cycles: send what leaves with the next one."""
+        ring = self.ring
+        if ring.phase is Phase.RUNNING:
+            for pipe in range(PIPES):
+                if self.number == 0:
+                    ring.send(2 * pipe + 1, Group(pipe + 1))
+                    ring.send(2 * pipe + 2, Group(pipe + 1))
+                ring.send_to_group(pipe + 1, SetPoint(SetPointMode.POSITION, self.number))
+            self.number += 1
+        clock.call_at(clock.now_ns() + CYCLE_NS, partial(self.play, clock))
+
+
+def bare() -> Rig:
+    """Return a ring of the same nodes that do nothing, with the same frames in each cycle."""
+    rig = Rig(from_dict({"time": "virtual", "buses": {"ring0": {"kind": "pamring.virtual"}}}, HERE))
+    member = rig.attach("pam")
+    declared = [DeclaredNode(number, kind, address) for number, (address, kind) in enumerate(NODES.items())]
+    pam = BareMaster(member.clock, member.link("ring0"), declared, RingSettings())
+    for address, kind in NODES.items():
+        at = rig.attach(f"node{address}")
+        RingNode(at.clock, at.link("ring0"), address, kind, 0x0590, DoesNothing()).start()
+    pam.start()
+    pam.play(member.clock)
+    _until(rig, lambda: pam.number > 0)
+    return rig
+
+
+BARE = "the bare ring of 22 nodes that do nothing"
+RIGS: dict[str, Callable[[], Rig]] = {
+    BARE: bare,
+    "the PAM, its programs and pipes at rest": at_rest,
+    "the PAM at work, sets with OPTIMIZE": partial(at_work, optimizes=True),
+    "the PAM at work, frames for each axis": partial(at_work, optimizes=False),
+}
+
+
+def virtual() -> dict[str, float]:
+    """Return the simulated seconds in a second of CPU time of each rig, in one whole run from power-on."""
+    rigs = {name: make() for name, make in RIGS.items()}
+    return {name: mean(speeds) for name, speeds in in_turn(rigs, WINDOWS).items()}
+
+
+def real(text: str) -> str:
+    """Return what the rig with this application keeps in real time."""
+    with tempfile.TemporaryDirectory(prefix="pam") as folder:
+        application = Path(folder) / "machine.pam"
+        application.write_text(text, encoding="ascii")
+        settings = {"patience_ms": 1_000, "realtime": CAN_BE_REALTIME}
+        rig = {**rig_of(application, "real", **settings), "start_timeout_s": 60}
+        with RunningRig(json.dumps(rig), None) as running:  # a rig file may be JSON
+            running.until_ready()
+            until(lambda: running.value("pam/state") == "running")
+            kept, late, trip, cores, memory = rounds(lambda: measured(running))
+            assert running.value("pam/state") == "running"
+    return f"{kept} of the cycles kept, {late} late reports, round trip p50 / p99 {trip}, {cores}, {memory}"
+
+
+def run() -> Report:
+    report = Report(
+        "A PAM with 16 axes",
+        f"A PAM moves {2 * PIPES} axes by {PIPES} pipes of 5 blocks at a basic cycle of 1 ms. Four tasks calculate,"
+        f" change speeds, and drive the outputs of {DESKS} Smart-IO nodes, whose wires lead to the inputs of the next."
+        f" In virtual time all is in one process; the rigs take turns: mean and standard deviation of {RUNS} runs from"
+        f" power-on, each with {WINDOWS} simulated s of each rig.",
+        ("rig", "simulated s per second of CPU time, at least 2", "ratio to the bare ring"),
+    )
+    runs = []
+    for number in range(RUNS):
+        progress(f"PAM with 16 axes: run {number + 1}")
+        with ProcessPoolExecutor(1, get_context("spawn")) as fresh:  # memory is in order there
+            runs.append(fresh.submit(virtual).result())
+    for name in RIGS:
+        report.add(
+            name, shown([run[name] for run in runs], ".2f"), shown([run[name] / run[BARE] for run in runs], ".2f")
+        )
+    scheduling = "with SCHED_FIFO" if CAN_BE_REALTIME else "without SCHED_FIFO, which needs root"
+    for what, text in (("at work", application_text()), ("at rest", application_text(is_idle=True))):
+        progress(f"PAM with 16 axes: real time, {what}")
+        report.notes.append(
+            f"in real time {what}, each device in a process of its own over `pamring.shm` {scheduling},"
+            f" {ROUNDS} rounds of {SECONDS:g} s: {real(text)}"
+        )
+    return report
+
+
+if __name__ == "__main__":
+    print(run().markdown())
