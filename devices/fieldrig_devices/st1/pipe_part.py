@@ -2,7 +2,8 @@
 
 Set-points of the mode POSITION come cycle by cycle; between them the axis moves steadily, so it is at each of them one
 interval after it came (our reading: the manual does not say how an ST1 interpolates).  If a cycle brings no further
-set-point, the axis holds the last one; if no cycle comes at all, it goes on steadily for `MOST_LOST` intervals before.
+set-point, the axis holds the last one; if no cycle comes at all, it goes on steadily for `MOST_LOST` intervals before,
+unless it is catching up with set-points that came late and then all at once.
 In the mode SPEED the position is the sum of the speeds, exactly; a step of the speed is a ramp with the largest
 acceleration.
 """
@@ -18,14 +19,16 @@ LONGEST_NS: Final = 64 * MS
 """A longer time between two set-points is a pause, and not their interval."""
 MOST_LOST: Final = 4
 """Number of intervals that an axis goes on without cycles, as frames may be damaged."""
+PATIENCE: Final = 8
+"""A set-point that comes much too early shortens the interval by this part of it; a late one doubles it."""
 FIRST_NS: Final = MS
 """Interval as long as it is not known."""
 
 
 class PipePart:
     __slots__ = (
-        "_carry", "_goal", "_is_interval_known", "_limits", "_since_ns", "_span", "_speed", "_start", "_told_ns",
-        "_value", "_way", "due_ns", "interval_ns", "is_ending", "is_steady", "mode", "period", "ramp",
+        "_carry", "_goal", "_is_interval_known", "_limits", "_lost", "_since_ns", "_span", "_speed", "_start",
+        "_told_ns", "_value", "_way", "due_ns", "interval_ns", "is_ending", "is_steady", "mode", "period", "ramp",
     )  # fmt: skip
 
     def __init__(self, limits: Limits) -> None:
@@ -47,6 +50,8 @@ class PipePart:
         self.interval_ns, self._is_interval_known = FIRST_NS, False
         """The interval of the set-points, as far as it is known."""
         self._told_ns = NEVER_NS
+        self._lost = MOST_LOST
+        """Number of intervals that the axis goes on now; 0 while it catches up."""
         self.due_ns = NEVER_NS
         """The instant at which the axis is at the last set-point of the mode POSITION."""
 
@@ -63,7 +68,7 @@ class PipePart:
     @property
     def lost_ns(self) -> int:
         """The instant from which on the axis holds the last set-point even if no cycle comes."""
-        return self.due_ns + MOST_LOST * self.interval_ns
+        return self.due_ns + self._lost * self.interval_ns
 
     @property
     def is_moving(self) -> bool:
@@ -87,6 +92,7 @@ class PipePart:
         self._told_ns = now_ns
         self._goal += step
         self._aim(now_ns)
+        self._lost = MOST_LOST if abs(self._way) <= 2 * abs(step) else 0
 
     def set_speed(self, now_ns: int, value: int) -> None:
         """Take a speed in RU/s."""
@@ -145,7 +151,14 @@ class PipePart:
         self._since_ns, self._way, self._span, self._speed = now_ns, speed, S, float(speed)
 
     def _look_at_interval(self, now_ns: int) -> None:
-        """Take the time since the last set-point as the interval, unless it is a pause."""
-        gap_ns = now_ns - self._told_ns
-        if 0 < gap_ns <= (2 * self.interval_ns if self._is_interval_known else LONGEST_NS):
-            self.interval_ns, self._is_interval_known = gap_ns, True
+        """Take the time since the last set-point as the interval, unless it is a pause or the host was late."""
+        gap_ns, interval_ns = now_ns - self._told_ns, self.interval_ns
+        if not self._is_interval_known:
+            if 0 < gap_ns <= LONGEST_NS:
+                self.interval_ns, self._is_interval_known = gap_ns, True
+        elif interval_ns <= 2 * gap_ns <= 4 * interval_ns:
+            self.interval_ns = gap_ns
+        elif interval_ns < gap_ns <= LONGEST_NS:
+            self.interval_ns = 2 * interval_ns
+        elif 0 < gap_ns < interval_ns:
+            self.interval_ns -= interval_ns // PATIENCE

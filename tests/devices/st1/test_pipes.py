@@ -66,6 +66,28 @@ def test_an_axis_holds_the_last_set_point_where_no_cycle_comes(bench: ProgramBen
     assert (bench.position, bench.speed, bench.lag) == pytest.approx((0.099, 0.0, 0.0), abs=1e-6)
 
 
+def test_set_points_that_come_late_and_all_at_once_do_not_make_an_axis_overshoot(bench: ProgramBench) -> None:
+    """As between processes of a busy host, again and again; the limit of the lag is one turn."""
+    furthest, cycle = 0.0, 0
+    for _ in range(40):
+        for _ in range(10):
+            bench.point(0.008 * cycle)
+            cycle += 1
+        bench.wait(30)
+        for _ in range(30):
+            bench.send(SetPoint(POSITION, round(0.008 * cycle * TURN)))
+            bench.program.cycle()
+            bench.wait(0.05)
+            cycle += 1
+            furthest = max(furthest, abs(bench.position - 0.008 * cycle))
+    assert bench.servo.is_powered
+    assert furthest < 0.4
+    for _ in range(100):
+        bench.point(0.008 * cycle)
+        cycle += 1
+    assert (bench.position, bench.speed) == pytest.approx((0.008 * (cycle - 1), 8.0), abs=1e-6)
+
+
 @pytest.mark.manual("PAML-053", "PAML-054")
 def test_a_move_is_superimposed_on_a_pipe(bench: ProgramBench) -> None:
     bench.point(0.0)
