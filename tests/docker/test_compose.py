@@ -3,13 +3,14 @@
 import re
 import subprocess
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from urllib.request import urlopen
 
 import pytest
 from canopen import RemoteNode
 from compose_stack import FOLDER, Stack, compose_program, node_of, shut_in, stack_of
-from dialled import dialled
+from dialled import Dialled, dialled
 from lab_process import IO32, LEVEL_SENSOR
 from pymodbus import FramerType
 from pymodbus.client import ModbusTcpClient
@@ -25,12 +26,13 @@ pytestmark = [pytest.mark.docker, pytest.mark.timeout(3600)]
 RIG = load(FOLDER / "machine.yaml")
 OUTSIDE = (
     *("can0", "can1", "can2", "can3", "mb_tcp", "mb_rtu", "modbus", "labels", "labels_rtu"),
-    *("user1", "user2", "jaw_line", "caller", "lan", "dualport", "pam_lan"),
+    *("user1", "user2", "jaw_line", "caller", "lan"),
 )
 """The buses that a foreign master, caller or browser can be on."""
-INSIDE = ("ring", "pamring", "wires", "com1", "telephone", "relay")
+INSIDE = ("ring", "wires", "com1", "telephone", "relay")
 PROFILED_POSITION = 1
-OFFLINE = 6  # Com1UserState: the modem is set up and waits for a call
+OFFLINE, ONLINE = 6, 7  # Com1UserState: the modem is set up and waits for a call; in a call
+MAP_IDENTIFIER = 0x4D34  # register 0
 # CiA 402, figure 8: what brings an axis to Operation enabled, by what its status word has under the mask 6Fh.
 NEXT_WORD = {0x40: 0x06, 0x60: 0x06, 0x21: 0x07, 0x31: 0x07, 0x23: 0x0F, 0x33: 0x0F}
 ENABLED = (0x27, 0x37)
@@ -93,7 +95,6 @@ def test_canopen_master_finds_the_nodes(stack: Stack, bus: str, node_id: int, ed
         ("modbus", FramerType.SOCKET),
         ("labels", FramerType.SOCKET),
         ("labels_rtu", FramerType.RTU),
-        ("dualport", FramerType.SOCKET),
     ],
 )
 def test_modbus_master_is_answered(stack: Stack, bus: str, framer: FramerType) -> None:
@@ -128,16 +129,41 @@ def test_canopen_master_moves_an_axis_and_the_modbus_master_another(stack: Stack
         stack.until(lambda: _film(client) & REACHED > 0, "the film has moved")
 
 
-def test_a_caller_dials_in_and_reads_a_page(stack: Stack) -> None:
+def test_a_caller_dials_in_and_reaches_every_service_and_again_after_a_lost_line(stack: Stack, tmp_path: Path) -> None:
     """The caller's modem, the telephone network and the controller's modem are in a container of their own."""
+    mine = tmp_path / "MINE.HTM"
+    mine.write_text('State <pac value="MAx-4.Com1UserState">.')
+    with _call(stack) as (call, pages, proxy, registers):
+        assert b"Max4-Boot" in _page(pages, "")  # the first entry of the message logger
+        way = ["--socks5", f"127.0.0.1:{proxy}", "--user", "service:pacdrive", "-T", str(mine)]
+        subprocess.run(["curl", "-sS", "-m", "300", *way, "ftp://190.200.100.100/"], check=True)
+        assert _page(pages, "MINE.HTM") == f"State {ONLINE}.".encode()
+        with ModbusTcpClient("127.0.0.1", port=registers, timeout=60, retries=0) as client:
+            assert client.read_holding_registers(0, count=1).registers == [MAP_IDENTIFIER]
+        assert stack.fieldrig("fault", "telephone", "cut", "line=caller_modem").returncode == 0
+        code, said = call.end()
+        assert code != 0, said
+    assert stack.fieldrig("fault", "telephone", "--clear", "all").returncode == 0
+    with _call(stack) as (_, pages, _, _):
+        assert b"bytes free" in _page(pages, "")
+
+
+@contextmanager
+def _call(stack: Stack) -> Iterator[tuple[Dialled, int, int, int]]:
+    """A call, with local ports for pages, as a proxy, and for registers."""
     stack.until(lambda: f"= {OFFLINE}" in stack.fieldrig("get", "max4/Com1UserState").stdout, "the modem is set up")
-    port = free_port()
+    pages, proxy, registers = free_port(), free_port(), free_port()
+    ways = ("--forward", f"{pages}:80", "--socks", str(proxy), "--forward", f"{registers}:502")
     line = f"tcp://127.0.0.1:{stack.ports['caller']}"
-    with dialled(line, "--user", "service", "--password", "pacdrive", "--forward", f"{port}:80") as call:
+    with dialled(line, "--user", "service", "--password", "pacdrive", *ways) as call:
         call.until("Ctrl-C hangs up")
-        with urlopen(f"http://127.0.0.1:{port}/", timeout=300) as answer:
-            assert answer.status == 200
-            assert b"Max4-Boot" in answer.read()  # the first entry of the message logger
+        yield call, pages, proxy, registers
+
+
+def _page(port: int, name: str) -> bytes:
+    with urlopen(f"http://127.0.0.1:{port}/{name}", timeout=300) as answer:
+        content: bytes = answer.read()
+    return content
 
 
 def test_drive_that_is_killed_comes_back_and_the_ring_with_it(stack: Stack) -> None:

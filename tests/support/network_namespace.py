@@ -2,9 +2,11 @@
 
 import ctypes
 import os
+import shutil
 import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from functools import cache
 from ipaddress import ip_address
 from pathlib import Path
 from sys import byteorder
@@ -15,11 +17,17 @@ _OWN = Path("/proc/thread-self/ns/net")
 _libc = ctypes.CDLL(None, use_errno=True)
 
 
+@cache
 def why_not() -> str:
     """The reason why this process may not have such a network with TUN devices, or an empty text."""
     if not hasattr(os, "geteuid") or os.geteuid() != 0:
         return "a network of its own needs root"
-    return "" if Path("/dev/net/tun").exists() else "this kernel has no /dev/net/tun"
+    if not Path("/dev/net/tun").exists():
+        return "this kernel has no /dev/net/tun"
+    if shutil.which("ip") is None or shutil.which("unshare") is None:
+        return "ip or unshare is missing: apt-get install iproute2 util-linux"
+    is_allowed = subprocess.run(["unshare", "-n", "true"], capture_output=True, check=False).returncode == 0
+    return "" if is_allowed else "this container may not make a network of its own"
 
 
 @contextmanager

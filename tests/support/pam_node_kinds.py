@@ -21,11 +21,11 @@ from fieldrig_devices.pamring.frames import (
     SetPoint,
     SetPointMode,
 )
-from fieldrig_devices.pamring.settings import RingSettings
+from fieldrig_devices.pamring.settings import RingLimits
 from fieldrig_devices.pamring.start_up import Phase
 
 POSITION = SetPointMode.POSITION
-CYCLE = RingSettings(thirds=15)
+CYCLE = RingLimits(thirds=15)
 STEPS = 30
 """Cycles of the script."""
 

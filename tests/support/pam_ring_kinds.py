@@ -14,7 +14,7 @@ from any_ring import StarRing as AnyStarRing
 from fieldrig.link import Link
 from fieldrig_bus.ring.pam.message import GROUP, Cycle, Frames, Reception, Reports, RingMessage, encode
 from fieldrig_bus.ring.pam.shm import PamRingShm
-from fieldrig_bus.ring.pam.star_bus import PamRingStarSettings
+from fieldrig_bus.ring.pam.star import PamRingStarSettings
 from fieldrig_bus.ring.pam.virtual import PamRingSettings, PamRingVirtual
 from fieldrig_bus.ring.pam.zenoh import PamRingZenoh, PamRingZenohSettings
 from fieldrig_bus.ring.transport import shm

@@ -25,10 +25,10 @@ from fieldrig_devices.pamring.frames import (
 )
 from fieldrig_devices.pamring.master import RingMaster
 from fieldrig_devices.pamring.node import RingNode
-from fieldrig_devices.pamring.settings import RingSettings
+from fieldrig_devices.pamring.settings import RingLimits
 
 ST1, SMART_IO = NodeType.ST1, NodeType.SMART_IO
-SHORT = RingSettings(boot_ns=20 * MS, identify_ns=10 * MS, acknowledge_ns=10 * MS, first_value_ns=10 * MS)
+SHORT = RingLimits(boot_ns=20 * MS, identify_ns=10 * MS, acknowledge_ns=10 * MS, first_value_ns=10 * MS)
 """Time-outs that a test can wait for."""
 
 
@@ -81,7 +81,7 @@ class Pam:
     """The rest of a PAM: its basic cycle, and what it shows."""
 
     def __init__(
-        self, clock: Clock, link: Link[RingMessage], nodes: Sequence[DeclaredNode], settings: RingSettings = SHORT
+        self, clock: Clock, link: Link[RingMessage], nodes: Sequence[DeclaredNode], settings: RingLimits = SHORT
     ) -> None:
         self._clock, self._cycle_ns = clock, third_of_ms(settings.thirds)
         self._link, self._settings = link, settings
@@ -130,7 +130,7 @@ class Bench:
         self,
         declared: Sequence[DeclaredNode],
         there: Iterable[tuple[int, NodeType]],
-        settings: RingSettings = SHORT,
+        settings: RingLimits = SHORT,
         **bus: Any,
     ) -> None:
         self.trace: list[tuple[int, str, RingMessage]] = []

@@ -15,7 +15,7 @@ from fieldrig.link import Link
 from fieldrig.testing import free_port
 from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst, RingMessage, encode
 from fieldrig_bus.ring.sercos.shm import RingShm
-from fieldrig_bus.ring.sercos.star_bus import RingStarSettings
+from fieldrig_bus.ring.sercos.star import RingStarSettings
 from fieldrig_bus.ring.sercos.virtual import RingSettings, RingVirtual
 from fieldrig_bus.ring.sercos.zenoh import RingZenoh, RingZenohSettings
 

@@ -139,6 +139,7 @@ class KernelPort(Port):
             if self._link is None or client[0] != str(self._link.peer):
                 raise ConnectionError(f"it is at {client[0]}, and not at the other end of the link")
             self._channels.add(key, channel)
+            channel.pause()  # the device may answer at once
             self._relay.send(Opened(*key, port))
             return channel
 

@@ -154,8 +154,6 @@ class RelayPort(Port):
             log.debug("%s can't be reached: %s", address, cause)
             channel.abort()
             self._channels.forget_if_over(channel, key)
-        else:
-            channel.resume()
 
 
 def _open(channel: Channel) -> Channel:

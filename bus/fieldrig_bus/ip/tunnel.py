@@ -41,6 +41,7 @@ class Tunnelled(Connection):
         stream.on_data, stream.on_end = self.transport.write, self._on_end
         stream.on_close, stream.on_room = self._on_close, lambda: self.read_on(True)
         self._stream = stream
+        stream.resume()  # a stream whose other end speaks first is paused until it has these handlers
         self._on_change()
 
     def data_received(self, data: bytes) -> None:

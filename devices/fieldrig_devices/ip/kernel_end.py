@@ -145,12 +145,16 @@ class KernelEnd:
     def _accept(self, message: Opened) -> None:
         accept = self._listeners.get(message.port)
         key = Key(message.port, self._peer, 0)
-        connection = KernelConnection(key, message.opener, message.number, self._send)
+        connection = KernelConnection(key, message.opener, message.number, self._send_in_channel)
         if accept is None:
             connection.abort()
         else:
             self._connections.add((message.opener, message.number), connection)
             accept(connection)
+
+    def _send_in_channel(self, message: RelayMessage) -> None:
+        self._send(message)
+        self._connections.sent(message)
 
     def _is_for_kernel(self, data: bytes) -> bool:
         """True for what a service may answer, and for ICMP."""

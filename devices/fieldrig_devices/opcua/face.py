@@ -4,31 +4,17 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig.link import Link
-from fieldrig_bus.opcua.message import (
-    MOST_NODES,
-    Browse,
-    Call,
-    Find,
-    Kind,
-    Nodes,
-    Offer,
-    OpcUaMessage,
-    Outcome,
-    Outcomes,
-    Read,
-    Status,
-    Write,
-)
+from fieldrig_bus.opcua import message
 from fieldrig_devices.opcua.tree import NodeTree, UnknownNodeError
 
-DONE: Final = Outcome(Status.GOOD)
-UNKNOWN: Final = Outcome(Status.UNKNOWN)
+DONE: Final = message.Outcome(message.Status.GOOD)
+UNKNOWN: Final = message.Outcome(message.Status.UNKNOWN)
 
 
 class OpcUaFace:
     """Create it with the device, and call `offer` at power-on and whenever the nodes have changed."""
 
-    def __init__(self, name: str, about: str, link: Link[OpcUaMessage], tree: Callable[[], NodeTree]) -> None:
+    def __init__(self, name: str, about: str, link: Link[message.OpcUaMessage], tree: Callable[[], NodeTree]) -> None:
         """`tree` returns the present nodes."""
         self._name, self._about, self._link, self._tree = name, about, link, tree
         self._generation = 0
@@ -36,59 +22,59 @@ class OpcUaFace:
 
     def offer(self) -> None:
         self._generation += 1
-        self._link.send(Offer(self._name, self._about, self._generation))
+        self._link.send(message.Offer(self._name, self._about, self._generation))
 
-    def _on_message(self, request: OpcUaMessage) -> None:
+    def _on_message(self, request: message.OpcUaMessage) -> None:
         tree = self._tree()
         match request:
-            case Browse(_, exchange, path, first):
+            case message.Browse(_, exchange, path, first):
                 children = tree.children(path)
-                last = max(first, 0) + MOST_NODES
-                self._link.send(Nodes(exchange, tuple(children[max(first, 0) : last]), last >= len(children)))
-            case Find(_, exchange, path):
+                last = max(first, 0) + message.MOST_NODES
+                self._link.send(message.Nodes(exchange, tuple(children[max(first, 0) : last]), last >= len(children)))
+            case message.Find(_, exchange, path):
                 node = tree.find(path)
-                self._link.send(Nodes(exchange, () if node is None else (node,)))
-            case Read(_, exchange, paths):
-                self._link.send(Outcomes(exchange, tuple(_read(tree, path) for path in paths)))
-            case Write(_, exchange):
-                self._link.send(Outcomes(exchange, (_written(tree, request),)))
-            case Call(_, exchange, path):
-                self._link.send(Outcomes(exchange, (_called(tree, path),)))
+                self._link.send(message.Nodes(exchange, () if node is None else (node,)))
+            case message.Read(_, exchange, paths):
+                self._link.send(message.Outcomes(exchange, tuple(_read(tree, path) for path in paths)))
+            case message.Write(_, exchange):
+                self._link.send(message.Outcomes(exchange, (_written(tree, request),)))
+            case message.Call(_, exchange, path):
+                self._link.send(message.Outcomes(exchange, (_called(tree, path),)))
             case _:
                 pass  # an answer of another device
 
 
-def _read(tree: NodeTree, path: str) -> Outcome:
+def _read(tree: NodeTree, path: str) -> message.Outcome:
     try:
-        return Outcome(Status.GOOD, tree.read(path))
+        return message.Outcome(message.Status.GOOD, tree.read(path))
     except UnknownNodeError:
         return UNKNOWN
     except ValueError as cause:
-        return Outcome(Status.REFUSED, text=str(cause))
+        return message.Outcome(message.Status.REFUSED, text=str(cause))
 
 
-def _written(tree: NodeTree, request: Write) -> Outcome:
+def _written(tree: NodeTree, request: message.Write) -> message.Outcome:
     node = tree.find(request.path)
     if node is None:
         return UNKNOWN
-    if node.kind is not Kind.VARIABLE or not node.is_writable:
-        return Outcome(Status.NOT_WRITABLE)
+    if node.kind is not message.Kind.VARIABLE or not node.is_writable:
+        return message.Outcome(message.Status.NOT_WRITABLE)
     try:
         tree.write(request.path, request.value)
     except UnknownNodeError:
         return UNKNOWN
     except TypeError as cause:
-        return Outcome(Status.TYPE_MISMATCH, text=str(cause))
+        return message.Outcome(message.Status.TYPE_MISMATCH, text=str(cause))
     except ValueError as cause:
-        return Outcome(Status.OUT_OF_RANGE, text=str(cause))
+        return message.Outcome(message.Status.OUT_OF_RANGE, text=str(cause))
     return DONE
 
 
-def _called(tree: NodeTree, path: str) -> Outcome:
+def _called(tree: NodeTree, path: str) -> message.Outcome:
     try:
         tree.call(path)
     except UnknownNodeError:
         return UNKNOWN
     except ValueError as cause:
-        return Outcome(Status.REFUSED, text=str(cause))
+        return message.Outcome(message.Status.REFUSED, text=str(cause))
     return DONE

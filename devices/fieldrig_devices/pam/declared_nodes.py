@@ -12,7 +12,7 @@ def declared_nodes(program: Program) -> list[DeclaredNode]:
     """Return the NODE declarations in the order of the text, numbered from 0."""
     groups: dict[str, int] = {}
     found: list[DeclaredNode] = []
-    for declared in _declarations(program):
+    for declared in declarations(program):
         if declared.kind == "NODES_GROUP":
             groups[declared.name] = declared.integer("NUMBER")
         elif declared.kind == "NODE":
@@ -23,5 +23,6 @@ def declared_nodes(program: Program) -> list[DeclaredNode]:
     return found
 
 
-def _declarations(program: Program) -> Iterator[Declared]:
+def declarations(program: Program) -> Iterator[Declared]:
+    """Yield the objects of an application that are described by parameters, in the order of the text."""
     return (Declared(item) for item in program.items if isinstance(item, Declaration))

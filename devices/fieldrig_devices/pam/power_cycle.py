@@ -51,10 +51,10 @@ class PanelPart:
         self.items = items
 
     def take(self) -> None:
-        """There is nothing to take."""
+        """Do nothing: the panel has no inputs."""
 
     def give(self) -> None:
-        """The display shows at once what it is given."""
+        """Do nothing: the display shows at once what it is given."""
 
 
 class PowerCycle:

@@ -11,9 +11,9 @@ from fieldrig_devices.pam.objects.options import Options
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.runtime.processor import Limits
-from fieldrig_devices.pamring.settings import RingSettings
+from fieldrig_devices.pamring.settings import RingLimits
 
-_RING: Final = RingSettings()
+_RING: Final = RingLimits()
 _OBJECTS: Final = Options()
 _LIMITS: Final = Limits()
 
@@ -128,10 +128,10 @@ class PamSettings(Settings):
             if wire:
                 yield Claim("wires", "wire", wire, ("analog_wires", address))
 
-    def ring_settings(self, thirds: int) -> RingSettings:
+    def ring_settings(self, thirds: int) -> RingLimits:
         """Return the settings of the ring for a basic cycle of this many thirds of a millisecond."""
         ring = self.ring.model_dump(exclude={"boot_ms"})
-        return RingSettings(thirds=thirds, boot_ns=self.ring.boot_ms * 1_000_000, **ring)
+        return RingLimits(thirds=thirds, boot_ns=self.ring.boot_ms * 1_000_000, **ring)
 
     def options(self) -> Options:
         readings = self.objects.model_dump()

@@ -12,45 +12,7 @@ from enum import IntEnum
 from operator import attrgetter
 from typing import Any, Final, NamedTuple, cast
 
-from fieldrig_devices.pamring.frames import (
-    Accepted,
-    AnalogItem,
-    Answer,
-    AxisItem,
-    AxisOrder,
-    AxisReport,
-    Blink,
-    CounterItem,
-    Display,
-    EndOfPipe,
-    Group,
-    Identify,
-    Identity,
-    InputChanged,
-    InputItem,
-    KeyItem,
-    KeyMode,
-    LedItem,
-    Motor,
-    MotorItem,
-    MotorOrder,
-    MotorReport,
-    Move,
-    NodeType,
-    Order,
-    OutputItem,
-    Read,
-    Refused,
-    Report,
-    Run,
-    Running,
-    SetOutput,
-    SetPoint,
-    SetPointMode,
-    SevenSegmentItem,
-    Severity,
-    Trouble,
-)
+from fieldrig_devices.pamring import frames
 
 LONGEST_REPORT: Final = 0xFF
 _VALUE: Final = struct.Struct("<q")
@@ -67,24 +29,24 @@ class Row(NamedTuple):
 
 
 ORDERS: Final = (
-    Row(0x01, Identify, ""),
-    Row(0x02, Run, ""),
-    Row(0x03, Group, "B"),
-    Row(0x04, SetOutput, "Hq"),
-    Row(0x05, Blink, "H?"),
-    Row(0x06, Display, "HI"),
-    Row(0x08, AxisOrder, "IBqqqq", {"move": Move}),
-    Row(0x0A, EndOfPipe, "B", {"mode": SetPointMode}),
-    Row(0x0B, Read, "IH"),
-    Row(0x10, InputItem, "HHB?II"),
-    Row(0x11, CounterItem, "HH?II"),
-    Row(0x12, KeyItem, "HH?BIII?I", {"mode": KeyMode}),
-    Row(0x13, OutputItem, "HHB?"),
-    Row(0x14, AnalogItem, "HH"),
-    Row(0x15, LedItem, "HH"),
-    Row(0x16, SevenSegmentItem, "HHB"),
-    Row(0x17, MotorItem, "HHHHHII"),
-    Row(0x18, AxisItem, "Hqq"),
+    Row(0x01, frames.Identify, ""),
+    Row(0x02, frames.Run, ""),
+    Row(0x03, frames.Group, "B"),
+    Row(0x04, frames.SetOutput, "Hq"),
+    Row(0x05, frames.Blink, "H?"),
+    Row(0x06, frames.Display, "HI"),
+    Row(0x08, frames.AxisOrder, "IBqqqq", {"move": frames.Move}),
+    Row(0x0A, frames.EndOfPipe, "B", {"mode": frames.SetPointMode}),
+    Row(0x0B, frames.Read, "IH"),
+    Row(0x10, frames.InputItem, "HHB?II"),
+    Row(0x11, frames.CounterItem, "HH?II"),
+    Row(0x12, frames.KeyItem, "HH?BIII?I", {"mode": frames.KeyMode}),
+    Row(0x13, frames.OutputItem, "HHB?"),
+    Row(0x14, frames.AnalogItem, "HH"),
+    Row(0x15, frames.LedItem, "HH"),
+    Row(0x16, frames.SevenSegmentItem, "HHB"),
+    Row(0x17, frames.MotorItem, "HHHHHII"),
+    Row(0x18, frames.AxisItem, "Hqq"),
 )
 MOTOR_ORDER: Final = 0x07
 """The kind of a `MotorOrder`: item, order, and any number of values of 64 bits."""
@@ -92,13 +54,13 @@ SET_POINT: Final = 0x09
 """The kind of a `SetPoint`: mode, value."""
 
 REPORTS: Final = (
-    Row(0x81, Identity, "BH", {"node_type": NodeType}),
-    Row(0x82, Accepted, "H"),
-    Row(0x83, Refused, "H"),
-    Row(0x84, Running, ""),
-    Row(0x85, InputChanged, "HqI"),
-    Row(0x87, AxisReport, "IIIq"),
-    Row(0x88, MotorReport, "H?I"),
+    Row(0x81, frames.Identity, "BH", {"node_type": frames.NodeType}),
+    Row(0x82, frames.Accepted, "H"),
+    Row(0x83, frames.Refused, "H"),
+    Row(0x84, frames.Running, ""),
+    Row(0x85, frames.InputChanged, "HqI"),
+    Row(0x87, frames.AxisReport, "IIIq"),
+    Row(0x88, frames.MotorReport, "H?I"),
 )
 ANSWER: Final = 0x86
 """The kind of an `Answer`: request, whether there is a value, value."""
@@ -110,7 +72,7 @@ _ANSWER: Final = struct.Struct("<BI?q")
 _TROUBLE: Final = struct.Struct("<BBHIII")
 _SET_POINT: Final = struct.Struct("<BBq")
 _NO_FRAME: Final = (IndexError, KeyError, struct.error)
-_MODES: Final = {int(mode): mode for mode in SetPointMode}
+_MODES: Final = {int(mode): mode for mode in frames.SetPointMode}
 
 # ---- the common way, by the tables
 
@@ -142,49 +104,51 @@ def _decoder(row: Row) -> Callable[[bytes], Any]:
 # ---- frames that have a way of their own
 
 
-def _encode_motor_order(order: MotorOrder) -> bytes:
+def _encode_motor_order(order: frames.MotorOrder) -> bytes:
     return _MOTOR_ORDER.pack(MOTOR_ORDER, order.item, order.order) + b"".join(map(_VALUE.pack, order.values))
 
 
-def _decode_motor_order(data: bytes) -> MotorOrder:
+def _decode_motor_order(data: bytes) -> frames.MotorOrder:
     _, item, order = _MOTOR_ORDER.unpack_from(data)
-    return MotorOrder(item, Motor(order), tuple(value for (value,) in _VALUE.iter_unpack(data[_MOTOR_ORDER.size :])))
+    return frames.MotorOrder(
+        item, frames.Motor(order), tuple(value for (value,) in _VALUE.iter_unpack(data[_MOTOR_ORDER.size :]))
+    )
 
 
-def _encode_set_point(order: SetPoint) -> bytes:
+def _encode_set_point(order: frames.SetPoint) -> bytes:
     return _SET_POINT.pack(SET_POINT, order.mode, order.value)
 
 
-def _decode_set_point(data: bytes) -> SetPoint:
+def _decode_set_point(data: bytes) -> frames.SetPoint:
     """Every axis takes one in every cycle, so this way is short."""
     _, mode, value = _SET_POINT.unpack(data)
-    return SetPoint(_MODES[mode], value)
+    return frames.SetPoint(_MODES[mode], value)
 
 
-def _encode_answer(answer: Answer) -> bytes:
+def _encode_answer(answer: frames.Answer) -> bytes:
     return _ANSWER.pack(ANSWER, answer.request, answer.value is not None, answer.value or 0)
 
 
-def _decode_answer(data: bytes) -> Answer:
+def _decode_answer(data: bytes) -> frames.Answer:
     _, request, is_there, value = _ANSWER.unpack(data)
-    return Answer(request, value if is_there else None)
+    return frames.Answer(request, value if is_there else None)
 
 
-def _encode_trouble(trouble: Trouble) -> bytes:
+def _encode_trouble(trouble: frames.Trouble) -> bytes:
     return _TROUBLE.pack(TROUBLE, trouble.severity, trouble.code, *trouble.details, trouble.word)
 
 
-def _decode_trouble(data: bytes) -> Trouble:
+def _decode_trouble(data: bytes) -> frames.Trouble:
     _, severity, code, second, third, word = _TROUBLE.unpack(data)
-    return Trouble(Severity(severity), code, (second, third), word)
+    return frames.Trouble(frames.Severity(severity), code, (second, third), word)
 
 
 ENCODERS: Final[Mapping[type[Any], Callable[[Any], bytes]]] = {
     **{row.form: _encoder(row) for row in (*ORDERS, *REPORTS)},
-    MotorOrder: _encode_motor_order,
-    SetPoint: _encode_set_point,
-    Answer: _encode_answer,
-    Trouble: _encode_trouble,
+    frames.MotorOrder: _encode_motor_order,
+    frames.SetPoint: _encode_set_point,
+    frames.Answer: _encode_answer,
+    frames.Trouble: _encode_trouble,
 }
 """How frames become bytes, by their class."""
 _ORDER_DECODERS: Final[dict[int, Callable[[bytes], Any]]] = {
@@ -199,23 +163,23 @@ _REPORT_DECODERS: Final[dict[int, Callable[[bytes], Any]]] = {
 }
 
 
-def encode(frame: Order | Report) -> bytes:
+def encode(frame: frames.Order | frames.Report) -> bytes:
     """The contents of a frame.  struct.error for a value that no frame can carry."""
     return ENCODERS[frame.__class__](frame)
 
 
-def decode_order(data: bytes) -> Order:
+def decode_order(data: bytes) -> frames.Order:
     """Return what the PAM sent.  ValueError for bytes that are no order."""
     try:
-        return cast(Order, _ORDER_DECODERS[data[0]](data))
+        return cast(frames.Order, _ORDER_DECODERS[data[0]](data))
     except _NO_FRAME as cause:
         raise ValueError(f"not an order: {data.hex(' ')}") from cause
 
 
-def decode_report(data: bytes) -> Report:
+def decode_report(data: bytes) -> frames.Report:
     """Return what a node reports.  ValueError for bytes that are no report."""
     try:
-        return cast(Report, _REPORT_DECODERS[data[0]](data))
+        return cast(frames.Report, _REPORT_DECODERS[data[0]](data))
     except _NO_FRAME as cause:
         raise ValueError(f"not a report: {data.hex(' ')}") from cause
 

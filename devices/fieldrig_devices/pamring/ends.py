@@ -55,19 +55,19 @@ class NodeProgram(Protocol):
     """
 
     def forget(self) -> None:
-        """`Identify` arrived: the items are forgotten, and outputs are inactive."""
+        """Forget the items and switch outputs off, as `Identify` has arrived."""
 
     def accept(self, item: Configuration) -> bool:
         """Take an item of the configuration; False if this node can't have it."""
 
     def run(self) -> None:
-        """`Run` arrived: inputs are scanned from now on, and each of them reports its first value."""
+        """Scan inputs from now on, as `Run` has arrived; each input reports its first value."""
 
     def order(self, order: Order) -> None:
         """Carry out an order.  One for an item that it does not have is answered by `Trouble` 0Bh."""
 
     def cycle(self) -> None:
-        """A basic cycle has arrived, and its orders are carried out."""
+        """React to a basic cycle whose orders have been carried out."""
 
     def ring(self, fault: RingFault) -> None:
-        """The node sees the ring differently from now on."""
+        """Take the new state of the ring as the node sees it."""

@@ -237,7 +237,7 @@ class SetPoint:
 
 @dataclass(frozen=True, slots=True)
 class EndOfPipe:
-    """No pipe drives the axis any longer, in this mode (PAML-171: position holds, speed goes to zero).
+    """The end of the pipe that drove the axis in this mode (PAML-171: position holds, speed goes to zero).
 
     What the pipe has made of the position becomes the axis's own part.
     """

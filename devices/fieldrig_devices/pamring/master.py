@@ -18,7 +18,7 @@ from fieldrig_devices.pamring.declared import DeclaredNode
 from fieldrig_devices.pamring.ends import ReportHandler
 from fieldrig_devices.pamring.frames import Accepted, Configuration, Identity, Order, Refused, Running, Trouble
 from fieldrig_devices.pamring.outbox import Outbox
-from fieldrig_devices.pamring.settings import RingSettings
+from fieldrig_devices.pamring.settings import RingLimits
 from fieldrig_devices.pamring.start_up import Phase, StartUp
 
 log = logging.getLogger(__name__)
@@ -34,7 +34,7 @@ class RingMaster:
         self,
         clock: Clock,
         link: Link[RingMessage],
-        settings: RingSettings,
+        settings: RingLimits,
         nodes: Sequence[DeclaredNode],
         handler: ReportHandler,
         say: Say,

@@ -9,7 +9,7 @@ THIRDS_PER_MS: Final = 3
 
 
 @dataclass(frozen=True, slots=True)
-class RingSettings:
+class RingLimits:
     """Limits of the ring, and the time-outs of the PAM."""
 
     thirds: int = 3

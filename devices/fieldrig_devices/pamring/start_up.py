@@ -34,7 +34,7 @@ from fieldrig_devices.pamring.frames import (
     Trouble,
 )
 from fieldrig_devices.pamring.outbox import Outbox
-from fieldrig_devices.pamring.settings import RingSettings
+from fieldrig_devices.pamring.settings import RingLimits
 
 log = logging.getLogger(__name__)
 
@@ -59,7 +59,7 @@ class StartUp:
     """The ring from power-on until it runs or has failed."""
 
     def __init__(
-        self, clock: Clock, settings: RingSettings, nodes: Sequence[DeclaredNode], outbox: Outbox, say: Say
+        self, clock: Clock, settings: RingLimits, nodes: Sequence[DeclaredNode], outbox: Outbox, say: Say
     ) -> None:
         self._clock, self._settings, self._nodes = clock, settings, tuple(nodes)
         self._outbox, self._say = outbox, say

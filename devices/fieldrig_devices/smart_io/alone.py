@@ -18,7 +18,7 @@ from fieldrig_devices.smart_io.board import Board
 from fieldrig_devices.smart_io.font import FIRST, LAST
 from fieldrig_devices.smart_io.items import MOST_MV, Inputs, MotorDrive, MotorParts, Outputs, PulseCounter
 from fieldrig_devices.smart_io.lamp import Lamp
-from fieldrig_devices.smart_io.scan import Scan
+from fieldrig_devices.smart_io.scan import InputScan
 from fieldrig_devices.smart_io.settings import MotorSettings, SmartIoSettings
 
 OWNED: Final = "the PAM has the outputs\nexpected a node that no PAM has configured"
@@ -32,12 +32,12 @@ class Alone:
         """`on_change` is called with the name of each point that has changed."""
         self._clock, self._settings, self._board, self._on_change = clock, settings, board, on_change
         self.is_owned = False
-        self._scans: dict[int, Scan] = {}
+        self._scans: dict[int, InputScan] = {}
         self._before: dict[int, int] = {}
         for module, own in sorted(settings.modules.items()):
             names = [f"in{address}" for address in addresses_of(module)]
             then = partial(self._on_scan, module)
-            self._scans[module] = Scan(clock, board.terminals, names, own.period_ms * MS, own.debounce, then)
+            self._scans[module] = InputScan(clock, board.terminals, names, own.period_ms * MS, own.debounce, then)
         self._motors: list[LocalMotor] = []
         for number, motor in enumerate(settings.motors, 1):
             self._motors.append(LocalMotor(clock, settings, board, number, motor, on_change))

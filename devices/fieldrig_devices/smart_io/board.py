@@ -15,7 +15,7 @@ from fieldrig_devices.smart_io.troubles import (
     NODE,
     NODE_BITS,
     OUTPUT,
-    Fault,
+    FaultCode,
     Key,
     Troubles,
     heat_sink_bit,
@@ -75,17 +75,17 @@ class Board:
         found: dict[Key, int] = {}
         for terminal in self.terminals.shorts():
             address = int(terminal.removeprefix("out"))
-            found[OUTPUT, output_detail(place_of(address)[0], group_of(address)), int(Fault.SHORT_CIRCUIT)] = 0
+            found[OUTPUT, output_detail(place_of(address)[0], group_of(address)), int(FaultCode.SHORT_CIRCUIT)] = 0
         for hot in self._faults.active(Overtemperature):
             if hot.module is None:
-                found[NODE, int(Fault.AMBIENT), 0] = NODE_BITS[Fault.AMBIENT]
+                found[NODE, int(FaultCode.AMBIENT), 0] = NODE_BITS[FaultCode.AMBIENT]
             else:
-                found[OUTPUT, output_detail(hot.module, 0), int(Fault.HEAT_SINK)] = heat_sink_bit(hot.module)
+                found[OUTPUT, output_detail(hot.module, 0), int(FaultCode.HEAT_SINK)] = heat_sink_bit(hot.module)
         damaged = {frames.of for frames in self._faults.active(DamagedFrames)}
         if "crc" in damaged or self.display.ring is RingFault.CRC:
-            found[NODE, int(Fault.CRC), 0] = NODE_BITS[Fault.CRC]
+            found[NODE, int(FaultCode.CRC), 0] = NODE_BITS[FaultCode.CRC]
         if "type" in damaged:
-            found[NODE, int(Fault.FRAME_TYPE), 0] = NODE_BITS[Fault.FRAME_TYPE]
+            found[NODE, int(FaultCode.FRAME_TYPE), 0] = NODE_BITS[FaultCode.FRAME_TYPE]
         for full in self._faults.active(FullFifo):
-            found[NODE, int(Fault.FIFO), full.number] = NODE_BITS[Fault.FIFO]
+            found[NODE, int(FaultCode.FIFO), full.number] = NODE_BITS[FaultCode.FIFO]
         return found

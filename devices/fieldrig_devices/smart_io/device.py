@@ -12,8 +12,7 @@ from typing import Any, ClassVar, Final
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool
-from fieldrig.faults import Fault as InjectedFault
-from fieldrig.faults import Faults
+from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.store import Store
@@ -35,14 +34,14 @@ from fieldrig_devices.smart_io.faults import MODELS, LowBattery, ShortCircuit
 from fieldrig_devices.smart_io.program import SmartIoProgram
 from fieldrig_devices.smart_io.settings import SmartIoSettings
 from fieldrig_devices.smart_io.terminals import Terminals
-from fieldrig_devices.smart_io.troubles import NODE, Fault, Troubles
+from fieldrig_devices.smart_io.troubles import NODE, FaultCode, Troubles
 
 FIRMWARE: Final = 0x0250
 """The version that the node reports: 2.50, as the manual."""
 _EMERGENCIES: Final[Mapping[int, tuple[int, int]]] = {
-    Fault.SHORT_CIRCUIT: (0x2320, 0x02),
-    Fault.HEAT_SINK: (0x4200, 0x08),
-    Fault.AMBIENT: (0x4100, 0x08),
+    FaultCode.SHORT_CIRCUIT: (0x2320, 0x02),
+    FaultCode.HEAT_SINK: (0x4200, 0x08),
+    FaultCode.AMBIENT: (0x4100, 0x08),
 }
 """Error codes of CiA 401 with their bits of the error register."""
 _OTHERS: Final = (0xFF00, 0x80)
@@ -66,8 +65,8 @@ class SmartIo(Device):
     ) -> None:
         """ConfigError for a register table with mistakes, ValueError for a bus without its key, or a key without it."""
         self._settings = settings
-        self.injected = self._faults = InjectedFaults[InjectedFault[Any]](
-            clock, MODELS, Faults(InjectedFault), on_change=self._on_faults, check=self._check
+        self.injected = self._faults = InjectedFaults[Fault[Any]](
+            clock, MODELS, Faults(Fault), on_change=self._on_faults, check=self._check
         )
         troubles = Troubles(clock, self._on_trouble)
         self._board = Board(clock, settings, Terminals(clock, wires, settings.terminals), troubles, self._faults)

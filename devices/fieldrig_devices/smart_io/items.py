@@ -20,9 +20,9 @@ from fieldrig_devices.smart_io.font import FIRST, LAST
 from fieldrig_devices.smart_io.key import Key
 from fieldrig_devices.smart_io.lamp import Lamp
 from fieldrig_devices.smart_io.motor import OPERANDS, DcMotor, MotorTimes
-from fieldrig_devices.smart_io.scan import Scan
+from fieldrig_devices.smart_io.scan import InputScan
 from fieldrig_devices.smart_io.terminals import Terminals
-from fieldrig_devices.smart_io.troubles import MOTOR, NODE_BITS, Fault, Troubles
+from fieldrig_devices.smart_io.troubles import MOTOR, NODE_BITS, FaultCode, Troubles
 
 Send = Callable[[Report], None]
 MOST_MV: Final = 10_000
@@ -62,7 +62,7 @@ class Inputs(NodeItem):
 
     def __init__(self, clock: Clock, terminals: Terminals, item: InputItem, names: Sequence[str], send: Send) -> None:
         self._item, self._send = item.item, send
-        self._scan = Scan(clock, terminals, names, item.period_ms * MS, item.debounce, self._on_change)
+        self._scan = InputScan(clock, terminals, names, item.period_ms * MS, item.debounce, self._on_change)
         self.is_single = item.bits == 1
         self.watcher: Callable[[], None] = _ignore
         """Called after each change, for a motor."""
@@ -91,7 +91,7 @@ class PulseCounter(NodeItem):
 
     def __init__(self, clock: Clock, terminals: Terminals, item: CounterItem, name: str, send: Send) -> None:
         self._item, self._send, self._active = item.item, send, int(item.is_active_high)
-        self._scan = Scan(clock, terminals, [name], item.period_ms * MS, item.debounce, self._on_change)
+        self._scan = InputScan(clock, terminals, [name], item.period_ms * MS, item.debounce, self._on_change)
         self._count = 0
         self.watcher: Callable[[], None] = _ignore
         """Called with each pulse, for a motor."""
@@ -117,7 +117,7 @@ class KeyInput(NodeItem):
         self._item, self._send, self._active = item.item, send, int(item.is_active_high)
         period_ns = item.period_ms * MS
         debounce = item.debounce if item.is_on_binary_input else 1
-        self._scan = Scan(clock, terminals, [name], period_ns, debounce, self._on_change)
+        self._scan = InputScan(clock, terminals, [name], period_ns, debounce, self._on_change)
         self._key = Key(clock, item.mode, period_ns, item.delay_ms * MS, item.repeat_ms * MS, self._report)
 
     def run(self) -> None:
@@ -256,7 +256,7 @@ class MotorDrive(NodeItem):
         self, clock: Clock, item: MotorItem, parts: MotorParts, rest_ns: int, troubles: Troubles, send: Send
     ) -> None:
         self._item, self._parts, self._troubles, self._send = item.item, parts, troubles, send
-        self._told: frozenset[Fault] = frozenset()
+        self._told: frozenset[FaultCode] = frozenset()
         times = MotorTimes(item.timeout_ms * MS, rest_ns)
         self.motor = DcMotor(clock, times, item.braking, parts.drive, lambda: bool(parts.zero.value), self._report)
         parts.join(self.motor.on_pulse, self.motor.on_zero)

@@ -21,7 +21,7 @@ from typing import Final
 
 from fieldrig.clock import Clock, Timer
 from fieldrig_devices.pamring.frames import Motor
-from fieldrig_devices.smart_io.troubles import MOTOR_BITS, Fault
+from fieldrig_devices.smart_io.troubles import MOTOR_BITS, FaultCode
 
 OPERANDS: Final = {
     Motor.ABSOLUTE_MOVE: 1,
@@ -34,11 +34,11 @@ OPERANDS: Final = {
     Motor.DISABLE_STROKE_LIMITS: 0,
 }
 _BY_ORDER: Final = (
-    Fault.TIMEOUT,
-    Fault.LOWER_LIMIT,
-    Fault.UPPER_LIMIT,
-    Fault.UNEXPECTED_MOVE,
-    Fault.DOES_NOT_STOP,
+    FaultCode.TIMEOUT,
+    FaultCode.LOWER_LIMIT,
+    FaultCode.UPPER_LIMIT,
+    FaultCode.UNEXPECTED_MOVE,
+    FaultCode.DOES_NOT_STOP,
 )
 """Errors that end with the next order to move."""
 _HALF: Final = 1 << 31
@@ -82,7 +82,7 @@ class DcMotor:
         self._drive, self._is_zero_high, self._on_change = drive, is_zero_high, on_change
         self.state = State.REST
         self.position = 0
-        self.errors: frozenset[Fault] = frozenset()
+        self.errors: frozenset[FaultCode] = frozenset()
         self.is_ready = True
         self._limits: tuple[int, int] | None = None
         self._direction = 1
@@ -91,7 +91,7 @@ class DcMotor:
         """The present order, and the one that waits for the motor to stop; direction 0 is none."""
         self._off_at: int | None = None
         """The position at which the output is switched off."""
-        self._off_error: Fault | None = None
+        self._off_error: FaultCode | None = None
         self._stray = 0
         """Pulses at rest."""
         self._off_ns = 0
@@ -157,7 +157,7 @@ class DcMotor:
     def _name(self, position: int) -> None:
         self.position = _wrapped(position)
         self._stray = 0
-        self._tell(less=(Fault.POSITION_LOST,))
+        self._tell(less=(FaultCode.POSITION_LOST,))
         self._aim()
 
     def _limit(self, limits: tuple[int, int] | None) -> bool:
@@ -204,14 +204,14 @@ class DcMotor:
         else:
             self._switch_off()
 
-    def _limit_error(self, goal: Goal) -> Fault | None:
+    def _limit_error(self, goal: Goal) -> FaultCode | None:
         """The error of an order that leads out of the limits from where the motor is."""
         if self._limits is None or goal.zero is not None:
             return None
         lower, upper = self._limits
         if goal.direction > 0:
-            return Fault.UPPER_LIMIT if self.position >= upper else None
-        return Fault.LOWER_LIMIT if self.position <= lower else None
+            return FaultCode.UPPER_LIMIT if self.position >= upper else None
+        return FaultCode.LOWER_LIMIT if self.position <= lower else None
 
     def _aim(self) -> None:
         """Determine where the output of the present order is switched off."""
@@ -221,7 +221,7 @@ class DcMotor:
             limit = self._limits[1] if direction > 0 else self._limits[0]
             if goal.target is None or (goal.target - limit) * direction > 0:
                 self._off_at = limit
-                self._off_error = Fault.UPPER_LIMIT if direction > 0 else Fault.LOWER_LIMIT
+                self._off_error = FaultCode.UPPER_LIMIT if direction > 0 else FaultCode.LOWER_LIMIT
         if self._off_at is not None:
             self._off_at -= direction * self._braking
 
@@ -238,11 +238,11 @@ class DcMotor:
         elif self.state is State.COASTING:
             self._wait(self._times.rest_ns, self._on_rest)
             if self._clock.now_ns() - self._off_ns > self._times.timeout_ns:
-                self._tell(is_ready=True, more=(Fault.DOES_NOT_STOP, Fault.POSITION_LOST))
+                self._tell(is_ready=True, more=(FaultCode.DOES_NOT_STOP, FaultCode.POSITION_LOST))
         else:
             self._stray += 1
-            lost = (Fault.POSITION_LOST,) if self._stray > self._braking else ()
-            self._tell(more=(Fault.UNEXPECTED_MOVE, *lost))
+            lost = (FaultCode.POSITION_LOST,) if self._stray > self._braking else ()
+            self._tell(more=(FaultCode.UNEXPECTED_MOVE, *lost))
 
     def on_zero(self) -> None:
         """Take a change of the input ZERO."""
@@ -270,7 +270,7 @@ class DcMotor:
 
     def _on_timeout(self) -> None:
         self._timer = None
-        self._tell(more=(Fault.TIMEOUT,))
+        self._tell(more=(FaultCode.TIMEOUT,))
         self._switch_off()
 
     def _on_rest(self) -> None:
@@ -286,7 +286,9 @@ class DcMotor:
             self._timer.cancel()
         self._timer = self._clock.call_at(self._clock.now_ns() + time_ns, action)
 
-    def _tell(self, *, is_ready: bool | None = None, more: Sequence[Fault] = (), less: Sequence[Fault] = ()) -> None:
+    def _tell(
+        self, *, is_ready: bool | None = None, more: Sequence[FaultCode] = (), less: Sequence[FaultCode] = ()
+    ) -> None:
         """Change what is known of the motor, and report it if it is different."""
         errors = (self.errors - frozenset(less)) | frozenset(more)
         is_ready = self.is_ready if is_ready is None else is_ready

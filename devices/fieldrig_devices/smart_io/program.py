@@ -48,7 +48,7 @@ from fieldrig_devices.smart_io.items import (
     SevenSegment,
 )
 from fieldrig_devices.smart_io.settings import SmartIoSettings
-from fieldrig_devices.smart_io.troubles import NODE, NODE_BITS, Fault
+from fieldrig_devices.smart_io.troubles import NODE, NODE_BITS, FaultCode
 
 _ORDERS: Final[Mapping[type[Any], Callable[[NodeItem, Any], bool]]] = {
     SetOutput: lambda item, order: item.set(order.value),
@@ -56,7 +56,7 @@ _ORDERS: Final[Mapping[type[Any], Callable[[NodeItem, Any], bool]]] = {
     Display: lambda item, order: item.display(order.character),
     MotorOrder: lambda item, order: item.move(order.order, order.values),
 }
-_BEFORE_RUN: Final = (Fault.HEAP, Fault.UNKNOWN_TYPE)
+_BEFORE_RUN: Final = (FaultCode.HEAP, FaultCode.UNKNOWN_TYPE)
 
 
 class SmartIoProgram:
@@ -112,12 +112,12 @@ class SmartIoProgram:
 
     def accept(self, item: Configuration) -> bool:
         if isinstance(item, AxisItem):
-            self._board.troubles.event(Fault.UNKNOWN_TYPE)
+            self._board.troubles.event(FaultCode.UNKNOWN_TYPE)
             return False
         size, before = size_of(item), self._sizes.get(item.item, 0)
         if self._used + size - before > self._heap_bytes:
             self._board.display.is_heap_full = True
-            self._board.troubles.begin(NODE, (Fault.HEAP, 0), NODE_BITS[Fault.HEAP])
+            self._board.troubles.begin(NODE, (FaultCode.HEAP, 0), NODE_BITS[FaultCode.HEAP])
             return False
         replaced = self._items.pop(item.item, None)
         if replaced is not None:
@@ -141,7 +141,7 @@ class SmartIoProgram:
     def order(self, order: Order) -> None:
         if not self._backlog.takes(self._clock.now_ns()):
             self._board.display.show_full_fifo(RECEPTION)
-            self._board.troubles.event(Fault.FIFO, RECEPTION)
+            self._board.troubles.event(FaultCode.FIFO, RECEPTION)
             return
         if isinstance(order, Read):
             item = self._items.get(order.register)
@@ -149,13 +149,13 @@ class SmartIoProgram:
             return
         act = _ORDERS.get(type(order))
         if act is None:
-            self._board.troubles.event(Fault.UNKNOWN_COMMAND)
+            self._board.troubles.event(FaultCode.UNKNOWN_COMMAND)
             return
         item = self._items.get(order.item)  # type: ignore[union-attr]  # every order of the table has one
         if item is None:
-            self._board.troubles.event(Fault.UNDECLARED_ITEM)
+            self._board.troubles.event(FaultCode.UNDECLARED_ITEM)
         elif not act(item, order):
-            self._board.troubles.event(Fault.COMMAND_NOT_ALLOWED)
+            self._board.troubles.event(FaultCode.COMMAND_NOT_ALLOWED)
 
     def cycle(self) -> None:
         """Do nothing: what is due comes by timers and edges."""

@@ -11,7 +11,7 @@ from fieldrig.clock import Clock, Timer
 from fieldrig_devices.smart_io.terminals import Terminals
 
 
-class Scan:
+class InputScan:
     """Some inputs that are sampled together; their levels are the bits of one number, the first input is bit 0."""
 
     def __init__(

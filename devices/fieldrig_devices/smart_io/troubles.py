@@ -17,8 +17,8 @@ EVENT_NS: Final = S
 """How long the warning of a single event lasts after the last one of its kind."""
 
 
-class Fault(IntEnum):
-    """Codes of faults."""
+class FaultCode(IntEnum):
+    """Code of a fault."""
 
     HEAP = 0x01
     FIFO = 0x02
@@ -39,29 +39,29 @@ class Fault(IntEnum):
     DOES_NOT_STOP = 0x11
 
 
-NODE_BITS: Final[Mapping[Fault, int]] = {
-    Fault.HEAP: 0x00_0001,
-    Fault.FIFO: 0x00_0002,
-    Fault.CRC: 0x00_0004,
-    Fault.FRAME_TYPE: 0x00_0008,
-    Fault.AMBIENT: 0x00_1000,
-    Fault.POSITION_LOST: 0x00_2000,
-    Fault.UNEXPECTED_MOVE: 0x00_4000,
-    Fault.DOES_NOT_STOP: 0x00_8000,  # blank in the table (E-28)
-    Fault.UNKNOWN_COMMAND: 0x01_0000,
-    Fault.COMMAND_NOT_ALLOWED: 0x02_0000,
-    Fault.UNDECLARED_ITEM: 0x04_0000,
-    Fault.UNKNOWN_TYPE: 0x08_0000,
+NODE_BITS: Final[Mapping[FaultCode, int]] = {
+    FaultCode.HEAP: 0x00_0001,
+    FaultCode.FIFO: 0x00_0002,
+    FaultCode.CRC: 0x00_0004,
+    FaultCode.FRAME_TYPE: 0x00_0008,
+    FaultCode.AMBIENT: 0x00_1000,
+    FaultCode.POSITION_LOST: 0x00_2000,
+    FaultCode.UNEXPECTED_MOVE: 0x00_4000,
+    FaultCode.DOES_NOT_STOP: 0x00_8000,  # blank in the table (E-28)
+    FaultCode.UNKNOWN_COMMAND: 0x01_0000,
+    FaultCode.COMMAND_NOT_ALLOWED: 0x02_0000,
+    FaultCode.UNDECLARED_ITEM: 0x04_0000,
+    FaultCode.UNKNOWN_TYPE: 0x08_0000,
 }
 """Table 12-2.  The heat sinks of modules 1 to 8 have the bits from 0x10 on; a short circuit has none."""
 MODULES_WITH_BIT: Final = 8
-MOTOR_BITS: Final[Mapping[Fault, int]] = {
-    Fault.TIMEOUT: 0x00_0001,
-    Fault.LOWER_LIMIT: 0x00_0002,
-    Fault.UPPER_LIMIT: 0x00_0004,
-    Fault.POSITION_LOST: 0x00_2000,
-    Fault.UNEXPECTED_MOVE: 0x00_4000,
-    Fault.DOES_NOT_STOP: 0x00_8000,
+MOTOR_BITS: Final[Mapping[FaultCode, int]] = {
+    FaultCode.TIMEOUT: 0x00_0001,
+    FaultCode.LOWER_LIMIT: 0x00_0002,
+    FaultCode.UPPER_LIMIT: 0x00_0004,
+    FaultCode.POSITION_LOST: 0x00_2000,
+    FaultCode.UNEXPECTED_MOVE: 0x00_4000,
+    FaultCode.DOES_NOT_STOP: 0x00_8000,
 }
 """Table 12-3."""
 
@@ -113,7 +113,7 @@ class Troubles:
         else:
             self.end(code, details)
 
-    def event(self, fault: Fault, detail: int = 0) -> None:
+    def event(self, fault: FaultCode, detail: int = 0) -> None:
         """Report a single event of the node, whose warning ends by itself."""
         details = (int(fault), detail)
         key = (NODE, *details)
@@ -134,7 +134,7 @@ class Troubles:
             del self._present[key]
         self._timers.clear()
         self._present = {
-            key: bits for key, bits in self._present.items() if key[0] != MOTOR and key[:2] != (NODE, Fault.HEAP)
+            key: bits for key, bits in self._present.items() if key[0] != MOTOR and key[:2] != (NODE, FaultCode.HEAP)
         }
 
     def repeat(self) -> None:

@@ -18,7 +18,7 @@ HALF: Final = 16
 def registers_of(
     servo: Servo, boards: Boards, sensors: Sensors, now_ns: Callable[[], int], further: dict[str, dict[int, int]]
 ) -> Registers:
-    """`further` has the values of the registers of the rig file, by kind and code; they may change."""
+    """Return the registers of an axis; `further` has those of the rig file by kind and code, and may change."""
     own = servo.settings.parameters
     variables = _variables(servo, boards, sensors, now_ns) | _further(further["variables"])
     parameters = parameter_sources(own) | {Parameter.DAP_TEMP: lambda: sensors.temperature}

@@ -9,20 +9,7 @@ from fieldrig.clock import MS, S
 from fieldrig.config import from_dict
 from fieldrig.node import LocalNode
 from fieldrig.rig import Rig
-from fieldrig_bus.opcua.message import (
-    Browse,
-    Call,
-    Find,
-    Kind,
-    Nodes,
-    Offer,
-    OpcUaMessage,
-    Outcome,
-    Outcomes,
-    Read,
-    Status,
-    Write,
-)
+from fieldrig_bus.opcua import message as opc
 from fieldrig_bus.opcua.model import SERVER
 from fieldrig_devices.languages.source_file import SourceFile
 from fieldrig_devices.max4.configuration.program_file import Container
@@ -44,7 +31,7 @@ class Bench:
         }
         self.rig = Rig(from_dict(data, folder))
         self.link = self.rig.attach(SERVER).link("ua")
-        self.heard: list[OpcUaMessage] = []
+        self.heard: list[opc.OpcUaMessage] = []
         self.link.on_receive(self.heard.append)
         self.rig.run_until(2 * S)
 
@@ -55,21 +42,21 @@ class Bench:
         assert isinstance(node.device, Max4)
         return node.device
 
-    def ask(self, request: OpcUaMessage) -> OpcUaMessage:
+    def ask(self, request: opc.OpcUaMessage) -> opc.OpcUaMessage:
         self.heard.clear()
         self.link.send(request)
         self.rig.run_until(self.rig.now_ns + MS)
-        [answer] = [message for message in self.heard if not isinstance(message, Offer)]
+        [answer] = [message for message in self.heard if not isinstance(message, opc.Offer)]
         return answer
 
     def children(self, path: str) -> set[str]:
-        answer = self.ask(Browse("max4", 1, path))
-        assert isinstance(answer, Nodes)
+        answer = self.ask(opc.Browse("max4", 1, path))
+        assert isinstance(answer, opc.Nodes)
         return {node.path for node in answer.nodes}
 
-    def outcome(self, request: OpcUaMessage) -> Outcome:
+    def outcome(self, request: opc.OpcUaMessage) -> opc.Outcome:
         answer = self.ask(request)
-        assert isinstance(answer, Outcomes)
+        assert isinstance(answer, opc.Outcomes)
         return answer.outcomes[0]
 
 
@@ -83,16 +70,21 @@ def test_the_nodes_are_the_program_the_configuration_and_the_methods(bench: Benc
     assert {"PLC_PRG", "PacDriveM", "start()", "stop()", "reset()", "quit()"} <= bench.children("")
     assert bench.children("PLC_PRG") == {"PLC_PRG.count", "PLC_PRG.speed"}
     assert "PacDriveM.DiagCode" in bench.children("PacDriveM")
-    answer = bench.ask(Find("max4", 1, "pacdrivem.diagcode"))
-    assert isinstance(answer, Nodes)
+    answer = bench.ask(opc.Find("max4", 1, "pacdrivem.diagcode"))
+    assert isinstance(answer, opc.Nodes)
     [node] = answer.nodes
-    assert (node.path, node.kind, node.type, node.is_writable) == ("PacDriveM.DiagCode", Kind.VARIABLE, "UINT", False)
+    assert (node.path, node.kind, node.type, node.is_writable) == (
+        "PacDriveM.DiagCode",
+        opc.Kind.VARIABLE,
+        "UINT",
+        False,
+    )
 
 
 def test_a_value_is_that_of_the_instant_of_reading(bench: Bench) -> None:
-    first, second = (bench.outcome(Read("max4", 1, ("PLC_PRG.count",))).value for _ in range(2))
+    first, second = (bench.outcome(opc.Read("max4", 1, ("PLC_PRG.count",))).value for _ in range(2))
     bench.rig.run_until(bench.rig.now_ns + S)
-    third = bench.outcome(Read("max4", 1, ("PLC_PRG.count",))).value
+    third = bench.outcome(opc.Read("max4", 1, ("PLC_PRG.count",))).value
     assert isinstance(first, int)
     assert isinstance(third, int)
     assert second in (first, first + 1)
@@ -100,14 +92,14 @@ def test_a_value_is_that_of_the_instant_of_reading(bench: Bench) -> None:
 
 
 def test_variables_and_parameters_are_written(bench: Bench) -> None:
-    assert bench.outcome(Write("max4", 1, "PLC_PRG.speed", 2.5)).status is Status.GOOD
-    assert bench.outcome(Read("max4", 1, ("PLC_PRG.speed",))) == Outcome(Status.GOOD, 2.5)
-    assert bench.outcome(Write("max4", 1, "PacDriveM.DiagCode", 1)).status is Status.NOT_WRITABLE
+    assert bench.outcome(opc.Write("max4", 1, "PLC_PRG.speed", 2.5)).status is opc.Status.GOOD
+    assert bench.outcome(opc.Read("max4", 1, ("PLC_PRG.speed",))) == opc.Outcome(opc.Status.GOOD, 2.5)
+    assert bench.outcome(opc.Write("max4", 1, "PacDriveM.DiagCode", 1)).status is opc.Status.NOT_WRITABLE
 
 
 def test_methods_are_the_commands_of_an_operator(bench: Bench) -> None:
     for path, is_running in (("stop()", False), ("start()", True), ("quit()", True)):
-        assert bench.outcome(Call("max4", 1, path)).status is Status.GOOD
+        assert bench.outcome(opc.Call("max4", 1, path)).status is opc.Status.GOOD
         assert bench.max4.is_program_running is is_running
 
 
@@ -119,5 +111,5 @@ def test_the_nodes_follow_a_download_and_an_online_change(bench: Bench, is_onlin
     container = Container((SourceFile("count.st", text),), "epas-4")
     (plc.change if is_online else plc.download)(container)
     bench.rig.run_until(bench.rig.now_ns + S)
-    assert [type(message) for message in bench.heard] == [Offer]
+    assert [type(message) for message in bench.heard] == [opc.Offer]
     assert bench.children("PLC_PRG") == {"PLC_PRG.count", "PLC_PRG.speed", "PLC_PRG.more"}

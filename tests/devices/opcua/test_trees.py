@@ -5,23 +5,7 @@ import pytest
 from fieldrig.clock import VirtualClock
 from fieldrig.device import Point
 from fieldrig.testing import RecordedLink
-from fieldrig_bus.opcua.message import (
-    MOST_NODES,
-    AnyValue,
-    Browse,
-    Call,
-    Find,
-    Kind,
-    Node,
-    Nodes,
-    Offer,
-    OpcUaMessage,
-    Outcome,
-    Outcomes,
-    Read,
-    Status,
-    Write,
-)
+from fieldrig_bus.opcua import message as opc
 from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.runtime import Runtime, Start
 from fieldrig_devices.iec.standalone import StandaloneHost
@@ -66,8 +50,8 @@ def test_programs_and_their_parts_have_the_paths_of_the_source(tree: SymbolsTree
     }
     assert paths(tree, "PLC_PRG.belt.axes") == ["PLC_PRG.belt.axes[1]", "PLC_PRG.belt.axes[2]"]
     assert paths(tree, "PLC_PRG.belt.axes[2]") == ["PLC_PRG.belt.axes[2].speed"]
-    assert tree.find("plc_prg.BELT.position") == Node(
-        "PLC_PRG.belt.position", "PLC_PRG.belt", "position", Kind.VARIABLE, "DINT", is_writable=True
+    assert tree.find("plc_prg.BELT.position") == opc.Node(
+        "PLC_PRG.belt.position", "PLC_PRG.belt", "position", opc.Kind.VARIABLE, "DINT", is_writable=True
     )
 
 
@@ -84,7 +68,7 @@ def test_every_node_is_a_child_of_its_parent(tree: SymbolsTree) -> None:
 
 
 def test_types_ranges_choices_units_and_comments(tree: SymbolsTree) -> None:
-    def node(path: str) -> Node:
+    def node(path: str) -> opc.Node:
         found = tree.find(path)
         assert found is not None
         return found
@@ -94,7 +78,7 @@ def test_types_ranges_choices_units_and_comments(tree: SymbolsTree) -> None:
     assert node("PLC_PRG.colour").choices == (("red", 0), ("green", 5))
     assert (node("PLC_PRG.values").type, node("PLC_PRG.values").length) == ("INT", 3)
     assert node("PLC_PRG.values").about == "the last three"
-    assert (node("grid").kind, node("grid[1]").length) == (Kind.OBJECT, 2)
+    assert (node("grid").kind, node("grid[1]").length) == (opc.Kind.OBJECT, 2)
     assert not node("highest").is_writable
 
 
@@ -109,7 +93,7 @@ def test_values_are_read_and_written(tree: SymbolsTree) -> None:
 
 
 def test_what_can_t_be_written_is_refused(tree: SymbolsTree) -> None:
-    wrong: list[tuple[str, AnyValue]] = [("PLC_PRG.values", [1]), ("PLC_PRG.small", 11), ("highest", 4)]
+    wrong: list[tuple[str, opc.AnyValue]] = [("PLC_PRG.values", [1]), ("PLC_PRG.small", 11), ("highest", 4)]
     for path, value in wrong:
         with pytest.raises(ValueError, match="expected"):
             tree.write(path, value)
@@ -131,8 +115,8 @@ def test_the_parts_of_a_key_are_objects() -> None:
     }
     tree = PointsTree(lambda: points)
     assert (paths(tree, ""), paths(tree, "a"), paths(tree, "a.b")) == (["a", "d"], ["a.b"], ["a.b.c"])
-    assert tree.find("a") == Node("a", "", "a", Kind.OBJECT, has_children=True)
-    assert tree.find("a.b") == Node("a.b", "a", "b", Kind.VARIABLE, "STRING", None, True, True, "mm", "text")
+    assert tree.find("a") == opc.Node("a", "", "a", opc.Kind.OBJECT, has_children=True)
+    assert tree.find("a.b") == opc.Node("a.b", "a", "b", opc.Kind.VARIABLE, "STRING", None, True, True, "mm", "text")
     assert tree.find("e") is None
 
 
@@ -150,7 +134,7 @@ def test_a_point_has_the_type_of_its_value(value: bool | int | float | str, name
 
 class FaceBench:
     def __init__(self) -> None:
-        self.link = RecordedLink[OpcUaMessage]()
+        self.link = RecordedLink[opc.OpcUaMessage]()
         self.value: object = 1
 
         def write(value: object) -> None:
@@ -158,7 +142,7 @@ class FaceBench:
                 raise ValueError("expected another number")
             self.value = value
 
-        points = {f"p{number}": Point(lambda: 0) for number in range(MOST_NODES + 5)}
+        points = {f"p{number}": Point(lambda: 0) for number in range(opc.MOST_NODES + 5)}
         points["x"] = Point(lambda: 1, write)
         methods = MethodsTree({"go": Method("go", lambda: None), "halt": Method("halt", self.halt)})
         self.face = OpcUaFace("io", "an IO", self.link, lambda: Trees([PointsTree(lambda: points), methods]))
@@ -166,7 +150,7 @@ class FaceBench:
     def halt(self) -> None:
         raise ValueError("it does not run")
 
-    def ask(self, request: OpcUaMessage) -> OpcUaMessage:
+    def ask(self, request: opc.OpcUaMessage) -> opc.OpcUaMessage:
         self.link.deliver(request)
         [answer] = self.link.take()
         return answer
@@ -176,39 +160,44 @@ def test_each_offer_has_its_own_generation() -> None:
     bench = FaceBench()
     bench.face.offer()
     bench.face.offer()
-    assert bench.link.take() == [Offer("io", "an IO", 1), Offer("io", "an IO", 2)]
+    assert bench.link.take() == [opc.Offer("io", "an IO", 1), opc.Offer("io", "an IO", 2)]
 
 
 def test_many_children_come_in_parts() -> None:
     bench = FaceBench()
-    first, second = (bench.ask(Browse("io", 1, "", start)) for start in (0, MOST_NODES))
-    assert isinstance(first, Nodes)
-    assert isinstance(second, Nodes)
-    assert (len(first.nodes), first.is_complete, len(second.nodes), second.is_complete) == (MOST_NODES, False, 8, True)
+    first, second = (bench.ask(opc.Browse("io", 1, "", start)) for start in (0, opc.MOST_NODES))
+    assert isinstance(first, opc.Nodes)
+    assert isinstance(second, opc.Nodes)
+    assert (len(first.nodes), first.is_complete, len(second.nodes), second.is_complete) == (
+        opc.MOST_NODES,
+        False,
+        8,
+        True,
+    )
 
 
 @pytest.mark.parametrize(
     ("request_", "status"),
     [
-        (Write("io", 1, "x", 2), Status.GOOD),
-        (Write("io", 1, "x", 13), Status.OUT_OF_RANGE),
-        (Write("io", 1, "x", [1]), Status.TYPE_MISMATCH),
-        (Write("io", 1, "p1", 2), Status.NOT_WRITABLE),
-        (Write("io", 1, "go()", 2), Status.NOT_WRITABLE),
-        (Write("io", 1, "none", 2), Status.UNKNOWN),
-        (Call("io", 1, "go()"), Status.GOOD),
-        (Call("io", 1, "halt()"), Status.REFUSED),
-        (Call("io", 1, "x"), Status.UNKNOWN),
+        (opc.Write("io", 1, "x", 2), opc.Status.GOOD),
+        (opc.Write("io", 1, "x", 13), opc.Status.OUT_OF_RANGE),
+        (opc.Write("io", 1, "x", [1]), opc.Status.TYPE_MISMATCH),
+        (opc.Write("io", 1, "p1", 2), opc.Status.NOT_WRITABLE),
+        (opc.Write("io", 1, "go()", 2), opc.Status.NOT_WRITABLE),
+        (opc.Write("io", 1, "none", 2), opc.Status.UNKNOWN),
+        (opc.Call("io", 1, "go()"), opc.Status.GOOD),
+        (opc.Call("io", 1, "halt()"), opc.Status.REFUSED),
+        (opc.Call("io", 1, "x"), opc.Status.UNKNOWN),
     ],
 )
-def test_a_request_has_its_status(request_: OpcUaMessage, status: Status) -> None:
+def test_a_request_has_its_status(request_: opc.OpcUaMessage, status: opc.Status) -> None:
     answer = FaceBench().ask(request_)
-    assert isinstance(answer, Outcomes)
+    assert isinstance(answer, opc.Outcomes)
     assert (answer.exchange, [outcome.status for outcome in answer.outcomes]) == (1, [status])
 
 
 def test_values_come_in_the_order_of_the_paths() -> None:
-    assert FaceBench().ask(Read("io", 4, ("x", "none", "p1"))) == Outcomes(
-        4, (Outcome(Status.GOOD, 1), Outcome(Status.UNKNOWN), Outcome(Status.GOOD, 0))
+    assert FaceBench().ask(opc.Read("io", 4, ("x", "none", "p1"))) == opc.Outcomes(
+        4, (opc.Outcome(opc.Status.GOOD, 1), opc.Outcome(opc.Status.UNKNOWN), opc.Outcome(opc.Status.GOOD, 0))
     )
-    assert FaceBench().ask(Find("io", 5, "none")) == Nodes(5, ())
+    assert FaceBench().ask(opc.Find("io", 5, "none")) == opc.Nodes(5, ())

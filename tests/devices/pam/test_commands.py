@@ -11,6 +11,9 @@ from pam_ports import GROUP, VME
 from pam_programs import HEADER, MACHINE
 from typer.testing import CliRunner
 
+from fieldrig.clock import S
+from fieldrig.config import load
+from fieldrig.rig import Rig
 from fieldrig_devices.pam.commands import app
 
 WRONG = MACHINE + "TASK TSK_a; SEQUENCE SEQ_a; AXI_Blt <- stop; END_SEQUENCE END_TASK\n"
@@ -143,3 +146,20 @@ def test_check_reports_an_application_without_room(tmp_path: Path) -> None:
     code, output = run("check", file)
     assert code == 2
     assert "expected at most 262144 bytes" in output
+
+
+def test_rig_writes_the_nodes_that_an_application_declares(tmp_path: Path) -> None:
+    labeller = Path(__file__).parents[3] / "configs/programs/labeller.pam"
+    for file in (labeller, *labeller.parent.glob("*.cam")):
+        shutil.copy(file, tmp_path)
+    rig_file = tmp_path / "rig.yaml"
+    assert run("rig", tmp_path / "labeller.pam", "--virtual", "--out", rig_file) == (0, "")
+    with Rig(load(rig_file)) as rig:
+        assert set(rig.config.devices) == {
+            "pam", "nod_belt", "nod_knife", "nod_web", "nod_stack", "nod_panel", "nod_guide",
+        }  # fmt: skip
+        rig.run_until(S)
+        assert rig.get("pam", "state") == "ports"  # the ring is as declared, and waits for a VME master
+    code, output = run("rig", tmp_path / "labeller.pam")
+    assert code == 0
+    assert "after: [nod_belt, nod_knife, nod_web, nod_stack, nod_panel, nod_guide]" in output

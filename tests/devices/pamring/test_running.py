@@ -19,7 +19,7 @@ from fieldrig_devices.pamring.frames import (
     Severity,
     Trouble,
 )
-from fieldrig_devices.pamring.settings import RingSettings
+from fieldrig_devices.pamring.settings import RingLimits
 from fieldrig_devices.pamring.start_up import Phase
 
 TWO = (DeclaredNode(1, ST1, 17), DeclaredNode(2, SMART_IO, 33))
@@ -100,9 +100,9 @@ def sent(bench: Bench) -> list[int]:
 @pytest.mark.manual("PAML-167")
 @pytest.mark.parametrize(("thirds", "free"), [(1, 6), (3, 20), (6, 40)])
 def test_a_basic_cycle_has_twenty_free_frames_per_millisecond(thirds: int, free: int) -> None:
-    settings = RingSettings(thirds=thirds)
+    settings = RingLimits(thirds=thirds)
     assert settings.frames_per_cycle == free
-    assert RingSettings(thirds=thirds, frames_per_ms=1).frames_per_cycle == max(1, thirds // 3)
+    assert RingLimits(thirds=thirds, frames_per_ms=1).frames_per_cycle == max(1, thirds // 3)
     bench = Bench(TWO, BOTH, settings).start()
     bench.trace.clear()
     for number in range(100):
@@ -147,7 +147,7 @@ def test_a_set_point_of_a_group_is_one_frame_for_all_of_its_nodes(four: Bench) -
 
 @pytest.mark.manual("PAMS-107", "PAML-248")
 def test_too_many_commands_in_successive_cycles_fill_the_fifo_which_is_said_once() -> None:
-    bench = Bench(TWO, BOTH, RingSettings(sending_fifo=50)).start()
+    bench = Bench(TWO, BOTH, RingLimits(sending_fifo=50)).start()
     for _ in range(3):
         for number in range(40):
             bench.pam.ring.send(33, SetOutput(number, 1))
@@ -181,7 +181,7 @@ def test_a_break_behind_the_last_node_is_noticed_by_the_pam(four: Bench) -> None
 
 @pytest.mark.manual("PAMS-106")
 def test_the_older_interface_finds_its_fifo_empty() -> None:
-    bench = Bench(TWO, BOTH, RingSettings(interface="fpga")).start()
+    bench = Bench(TWO, BOTH, RingLimits(interface="fpga")).start()
     bench.fault(what="break", after="n0")
     bench.run(3)
     assert bench.pam.errors == [("06..F00C", (0, 0, 0)), ("07..E013", (0, 0, 0))]
@@ -237,7 +237,7 @@ def test_a_damaged_frame_names_the_node_behind_the_place_which_sees_a_wrong_crc(
 
 @pytest.mark.manual("PAMS-106")
 def test_an_oscillating_input_fills_the_reception_fifo() -> None:
-    bench = Bench(TWO, BOTH, RingSettings(reports_per_ms=5, reception_fifo=20)).start()
+    bench = Bench(TWO, BOTH, RingLimits(reports_per_ms=5, reception_fifo=20)).start()
     for _ in range(5):
         for value in range(10):
             bench.nodes[1].end.send(InputChanged(3, value & 1))
@@ -248,7 +248,7 @@ def test_an_oscillating_input_fills_the_reception_fifo() -> None:
 
 
 def test_an_overload_by_several_nodes_is_said_once() -> None:
-    bench = Bench(TWO, BOTH, RingSettings(reception_fifo=20)).start()
+    bench = Bench(TWO, BOTH, RingLimits(reception_fifo=20)).start()
     for node in bench.nodes:
         for value in range(30):
             node.end.send(InputChanged(3, value & 1))
@@ -293,7 +293,7 @@ def test_a_node_of_a_group_that_comes_later_is_not_taken_up(bench: Bench) -> Non
 
 @pytest.mark.parametrize("thirds", [1, 3, 6])
 def test_the_cycle_follows_the_basic_pam_cycle(thirds: int) -> None:
-    bench = Bench(TWO, BOTH, RingSettings(thirds=thirds)).start()
+    bench = Bench(TWO, BOTH, RingLimits(thirds=thirds)).start()
     numbers = [
         message.number for _, sender, message in bench.trace if sender == "pam" and not isinstance(message, bytes)
     ]

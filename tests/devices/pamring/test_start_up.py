@@ -16,7 +16,7 @@ from fieldrig_devices.pamring.frames import (
     Trouble,
 )
 from fieldrig_devices.pamring.node import State
-from fieldrig_devices.pamring.settings import RingSettings
+from fieldrig_devices.pamring.settings import RingLimits
 from fieldrig_devices.pamring.start_up import Phase
 
 FEEDER, LIFT = DeclaredNode(0x11, ST1, 17), DeclaredNode(0x12, SMART_IO, 33)
@@ -99,7 +99,7 @@ def test_two_nodes_of_one_address_make_the_count_wrong() -> None:
 @pytest.mark.manual("PAML-027", "PAMS-106")
 @pytest.mark.parametrize(("thirds", "most"), [(1, 1), (3, 2), (6, 4)])
 def test_more_nodes_than_the_cycle_has_time_for(thirds: int, most: int) -> None:
-    settings = RingSettings(thirds=thirds, nodes_per_ms=2, boot_ns=20 * MS)
+    settings = RingLimits(thirds=thirds, nodes_per_ms=2, boot_ns=20 * MS)
     five = [(address, ST1) for address in range(1, 6)]
     bench = Bench([DeclaredNode(1, ST1, 1, 5)], five, settings).start()
     assert bench.pam.errors == [("06..F016", (most, 5, 0)), *RING_ENDED]
@@ -110,7 +110,7 @@ def test_more_nodes_than_the_cycle_has_time_for(thirds: int, most: int) -> None:
 @pytest.mark.manual("PAMS-106")
 @pytest.mark.parametrize("interface", ["asic", "fpga"])
 def test_an_open_ring_is_an_empty_fifo_at_the_start_whatever_the_interface(interface: str) -> None:
-    settings = RingSettings(boot_ns=20 * MS, interface="asic" if interface == "asic" else "fpga")
+    settings = RingLimits(boot_ns=20 * MS, interface="asic" if interface == "asic" else "fpga")
     bench = Bench(TWO, BOTH, settings)
     bench.fault(what="break", after="n0")
     bench.start()

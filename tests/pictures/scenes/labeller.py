@@ -10,9 +10,9 @@ from fieldrig.clock import MS, S
 from fieldrig.rig import Rig
 
 IDLE: Final = 2
-STEP_NS: Final = 5 * MS
+STEP_NS: Final = 10 * MS
 BEFORE_NS: Final = 500 * MS
-SHOWN_S: Final = 9.0
+SHOWN_S: Final = 10.0
 MM_A_TURN: Final = 100.0
 DEGREES_A_TURN: Final = 360.0
 

@@ -2,7 +2,8 @@
 
 from typing import ClassVar, Final
 
-from fieldrig_bus.ring.pam.star_bus import PamRingStar, PamRingStarSettings
+from fieldrig_bus.ring.pam.star import PamRingStarSettings
+from fieldrig_bus.ring.pam.star_bus import PamRingStar
 from fieldrig_bus.ring.transport.shm import ShmCarrier
 
 MOST_BEHIND: Final = 240

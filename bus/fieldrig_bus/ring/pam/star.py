@@ -9,7 +9,7 @@ Left out: the time that frames take on the fibre; it is shorter than the delays 
 import asyncio
 from collections.abc import Callable
 from random import Random
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fieldrig.bus import Attachment
 from fieldrig.clock import MS
@@ -17,10 +17,13 @@ from fieldrig_bus.ring.model import RING
 from fieldrig_bus.ring.pam.cycle_wire import encode_spread
 from fieldrig_bus.ring.pam.medium import PamMedium
 from fieldrig_bus.ring.pam.message import Frames, encode
+from fieldrig_bus.ring.pam.virtual import PamRingSettings
+from fieldrig_bus.ring.transport.bus import StarSettings
 from fieldrig_bus.ring.transport.centre import Centre
 
-if TYPE_CHECKING:
-    from fieldrig_bus.ring.pam.star_bus import PamRingStarSettings
+
+class PamRingStarSettings(StarSettings, PamRingSettings):
+    """Settings of a PAM's ring in real time."""
 
 
 class PamStar(Centre):
@@ -30,7 +33,7 @@ class PamStar(Centre):
         self,
         bus: str,
         at: Attachment,
-        settings: "PamRingStarSettings",
+        settings: PamRingStarSettings,
         handler: Callable[[Any], None],
         loop: asyncio.AbstractEventLoop,
         most_behind: int,

@@ -8,13 +8,8 @@ from fieldrig.bus import Attachment
 from fieldrig_bus.ring.pam.family import PamRingFamily
 from fieldrig_bus.ring.pam.message import RingMessage
 from fieldrig_bus.ring.pam.rack import NodeRack
-from fieldrig_bus.ring.pam.star import PamStar
-from fieldrig_bus.ring.pam.virtual import PamRingSettings
-from fieldrig_bus.ring.transport.bus import StarBus, StarSettings
-
-
-class PamRingStarSettings(StarSettings, PamRingSettings):
-    """Settings of a PAM's ring in real time."""
+from fieldrig_bus.ring.pam.star import PamRingStarSettings, PamStar
+from fieldrig_bus.ring.transport.bus import StarBus
 
 
 class PamRingStar(PamRingFamily, StarBus[RingMessage]):

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import ClassVar, Final
 
-from fieldrig_bus.ring.pam.star_bus import PamRingStar, PamRingStarSettings
+from fieldrig_bus.ring.pam.star import PamRingStarSettings
+from fieldrig_bus.ring.pam.star_bus import PamRingStar
 from fieldrig_bus.ring.transport.zenoh import ENVIRONMENT, ZenohCarrier, ZenohSettings
 
 MOST_BEHIND: Final = 160

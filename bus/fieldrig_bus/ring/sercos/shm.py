@@ -2,7 +2,8 @@
 
 from typing import ClassVar
 
-from fieldrig_bus.ring.sercos.star_bus import RingStar, RingStarSettings
+from fieldrig_bus.ring.sercos.star import RingStarSettings
+from fieldrig_bus.ring.sercos.star_bus import RingStar
 from fieldrig_bus.ring.transport.shm import ShmCarrier
 
 

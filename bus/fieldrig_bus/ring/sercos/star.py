@@ -8,7 +8,7 @@ Left out: the time that telegrams take on the fibre; it is shorter than the dela
 import asyncio
 from collections.abc import Callable
 from random import Random
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from fieldrig.bus import Attachment
 from fieldrig.clock import MS
@@ -16,13 +16,16 @@ from fieldrig_bus.ring.model import RING
 from fieldrig_bus.ring.sercos.cycle_wire import encode_spread
 from fieldrig_bus.ring.sercos.fibre import Fibre
 from fieldrig_bus.ring.sercos.message import Answers, Mdt, Mst, encode
+from fieldrig_bus.ring.sercos.virtual import RingSettings
+from fieldrig_bus.ring.transport.bus import StarSettings
 from fieldrig_bus.ring.transport.centre import Centre
-
-if TYPE_CHECKING:
-    from fieldrig_bus.ring.sercos.star_bus import RingStarSettings
 
 OPERATION: Final = 3
 """The phase from which every station answers in every cycle."""
+
+
+class RingStarSettings(StarSettings, RingSettings):
+    """Settings of a SERCOS ring in real time."""
 
 
 class Star(Centre):
@@ -32,7 +35,7 @@ class Star(Centre):
         self,
         bus: str,
         at: Attachment,
-        settings: "RingStarSettings",
+        settings: RingStarSettings,
         handler: Callable[[Any], None],
         loop: asyncio.AbstractEventLoop,
     ) -> None:

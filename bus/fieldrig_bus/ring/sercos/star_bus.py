@@ -8,13 +8,8 @@ from fieldrig.bus import Attachment
 from fieldrig_bus.ring.sercos.family import SercosFamily
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.ring.sercos.rack import DriveRack
-from fieldrig_bus.ring.sercos.star import Star
-from fieldrig_bus.ring.sercos.virtual import RingSettings
-from fieldrig_bus.ring.transport.bus import StarBus, StarSettings
-
-
-class RingStarSettings(StarSettings, RingSettings):
-    """Settings of a SERCOS ring in real time."""
+from fieldrig_bus.ring.sercos.star import RingStarSettings, Star
+from fieldrig_bus.ring.transport.bus import StarBus
 
 
 class RingStar(SercosFamily, StarBus[RingMessage]):

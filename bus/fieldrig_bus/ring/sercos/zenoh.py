@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import ClassVar
 
-from fieldrig_bus.ring.sercos.star_bus import RingStar, RingStarSettings
+from fieldrig_bus.ring.sercos.star import RingStarSettings
+from fieldrig_bus.ring.sercos.star_bus import RingStar
 from fieldrig_bus.ring.transport.zenoh import ENVIRONMENT, ZenohCarrier, ZenohSettings
 
 

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from typing import Final
 
 from fieldrig_devices.iec.host import NativeFunction, Results
-from fieldrig_devices.max4.libraries.laws.polynomial_5 import between
 from fieldrig_devices.max4.libraries.motion import Motion, is_usable
-from fieldrig_devices.max4.libraries.profile import Profile
-from fieldrig_devices.max4.libraries.spline import MOST_POINTS, Point, spline
+from fieldrig_devices.motion.curves.laws.polynomial_5 import between
+from fieldrig_devices.motion.curves.profile import Profile
+from fieldrig_devices.motion.curves.spline import MOST_POINTS, Point, spline
 
 PROFILES_TEXT: Final = """
 (* The number of a new profile: a motion law such as 'modisin', or support points of a file; 0 if there is none. *)

@@ -7,10 +7,10 @@ from typing import Final
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.libraries.controller import MotionController
 from fieldrig_devices.max4.libraries.follower import CamFollower
-from fieldrig_devices.max4.libraries.laws import LAWS
-from fieldrig_devices.max4.libraries.laws.law import Law
-from fieldrig_devices.max4.libraries.profile import Profile, shaped
-from fieldrig_devices.max4.libraries.spline import profile_of_file
+from fieldrig_devices.motion.curves.laws import LAWS
+from fieldrig_devices.motion.curves.laws.law import Law
+from fieldrig_devices.motion.curves.profile import Profile, shaped
+from fieldrig_devices.motion.curves.spline import profile_of_file
 
 MOST_PROFILES: Final = 1024
 SUFFIX: Final = ".CAM"

@@ -9,8 +9,8 @@ from math import copysign, inf, isnan
 from typing import Final
 
 from fieldrig_devices.iec.host import NativeFunction, Results
-from fieldrig_devices.max4.libraries.laws import LAWS
 from fieldrig_devices.max4.libraries.track import Setpos
+from fieldrig_devices.motion.curves.laws import LAWS
 
 CONSTANTS: Final = "".join(f"    g_K_{law.constant} : LREAL := {law.cv!r};\n" for law in LAWS.values())
 MODES: Final = "".join(f"    {mode.name} : INT := {mode.value};\n" for mode in Setpos)

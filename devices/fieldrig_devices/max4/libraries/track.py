@@ -21,8 +21,8 @@ from math import inf
 from typing import Final
 
 from fieldrig_devices.max4.libraries.controller import Encoder
-from fieldrig_devices.max4.libraries.pieces import Piece, evaluator
-from fieldrig_devices.max4.libraries.profile import Profile
+from fieldrig_devices.motion.curves.pieces import Piece, evaluator
+from fieldrig_devices.motion.curves.profile import Profile
 
 
 class Setpos(IntEnum):

@@ -27,7 +27,7 @@ from fieldrig_devices.pam.objects.outputs import (
     Volts,
 )
 from fieldrig_devices.pam.objects.pipes import ConverterItem, Pipes
-from fieldrig_devices.pam.objects.site import RingNode, Site
+from fieldrig_devices.pam.objects.site import ApplicationNode, Site
 from fieldrig_devices.pam.objects.sources import PmpItem, SamplerItem, TmpItem
 from fieldrig_devices.pam.objects.transformers import (
     AmplifierItem,
@@ -48,7 +48,7 @@ log = logging.getLogger(__name__)
 
 ARITHMETIC_FAULT: Final = "02..FFF3"
 """Floating-point overflow, an invalid operation or a division by zero."""
-ON_NODES: Final[Mapping[str, Callable[[Declared, Site, RingNode], ObjectItem]]] = {
+ON_NODES: Final[Mapping[str, Callable[[Declared, Site, ApplicationNode], ObjectItem]]] = {
     "AXIS": Axis,
     "ENCODER": Encoder,
     "BINARY_INPUT": BinaryInput,
@@ -86,7 +86,7 @@ def no_volts(_address: int, _volts: float) -> None:
 
 
 class SinkItem(ObjectItem, Sink):
-    """It has no functions (PAML-180)."""
+    """A SINK, which has no functions (PAML-180)."""
 
 
 class ApplicationObjects:
@@ -204,7 +204,7 @@ class ApplicationObjects:
     # ---- the ring
 
     @property
-    def nodes(self) -> Sequence[RingNode]:
+    def nodes(self) -> Sequence[ApplicationNode]:
         """The declared nodes by their addresses, each with the items of its configuration."""
         return [self._addresses[address] for address in sorted(self._addresses)]
 
@@ -258,4 +258,4 @@ class ApplicationObjects:
         self._site.flowed()
 
     def give(self) -> None:
-        """All orders and set-points have been sent already; they leave with this basic cycle."""
+        """Do nothing: orders and set-points have been sent already, and leave with this basic cycle."""

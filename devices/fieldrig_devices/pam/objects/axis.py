@@ -11,7 +11,7 @@ from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.object_item import ObjectItem, has_error
 from fieldrig_devices.pam.objects.parameters import AboveZero
 from fieldrig_devices.pam.objects.pipe_input import PIPE_INPUTS, PipeInput
-from fieldrig_devices.pam.objects.site import RingNode, Site
+from fieldrig_devices.pam.objects.site import ApplicationNode, Site
 from fieldrig_devices.pam.objects.whole import nearest_units
 from fieldrig_devices.pam.pipes.block import nearest, wrapped
 from fieldrig_devices.pam.pipes.converter import Mode, Taker
@@ -33,7 +33,7 @@ class Axis(ObjectItem):
     acceleration = AboveZero()
     deceleration = AboveZero()
 
-    def __init__(self, declared: Declared, site: Site, node: RingNode) -> None:
+    def __init__(self, declared: Declared, site: Site, node: ApplicationNode) -> None:
         super().__init__(declared.name)
         self.node, self.site = node, site
         self.units = declared.number("PULSES_PER_UNIT")

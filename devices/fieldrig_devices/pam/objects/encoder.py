@@ -4,7 +4,7 @@ from typing import Any
 
 from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.object_item import ObjectItem
-from fieldrig_devices.pam.objects.site import RingNode, Site
+from fieldrig_devices.pam.objects.site import ApplicationNode, Site
 from fieldrig_devices.pam.pipes.block import nearest, wrapped
 from fieldrig_devices.pam.runtime.item import Pending, Value
 from fieldrig_devices.pamring.registers import register_at, rolled
@@ -13,7 +13,7 @@ from fieldrig_devices.pamring.registers import register_at, rolled
 class Encoder(ObjectItem):
     """The position in user units; the roll-over of the register does not show (PAML-146)."""
 
-    def __init__(self, declared: Declared, site: Site, node: RingNode) -> None:
+    def __init__(self, declared: Declared, site: Site, node: ApplicationNode) -> None:
         super().__init__(declared.name)
         self._site, self._node = site, node
         self.address = declared.integer("ADDRESS")

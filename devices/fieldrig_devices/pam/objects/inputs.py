@@ -5,7 +5,7 @@ from functools import partial
 
 from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.object_item import ObjectItem, Switched
-from fieldrig_devices.pam.objects.site import RingNode, Site
+from fieldrig_devices.pam.objects.site import ApplicationNode, Site
 from fieldrig_devices.pamring.frames import CounterItem, InputChanged, InputItem, KeyItem, KeyMode, SetOutput
 
 Watcher = Callable[[bool, int], None]
@@ -13,7 +13,7 @@ Watcher = Callable[[bool, int], None]
 
 
 class BinaryInput(ObjectItem):
-    def __init__(self, declared: Declared, site: Site, node: RingNode) -> None:
+    def __init__(self, declared: Declared, site: Site, node: ApplicationNode) -> None:
         super().__init__(declared.name)
         self.node, self._site = node, site
         self._is_active_high = declared.word("ACTIVE") == "HIGH"
@@ -38,7 +38,7 @@ class BinaryInput(ObjectItem):
 class DigitalInput(ObjectItem):
     """Consecutive inputs as a number; the lowest address is the lowest bit (G-07)."""
 
-    def __init__(self, declared: Declared, site: Site, node: RingNode) -> None:
+    def __init__(self, declared: Declared, site: Site, node: ApplicationNode) -> None:
         super().__init__(declared.name)
         self._site = site
         self._number = 0
@@ -56,7 +56,7 @@ class DigitalInput(ObjectItem):
 
 
 class CounterInput(ObjectItem):
-    def __init__(self, declared: Declared, site: Site, node: RingNode) -> None:
+    def __init__(self, declared: Declared, site: Site, node: ApplicationNode) -> None:
         super().__init__(declared.name)
         self._site = site
         self._count = 0
@@ -82,7 +82,7 @@ class CounterInput(ObjectItem):
 class KeyInput(Switched):
     """A key; the node applies its mode.  A program may write its state until the key changes it (PAML-092)."""
 
-    def __init__(self, declared: Declared, site: Site, node: RingNode) -> None:
+    def __init__(self, declared: Declared, site: Site, node: ApplicationNode) -> None:
         super().__init__(declared.name)
         self._site, self._node = site, node
         self._item = node.add(

@@ -6,7 +6,7 @@ from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.inputs import BinaryInput, CounterInput
 from fieldrig_devices.pam.objects.object_item import ObjectItem, has_error
 from fieldrig_devices.pam.objects.outputs import BinaryOutput
-from fieldrig_devices.pam.objects.site import RingNode, Site
+from fieldrig_devices.pam.objects.site import ApplicationNode, Site
 from fieldrig_devices.pam.objects.whole import whole_count
 from fieldrig_devices.pam.runtime.item import Pending
 from fieldrig_devices.pamring.frames import Motor, MotorItem, MotorOrder, MotorReport
@@ -24,7 +24,7 @@ class DcMotor(ObjectItem):
         self,
         declared: Declared,
         site: Site,
-        node: RingNode,
+        node: ApplicationNode,
         outputs: tuple[BinaryOutput, BinaryOutput],
         inputs: tuple[BinaryInput, CounterInput],
     ) -> None:

@@ -2,14 +2,14 @@
 
 from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.object_item import ObjectItem, has_error
-from fieldrig_devices.pam.objects.site import RingNode, Site
+from fieldrig_devices.pam.objects.site import ApplicationNode, Site
 from fieldrig_devices.pamring.frames import NodeType, Trouble
 
 
-class NodeItem(ObjectItem):
+class NodeObject(ObjectItem):
     """A node in programs.  Only a Smart-IO has an error word; that of an ST1 is its axis's (E-03)."""
 
-    def __init__(self, name: str, node: RingNode) -> None:
+    def __init__(self, name: str, node: ApplicationNode) -> None:
         super().__init__(name)
         self._node = node
 
@@ -25,7 +25,7 @@ def declare_nodes(declared: Declared, site: Site, count: int) -> list[ObjectItem
     group = declared.reference("NODES_GROUP")
     node_type = NodeType[declared.word("TYPE")]
     site.nodes[declared.name] = [
-        RingNode(
+        ApplicationNode(
             declared.name,
             declared.integer("ADDRESS") + index,
             node_type,
@@ -34,10 +34,10 @@ def declare_nodes(declared: Declared, site: Site, count: int) -> list[ObjectItem
         )
         for index in range(count)
     ]
-    return [NodeItem(declared.name, node) for node in site.nodes[declared.name]]
+    return [NodeObject(declared.name, node) for node in site.nodes[declared.name]]
 
 
-def on_trouble(node: RingNode, trouble: Trouble, site: Site) -> None:
+def on_trouble(node: ApplicationNode, trouble: Trouble, site: Site) -> None:
     """Keep the error word of a node; the ring's end shows the message."""
     if node.node_type is NodeType.SMART_IO:
         node.error_word = trouble.word

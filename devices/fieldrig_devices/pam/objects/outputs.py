@@ -5,7 +5,7 @@ from typing import Final
 
 from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.object_item import ObjectItem, Switched
-from fieldrig_devices.pam.objects.site import RingNode, Site
+from fieldrig_devices.pam.objects.site import ApplicationNode, Site
 from fieldrig_devices.pam.pipes.converter import Mode, Taker
 from fieldrig_devices.pamring.frames import (
     AnalogItem,
@@ -28,7 +28,7 @@ Volts = Callable[[int, float], None]
 
 
 class BinaryOutput(Switched):
-    def __init__(self, declared: Declared, site: Site, node: RingNode) -> None:
+    def __init__(self, declared: Declared, site: Site, node: ApplicationNode) -> None:
         super().__init__(declared.name)
         self._site, self._node = site, node
         self._is_active_high = is_active_high = declared.word("ACTIVE") == "HIGH"
@@ -44,7 +44,7 @@ class BinaryOutput(Switched):
 class DigitalOutput(ObjectItem):
     """A number on consecutive outputs; the lowest address is the lowest bit, and higher bits are dropped."""
 
-    def __init__(self, declared: Declared, site: Site, node: RingNode) -> None:
+    def __init__(self, declared: Declared, site: Site, node: ApplicationNode) -> None:
         super().__init__(declared.name)
         self._site, self._node = site, node
         self._number = 0
@@ -68,7 +68,7 @@ class DigitalOutput(ObjectItem):
 class AnalogOutput(ObjectItem):
     """RANGE is from -10 V to +10 V; values outside of it are limited (G-12)."""
 
-    def __init__(self, declared: Declared, site: Site, node: RingNode) -> None:
+    def __init__(self, declared: Declared, site: Site, node: ApplicationNode) -> None:
         super().__init__(declared.name)
         self._site, self._node = site, node
         self._lowest, self._highest = declared.pair("RANGE")
@@ -92,7 +92,7 @@ class AnalogOutput(ObjectItem):
 class LedOutput(Switched):
     """The node blinks by itself; the end of blinking leaves the state that was set (PAML-104)."""
 
-    def __init__(self, declared: Declared, site: Site, node: RingNode) -> None:
+    def __init__(self, declared: Declared, site: Site, node: ApplicationNode) -> None:
         super().__init__(declared.name)
         self._site, self._node = site, node
         self._item = node.add(lambda item: LedItem(item, declared.integer("ADDRESS")))
@@ -111,7 +111,7 @@ class LedOutput(Switched):
 
 
 class SevenSegmentOutput(ObjectItem):
-    def __init__(self, declared: Declared, _site: Site, node: RingNode) -> None:
+    def __init__(self, declared: Declared, _site: Site, node: ApplicationNode) -> None:
         super().__init__(declared.name)
         self._node = node
         digits = declared.integer("DIGITS")

@@ -65,7 +65,7 @@ class PipeInput:
 
 
 class SpeedInput(PipeInput):
-    """`part` is the way of the pipe since its beginning."""
+    """Set-points in mode SPEED; `part` is the way of the pipe since its beginning."""
 
     mode: Mode = "SPEED"
     set_point_mode = SetPointMode.SPEED
@@ -88,6 +88,8 @@ class SpeedInput(PipeInput):
 
 
 class TorqueInput(SpeedInput):
+    """Torque limits in mode TORQUE."""
+
     mode: Mode = "TORQUE"
     set_point_mode = SetPointMode.TORQUE
 

@@ -16,7 +16,7 @@ MOST_GROUPS: Final = 15
 
 
 @dataclass(slots=True)
-class RingNode:
+class ApplicationNode:
     """A node as the application declares it, with the items that the PAM configures on it."""
 
     name: str
@@ -53,7 +53,7 @@ class RingNode:
 
 @dataclass(slots=True)
 class _Request:
-    node: RingNode
+    node: ApplicationNode
     asked_in: int
     least_cycles: int
     then: Callable[[int | None], None]
@@ -61,14 +61,14 @@ class _Request:
 
 
 class Site:
-    """The surroundings of the objects."""
+    """The parts of the PAM that all objects use: ring, run time, groups of axes, and requests for registers."""
 
     def __init__(self, kernel: Kernel, port: PamPort, options: Options) -> None:
         self.kernel, self.port, self.options = kernel, port, options
         self.cycle_s = kernel.thirds / 3000
         self.cycle = kernel.cycle_number
         """The number of the present basic cycle."""
-        self.nodes: dict[str, list[RingNode]] = {}
+        self.nodes: dict[str, list[ApplicationNode]] = {}
         self.free_groups = list(range(1, MOST_GROUPS + 1))
         self.dependents: dict[str, list[str]] = {}
         """The objects whose answers follow from those of an axis: its sets and zero positioners."""
@@ -97,7 +97,9 @@ class Site:
         self._number = self._number % LAST_NUMBER + 1
         return self._number
 
-    def read(self, node: RingNode, register: int, then: Callable[[int | None], None], least_cycles: int = 0) -> None:
+    def read(
+        self, node: ApplicationNode, register: int, then: Callable[[int | None], None], least_cycles: int = 0
+    ) -> None:
         """Read a register; `then` gets the answer after `least_cycles` at the earliest, and None after a time-out."""
         self._request = self._request % LAST_NUMBER + 1
         self._requests[self._request] = _Request(node, self.cycle, least_cycles, then)
@@ -119,7 +121,7 @@ class Site:
             self._take_answers()
 
     def flowed(self) -> None:
-        """The pipes have flowed: `pipe_motionless` of the axes that have begun to move, or no longer do, is another."""
+        """Call this when pipes have flowed: `pipe_motionless` changes for axes that have begun or ceased to move."""
         for work in tuple(self.every_cycle.values()):
             work()
         if self.moved != self._moved_before:

@@ -149,7 +149,7 @@ class PmpItem(GeneratorItem):
 
 
 class SamplerItem(SourceItem):
-    """It reads an encoder over the ring in each period, or the set position of an axis (PAML-620)."""
+    """A sampler, which reads an encoder over the ring in each period, or the set position of an axis (PAML-620)."""
 
     block: Sampler
 

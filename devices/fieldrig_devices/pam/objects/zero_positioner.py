@@ -22,7 +22,7 @@ COUNTS_PER_TURN: Final = 1 << 16
 
 
 class FinePhases:
-    """The places in the fine phase; who finds none waits in line."""
+    """The places in the fine phase; a zero positioner that finds none free waits in line."""
 
     def __init__(self) -> None:
         self._running = 0

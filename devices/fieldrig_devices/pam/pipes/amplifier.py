@@ -4,7 +4,7 @@ from fieldrig_devices.pam.pipes.block import Block, Slewed
 
 
 class Amplifier(Block):
-    """`gain_slope` is in 1/s, `offset_slope` in units a second; None is MAX.
+    """An amplifier; `gain_slope` is in 1/s, `offset_slope` in units a second; None is MAX.
 
     In a flow with a period the amplifier counts the periods that pass, so its output has no step where its input
     begins again (G-29).  With `unwraps` False it takes each value as it is.

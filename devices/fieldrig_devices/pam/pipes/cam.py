@@ -26,7 +26,7 @@ class Profile:
 
 
 class Cam(Block):
-    """A change of profile takes effect with the next value; a changed profile has to be given again (PAML-444)."""
+    """A cam, whose new profile takes effect with the next value; give a changed one again (PAML-444)."""
 
     def __init__(self, profile: Profile, value_period: float | None) -> None:
         super().__init__()

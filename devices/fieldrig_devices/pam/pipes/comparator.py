@@ -10,7 +10,7 @@ def _nothing() -> None:
 
 
 class Comparator(Block):
-    """`ready` is true while the flow is at or above the reference.
+    """A comparator; `ready` is true while the flow is at or above the reference.
 
     In the mode THROUGH_ZERO the flow has to pass the limit of its period first.  A wrap in either direction is such a
     passage, and afterwards the block compares as in the normal mode until the reference is written again (G-31).

@@ -20,7 +20,7 @@ class Destination(Protocol):
 
 
 class Sink:
-    """It swallows values, as a stand-in for an axis (PAML-180)."""
+    """A destination that swallows values, as a stand-in for an axis (PAML-180)."""
 
     def attach(self, _mode: Mode, _period_s: float) -> Taker:
         return self._take
@@ -33,7 +33,7 @@ class Sink:
 
 
 class Converter:
-    """`ready` is true when the pipe has been made and its first value has reached the destination (PAML-485)."""
+    """A converter; `ready` is true when the pipe exists and its first value has reached the destination (PAML-485)."""
 
     def __init__(self, destination: Destination, mode: Mode) -> None:
         self.destination, self.mode = destination, mode
@@ -54,7 +54,7 @@ class Converter:
         self._take, self.ready = None, False
 
     def give_up(self) -> None:
-        """Another converter takes the destination over; the pipe ends without an effect on it (G-45)."""
+        """End without an effect on the destination, which another converter takes over (G-45)."""
         self._take, self.ready = None, False
 
     def pass_on(self, value: float) -> float:

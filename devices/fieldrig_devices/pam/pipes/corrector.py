@@ -29,7 +29,7 @@ class Settings:
 
 
 class Corrector(Block):
-    """`slope` is the acceleration of the correction in u/s2, `level` its speed in u/s, `delay_s` that of the sensor."""
+    """A corrector; `slope` is its acceleration in u/s2, `level` its speed in u/s, `delay_s` the delay of the sensor."""
 
     def __init__(self, settings: Settings, slope: float, level: float, delay_s: float) -> None:
         super().__init__()

@@ -4,7 +4,7 @@ from fieldrig_devices.pam.pipes.block import Block, nearest
 
 
 class Derivator(Block):
-    """`value_period` is the period of the flow in its units, or None."""
+    """A derivator; `value_period` is the period of the flow in its units, or None."""
 
     def __init__(self, value_period: float | None) -> None:
         super().__init__()

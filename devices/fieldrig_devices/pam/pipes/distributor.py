@@ -4,7 +4,7 @@ from fieldrig_devices.pam.pipes.block import Block
 
 
 class Distributor(Block):
-    """`divisor` 0 and 1 compute in every period (E-23)."""
+    """A distributor, which computes in every period if `divisor` is 0 or 1 (E-23)."""
 
     def __init__(self, divisor: int, shift: int) -> None:
         super().__init__()

@@ -57,7 +57,7 @@ class Generator(ABC):
         return nearest(difference, self.position_period) if self.takes_shorter_way else difference
 
     def start(self, period_s: float) -> None:
-        """The pipe is activated with this period in seconds: the position is INITIAL_POSITION (PAML-607)."""
+        """Begin at INITIAL_POSITION with this period in seconds, as the pipe is activated (PAML-607)."""
         self.period_s, self.is_active = period_s, True
         self._rest()
         self._base, self._periods = self.initial_position, 0
@@ -71,7 +71,7 @@ class Generator(ABC):
         return wrapped(self._base + self._moved(self._seconds + self.lead_s), self.position_period)
 
     def set_position(self, position: float) -> None:
-        """Call the present position `position`: a step of an active generator, else its next start (PAML-606, 633)."""
+        """Set the present position of an active generator by a step, else that of its next start (PAML-606, 633)."""
         if self.is_active:
             self._base += position - self._absolute
         else:

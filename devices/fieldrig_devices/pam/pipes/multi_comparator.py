@@ -99,7 +99,7 @@ class Trace:
 
 
 class MultiComparator(Block):
-    """The flow passes unchanged.  `learn` and `execute` begin a cycle, which the origin starts."""
+    """A comparator whose flow passes unchanged; `learn` and `execute` begin a cycle, which the origin starts."""
 
     def __init__(self, origin: Reference, value_period: float | None) -> None:
         super().__init__()

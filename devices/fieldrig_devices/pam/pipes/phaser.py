@@ -8,7 +8,7 @@ State = Literal["started", "stopping", "stopped", "starting"]
 
 
 class Phaser(Block):
-    """`phase_slope` is in units a second; None is MAX."""
+    """A phaser; `phase_slope` is in units a second; None is MAX."""
 
     def __init__(self, phase: float, phase_slope: float | None, standby_value: float, value_period: float) -> None:
         super().__init__()
@@ -28,7 +28,7 @@ class Phaser(Block):
 
     @standby_value.setter
     def standby_value(self, value: float) -> None:
-        """In an active block the value is reduced to the period, and appears at once while stopped (PAML-588)."""
+        """The value that leaves the block while it is stopped, reduced to the period in an active block (PAML-588)."""
         self._standby_value = wrapped(value, self.value_period) if self.is_active else value
         if self.is_active and self.state in ("stopped", "starting"):
             self.value = self._standby_value

@@ -6,7 +6,7 @@ from fieldrig_devices.pam.pipes.block import nearest
 
 
 class Sampler:
-    """`read` gives the position of the source at present, in its units."""
+    """A sampler; `read` gives the present position of its source, in the units of the source."""
 
     def __init__(self, read: Callable[[], float], *, is_speed: bool) -> None:
         self._read, self._is_speed = read, is_speed

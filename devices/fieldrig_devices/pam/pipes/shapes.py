@@ -8,9 +8,9 @@ other shape is natural: it has no second derivative at its ends.  A line "slopes
 from bisect import bisect_right
 from collections.abc import Sequence
 
-from fieldrig_devices.max4.libraries.pieces import evaluator
-from fieldrig_devices.max4.libraries.profile import Profile
-from fieldrig_devices.max4.libraries.spline import Point, spline, support_points
+from fieldrig_devices.motion.curves.pieces import evaluator
+from fieldrig_devices.motion.curves.profile import Profile
+from fieldrig_devices.motion.curves.spline import Point, spline, support_points
 from fieldrig_devices.pam.pipes.cam import Shape
 
 

@@ -127,7 +127,7 @@ class MemoryObjects:
             on_cycle()
 
     def flow(self) -> None:
-        """No pipe flows without a machine."""
+        """Do nothing: no pipe flows without a machine."""
 
     def give(self) -> None:
-        """Nothing goes anywhere."""
+        """Do nothing: outputs are not connected."""

@@ -40,7 +40,7 @@ class _Timed:
         return self.deadline is not None and self.task.schedule.cycle >= self.deadline
 
     def end(self) -> None:
-        """There is nothing to forget."""
+        """Do nothing: an answer leaves nothing to forget."""
 
 
 class TimeWait(_Timed):
@@ -147,7 +147,7 @@ class AnswerWait:
         return True
 
     def end(self) -> None:
-        """There is nothing to forget."""
+        """Do nothing: an answer leaves nothing to forget."""
 
 
 class FinishWait:

@@ -14,7 +14,7 @@ from ring_kinds import StarRing, hearing, shm
 
 from fieldrig.errors import BusError
 from fieldrig_bus.ring.sercos.shm import RingShm
-from fieldrig_bus.ring.sercos.star_bus import RingStarSettings
+from fieldrig_bus.ring.sercos.star import RingStarSettings
 from fieldrig_bus.ring.transport.image import SLOTS, Image
 from fieldrig_bus.ring.transport.shm import is_available
 

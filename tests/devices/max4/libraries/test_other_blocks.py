@@ -17,7 +17,7 @@ from fieldrig_devices.iec.tree import Pou
 from fieldrig_devices.max4.axes.axis import Mode
 from fieldrig_devices.max4.libraries.collection import motion_libraries
 from fieldrig_devices.max4.libraries.controller import SystemMotion
-from fieldrig_devices.max4.libraries.spline import profile_of_file, spline
+from fieldrig_devices.motion.curves.spline import profile_of_file, spline
 
 
 @pytest.fixture

@@ -6,30 +6,7 @@ from hypothesis import strategies as st
 from pam_objects import Bench
 from pam_programs import HEADER
 
-from fieldrig_devices.pamring.frames import (
-    AnalogItem,
-    Answer,
-    AxisReport,
-    Blink,
-    CounterItem,
-    Display,
-    InputChanged,
-    InputItem,
-    KeyItem,
-    KeyMode,
-    LedItem,
-    Motor,
-    MotorItem,
-    MotorOrder,
-    MotorReport,
-    OutputItem,
-    Read,
-    Report,
-    SetOutput,
-    SevenSegmentItem,
-    Severity,
-    Trouble,
-)
+from fieldrig_devices.pamring import frames
 
 SAMPLED = "PERIOD = 10; DEBOUNCE = 2; END\n"
 DESK = (
@@ -82,20 +59,20 @@ def item(bench: Bench, kind: type) -> int:
 def test_each_node_is_configured_with_its_items(bench: Bench) -> None:
     desk, *stations = bench.objects.nodes
     assert desk.items == [
-        OutputItem(1, 101, 1, True),
-        OutputItem(2, 102, 1, False),
-        InputItem(3, 102, 1, False, 10, 2),
-        CounterItem(4, 101, True, 1, 1),
-        InputItem(5, 208, 5, False, 10, 2),
-        KeyItem(6, 18, False, KeyMode.AUTOREPEAT, 20, 1500, 500),
-        OutputItem(7, 201, 6, False),
-        AnalogItem(8, 1),
-        LedItem(9, 6),
-        SevenSegmentItem(10, 1, 1),
-        MotorItem(11, increase=1, decrease=2, zero=3, counter=4, timeout_ms=500, braking=3),
+        frames.OutputItem(1, 101, 1, True),
+        frames.OutputItem(2, 102, 1, False),
+        frames.InputItem(3, 102, 1, False, 10, 2),
+        frames.CounterItem(4, 101, True, 1, 1),
+        frames.InputItem(5, 208, 5, False, 10, 2),
+        frames.KeyItem(6, 18, False, frames.KeyMode.AUTOREPEAT, 20, 1500, 500),
+        frames.OutputItem(7, 201, 6, False),
+        frames.AnalogItem(8, 1),
+        frames.LedItem(9, 6),
+        frames.SevenSegmentItem(10, 1, 1),
+        frames.MotorItem(11, increase=1, decrease=2, zero=3, counter=4, timeout_ms=500, braking=3),
     ]
     assert [(node.address, node.items) for node in stations] == [
-        (address, [OutputItem(1, 301, 1, True)]) for address in (63, 64, 65)
+        (address, [frames.OutputItem(1, 301, 1, True)]) for address in (63, 64, 65)
     ]
 
 
@@ -139,13 +116,13 @@ def test_a_counter_counts(bench: Bench) -> None:
 def test_a_program_writes_a_key_until_the_key_changes(bench: Bench) -> None:
     key = bench.item("KEY_Slow")
     key.do("set")
-    assert (key.value(), bench.sent(41)) == (True, [SetOutput(6, 1)])
+    assert (key.value(), bench.sent(41)) == (True, [frames.SetOutput(6, 1)])
     key.do("invert")
     assert key.value() is False
     bench.change(41, 6, 1)
     assert key.value() is True
     key.do("reset")
-    assert bench.sent(41)[-1] == SetOutput(6, 0)
+    assert bench.sent(41)[-1] == frames.SetOutput(6, 0)
 
 
 @pytest.mark.manual("PAML-101")
@@ -155,9 +132,9 @@ def test_outputs_are_sent_when_they_change(bench: Bench) -> None:
     output.do("reset")
     output.do("set")
     output.set_value(True)
-    assert (bench.sent(41), output.value()) == ([SetOutput(2, 0)], True)
+    assert (bench.sent(41), output.value()) == ([frames.SetOutput(2, 0)], True)
     output.do("invert")
-    assert (bench.sent(41)[-1], output.value()) == (SetOutput(2, 1), False)
+    assert (bench.sent(41)[-1], output.value()) == (frames.SetOutput(2, 1), False)
     assert bench.kernel.touched_names == {"SBO_Dec"}
 
 
@@ -165,16 +142,16 @@ def test_outputs_are_sent_when_they_change(bench: Bench) -> None:
 def test_a_digital_output_drops_bits_that_it_does_not_have(bench: Bench) -> None:
     output = bench.item("SDO_Code")
     output.set_value(63.9)
-    assert (bench.sent(41), output.value()) == ([SetOutput(7, 0)], 63)
+    assert (bench.sent(41), output.value()) == ([frames.SetOutput(7, 0)], 63)
     output.set_value(64 + 5)
-    assert (bench.sent(41)[-1], output.value()) == (SetOutput(7, 0b111010), 5)
+    assert (bench.sent(41)[-1], output.value()) == (frames.SetOutput(7, 0b111010), 5)
 
 
 @pytest.mark.manual("PAML-103")
 @pytest.mark.parametrize(("value", "millivolts"), [(1245, 1245), (-10000, -10000), (12000, 10000), (-99999, -10000)])
 def test_an_analog_output_is_linear_and_limited(bench: Bench, value: float, millivolts: int) -> None:
     bench.item("SAO_Speed").set_value(value)
-    assert bench.sent(41) == [SetOutput(8, millivolts)]
+    assert bench.sent(41) == [frames.SetOutput(8, millivolts)]
 
 
 @pytest.mark.manual("PAML-104")
@@ -182,7 +159,12 @@ def test_an_analog_output_is_linear_and_limited(bench: Bench, value: float, mill
 def test_a_led_blinks_in_its_node(bench: Bench) -> None:
     for function in ("set", "blink", "no_blink", "reset"):
         bench.do("LED_Run", function)
-    assert bench.sent(41) == [SetOutput(9, 1), Blink(9, True), Blink(9, False), SetOutput(9, 0)]
+    assert bench.sent(41) == [
+        frames.SetOutput(9, 1),
+        frames.Blink(9, True),
+        frames.Blink(9, False),
+        frames.SetOutput(9, 0),
+    ]
 
 
 @pytest.mark.manual("PAML-105")
@@ -193,7 +175,7 @@ def test_a_led_blinks_in_its_node(bench: Bench) -> None:
 def test_a_display_shows_characters_and_lowest_digits(bench: Bench, arguments: tuple[object, ...], shown: str) -> None:
     bench.do("D7S_Digit", "display", *arguments)
     bench.do("D7S_Digit", "blink")
-    assert bench.sent(41) == [Display(10, ord(shown)), Blink(10, True)]
+    assert bench.sent(41) == [frames.Display(10, ord(shown)), frames.Blink(10, True)]
 
 
 @pytest.mark.manual("PAML-106")
@@ -221,17 +203,19 @@ def test_analog_outputs_of_the_pam(bench: Bench, volts: dict[int, float], name: 
 @pytest.mark.parametrize(
     ("function", "arguments", "order"),
     [
-        ("absolute_move", (100.7,), MotorOrder(11, Motor.ABSOLUTE_MOVE, (100,))),
-        ("relative_move", (-5,), MotorOrder(11, Motor.RELATIVE_MOVE, (-5,))),
-        ("run", ("DEC",), MotorOrder(11, Motor.RUN, (-1,))),
-        ("stop", (), MotorOrder(11, Motor.STOP)),
-        ("position", (7,), MotorOrder(11, Motor.POSITION, (7,))),
-        ("zero_position", ("INC", "LOW"), MotorOrder(11, Motor.ZERO_POSITION, (1, 0))),
-        ("stroke_limits", (-10, 500), MotorOrder(11, Motor.STROKE_LIMITS, (-10, 500))),
-        ("disable_stroke_limits", (), MotorOrder(11, Motor.DISABLE_STROKE_LIMITS)),
+        ("absolute_move", (100.7,), frames.MotorOrder(11, frames.Motor.ABSOLUTE_MOVE, (100,))),
+        ("relative_move", (-5,), frames.MotorOrder(11, frames.Motor.RELATIVE_MOVE, (-5,))),
+        ("run", ("DEC",), frames.MotorOrder(11, frames.Motor.RUN, (-1,))),
+        ("stop", (), frames.MotorOrder(11, frames.Motor.STOP)),
+        ("position", (7,), frames.MotorOrder(11, frames.Motor.POSITION, (7,))),
+        ("zero_position", ("INC", "LOW"), frames.MotorOrder(11, frames.Motor.ZERO_POSITION, (1, 0))),
+        ("stroke_limits", (-10, 500), frames.MotorOrder(11, frames.Motor.STROKE_LIMITS, (-10, 500))),
+        ("disable_stroke_limits", (), frames.MotorOrder(11, frames.Motor.DISABLE_STROKE_LIMITS)),
     ],
 )
-def test_orders_to_a_motor(bench: Bench, function: str, arguments: tuple[object, ...], order: MotorOrder) -> None:
+def test_orders_to_a_motor(
+    bench: Bench, function: str, arguments: tuple[object, ...], order: frames.MotorOrder
+) -> None:
     bench.do("DCM_Width", function, *arguments)
     assert bench.sent(41) == [order]
 
@@ -242,7 +226,7 @@ def test_a_motor_is_ready_when_its_node_says_so(bench: Bench) -> None:
     assert bench.ask("DCM_Width", "ready")
     bench.do("DCM_Width", "absolute_move", 100)
     assert not bench.ask("DCM_Width", "ready")
-    bench.objects.on_report(41, MotorReport(11, is_ready=True, error=0x4))
+    bench.objects.on_report(41, frames.MotorReport(11, is_ready=True, error=0x4))
     assert bench.ask("DCM_Width", "ready")
     assert bench.ask("DCM_Width", "error")
     assert [bench.ask("DCM_Width", "error_code", mask) for mask in (0x7, 0x3)] == [True, False]
@@ -254,10 +238,10 @@ def test_the_position_of_a_motor_is_read_over_the_ring(bench: Bench) -> None:
     bench.cycle()
     pending = bench.ask("DCM_Width", "position")
     (read,) = bench.sent(41)
-    assert read == Read(1, 11)
+    assert read == frames.Read(1, 11)
     bench.cycle()
     values = [pending.value]
-    bench.report(41, Answer(1, -42))
+    bench.report(41, frames.Answer(1, -42))
     bench.cycle()
     assert [*values, pending.value] == [None, -42]
     assert not bench.kernel.reports
@@ -274,19 +258,19 @@ def test_a_motor_that_does_not_answer_is_in_error(bench: Bench) -> None:
 
 @pytest.mark.manual("PAML-024", "PAML-025", "PAMS-051")
 def test_the_error_word_of_a_node(bench: Bench) -> None:
-    bench.objects.on_report(41, Trouble(Severity.WARNING, 0x00C, (0x08, 0), 0x001000))
+    bench.objects.on_report(41, frames.Trouble(frames.Severity.WARNING, 0x00C, (0x08, 0), 0x001000))
     assert bench.kernel.touched_names == {"NOD_Desk"}
     assert bench.ask("NOD_Desk", "error")
     assert bench.ask("NOD_Desk", "error_code") == 0x001000
     assert [bench.ask("NOD_Desk", "error_code", mask) for mask in (0x001000, 0x000FF0)] == [True, False]
-    bench.objects.on_report(41, Trouble(Severity.ENDED, 0x00C, (0x08, 0)))
+    bench.objects.on_report(41, frames.Trouble(frames.Severity.ENDED, 0x00C, (0x08, 0)))
     assert not bench.ask("NOD_Desk", "error")
 
 
 @pytest.mark.manual("PAML-024")
 def test_an_st1_has_no_error_word_of_a_node() -> None:
     bench = Bench(HEADER + "NODE NOD_Belt; ADDRESS = 7; TYPE = ST1; END\n")
-    bench.objects.on_report(7, Trouble(Severity.WARNING, 0x00C, (0x08, 0), 0x001000))
+    bench.objects.on_report(7, frames.Trouble(frames.Severity.WARNING, 0x00C, (0x08, 0), 0x001000))
     assert not bench.ask("NOD_Belt", "error")
 
 
@@ -294,23 +278,23 @@ def test_an_st1_has_no_error_word_of_a_node() -> None:
 @pytest.mark.parametrize("address", ["41", "#29"])
 def test_an_address_is_decimal_without_a_number_sign(address: str) -> None:
     bench = Bench(HEADER + f"NODE NOD_Desk; ADDRESS = {address}; TYPE = SMART_IO; END\n")
-    bench.objects.on_report(41, Trouble(Severity.WARNING, 0x00C, (0x08, 0), 0x001000))
+    bench.objects.on_report(41, frames.Trouble(frames.Severity.WARNING, 0x00C, (0x08, 0), 0x001000))
     assert bench.ask("NOD_Desk", "error")
 
 
 NUMBERS = st.integers(-(2**31), 2**32)
 REPORTS = st.one_of(
-    st.builds(InputChanged, st.integers(0, 14), NUMBERS, st.integers(0, 2**32 - 1)),
-    st.builds(MotorReport, st.integers(0, 14), st.booleans(), NUMBERS),
-    st.builds(AxisReport, NUMBERS, NUMBERS, st.integers(0, 65535), NUMBERS),
-    st.builds(Answer, st.integers(0, 5), st.none() | NUMBERS),
-    st.builds(Trouble, st.sampled_from(Severity), NUMBERS, st.tuples(NUMBERS, NUMBERS), NUMBERS),
+    st.builds(frames.InputChanged, st.integers(0, 14), NUMBERS, st.integers(0, 2**32 - 1)),
+    st.builds(frames.MotorReport, st.integers(0, 14), st.booleans(), NUMBERS),
+    st.builds(frames.AxisReport, NUMBERS, NUMBERS, st.integers(0, 65535), NUMBERS),
+    st.builds(frames.Answer, st.integers(0, 5), st.none() | NUMBERS),
+    st.builds(frames.Trouble, st.sampled_from(frames.Severity), NUMBERS, st.tuples(NUMBERS, NUMBERS), NUMBERS),
 )
 
 
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from([41, 63, 7, 99]), REPORTS), max_size=12))
-def test_no_report_of_a_node_stops_the_pam(reports: list[tuple[int, Report]]) -> None:
+def test_no_report_of_a_node_stops_the_pam(reports: list[tuple[int, frames.Report]]) -> None:
     axis = "NODE NOD_a; ADDRESS = 7; TYPE = ST1; END AXIS AXI_a; NODE = NOD_a; PULSES_PER_UNIT = 3; TRAVEL_SPEED = 1;"
     bench = Bench(f"{DESK}{axis} ACCELERATION = 1; INITIAL_POSITION = 0; POSITION_PERIOD = 360; END")
     bench.do("AXI_a", "run", 1)
@@ -325,6 +309,6 @@ def test_no_report_of_a_node_stops_the_pam(reports: list[tuple[int, Report]]) ->
 def test_reports_on_unknown_nodes_and_items_are_dropped(bench: Bench) -> None:
     bench.change(99, 1, 1)
     bench.change(41, 99, 1)
-    bench.objects.on_report(41, Answer(77, 1))
+    bench.objects.on_report(41, frames.Answer(77, 1))
     bench.cycle()
     assert bench.kernel.touched_names == set()

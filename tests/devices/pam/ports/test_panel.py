@@ -17,6 +17,8 @@ def test_date_and_time_are_packed() -> None:
     assert panel_cells(6, 0x16, datetime(1990, 1, 1, tzinfo=UTC), tag=2, info=17) == (6, 0x16, 0x0042, 0, 2, 17, 0)
     noon = datetime(2026, 12, 31, 12, 0, 1, tzinfo=UTC)
     assert panel_cells(2, 0xFF0, noon)[2:4] == (36 << 10 | 12 << 6 | 31 << 1 | 1, 0xC001)
+    hours = [panel_cells(2, 0xFF0, noon.replace(hour=hour))[3] >> 12 for hour in (0, 11, 12, 13, 23)]
+    assert hours == [0, 11, 12, 1, 11]
 
 
 @pytest.mark.manual("PAMS-058")

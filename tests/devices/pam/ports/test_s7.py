@@ -72,6 +72,7 @@ def test_several_items_begin_at_even_bytes(client: Client) -> None:
         ("04 01 12 0a 10 02 00 02 00 01 84 00 7f f8", "04 01 05 00 00 00"),  # byte 4095 and one more
         ("04 01 12 0a 10 02 00 02 00 00 83 00 00 00", "04 01 0a 00 00 00"),  # a flag of the controller
         ("04 01 12 0a 10 02 00 02 00 01 84 00 00 01", "04 01 05 00 00 00"),  # bytes from a bit on
+        ("04 01 12 0a 10 02 00 00 00 01 84 00 00 00", "04 01 05 00 00 00"),  # no bytes
         ("04 01 12 0a 10 1c 00 01 00 01 84 00 00 00", "04 01 06 00 00 00"),  # a counter
     ],
 )

@@ -61,6 +61,19 @@ def test_values_in_both_directions(rig: Rig) -> None:
             rig.set("plc", key, wrong)
 
 
+def test_the_last_of_many_values_arrives(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
+    config = rig_of(tmp_path)
+    config["devices"]["pam"]["turnaround_ms"] = 2.0
+    rig = fieldrig_rig(config)
+    rig.run_until(2 * S)
+    for value in range(1, 101):  # some while the master is sending the one before
+        rig.set("plc", "DWI_MachPressure", value)
+        rig.run_until(rig.now_ns + 7 * MS)
+        if value % 10 == 0:
+            rig.run_until(rig.now_ns + 200 * MS)
+            assert rig.get("pam", "DWI_MachPressure.0") == value
+
+
 def test_the_watchdog_is_served(rig: Rig) -> None:
     rig.run_until(5 * S)
     assert rig.get("pam", "state") == "running"

@@ -68,6 +68,14 @@ def test_each_change_of_an_output_is_written_at_once() -> None:
     ]
 
 
+def test_a_master_passes_over_a_block_with_an_unknown_key() -> None:
+    bench, master = started_vme()
+    bench.ports._ports[0]._out.put((99, 0, 0, 1, 0, 0, 0))  # type: ignore[attr-defined]
+    bench.item("DFO_MachStopped").do("set", ())
+    assert bench.play(master.take()) == [("DFO_MachStopped", 0, True)]
+    assert master.mistakes == ["a value has the unknown key 99"]
+
+
 @pytest.mark.parametrize(("given", "kept"), [(32767, 32767), (40_000, -25_536), (-2.9, -2), (float("inf"), 0)])
 def test_a_word_has_16_bits(given: float, kept: int) -> None:
     bench, master = started_vme()

@@ -6,51 +6,40 @@ everywhere.
 
 from typing import Final
 
+from fieldrig_devices.pam.language import tree
 from fieldrig_devices.pam.language.check.symbols import TYPE_NAMES, Context, Names, Symbol, listed, with_article
 from fieldrig_devices.pam.language.functions import EXECUTIVE, INQUIRIES, MATHEMATICS, VALUES, Function, Type
 from fieldrig_devices.pam.language.objects import KINDS, PORT_PARAMETERS, Rule
-from fieldrig_devices.pam.language.tree import (
-    Binary,
-    Expression,
-    Inquiry,
-    Number,
-    ParameterOf,
-    Reduction,
-    Reference,
-    Text,
-    Unary,
-    Word,
-)
 
 NUMERIC: Final = ("integer", "real")
 _COMPARISONS: Final = ("=", "<>", "<", "<=", ">", ">=")
 
 
-def type_of(expression: Expression, names: Names, context: Context) -> Type | None:
+def type_of(expression: tree.Expression, names: Names, context: Context) -> Type | None:
     """Return the type of an expression.  Everything that is wrong in it is reported."""
     match expression:
-        case Number(value=value):
+        case tree.Number(value=value):
             return "integer" if isinstance(value, int) else "real"
-        case Text():
+        case tree.Text():
             return "text"
-        case Word():
+        case tree.Word():
             return _word(expression, names)
-        case Reference():
+        case tree.Reference():
             return _value(expression, names, context)
-        case ParameterOf():
+        case tree.ParameterOf():
             return _parameter(expression, names, context)
-        case Unary():
+        case tree.Unary():
             return _unary(expression, names, context)
-        case Binary():
+        case tree.Binary():
             return _binary(expression, names, context)
-        case Inquiry():
+        case tree.Inquiry():
             return _inquiry(expression, names, context)
-        case Reduction(operand=operand):
+        case tree.Reduction(operand=operand):
             need(operand, "flag", names, context.reduced())
             return "flag"
 
 
-def need(expression: Expression, wanted: Type, names: Names, context: Context) -> None:
+def need(expression: tree.Expression, wanted: Type, names: Names, context: Context) -> None:
     """Report an expression that is not of the wanted type.  Integers and reals are converted (PAML-227)."""
     found = type_of(expression, names, context)
     if found is None or found == wanted or (found in NUMERIC and wanted in NUMERIC):
@@ -60,12 +49,14 @@ def need(expression: Expression, wanted: Type, names: Names, context: Context) -
     names.wrong(expression.place, f"this is {TYPE_NAMES[found]}", TYPE_NAMES[wanted])
 
 
-def is_bit(expression: Expression) -> bool:
+def is_bit(expression: tree.Expression) -> bool:
     """True for the numbers 0 and 1, which listings use for flags (manual line 5775)."""
-    return isinstance(expression, Number) and expression.value in (0, 1) and isinstance(expression.value, int)
+    return isinstance(expression, tree.Number) and expression.value in (0, 1) and isinstance(expression.value, int)
 
 
-def indexed(reference: Reference, symbol: Symbol, names: Names, context: Context, *, is_target: bool = False) -> None:
+def indexed(
+    reference: tree.Reference, symbol: Symbol, names: Names, context: Context, *, is_target: bool = False
+) -> None:
     """Report an index that does not fit the object or the place (PAML-245, PAML-246, G-42)."""
     index = reference.index
     if not symbol.is_multiple:
@@ -86,7 +77,7 @@ def indexed(reference: Reference, symbol: Symbol, names: Names, context: Context
         names.wrong(reference.place, "[all] is no value", "[all+] or [all*]", "[all+] is OR, [all*] is AND.")
 
 
-def _word(word: Word, names: Names) -> Type | None:
+def _word(word: tree.Word, names: Names) -> Type | None:
     if word.name == "TIMEOUT":
         return "flag"
     if word.name == "PI":
@@ -95,7 +86,7 @@ def _word(word: Word, names: Names) -> Type | None:
     return None
 
 
-def _value(reference: Reference, names: Names, context: Context) -> Type | None:
+def _value(reference: tree.Reference, names: Names, context: Context) -> Type | None:
     if reference.name in context.formals:
         return None
     symbol = names.object(reference)
@@ -112,7 +103,7 @@ def _value(reference: Reference, names: Names, context: Context) -> Type | None:
     return found
 
 
-def rule_of(parameter: ParameterOf, symbol: Symbol, names: Names) -> Rule | None:
+def rule_of(parameter: tree.ParameterOf, symbol: Symbol, names: Names) -> Rule | None:
     """Return the rule of a parameter.  One that the kind does not have is reported, and is None."""
     rules = KINDS.get(symbol.kind, PORT_PARAMETERS.get(symbol.kind, {}))
     found = rules.get(parameter.parameter)
@@ -122,7 +113,7 @@ def rule_of(parameter: ParameterOf, symbol: Symbol, names: Names) -> Rule | None
     return found
 
 
-def _parameter(parameter: ParameterOf, names: Names, context: Context) -> Type | None:
+def _parameter(parameter: tree.ParameterOf, names: Names, context: Context) -> Type | None:
     symbol = names.object(parameter.subject)
     rule = rule_of(parameter, symbol, names) if symbol is not None else None
     if symbol is None or rule is None:
@@ -135,7 +126,7 @@ def _parameter(parameter: ParameterOf, names: Names, context: Context) -> Type |
     return "integer" if rule.holds[0].partition("/")[0] == "integer" else "real"
 
 
-def _unary(unary: Unary, names: Names, context: Context) -> Type | None:
+def _unary(unary: tree.Unary, names: Names, context: Context) -> Type | None:
     if unary.operator == "!":
         need(unary.operand, "flag", names, context)
         return "flag"
@@ -145,7 +136,7 @@ def _unary(unary: Unary, names: Names, context: Context) -> Type | None:
     return found if found in NUMERIC else None
 
 
-def _binary(binary: Binary, names: Names, context: Context) -> Type | None:
+def _binary(binary: tree.Binary, names: Names, context: Context) -> Type | None:
     left = type_of(binary.left, names, context)
     right = type_of(binary.right, names, context)
     if binary.operator in _COMPARISONS:
@@ -165,7 +156,7 @@ def _binary(binary: Binary, names: Names, context: Context) -> Type | None:
     return "real" if "real" in (left, right) else "integer"
 
 
-def _compared(binary: Binary, left: Type | None, right: Type | None, names: Names) -> None:
+def _compared(binary: tree.Binary, left: Type | None, right: Type | None, names: Names) -> None:
     if left is None or right is None or (left in NUMERIC and right in NUMERIC):
         return
     if binary.operator in ("=", "<>"):
@@ -178,12 +169,12 @@ def _compared(binary: Binary, left: Type | None, right: Type | None, names: Name
     names.wrong(binary.place, what, "numbers", hint)
 
 
-def _inquiry(inquiry: Inquiry, names: Names, context: Context) -> Type | None:
+def _inquiry(inquiry: tree.Inquiry, names: Names, context: Context) -> Type | None:
     subject = inquiry.subject
     if inquiry.function in MATHEMATICS:
         return _mathematics(inquiry, names, context)
-    if not isinstance(subject, Reference):
-        hint = f"Write {subject.operator}(object ? {inquiry.function})." if isinstance(subject, Unary) else ""
+    if not isinstance(subject, tree.Reference):
+        hint = f"Write {subject.operator}(object ? {inquiry.function})." if isinstance(subject, tree.Unary) else ""
         names.wrong(inquiry.place, f"{inquiry.function} is asked of an expression", "an object", hint)
         return None
     if subject.name in context.formals:
@@ -200,7 +191,7 @@ def _inquiry(inquiry: Inquiry, names: Names, context: Context) -> Type | None:
     return fitting(inquiry.function, forms, inquiry.arguments, inquiry, names, context)
 
 
-def _unknown_inquiry(inquiry: Inquiry, symbol: Symbol, names: Names) -> None:
+def _unknown_inquiry(inquiry: tree.Inquiry, symbol: Symbol, names: Names) -> None:
     known = sorted(INQUIRIES.get(symbol.kind, {}))
     what = f"{with_article(symbol.kind)} does not know the inquiry {inquiry.function}"
     is_order = inquiry.function in EXECUTIVE.get(symbol.kind, {})
@@ -208,7 +199,7 @@ def _unknown_inquiry(inquiry: Inquiry, symbol: Symbol, names: Names) -> None:
     names.wrong(inquiry.place, what, listed(known) if known else "an object that answers inquiries", hint)
 
 
-def _mathematics(inquiry: Inquiry, names: Names, context: Context) -> Type | None:
+def _mathematics(inquiry: tree.Inquiry, names: Names, context: Context) -> Type | None:
     if inquiry.arguments:
         names.wrong(inquiry.place, f"{inquiry.function} takes no arguments", f"number ? {inquiry.function}")
     found = type_of(inquiry.subject, names, context)
@@ -220,8 +211,8 @@ def _mathematics(inquiry: Inquiry, names: Names, context: Context) -> Type | Non
 def fitting(
     name: str,
     forms: tuple[Function, ...],
-    arguments: tuple[Expression, ...],
-    at: Inquiry | Expression,
+    arguments: tuple[tree.Expression, ...],
+    at: tree.Inquiry | tree.Expression,
     names: Names,
     context: Context,
 ) -> Type | None:
@@ -238,15 +229,15 @@ def fitting(
     return form.answer
 
 
-def check_argument(argument: Expression, wanted: str, names: Names, context: Context) -> None:
+def check_argument(argument: tree.Expression, wanted: str, names: Names, context: Context) -> None:
     """Report an argument that is not what a function takes."""
     if wanted[0] == "(":
         words = wanted[1:-1].split("|")
-        if not (isinstance(argument, Word) and argument.name in words):
+        if not (isinstance(argument, tree.Word) and argument.name in words):
             names.wrong(argument.place, "the argument is wrong", listed(words))
     elif wanted[0] == "<":
-        symbol = names.object(argument) if isinstance(argument, Reference) else None
-        if not isinstance(argument, Reference) or (symbol is not None and symbol.kind != wanted[1:-1]):
+        symbol = names.object(argument) if isinstance(argument, tree.Reference) else None
+        if not isinstance(argument, tree.Reference) or (symbol is not None and symbol.kind != wanted[1:-1]):
             names.wrong(argument.place, "the argument is wrong", with_article(wanted[1:-1]))
         elif symbol is not None:
             indexed(argument, symbol, names, context, is_target=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 
+from fieldrig_devices.pam.language import tree
 from fieldrig_devices.pam.language.check.expressions import check_argument, fitting, indexed, need, rule_of, type_of
 from fieldrig_devices.pam.language.check.pipes import check_pipe
 from fieldrig_devices.pam.language.check.symbols import (
@@ -15,95 +16,73 @@ from fieldrig_devices.pam.language.check.symbols import (
     with_article,
 )
 from fieldrig_devices.pam.language.functions import EXECUTIVE, REPLACED, VALUES, WRITABLE
-from fieldrig_devices.pam.language.tree import (
-    ArmException,
-    Ask,
-    Assign,
-    Branch,
-    Call,
-    Case,
-    Condition,
-    Connect,
-    DuplicateStart,
-    EntryAction,
-    ExceptionAction,
-    ExceptionEntry,
-    Execute,
-    Expression,
-    If,
-    Loop,
-    Modify,
-    Number,
-    Reference,
-    RemoveException,
-    RoutineCall,
-    SequenceRef,
-    StartSequence,
-    StartTask,
-    Statement,
-    Unary,
-    Wait,
-    Word,
+
+SERVICE = (
+    tree.Condition,
+    tree.DuplicateStart,
+    tree.Wait,
+    tree.Case,
+    tree.ArmException,
+    tree.ExceptionEntry,
+    tree.RemoveException,
 )
 
-SERVICE = (Condition, DuplicateStart, Wait, Case, ArmException, ExceptionEntry, RemoveException)
 
-
-def check_statements(statements: Iterable[Statement], names: Names, context: Context) -> None:
+def check_statements(statements: Iterable[tree.Statement], names: Names, context: Context) -> None:
     for statement in statements:
         if isinstance(statement, SERVICE) and not context.allows_service:
             names.wrong(statement.place, f"{context.where} must not wait", "a statement that takes no time")
-        elif isinstance(statement, StartTask) and not context.allows_service:
+        elif isinstance(statement, tree.StartTask) and not context.allows_service:
             names.wrong(statement.place, f"{context.where} starts no task", "an assignment, a function, CALL or IF")
             continue
         _check(statement, names, context)
 
 
-def _check(statement: Statement, names: Names, context: Context) -> None:
+def _check(statement: tree.Statement, names: Names, context: Context) -> None:
     match statement:
-        case Assign():
+        case tree.Assign():
             _assign(statement, names, context)
-        case Execute():
+        case tree.Execute():
             _execute(statement, names, context)
-        case Modify():
+        case tree.Modify():
             _modify(statement, names, context)
-        case Ask(inquiry=inquiry):
+        case tree.Ask(inquiry=inquiry):
             type_of(inquiry, names, context)
-        case Connect():
+        case tree.Connect():
             check_pipe(statement, names)
-        case Call(call=call):
+        case tree.Call(call=call):
             check_routine_call(call, names, context)
-        case If(condition=condition, then=then, otherwise=otherwise):
+        case tree.If(condition=condition, then=then, otherwise=otherwise):
             need(condition, "flag", names, context)
             check_statements(then, names, context)
             check_statements(otherwise, names, context)
-        case Loop(body=body, until=until):
+        case tree.Loop(body=body, until=until):
             check_statements(body, names, context)
             need(until, "flag", names, context)
-        case StartSequence() | StartTask():
+        case tree.StartSequence() | tree.StartTask():
             _check_action(statement, names, context)
-        case Condition(condition=condition, timeout=timeout):
+        case tree.Condition(condition=condition, timeout=timeout):
             need(condition, "flag", names, context)
             check_timeout(timeout, names, context)
-        case Wait(duration=duration):
+        case tree.Wait(duration=duration):
             check_timeout(duration, names, context)
-        case Case(branches=branches, timeout=timeout):
+        case tree.Case(branches=branches, timeout=timeout):
             _case(branches, timeout, names, context)
-        case ArmException(condition=condition, timeout=timeout, action=action):
+        case tree.ArmException(condition=condition, timeout=timeout, action=action):
             need(condition, "flag", names, context)
             check_timeout(timeout, names, context)
             _check_action(action, names, context)
-        case DuplicateStart() | ExceptionEntry() | RemoveException():
+        case tree.DuplicateStart() | tree.ExceptionEntry() | tree.RemoveException():
             pass
 
 
-def check_timeout(timeout: Expression | None, names: Names, context: Context) -> None:
+def check_timeout(timeout: tree.Expression | None, names: Names, context: Context) -> None:
     """Report a time in milliseconds that is no number."""
     if timeout is not None:
         need(timeout, "real", names, context)
 
 
-def _target(reference: Reference, names: Names, context: Context) -> Symbol | None:
+def _target(reference: tree.Reference, names: Names, context: Context) -> Symbol | None:
     if reference.name in context.formals:
         names.wrong(reference.place, f"{reference.name} is a parameter of the routine", "an object")
         return None
@@ -116,7 +95,7 @@ def _target(reference: Reference, names: Names, context: Context) -> Symbol | No
     return symbol
 
 
-def _assign(statement: Assign, names: Names, context: Context) -> None:
+def _assign(statement: tree.Assign, names: Names, context: Context) -> None:
     symbol = _target(statement.target, names, context)
     value = statement.value
     if symbol is None:
@@ -126,7 +105,7 @@ def _assign(statement: Assign, names: Names, context: Context) -> None:
         expected = listed(known) if known else "an object that can be changed"
         names.wrong(statement.place, f"{with_article(symbol.kind)} takes no value", expected)
     elif (
-        isinstance(value, Reference)
+        isinstance(value, tree.Reference)
         and value.name.islower()
         and value.name not in names.symbols | dict.fromkeys(context.formals)
     ):
@@ -136,7 +115,7 @@ def _assign(statement: Assign, names: Names, context: Context) -> None:
         need(value, VALUES[symbol.kind], names, context)
 
 
-def _execute(statement: Execute, names: Names, context: Context) -> None:
+def _execute(statement: tree.Execute, names: Names, context: Context) -> None:
     symbol = _target(statement.target, names, context)
     if symbol is None:
         return
@@ -154,7 +133,7 @@ def _execute(statement: Execute, names: Names, context: Context) -> None:
         names.wrong(statement.place, what, listed(known) if known else "an object with functions")
 
 
-def _modify(statement: Modify, names: Names, context: Context) -> None:
+def _modify(statement: tree.Modify, names: Names, context: Context) -> None:
     symbol = _target(statement.target.subject, names, context)
     rule = rule_of(statement.target, symbol, names) if symbol is not None else None
     if symbol is None or rule is None:
@@ -164,11 +143,11 @@ def _modify(statement: Modify, names: Names, context: Context) -> None:
         names.wrong(statement.place, f"{rule.name} of {symbol.kind} cannot be changed by a program", expected)
         return
     value = statement.value
-    if isinstance(value, RoutineCall):
+    if isinstance(value, tree.RoutineCall):
         check_routine_call(value, names, context)
     elif rule.holds[0][0] == "<":
         check_argument(value, rule.holds[0], names, context)
-    elif isinstance(value, Word) and value.name in "|".join(rule.holds):
+    elif isinstance(value, tree.Word) and value.name in "|".join(rule.holds):
         pass
     elif rule.holds[0][0] == "(":
         names.wrong(value.place, f"{rule.name} is wrong", listed(list(rule.words)))
@@ -178,11 +157,11 @@ def _modify(statement: Modify, names: Names, context: Context) -> None:
         need(value, "real", names, context)
 
 
-def check_routine_call(call: RoutineCall, names: Names, context: Context, *, is_constant: bool = False) -> None:
+def check_routine_call(call: tree.RoutineCall, names: Names, context: Context, *, is_constant: bool = False) -> None:
     """Report a routine that does not exist, calls itself, or gets the wrong arguments (PAML-271, PAML-276)."""
     for argument in call.arguments:
-        number = argument.operand if isinstance(argument, Unary) and argument.operator != "!" else argument
-        if is_constant and not isinstance(number, Number):
+        number = argument.operand if isinstance(argument, tree.Unary) and argument.operator != "!" else argument
+        if is_constant and not isinstance(number, tree.Number):
             names.wrong(argument.place, "the argument of a routine is no constant here", "a number")
         elif not is_constant:
             type_of(argument, names, context)
@@ -191,7 +170,7 @@ def check_routine_call(call: RoutineCall, names: Names, context: Context, *, is_
     if call.routine == context.routine:
         names.wrong(call.place, f"{call.routine} calls itself", "another routine")
         return
-    symbol = names.object(Reference(call.place, call.routine))
+    symbol = names.object(tree.Reference(call.place, call.routine))
     if symbol is None:
         return
     if symbol.routine is None:
@@ -201,7 +180,7 @@ def check_routine_call(call: RoutineCall, names: Names, context: Context, *, is_
         names.wrong(call.place, what, f"{len(symbol.routine.formals)} of them")
 
 
-def _case(branches: Iterable[Branch], timeout: Branch | None, names: Names, context: Context) -> None:
+def _case(branches: Iterable[tree.Branch], timeout: tree.Branch | None, names: Names, context: Context) -> None:
     for branch in branches:
         need(branch.condition, "flag", names, context)
         check_sequence(branch.sequence, names, context)
@@ -210,7 +189,7 @@ def _case(branches: Iterable[Branch], timeout: Branch | None, names: Names, cont
         check_sequence(timeout.sequence, names, context)
 
 
-def check_sequence(reference: SequenceRef, names: Names, context: Context) -> None:
+def check_sequence(reference: tree.SequenceRef, names: Names, context: Context) -> None:
     """Report a sequence that the task does not have, or with a wrong index."""
     task = context.task
     if task is None:
@@ -225,14 +204,14 @@ def check_sequence(reference: SequenceRef, names: Names, context: Context) -> No
         names.wrong(reference.place, f"the index of {reference.name} does not fit its task", expected)
 
 
-def _check_action(action: ExceptionAction, names: Names, context: Context) -> None:
-    if isinstance(action, StartSequence):
+def _check_action(action: tree.ExceptionAction, names: Names, context: Context) -> None:
+    if isinstance(action, tree.StartSequence):
         check_sequence(action.sequence, names, context)
-    elif isinstance(action, EntryAction):
+    elif isinstance(action, tree.EntryAction):
         if action.label not in context.labels:
             expected = f"EXCEPTION_ENTRY {action.label} in the same sequence"
             names.wrong(action.place, f"there is no entry {action.label}", expected)
-    elif isinstance(action, StartTask):
+    elif isinstance(action, tree.StartTask):
         task = names.tasks.get(action.task)
         if task is None:
             names.wrong(action.place, f"there is no task {action.task}", listed(sorted(names.tasks)))

@@ -2,20 +2,8 @@
 
 from typing import Final, Literal
 
+from fieldrig_devices.pam.language import tree
 from fieldrig_devices.pam.language.parser.cursor import Cursor
-from fieldrig_devices.pam.language.tree import (
-    Binary,
-    Expression,
-    Inquiry,
-    Number,
-    ParameterOf,
-    Reduction,
-    Reference,
-    RoutineCall,
-    Text,
-    Unary,
-    Word,
-)
 from fieldrig_devices.pam.language.words import SYMBOLIC
 
 _LEVELS: Final = (("=", "<>"), ("<", "<=", ">", ">="), ("+", "-"), ("*", "/", "%", "^"))
@@ -24,14 +12,14 @@ LONGEST_CHAIN: Final = 1000
 """Operators of one level in a row."""
 
 
-def expression(cursor: Cursor) -> Expression:
+def expression(cursor: Cursor) -> tree.Expression:
     cursor.deeper()
     found = _level(cursor, 0)
     cursor.higher()
     return found
 
 
-def _level(cursor: Cursor, level: int) -> Expression:
+def _level(cursor: Cursor, level: int) -> tree.Expression:
     if level == len(_LEVELS):
         return _inquiry(cursor)
     left = _level(cursor, level + 1)
@@ -42,11 +30,11 @@ def _level(cursor: Cursor, level: int) -> Expression:
         if length > LONGEST_CHAIN:
             raise cursor.unexpected(f"at most {LONGEST_CHAIN} operators in a row")
         cursor.i += 1
-        left = Binary(place, operator, left, _level(cursor, level + 1))
+        left = tree.Binary(place, operator, left, _level(cursor, level + 1))
     return left
 
 
-def _inquiry(cursor: Cursor) -> Expression:
+def _inquiry(cursor: Cursor) -> tree.Expression:
     subject = _unary(cursor)
     length = 0
     while cursor.accept("?"):
@@ -54,7 +42,7 @@ def _inquiry(cursor: Cursor) -> Expression:
         length += 1
         if length > LONGEST_CHAIN:
             raise cursor.unexpected(f"at most {LONGEST_CHAIN} inquiries in a row")
-        subject = Inquiry(place, subject, function_name(cursor), arguments(cursor))
+        subject = tree.Inquiry(place, subject, function_name(cursor), arguments(cursor))
     return subject
 
 
@@ -66,7 +54,7 @@ def function_name(cursor: Cursor) -> str:
     return cursor.tokens[cursor.i - 1].text.lower()
 
 
-def arguments(cursor: Cursor) -> tuple[Expression, ...]:
+def arguments(cursor: Cursor) -> tuple[tree.Expression, ...]:
     """Read the arguments of a function in parentheses, if there are any."""
     if not cursor.accept("("):
         return ()
@@ -77,39 +65,39 @@ def arguments(cursor: Cursor) -> tuple[Expression, ...]:
     return tuple(found)
 
 
-def _unary(cursor: Cursor) -> Expression:
+def _unary(cursor: Cursor) -> tree.Expression:
     place = cursor.place
     signs: tuple[Literal["+", "-", "!"], ...] = ("+", "-", "!")
     for sign in signs:
         if cursor.token.kind == "sign" and cursor.token.text == sign:
             cursor.i += 1
             cursor.deeper()
-            found = Unary(place, sign, _unary(cursor))
+            found = tree.Unary(place, sign, _unary(cursor))
             cursor.higher()
             return found
     return _primary(cursor)
 
 
-def _primary(cursor: Cursor) -> Expression:
+def _primary(cursor: Cursor) -> tree.Expression:
     token = cursor.token
     if token.kind in ("integer", "real"):
         cursor.i += 1
         assert not isinstance(token.value, str)
-        return Number(token.place, token.value, token.text)
+        return tree.Number(token.place, token.value, token.text)
     if token.kind == "text":
         cursor.i += 1
-        return Text(token.place, str(token.value))
+        return tree.Text(token.place, str(token.value))
     if cursor.accept("("):
         inside = expression(cursor)
         cursor.close(")")
         return _reduced(cursor, inside)
     if token.kind == "name" and token.text.upper() in SYMBOLIC and not cursor.is_next(":"):
         cursor.i += 1
-        return Word(token.place, token.text.upper())
+        return tree.Word(token.place, token.text.upper())
     return object_or_parameter(cursor)
 
 
-def _reduced(cursor: Cursor, inside: Expression) -> Expression:
+def _reduced(cursor: Cursor, inside: tree.Expression) -> tree.Expression:
     place = cursor.place
     index = cursor.index()
     if index is None:
@@ -117,35 +105,35 @@ def _reduced(cursor: Cursor, inside: Expression) -> Expression:
     if index == "i" or index == "all":
         cursor.wrong(place, f"an expression has the index [{index}]", "[all+] or [all*]")
         return inside
-    return Reduction(place, inside, index)
+    return tree.Reduction(place, inside, index)
 
 
-def reference(cursor: Cursor) -> Reference:
+def reference(cursor: Cursor) -> tree.Reference:
     place = cursor.place
     name = cursor.name("the name of an object")
-    return Reference(place, name, cursor.index())
+    return tree.Reference(place, name, cursor.index())
 
 
-def object_or_parameter(cursor: Cursor) -> Reference | ParameterOf:
+def object_or_parameter(cursor: Cursor) -> tree.Reference | tree.ParameterOf:
     subject = reference(cursor)
     if not cursor.accept(":"):
         return subject
     if cursor.token.kind != "name":
         raise cursor.unexpected("the name of a parameter")
     cursor.i += 1
-    return ParameterOf(subject.place, subject, cursor.tokens[cursor.i - 1].text.upper())
+    return tree.ParameterOf(subject.place, subject, cursor.tokens[cursor.i - 1].text.upper())
 
 
-def routine_call(cursor: Cursor) -> RoutineCall:
+def routine_call(cursor: Cursor) -> tree.RoutineCall:
     """Read NONE, or a routine with what it is called with."""
     place = cursor.place
     if cursor.is_word("NONE"):
         cursor.i += 1
-        return RoutineCall(place, "")
+        return tree.RoutineCall(place, "")
     routine = cursor.name("the name of a routine")
-    found: list[Expression] = []
+    found: list[tree.Expression] = []
     if cursor.accept("WITH"):
         found.append(expression(cursor))
         while cursor.accept(","):
             found.append(expression(cursor))
-    return RoutineCall(place, routine, tuple(found))
+    return tree.RoutineCall(place, routine, tuple(found))

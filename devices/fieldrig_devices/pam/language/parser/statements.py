@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Final, Literal
 
+from fieldrig_devices.pam.language import tree
 from fieldrig_devices.pam.language.functions import EXECUTIVE_NAMES, REPLACED
 from fieldrig_devices.pam.language.parser.cursor import Cursor, UnexpectedError
 from fieldrig_devices.pam.language.parser.expressions import (
@@ -12,34 +13,6 @@ from fieldrig_devices.pam.language.parser.expressions import (
     object_or_parameter,
     reference,
     routine_call,
-)
-from fieldrig_devices.pam.language.tree import (
-    AbortAction,
-    ArmException,
-    Ask,
-    Assign,
-    Branch,
-    Call,
-    Case,
-    Condition,
-    Connect,
-    DuplicateStart,
-    EntryAction,
-    ExceptionAction,
-    ExceptionEntry,
-    Execute,
-    If,
-    Inquiry,
-    Loop,
-    Modify,
-    ParameterOf,
-    Reference,
-    RemoveException,
-    SequenceRef,
-    StartSequence,
-    StartTask,
-    Statement,
-    Wait,
 )
 from fieldrig_devices.pam.language.words import STRUCTURE
 
@@ -56,9 +29,9 @@ MOST_STATEMENTS: Final = 20_000
 """Statements of one list."""
 
 
-def statements(cursor: Cursor) -> tuple[Statement, ...]:
+def statements(cursor: Cursor) -> tuple[tree.Statement, ...]:
     """Read statements up to a word that ends them.  A mistake in one does not hide those in the next."""
-    found: list[Statement] = []
+    found: list[tree.Statement] = []
     while not cursor.is_at_end and not cursor.is_word(*_ENDS):
         if cursor.accept(";"):
             continue
@@ -74,7 +47,7 @@ def statements(cursor: Cursor) -> tuple[Statement, ...]:
     return tuple(found)
 
 
-def statement(cursor: Cursor) -> Statement:
+def statement(cursor: Cursor) -> tree.Statement:
     cursor.deeper()
     word = cursor.token.text.upper()
     read = _STATEMENTS.get(word) if cursor.token.kind == "name" else None
@@ -83,49 +56,49 @@ def statement(cursor: Cursor) -> Statement:
     return found
 
 
-def _access(cursor: Cursor) -> Statement:
+def _access(cursor: Cursor) -> tree.Statement:
     """Read a statement that begins with the name of an object."""
     place = cursor.place
     target = object_or_parameter(cursor)
-    if isinstance(target, ParameterOf):
+    if isinstance(target, tree.ParameterOf):
         cursor.expect("<-")
         is_routine = target.parameter.endswith("ROUTINE")
         value = routine_call(cursor) if is_routine else expression(cursor)
         cursor.semicolon()
-        return Modify(place, target, value)
+        return tree.Modify(place, target, value)
     if cursor.token.text == "<<":
         return _pipe(cursor, target)
     if cursor.accept("?"):
-        asked = Inquiry(cursor.place, target, function_name(cursor), arguments(cursor))
+        asked = tree.Inquiry(cursor.place, target, function_name(cursor), arguments(cursor))
         cursor.semicolon()
-        return Ask(place, asked)
+        return tree.Ask(place, asked)
     cursor.expect("<-", "A statement is object <- value, object <- function, or object:PARAMETER <- value.")
     word = cursor.token.text.lower()
     if cursor.token.kind == "name" and word in EXECUTIVE_NAMES | REPLACED.keys() and cursor.is_next(";", "("):
-        found: Statement = Execute(place, target, function_name(cursor), arguments(cursor))
+        found: tree.Statement = tree.Execute(place, target, function_name(cursor), arguments(cursor))
     else:
-        found = Assign(place, target, expression(cursor))
+        found = tree.Assign(place, target, expression(cursor))
     cursor.semicolon()
     return found
 
 
-def _pipe(cursor: Cursor, output: Reference) -> Connect:
+def _pipe(cursor: Cursor, output: tree.Reference) -> tree.Connect:
     blocks = [output]
     while cursor.accept("<<"):
         blocks.append(reference(cursor))
     cursor.semicolon()
-    return Connect(output.place, tuple(blocks))
+    return tree.Connect(output.place, tuple(blocks))
 
 
-def _call(cursor: Cursor) -> Call:
+def _call(cursor: Cursor) -> tree.Call:
     place = cursor.place
     cursor.i += 1
     called = routine_call(cursor)
     cursor.semicolon()
-    return Call(place, called)
+    return tree.Call(place, called)
 
 
-def _if(cursor: Cursor) -> If:
+def _if(cursor: Cursor) -> tree.If:
     place = cursor.place
     cursor.i += 1
     condition = expression(cursor)
@@ -134,34 +107,34 @@ def _if(cursor: Cursor) -> If:
     otherwise = statements(cursor) if cursor.accept("ELSE") else ()
     cursor.close("END_IF")
     cursor.accept(";")
-    return If(place, condition, then, otherwise)
+    return tree.If(place, condition, then, otherwise)
 
 
-def _loop(cursor: Cursor) -> Loop:
+def _loop(cursor: Cursor) -> tree.Loop:
     place = cursor.place
     cursor.i += 1
     body = statements(cursor)
     cursor.expect("END_LOOP")
     until = expression(cursor)
     cursor.semicolon()
-    return Loop(place, body, until)
+    return tree.Loop(place, body, until)
 
 
-def sequence_name(cursor: Cursor) -> SequenceRef:
+def sequence_name(cursor: Cursor) -> tree.SequenceRef:
     place = cursor.place
     name = cursor.name("the name of a sequence")
-    return SequenceRef(place, name, cursor.item_index())
+    return tree.SequenceRef(place, name, cursor.item_index())
 
 
-def _start_sequence(cursor: Cursor) -> StartSequence:
+def _start_sequence(cursor: Cursor) -> tree.StartSequence:
     place = cursor.place
     cursor.i += 1
-    found = StartSequence(place, sequence_name(cursor))
+    found = tree.StartSequence(place, sequence_name(cursor))
     cursor.semicolon(is_optional=True)
     return found
 
 
-def _task_and_sequence(cursor: Cursor) -> StartTask:
+def _task_and_sequence(cursor: Cursor) -> tree.StartTask:
     place = cursor.place
     cursor.i += 1
     task = cursor.name("the name of a task")
@@ -169,39 +142,39 @@ def _task_and_sequence(cursor: Cursor) -> StartTask:
     sequence = sequence_name(cursor)
     modes: tuple[Literal["WAIT", "ABORT"], ...] = ("WAIT", "ABORT")
     mode: Literal["", "WAIT", "ABORT"] = next((word for word in modes if cursor.accept(word)), "")
-    return StartTask(place, task, sequence, mode)
+    return tree.StartTask(place, task, sequence, mode)
 
 
-def _start_task(cursor: Cursor) -> StartTask:
+def _start_task(cursor: Cursor) -> tree.StartTask:
     found = _task_and_sequence(cursor)
     cursor.semicolon()
     return found
 
 
-def _condition(cursor: Cursor) -> Statement:
+def _condition(cursor: Cursor) -> tree.Statement:
     place = cursor.place
     cursor.i += 1
     if cursor.accept("DUPL_START"):
         cursor.semicolon()
-        return DuplicateStart(place)
+        return tree.DuplicateStart(place)
     condition = expression(cursor)
     timeout = expression(cursor) if cursor.accept("TIMEOUT") else None
     cursor.semicolon()
-    return Condition(place, condition, timeout)
+    return tree.Condition(place, condition, timeout)
 
 
-def _wait(cursor: Cursor) -> Wait:
+def _wait(cursor: Cursor) -> tree.Wait:
     place = cursor.place
     cursor.i += 1
-    found = Wait(place, expression(cursor))
+    found = tree.Wait(place, expression(cursor))
     cursor.semicolon()
     return found
 
 
-def _case(cursor: Cursor) -> Case:
+def _case(cursor: Cursor) -> tree.Case:
     place = cursor.place
     cursor.i += 1
-    branches: list[Branch] = []
+    branches: list[tree.Branch] = []
     while cursor.accept("CONDITION"):
         branches.append(_branch(cursor))
     if not branches:
@@ -209,19 +182,19 @@ def _case(cursor: Cursor) -> Case:
     timeout = _branch(cursor) if cursor.accept("TIMEOUT") else None
     cursor.close("END_CASE")
     cursor.accept(";")
-    return Case(place, tuple(branches), timeout)
+    return tree.Case(place, tuple(branches), timeout)
 
 
-def _branch(cursor: Cursor) -> Branch:
+def _branch(cursor: Cursor) -> tree.Branch:
     place = cursor.place
     condition = expression(cursor)
     cursor.expect("XEQ_SEQUENCE")
-    found = Branch(place, condition, sequence_name(cursor))
+    found = tree.Branch(place, condition, sequence_name(cursor))
     cursor.semicolon()
     return found
 
 
-def _exception(cursor: Cursor) -> ArmException:
+def _exception(cursor: Cursor) -> tree.ArmException:
     place = cursor.place
     cursor.i += 1
     condition = expression(cursor)
@@ -230,38 +203,38 @@ def _exception(cursor: Cursor) -> ArmException:
     timeout = None if is_inherited else expression(cursor)
     action = _exception_action(cursor)
     cursor.semicolon()
-    return ArmException(place, condition, action, has_timeout, timeout)
+    return tree.ArmException(place, condition, action, has_timeout, timeout)
 
 
-def _exception_action(cursor: Cursor) -> ExceptionAction:
+def _exception_action(cursor: Cursor) -> tree.ExceptionAction:
     place = cursor.place
     if cursor.accept("SEQUENCE"):
-        return StartSequence(place, sequence_name(cursor))
+        return tree.StartSequence(place, sequence_name(cursor))
     if cursor.accept("ENTRY"):
-        return EntryAction(place, cursor.name("the label of an EXCEPTION_ENTRY"))
+        return tree.EntryAction(place, cursor.name("the label of an EXCEPTION_ENTRY"))
     if cursor.accept("ABORT_SEQUENCE"):
-        return AbortAction(place)
+        return tree.AbortAction(place)
     if cursor.is_word("XEQ_TASK"):
         return _task_and_sequence(cursor)
     raise cursor.unexpected("SEQUENCE, ENTRY, XEQ_TASK or ABORT_SEQUENCE")
 
 
-def _exception_entry(cursor: Cursor) -> ExceptionEntry:
+def _exception_entry(cursor: Cursor) -> tree.ExceptionEntry:
     place = cursor.place
     cursor.i += 1
-    found = ExceptionEntry(place, cursor.name("a label"))
+    found = tree.ExceptionEntry(place, cursor.name("a label"))
     cursor.semicolon()
     return found
 
 
-def _remove_exception(cursor: Cursor) -> RemoveException:
+def _remove_exception(cursor: Cursor) -> tree.RemoveException:
     place = cursor.place
     cursor.i += 1
     cursor.semicolon(is_optional=True)
-    return RemoveException(place)
+    return tree.RemoveException(place)
 
 
-_STATEMENTS: Final[Mapping[str, Callable[[Cursor], Statement]]] = {
+_STATEMENTS: Final[Mapping[str, Callable[[Cursor], tree.Statement]]] = {
     "CALL": _call,
     "IF": _if,
     "LOOP": _loop,

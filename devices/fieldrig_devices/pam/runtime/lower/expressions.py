@@ -4,22 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
+from fieldrig_devices.pam.language import tree
 from fieldrig_devices.pam.language.check.symbols import PREDECLARED
 from fieldrig_devices.pam.language.functions import INQUIRIES, MATHEMATICS, VALUES, Type
 from fieldrig_devices.pam.language.objects import KINDS, PORT_PARAMETERS
-from fieldrig_devices.pam.language.tree import (
-    Binary,
-    Expression,
-    Inquiry,
-    Node,
-    Number,
-    ParameterOf,
-    Reduction,
-    Reference,
-    Text,
-    Unary,
-    Word,
-)
 from fieldrig_devices.pam.runtime.layout import Layout
 from fieldrig_devices.pam.runtime.lower.formulas import Formula, Formulas
 from fieldrig_devices.pam.runtime.lower.operands import HIGH, LOW, Emitter, Operand
@@ -62,31 +50,31 @@ class Expressions:
 
     # ---- operands
 
-    def operand(self, expression: Expression, emitter: Emitter, at: Surroundings) -> Operand:
+    def operand(self, expression: tree.Expression, emitter: Emitter, at: Surroundings) -> Operand:
         """Add the lines that compute an expression, and return its value."""
         match expression:
-            case Number(value=value):
+            case tree.Number(value=value):
                 return _number(value)
-            case Text(value=text):
+            case tree.Text(value=text):
                 raise AssertionError(f"the text {text!r} is no operand")
-            case Word(name="PI"):
+            case tree.Word(name="PI"):
                 return Operand("3.141592653589793", "real")  # manual line 6691
-            case Word():
+            case tree.Word():
                 return Operand("timed_out()", "flag")
-            case Reference():
+            case tree.Reference():
                 return self._value(expression, at)
-            case ParameterOf(subject=subject, parameter=parameter):
+            case tree.ParameterOf(subject=subject, parameter=parameter):
                 return self._parameter(subject, parameter)
-            case Unary():
+            case tree.Unary():
                 return self._unary(expression, emitter, at)
-            case Binary():
+            case tree.Binary():
                 return self._binary(expression, emitter, at)
-            case Inquiry():
+            case tree.Inquiry():
                 return self._inquiry(expression, emitter, at)
-            case Reduction():
+            case tree.Reduction():
                 return self._reduction(expression, at)
 
-    def _value(self, reference: Reference, at: Surroundings) -> Operand:
+    def _value(self, reference: tree.Reference, at: Surroundings) -> Operand:
         formal = at.formals.get(reference.name)
         if formal is not None:
             return Operand(cell("frame", formal.slot), formal.type)
@@ -103,13 +91,13 @@ class Expressions:
         called = self.uses.name(Use(Verb.VALUE, reference.name, reference.index))
         return Operand(f"{called}({base_of(reference)})", VALUES[kind])
 
-    def _joined(self, reference: Reference, at: Surroundings) -> Operand:
+    def _joined(self, reference: tree.Reference, at: Surroundings) -> Operand:
         """An object with [all+] or [all*]: the inquiry or value over all items."""
         assert reference.index in ("all+", "all*")
-        each = Reference(reference.place, reference.name, "i")
-        return self._reduction(Reduction(reference.place, each, reference.index), at)
+        each = tree.Reference(reference.place, reference.name, "i")
+        return self._reduction(tree.Reduction(reference.place, each, reference.index), at)
 
-    def _parameter(self, subject: Reference, parameter: str) -> Operand:
+    def _parameter(self, subject: tree.Reference, parameter: str) -> Operand:
         kind = self.kind(subject.name)
         rule = KINDS.get(kind, PORT_PARAMETERS.get(kind, {}))[parameter]
         called = self.uses.name(Use(Verb.GET, subject.name, subject.index, parameter))
@@ -119,7 +107,7 @@ class Expressions:
 
     # ---- operators
 
-    def _unary(self, unary: Unary, emitter: Emitter, at: Surroundings) -> Operand:
+    def _unary(self, unary: tree.Unary, emitter: Emitter, at: Surroundings) -> Operand:
         value = emitter.short(self.operand(unary.operand, emitter, at))
         if unary.operator == "!":
             return Operand(f"(not {emitter.flag(value).text})", "flag")
@@ -130,7 +118,7 @@ class Expressions:
             return Operand(f"(-{value.text})", "real", is_finite=value.is_finite)
         return emitter.in_range(Operand(f"(-{value.text})", "integer", -value.high, -value.low))
 
-    def _binary(self, binary: Binary, emitter: Emitter, at: Surroundings) -> Operand:
+    def _binary(self, binary: tree.Binary, emitter: Emitter, at: Surroundings) -> Operand:
         left = emitter.short(self.operand(binary.left, emitter, at))
         right = emitter.short(self.operand(binary.right, emitter, at))
         operator = binary.operator
@@ -148,22 +136,24 @@ class Expressions:
 
     # ---- inquiries
 
-    def _inquiry(self, inquiry: Inquiry, emitter: Emitter, at: Surroundings) -> Operand:
+    def _inquiry(self, inquiry: tree.Inquiry, emitter: Emitter, at: Surroundings) -> Operand:
         subject, function = inquiry.subject, inquiry.function
         if function in MATHEMATICS:
             return self._mathematics(function, emitter.number(self.operand(subject, emitter, at)), emitter)
-        assert isinstance(subject, Reference)
+        assert isinstance(subject, tree.Reference)
         forms = INQUIRIES[self.kind(subject.name)][function]
         form = next(form for form in forms if form.fewest <= len(inquiry.arguments) <= len(form.arguments))
         assert form.answer is not None
         if subject.index in ("all+", "all*"):
-            each = Inquiry(inquiry.place, Reference(subject.place, subject.name, "i"), function, inquiry.arguments)
-            return self._reduction(Reduction(inquiry.place, each, subject.index), at)
+            each = tree.Inquiry(
+                inquiry.place, tree.Reference(subject.place, subject.name, "i"), function, inquiry.arguments
+            )
+            return self._reduction(tree.Reduction(inquiry.place, each, subject.index), at)
         values = [emitter.checked(self.operand(argument, emitter, at)).text for argument in inquiry.arguments]
         return self._asked(inquiry, subject, function, form.answer, values, at)
 
     def _asked(
-        self, node: Node, subject: Reference, function: str, answer: Type, values: list[str], at: Surroundings
+        self, node: tree.Node, subject: tree.Reference, function: str, answer: Type, values: list[str], at: Surroundings
     ) -> Operand:
         if id(node) in at.answers:
             return Operand(at.answers[id(node)], answer)
@@ -182,15 +172,15 @@ class Expressions:
             return emitter.in_range(Operand(text, "integer", 0, max(-value.low, value.high)))
         return Operand(emitter.new(f"{function}({value.text})"), "real")
 
-    def _reduction(self, reduction: Reduction, at: Surroundings) -> Operand:
+    def _reduction(self, reduction: tree.Reduction, at: Surroundings) -> Operand:
         """A formula of its own for each item, joined over those that are active (PAML-246, G-46)."""
-        references = [node for node in nodes(reduction.operand) if isinstance(node, Reference)]
+        references = [node for node in nodes(reduction.operand) if isinstance(node, tree.Reference)]
         over = next((node.name for node in references if node.index == "i"), "")
         formula = self.formula(reduction.operand, over)
         verb = Verb.ANY if reduction.index == "all+" else Verb.ALL
         return Operand(f"{self.uses.name(Use(verb, over, None, str(formula.number)))}()", "flag")
 
-    def formula(self, expression: Expression, items: str = "", wanted: Type | None = "flag") -> Formula:
+    def formula(self, expression: tree.Expression, items: str = "", wanted: Type | None = "flag") -> Formula:
         """Return a function of the present item that computes an expression, with what it depends on."""
         emitter, at = Emitter(), Surroundings(asks=Verb.POLL, items=items)
         value = emitter.checked(self.operand(expression, emitter, at))
@@ -200,18 +190,18 @@ class Expressions:
     # ---- arguments of functions of objects
 
     def arguments(
-        self, expressions: Sequence[Expression], emitter: Emitter, at: Surroundings
+        self, expressions: Sequence[tree.Expression], emitter: Emitter, at: Surroundings
     ) -> tuple[tuple[Argument, ...], list[str]]:
         """Return what the arguments of a function are, and the texts of those that are computed."""
         found: list[Argument] = []
         texts: list[str] = []
         for expression in expressions:
             match expression:
-                case Text(value=text):
+                case tree.Text(value=text):
                     found.append(Fixed(text))
-                case Word(name=name) if name not in ("PI", "TIMEOUT"):
+                case tree.Word(name=name) if name not in ("PI", "TIMEOUT"):
                     found.append(Fixed(name))
-                case Reference(name=name, index=index) if self._is_object(name, at):
+                case tree.Reference(name=name, index=index) if self._is_object(name, at):
                     found.append(ItemOf(name, index))
                 case _:
                     found.append(None)
@@ -274,5 +264,5 @@ def cell(start: str, number: int) -> str:
     return f"M[{start} + {number}]" if number else f"M[{start}]"
 
 
-def base_of(reference: Reference) -> str:
+def base_of(reference: tree.Reference) -> str:
     return "base" if reference.index == "i" else ""

@@ -7,8 +7,8 @@ second derivatives at both ends.
 from math import sqrt
 from typing import Final
 
-from fieldrig_devices.max4.libraries.laws.law import Law
-from fieldrig_devices.max4.libraries.pieces import Piece
+from fieldrig_devices.motion.curves.laws.law import Law
+from fieldrig_devices.motion.curves.pieces import Piece
 
 LAW: Final = Law((Piece(0.5, (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)),), cv=15 / 8, ca=10 / sqrt(3), constant="P5")
 

@@ -12,8 +12,8 @@ from itertools import pairwise
 from math import isfinite
 from typing import Final
 
-from fieldrig_devices.max4.libraries.pieces import Piece
-from fieldrig_devices.max4.libraries.profile import Profile
+from fieldrig_devices.motion.curves.pieces import Piece
+from fieldrig_devices.motion.curves.profile import Profile
 
 MOST_POINTS: Final = 4096
 

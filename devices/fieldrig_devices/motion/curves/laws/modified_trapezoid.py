@@ -9,8 +9,8 @@ up to the turning point.
 from math import pi
 from typing import Final
 
-from fieldrig_devices.max4.libraries.laws.law import Law
-from fieldrig_devices.max4.libraries.pieces import Piece
+from fieldrig_devices.motion.curves.laws.law import Law
+from fieldrig_devices.motion.curves.pieces import Piece
 
 _CA: Final = 8 * pi / (2 + pi)
 _V: Final = _CA / (4 * pi)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from fieldrig_devices.max4.libraries.pieces import Piece
+from fieldrig_devices.motion.curves.pieces import Piece
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from math import inf
 from typing import Final
 
-from fieldrig_devices.max4.libraries.laws.law import Law
-from fieldrig_devices.max4.libraries.pieces import Piece
+from fieldrig_devices.motion.curves.laws.law import Law
+from fieldrig_devices.motion.curves.pieces import Piece
 
 LAW: Final = Law((Piece(0.5, (0.0, 1.0)),), cv=1.0, ca=inf, constant="ST")

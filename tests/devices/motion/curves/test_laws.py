@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig_devices.max4.libraries.laws import LAWS
-from fieldrig_devices.max4.libraries.laws.polynomial_5 import between
-from fieldrig_devices.max4.libraries.profile import Profile, shaped
+from fieldrig_devices.motion.curves.laws import LAWS
+from fieldrig_devices.motion.curves.laws.polynomial_5 import between
+from fieldrig_devices.motion.curves.profile import Profile, shaped
 
 F = Callable[[float], float]
 

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from itertools import accumulate
 from typing import Final
 
-from fieldrig_devices.max4.libraries.laws.law import Law
-from fieldrig_devices.max4.libraries.pieces import Piece
+from fieldrig_devices.motion.curves.laws.law import Law
+from fieldrig_devices.motion.curves.pieces import Piece
 
 SHORTEST: Final = 1e-6
 

@@ -7,8 +7,8 @@ f(z) = (2 + pi z - 9/4 sin(pi/3 + 4 pi z / 3)) / (4 + pi)           1/8 <= z <= 
 from math import pi
 from typing import Final
 
-from fieldrig_devices.max4.libraries.laws.law import Law
-from fieldrig_devices.max4.libraries.pieces import Piece
+from fieldrig_devices.motion.curves.laws.law import Law
+from fieldrig_devices.motion.curves.pieces import Piece
 
 _Q: Final = 1 / (4 + pi)
 

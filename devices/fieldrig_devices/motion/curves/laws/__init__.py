@@ -7,7 +7,7 @@ turning point at z = 1/2, because lambda (PD-188) stretches both halves separate
 
 from typing import Final
 
-from fieldrig_devices.max4.libraries.laws import (
+from fieldrig_devices.motion.curves.laws import (
     inclined_sine,
     modified_sine,
     modified_trapezoid,
@@ -16,7 +16,7 @@ from fieldrig_devices.max4.libraries.laws import (
     simple_sine,
     straight,
 )
-from fieldrig_devices.max4.libraries.laws.law import Law
+from fieldrig_devices.motion.curves.laws.law import Law
 
 LAWS: Final[dict[str, Law]] = {
     "straight": straight.LAW,

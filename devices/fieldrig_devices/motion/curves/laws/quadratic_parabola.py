@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from fieldrig_devices.max4.libraries.laws.law import Law
-from fieldrig_devices.max4.libraries.pieces import Piece
+from fieldrig_devices.motion.curves.laws.law import Law
+from fieldrig_devices.motion.curves.pieces import Piece
 
 LAW: Final = Law((Piece(0.5, (0.0, 0.0, 2.0)),), cv=2.0, ca=4.0, constant="QP")
