@@ -27,8 +27,8 @@ FIRST_NS: Final = MS
 
 class PipePart:
     __slots__ = (
-        "_carry", "_goal", "_is_interval_known", "_limits", "_lost", "_since_ns", "_span", "_start", "_told_ns",
-        "_value", "_way", "due_ns", "interval_ns", "is_ending", "is_steady", "mode", "period", "ramp",
+        "_carry", "_goal", "_is_interval_known", "_limits", "_since_ns", "_span", "_start", "_told_ns",
+        "_value", "_way", "due_ns", "interval_ns", "is_ending", "is_steady", "lost_ns", "mode", "period", "ramp",
         "speed",
     )  # fmt: skip
 
@@ -53,25 +53,22 @@ class PipePart:
         self.interval_ns, self._is_interval_known = FIRST_NS, False
         """The interval of the set-points, as far as it is known."""
         self._told_ns = NEVER_NS
-        self._lost = MOST_LOST
-        """Number of intervals that the axis goes on now; 0 while it catches up."""
         self.due_ns = NEVER_NS
         """The instant at which the axis is at the last set-point of the mode POSITION."""
+        self.lost_ns = NEVER_NS
+        """The instant from which on the axis holds the last set-point even if no cycle comes."""
 
     # ---- the motion
 
     def at(self, now_ns: int) -> int:
         if self.ramp is not None:
             return self.ramp.at(now_ns)
+        if now_ns >= self.lost_ns:  # a timer may be late
+            return self._goal
         return self._start + (self._carry + self._way * (now_ns - self._since_ns)) // self._span
 
     def speed_at(self, now_ns: int) -> float:
         return self.speed if self.ramp is None else self.ramp.speed_at(now_ns)
-
-    @property
-    def lost_ns(self) -> int:
-        """The instant from which on the axis holds the last set-point even if no cycle comes."""
-        return self.due_ns + self._lost * self.interval_ns
 
     @property
     def is_moving(self) -> bool:
@@ -94,8 +91,7 @@ class PipePart:
             self._look_at_interval(now_ns)
         self._told_ns = now_ns
         self._goal += step
-        self._aim(now_ns)
-        self._lost = MOST_LOST if abs(self._way) <= 2 * abs(step) else 0
+        self._aim(now_ns, step)
 
     def set_speed(self, now_ns: int, value: int) -> None:
         """Take a speed in RU/s."""
@@ -117,7 +113,8 @@ class PipePart:
 
     def hold(self, now_ns: int) -> None:
         """Be at the last set-point at once."""
-        self._start, self._since_ns, self._way, self.speed, self.due_ns = self._goal, now_ns, 0, 0.0, NEVER_NS
+        self._start, self._since_ns, self._way, self.speed = self._goal, now_ns, 0, 0.0
+        self.due_ns = self.lost_ns = NEVER_NS
 
     def end(self, now_ns: int) -> None:
         """Take the end of set-points: in the mode SPEED the axis ramps down."""
@@ -134,14 +131,18 @@ class PipePart:
             return False
         return now_ns >= self.ramp.done_ns if self.ramp is not None else not self._way
 
-    def _aim(self, now_ns: int) -> None:
-        """Move from the present position to the last set-point, within one interval."""
-        start = self._start + self._way * (now_ns - self._since_ns) // self._span
+    def _aim(self, now_ns: int, step: int = 0) -> None:
+        """Move within one interval to the last set-point, which is a step away from the one before."""
+        if now_ns >= self.lost_ns:
+            start = self._goal - step
+        else:
+            start = self._start + self._way * (now_ns - self._since_ns) // self._span
         self._start, self._since_ns = start, now_ns
         self._way = way = self._goal - start
         self._span = interval_ns = self.interval_ns
         self.speed = way * S / interval_ns
         self.due_ns = now_ns + interval_ns if way else NEVER_NS
+        self.lost_ns = self.due_ns + (MOST_LOST * interval_ns if abs(way) <= 2 * abs(step) else 0)
 
     def _keep(self, now_ns: int, speed: int) -> None:
         """Move at a speed in RU/s from the present position on, without a remainder."""
