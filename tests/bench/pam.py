@@ -19,41 +19,21 @@ if __name__ == "__main__":
     sys.path[:0] = [str(HERE), str(HERE.parent / "support")]
 
 from pam_machine import DESKS, FIRST_DESK, PIPES, application_text, rig_of  # noqa: E402  in the tests' support
-from pamring_bench import Pam  # noqa: E402
 from report import Report, progress  # noqa: E402  found beside this file
 from ring import CAN_BE_REALTIME, ROUNDS, SECONDS, measured, rounds  # noqa: E402
 from running_rig import RunningRig, until  # noqa: E402
 from shipped_rigs import in_turn  # noqa: E402
 from turns import shown  # noqa: E402
 
-from fieldrig.clock import MS, Clock, S  # noqa: E402
+from fieldrig.clock import S  # noqa: E402
 from fieldrig.config import from_dict  # noqa: E402
 from fieldrig.rig import Rig  # noqa: E402
-from fieldrig_devices.pamring.declared import DeclaredNode  # noqa: E402
-from fieldrig_devices.pamring.ends import RingFault  # noqa: E402
-from fieldrig_devices.pamring.frames import (  # noqa: E402
-    Configuration,
-    Group,
-    NodeType,
-    Order,
-    SetPoint,
-    SetPointMode,
-)
-from fieldrig_devices.pamring.node import RingNode  # noqa: E402
-from fieldrig_devices.pamring.settings import RingLimits  # noqa: E402
-from fieldrig_devices.pamring.start_up import Phase  # noqa: E402
 
 RUNS = 5
 WINDOWS = 4
 """Simulated seconds of each rig in a run."""
 SETTLING_NS = S
 LONGEST_START_NS = 20 * S
-CYCLE_NS = MS
-NODES = {
-    **dict.fromkeys(range(1, 2 * PIPES + 1), NodeType.ST1),
-    **dict.fromkeys(range(FIRST_DESK, FIRST_DESK + DESKS), NodeType.SMART_IO),
-}
-"""The types of the nodes by address."""
 
 
 def at_work(*, optimizes: bool) -> Rig:
@@ -84,60 +64,17 @@ def _until(rig: Rig, condition: Callable[[], bool]) -> None:
     rig.run_until(rig.now_ns + SETTLING_NS)
 
 
-class DoesNothing:
-    """The program of a node that takes everything and does nothing."""
-
-    def forget(self) -> None:
-        """There is nothing to forget."""
-
-    def accept(self, item: Configuration) -> bool:
-        return True
-
-    def run(self) -> None:
-        """There are no inputs."""
-
-    def order(self, order: Order) -> None:
-        """A set-point moves nothing."""
-
-    def cycle(self) -> None:
-        """Nothing is due."""
-
-    def ring(self, fault: RingFault) -> None:
-        """Nothing moves."""
-
-
-class BareMaster(Pam):
-    """Sends a set-point to each group of two axes in each cycle, and does nothing else."""
-
-    def __init__(self, *arguments: object) -> None:
-        super().__init__(*arguments)  # type: ignore[arg-type]
-        self.number = 0
-
-    def play(self, clock: Clock) -> None:
-        """Between two cycles: send what leaves with the next one."""
-        ring = self.ring
-        if ring.phase is Phase.RUNNING:
-            for pipe in range(PIPES):
-                if self.number == 0:
-                    ring.send(2 * pipe + 1, Group(pipe + 1))
-                    ring.send(2 * pipe + 2, Group(pipe + 1))
-                ring.send_to_group(pipe + 1, SetPoint(SetPointMode.POSITION, self.number))
-            self.number += 1
-        clock.call_at(clock.now_ns() + CYCLE_NS, partial(self.play, clock))
-
-
 def bare() -> Rig:
-    """Return a ring of the same nodes that do nothing, with the same frames in each cycle."""
-    rig = Rig(from_dict({"time": "virtual", "buses": {"ring0": {"kind": "pamring.virtual"}}}, HERE))
-    member = rig.attach("pam")
-    declared = [DeclaredNode(number, kind, address) for number, (address, kind) in enumerate(NODES.items())]
-    pam = BareMaster(member.clock, member.link("ring0"), declared, RingLimits())
-    for address, kind in NODES.items():
-        at = rig.attach(f"node{address}")
-        RingNode(at.clock, at.link("ring0"), address, kind, 0x0590, DoesNothing()).start()
-    pam.start()
-    pam.play(member.clock)
-    _until(rig, lambda: pam.number > 0)
+    """Return a ring of as many nodes that do nothing, with the same frames in each cycle."""
+    addresses = [*range(1, 2 * PIPES + 1), *range(FIRST_DESK, FIRST_DESK + DESKS)]
+    links = {"ring": "ring0"}
+    nodes = {
+        f"node{address}": {"kind": "pam_devices:Node", "ring_address": address, "links": links} for address in addresses
+    }
+    master = {"kind": "pam_devices:Master", "addresses": addresses, "groups": PIPES, "links": links}
+    buses = {"ring0": {"kind": "pamring.virtual"}}
+    rig = Rig(from_dict({"time": "virtual", "buses": buses, "devices": {"master": master, **nodes}}, HERE))
+    _until(rig, lambda: bool(rig.get("master", "sent")))
     return rig
 
 

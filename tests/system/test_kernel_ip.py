@@ -53,7 +53,8 @@ def page(port: int, path: str = "/AXES.HTM") -> bytes:
 
 def test_the_kernel_serves_the_call_and_nothing_of_it_is_left(rig: AskedRig) -> None:
     pages, registers, closed = free_port(), free_port(), free_port()
-    forwards = [f"{pages}:80", f"{registers}:502", f"{closed}:22"]
+    files = free_port()
+    forwards = [f"{pages}:80", f"{registers}:502", f"{closed}:22", f"{files}:21"]
     ways = [word for way in forwards for word in ("--forward", way)]
     assert devices() == {"lo", "fieldrig0"}
     assert CONTROLLER not in addresses()
@@ -65,6 +66,8 @@ def test_the_kernel_serves_the_call_and_nothing_of_it_is_left(rig: AskedRig) -> 
         assert f"{CONTROLLER} peer 190.200.100.101/32" in addresses()
         assert [line.split()[:3] for line in routes()] == [["190.200.100.101", "dev", "fieldrig0"]]
         assert b"<td>infeed</td>" in page(pages)
+        with socket.create_connection(("127.0.0.1", files), timeout=PATIENCE_S) as control:
+            assert control.recv(4) == b"220 "  # the server speaks first
         with ModbusTcpClient("127.0.0.1", port=registers, timeout=PATIENCE_S, retries=0) as client:
             assert client.read_holding_registers(0, count=1).registers == [MAP_IDENTIFIER]
         assert packets(rig) > 10

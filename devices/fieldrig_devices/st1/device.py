@@ -58,6 +58,7 @@ class St1(Device):
         }
         self.program.registers = registers_of(servo, self.program.boards, self.sensors, clock.now_ns, self.further)
         self._rad = tau / TURN / settings.motor.gear_ratio
+        self._set, self._tolerance = servo.set, settings.position_tolerance
         self._position_wire = settings.wire(name, "position")
         self._published: Motion | None = None
         if wires is not None:
@@ -145,22 +146,21 @@ class St1(Device):
         position, speed = shaft.position_at(now_ns) * rad, shaft.speed_at(now_ns) * rad
         acceleration = shaft.acceleration_at(now_ns) * rad
         if last is not None and acceleration == last.acceleration and (speed or not last.speed):
-            is_near = abs(last.at(now_ns) - position) <= self._settings.position_tolerance
+            is_near = abs(last.at(now_ns) - position) <= self._tolerance
             if is_near:
                 return
         self._published = Motion(self._position_wire, position, "rad", now_ns, speed, acceleration)
         assert self._wires is not None
         self._wires.send(self._published)
 
-    def _publish_steady(self) -> None:
+    def _publish_steady(self, now_ns: int) -> None:
         """Do the same where the speed is not 0, and the acceleration is."""
         last = self._published
         if last is None or last.acceleration:
             self._publish()
             return
-        now_ns = self._clock.now_ns()
         expected = last.value + last.speed * (now_ns - last.time_ns) / S
-        if abs(self.program.servo.set.motor_at(now_ns) * self._rad - expected) > self._settings.position_tolerance:
+        if abs(self._set.motor_at(now_ns) * self._rad - expected) > self._tolerance:
             self._publish()
 
     # ---- inputs, from wires and points

@@ -24,8 +24,9 @@ FIRST_NS: Final = MS
 
 class PipePart:
     __slots__ = (
-        "_carry", "_goal", "_is_interval_known", "_limits", "_since_ns", "_span", "_speed", "_start", "_told_ns",
+        "_carry", "_goal", "_is_interval_known", "_limits", "_since_ns", "_span", "_start", "_told_ns",
         "_value", "_way", "due_ns", "interval_ns", "is_ending", "is_steady", "mode", "period", "ramp",
+        "speed",
     )  # fmt: skip
 
     def __init__(self, limits: Limits) -> None:
@@ -43,7 +44,9 @@ class PipePart:
         self.ramp: WholeProfile | None = None
         """The ramp to another speed, in the mode SPEED."""
         self._start = self._way = self._carry = self._since_ns = self._goal = self._value = 0
-        self._span, self._speed = 1, 0.0
+        self._span = 1
+        self.speed = 0.0
+        """RU/s while there is no ramp."""
         self.interval_ns, self._is_interval_known = FIRST_NS, False
         """The interval of the set-points, as far as it is known."""
         self._told_ns = NEVER_NS
@@ -58,7 +61,7 @@ class PipePart:
         return self._start + (self._carry + self._way * (now_ns - self._since_ns)) // self._span
 
     def speed_at(self, now_ns: int) -> float:
-        return self._speed if self.ramp is None else self.ramp.speed_at(now_ns)
+        return self.speed if self.ramp is None else self.ramp.speed_at(now_ns)
 
     @property
     def lost_ns(self) -> int:
@@ -108,7 +111,7 @@ class PipePart:
 
     def hold(self, now_ns: int) -> None:
         """Be at the last set-point at once."""
-        self._start, self._since_ns, self._way, self._speed, self.due_ns = self._goal, now_ns, 0, 0.0, NEVER_NS
+        self._start, self._since_ns, self._way, self.speed, self.due_ns = self._goal, now_ns, 0, 0.0, NEVER_NS
 
     def end(self, now_ns: int) -> None:
         """Take the end of set-points: in the mode SPEED the axis ramps down."""
@@ -131,7 +134,7 @@ class PipePart:
         self._start, self._since_ns = start, now_ns
         self._way = way = self._goal - start
         self._span = interval_ns = self.interval_ns
-        self._speed = way * S / interval_ns
+        self.speed = way * S / interval_ns
         self.due_ns = now_ns + interval_ns if way else NEVER_NS
 
     def _keep(self, now_ns: int, speed: int) -> None:
@@ -142,7 +145,7 @@ class PipePart:
             ways = self._carry + self._way * (now_ns - self._since_ns)
             self._start += ways // self._span
             self._carry = ways % self._span if self._span == S else 0
-        self._since_ns, self._way, self._span, self._speed = now_ns, speed, S, float(speed)
+        self._since_ns, self._way, self._span, self.speed = now_ns, speed, S, float(speed)
 
     def _look_at_interval(self, now_ns: int) -> None:
         """Take the time since the last set-point as the interval, unless it is a pause."""

@@ -39,8 +39,8 @@ class Servo:
         self.answers = Answers(send)
         self.on_change: Callable[[], None] = lambda: None
         """Called when the motion of the shaft has changed."""
-        self.on_steady: Callable[[], None] = lambda: None
-        """Called with each set-point of a pipe that the shaft follows, as long as nothing else moves it."""
+        self.on_steady: Callable[[int], None] = lambda now_ns: None
+        """Called at each set-point of a pipe that the shaft follows, as long as nothing else moves it."""
         self.refer: Callable[[float], None] = lambda volts: None
         """Called with the reference in volts of a motor on wires."""
         self.is_powered = False
@@ -107,11 +107,11 @@ class Servo:
         mode, setting, shaft, now_ns = point.mode, self.set, self.shaft, self._clock.now_ns()
         pipe = setting.pipe
         if pipe.mode is mode and setting.doing is Doing.NOTHING and pipe.is_steady and shaft.is_following:
-            before = pipe.speed_at(now_ns)
+            before = pipe.speed
             pipe.set_position(now_ns, point.value)
-            speed = pipe.speed_at(now_ns)
+            speed = pipe.speed
             if speed and self._timer is not None and shaft.keeps_up(before, speed, pipe.interval_ns):
-                self.on_steady()
+                self.on_steady(now_ns)
                 return
         elif mode is SetPointMode.TORQUE:
             self._limit_torque(point.value)

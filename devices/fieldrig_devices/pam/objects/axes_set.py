@@ -50,7 +50,8 @@ class AxesSet(ObjectItem):
         """The last value of the flow."""
         if optimizes:
             site.events.append(self._analyse)
-        self._work: dict[int, tuple[list[tuple[Member, Taker]], list[tuple[int, list[Member]]]]] = {}
+        self._work: dict[int, tuple[list[tuple[float, Taker]], list[tuple[float, int, list[PipeInput]]]]] = {}
+        """The single axes with their ratios, and the groups with those of their axes, by the subset."""
         self._turn = 0
 
     @property
@@ -195,9 +196,10 @@ class AxesSet(ObjectItem):
         self._work = {subset: ([], []) for subset in (0, *self._subsets)}
         for member in self.members:
             if member.pipe is not None and not member.group:
-                self._work[member.subset][0].append((member, member.pipe.take))
+                self._work[member.subset][0].append((member.ratio, member.pipe.take))
         for group, members in self._groups.items():
-            self._work[members[0].subset][1].append((group, members))
+            pipes = [member.pipe for member in members if member.pipe is not None]
+            self._work[members[0].subset][1].append((members[0].ratio, group, pipes))
 
     def _take(self, value: float) -> None:
         """Serve the axes without a subset at once (PAML-168)."""
@@ -213,18 +215,17 @@ class AxesSet(ObjectItem):
     def _serve_subset(self, subset: int) -> None:
         value = self._value or 0.0
         singles, groups = self._work[subset]
-        for member, take in singles:
-            take(value * member.ratio)
-        for group, members in groups:
-            self._serve_group(group, members, value * members[0].ratio)
+        for ratio, take in singles:
+            take(value * ratio)
+        for ratio, group, pipes in groups:
+            self._serve_group(group, pipes, value * ratio)
 
-    def _serve_group(self, group: int, members: Sequence[Member], value: float) -> None:
+    def _serve_group(self, group: int, pipes: Sequence[PipeInput], value: float) -> None:
         """Send one set-point to the axes of a group, if it is new for any of them."""
-        pipes = [member.pipe for member in members if member.pipe is not None]
         set_point = 0
         for pipe in pipes:
             set_point = pipe.follow(value)
-        if any(pipe.sent != set_point for pipe in pipes):
+        if [pipe for pipe in pipes if pipe.sent != set_point]:
             for pipe in pipes:
                 pipe.note(set_point)
             self._site.port.send_to_group(group, SetPoint(pipes[0].set_point_mode, set_point))

@@ -115,7 +115,7 @@ class Network:
         self._left = 1
         self._number = 0
         """Number of the present period, which the distributors count (PAML-542)."""
-        self._flag = Flag(source)
+        self._flags = (Flag(source),)
         self._branches: list[Branch] = []
         self._blocks: list[Block | Converter] = []
         self._settling = 0
@@ -163,7 +163,7 @@ class Network:
     def _compute(self, first: float, number: int) -> None:
         """Take a value of the source through all branches that compute in this period of the network."""
         cycle = self._site.cycle
-        self._show([self._flag])
+        self._show(self._flags)
         for branch in self._branches:
             distributor = branch.distributor
             if distributor is not None and number % distributor.divisor != distributor.shift:
