@@ -63,7 +63,10 @@ INTRODUCTION = """# Benchmarks
 Written by `make bench`; don't edit.  Ratios are within one run, against a named peer or the line's own limit; seconds
 depend on the machine.  `python tests/bench NAME...` measures single tables again, so each table names its commit.
 """
-MEASURED = "Measured {day} on commit {commit}, {cores} cores, {system}, Python {python}, {peers}.\n"
+MEASURED = (
+    "Measured {day} on commit {commit}, {cores} cores with a load average of {load:.0f} over 5 minutes, {system},"
+    " Python {python}, {peers}.\n"
+)
 
 
 def commit() -> str:
@@ -84,6 +87,7 @@ def measured() -> str:
         commit=commit(),
         day=date.today().isoformat(),  # noqa: DTZ011  the day where the reader is
         cores=os.cpu_count(),
+        load=os.getloadavg()[1],
         system=f"{platform.system()} {platform.machine()}",
         python=platform.python_version(),
         peers=", ".join(f"{name} {version(name)}" for name in PEERS),

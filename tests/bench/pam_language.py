@@ -6,19 +6,27 @@ means to stop it.  A quotient is truncated toward zero by hand as well, because 
 """
 
 import statistics
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any
 
-from pam_bench import PamBench, sequence
-from report import Report, progress
-from turns import REPEATS, shown, take_turns
+HERE = Path(__file__).parent
+if __name__ == "__main__":
+    sys.path[:0] = [str(HERE), str(HERE.parent / "support")]
 
-from fieldrig_devices.pam.runtime.item import Value
-from fieldrig_devices.pam.runtime.processor import Limits
+from pam_bench import PamBench, sequence  # noqa: E402  found in the folder of the tests' support
+from report import Report, progress  # noqa: E402  found beside this file
+from turns import REPEATS, shown, take_turns  # noqa: E402
+
+from fieldrig_devices.pam.runtime.item import Value  # noqa: E402
+from fieldrig_devices.pam.runtime.processor import Limits  # noqa: E402
 
 ROUNDS = 20_000
+WARMING = 10
+"""Short runs before the first turn: CPython adapts a function with a `while` loop only after some calls."""
 VARIABLES = """
 COMMON WORD_VAR i; COMMON WORD_VAR rounds; COMMON WORD_VAR count; COMMON WORD_VAR sum; COMMON WORD_VAR last;
 COMMON WORD_VAR small; COMMON WORD_VAR limit; COMMON REAL_VAR a; COMMON REAL_VAR b; COMMON REAL_VAR k;
@@ -146,8 +154,8 @@ CASES = (
 PLAIN = ("SBO_a", "SBI_a", "SBI_b", "SDO_a", "CNV_a")
 
 
-def program_of(case: Case) -> Callable[[], None]:
-    """Return a function that runs the program of a case from its beginning to its end."""
+def program_of(case: Case) -> Callable[[int], None]:
+    """Return a function that runs the program of a case from its beginning to its end, for a number of rounds."""
     bench = PamBench(VARIABLES + sequence(case.statements), limits=Limits(10**9))
     bench.objects.items |= {name: [Plain()] for name in PLAIN}  # type: ignore[list-item]
     bench.restart()
@@ -155,9 +163,9 @@ def program_of(case: Case) -> Callable[[], None]:
     (task,) = bench.runtime.tasks
     first = list(bench.runtime.cells)
 
-    def run() -> None:
+    def run(rounds: int) -> None:
         bench.runtime.cells[:] = first
-        bench["rounds"] = ROUNDS
+        bench["rounds"] = rounds
         task.start(task.code.sequences["SEQ_a"])
         task.wake()
         bench.run()
@@ -166,26 +174,37 @@ def program_of(case: Case) -> Callable[[], None]:
     return run
 
 
-def by_hand(case: Case) -> None:
-    case.by_hand(Machine(), ROUNDS)
+def turns_of(case: Case) -> tuple[list[float], list[float]]:
+    """Return nanoseconds a statement in each turn, by hand and of the PAM; both are warm."""
+    program = program_of(case)
+
+    def by_hand(rounds: int) -> None:
+        case.by_hand(Machine(), rounds)
+
+    for _ in range(WARMING):
+        by_hand(WARMING)
+        program(WARMING)
+    own, taken = take_turns(case.count * ROUNDS, partial(by_hand, ROUNDS), [partial(program, ROUNDS)])
+    return own, taken
 
 
 def run() -> Report:
     report = Report(
         "Programs of the PAM",
         "This table shows nanoseconds of CPU time per statement in short loops, and their ratio to CPython doing the"
-        f" same by hand, unchecked: {ROUNDS:,} rounds, mean and standard deviation of {REPEATS} turns.",
-        ("program", "by hand", "of the PAM", "ratio, at most 3"),
+        f" same by hand, unchecked: {ROUNDS:,} rounds, the best of {REPEATS} turns, and mean and standard deviation of"
+        " the ratio in each turn.",
+        ("program", "by hand", "of the PAM", "ratio, at most 3", "ratio in each turn"),
     )
-    means = []
+    found = []
     for case in CASES:
         progress(f"PAM: {case.name}")
-        own, taken = take_turns(case.count * ROUNDS, partial(by_hand, case), [program_of(case)])
+        own, taken = turns_of(case)
+        found.append(min(taken) / min(own))
         ratios = [one / other for one, other in zip(taken, own, strict=True)]
-        means.append(statistics.mean(ratios))
-        report.add(case.name, shown(own, ".0f"), shown(taken, ".0f"), shown(ratios, ".2f"))
-    report.notes.append(f"geometric mean of the ratios, at most 2: {statistics.geometric_mean(means):.2f}")
-    report.notes.append(f"worst ratio, at most 3: {max(means):.2f}")
+        report.add(case.name, f"{min(own):.0f}", f"{min(taken):.0f}", f"{found[-1]:.2f}", shown(ratios, ".2f"))
+    report.notes.append(f"geometric mean of the ratios, at most 2: {statistics.geometric_mean(found):.2f}")
+    report.notes.append(f"worst ratio, at most 3: {max(found):.2f}")
     return report
 
 

@@ -3,26 +3,15 @@
 from pathlib import Path
 
 import pytest
+from pam_rigs import pam_rig
 
 from fieldrig.clock import MS, S
 from fieldrig.errors import ConfigError
 from fieldrig.pytest_plugin import RigMaker
 from fieldrig.rig import Rig
 
-RIG = """
-time: virtual
-speed: max
-buses:
-  ring: {kind: pamring.virtual}
-  wires: {kind: wires.virtual}
-devices:
-  pam:
-    kind: pam
-    application: app.pam
-    date: 1995-10-15 14:30:45
-    links: {ring: ring, wires: wires}
-    analog_wires: [pam.speed]
-"""
+PAM = """{kind: pam, application: app.pam, date: 1995-10-15 14:30:45, links: {ring: ring, wires: wires},
+    analog_wires: [pam.speed]}"""
 HEADER = "APPLICATION NAME = PACKERLONGNAME V1.02 ; BASIC_PAM_CYCLE = 3 ; END\n"
 COUNTER = """
 PAM_ANALOG_OUTPUT PAO_Speed ; UNITS_PER_VOLT = 1000 ; OFFSET = 0 ; ADDRESS = 0 ; END
@@ -49,9 +38,7 @@ def rig(fieldrig_rig: RigMaker, tmp_path: Path) -> Rig:
 
 
 def started(make: RigMaker, folder: Path, application: str) -> Rig:
-    (folder / "app.pam").write_text(HEADER + application)
-    (folder / "rig.yaml").write_text(RIG)
-    return make(folder / "rig.yaml")
+    return pam_rig(make, folder, HEADER + application, pam=PAM)
 
 
 def codes(rig: Rig) -> list[str]:
