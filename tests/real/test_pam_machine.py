@@ -33,9 +33,9 @@ class Master:
     """A VME master on pymodbus."""
 
     def __init__(self, port: int) -> None:
-        self._client: Any = ModbusTcpClient("127.0.0.1", port=port, timeout=60)
-        assert self._client.connect()
-        self._words = Registers(self._client)
+        client: Any = ModbusTcpClient("127.0.0.1", port=port, timeout=60)
+        assert client.connect()
+        self._client, self._words = client, Registers(client)
         self.script = VmeMaster(variables())
 
     def start_up(self) -> None:
