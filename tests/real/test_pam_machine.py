@@ -1,5 +1,6 @@
 """The labelling machine of configs/pam-machine.yaml with foreign masters: pymodbus starts it, snap7 sees it stop."""
 
+import os
 import signal
 import time
 from collections.abc import Callable, Iterator
@@ -131,3 +132,23 @@ def test_snap7_finds_why_the_pam_has_stopped_when_the_ring_breaks_while_it_moves
     assert block.read(PANEL + 2, 1) != [0]  # the date
     assert (rig.get("pam/state"), rig.get("pam/display")) == ("fatal", "0680F010")
     master.until(lambda: all(rig.get(f"{axis}/speed") == 0.0 for axis in AXES))
+
+
+def test_a_killed_node_is_fatal_for_the_pam_and_after_a_reset_the_machine_finds_its_zero_again(
+    running: Machine,
+) -> None:
+    rig, master, _ = running
+    assert rig.tool("fault", "pamring", "--clear", "all").returncode == 0
+    start_again(running)
+    os.kill(rig.pid("belt"), signal.SIGKILL)
+    master.until(lambda: rig.get("pam/state") == "fatal")
+    assert rig.get("pam/display") == "0680F010"
+    rig.until_back("belt")
+    assert "belt died: killed by SIGKILL" in rig.output()
+    start_again(running)
+
+
+def start_again(machine: Machine) -> None:
+    machine.rig.set("pam/reset", True)
+    machine.master.start_up()
+    machine.master.until(lambda: machine.master.value("DOW_State") == IDLE)

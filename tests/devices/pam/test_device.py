@@ -133,3 +133,20 @@ def test_overrun_of_a_workspace_ends_the_application(fieldrig_rig: RigMaker, tmp
     rig.run_until(S)
     assert (rig.get("pam", "state"), rig.get("pam", "display"), rig.get("pam", "led")) == ("fatal", "0380E02C", "blink")
     assert "WORKSPACE Allocated: 1 Used:" in str(rig.get("pam", "messages"))
+
+
+@pytest.mark.manual("PAMS-044")
+def test_debugger_prints_the_messages_of_the_display_and_no_monitored_value(
+    fieldrig_rig: RigMaker, tmp_path: Path
+) -> None:
+    end = 'PAMDISPLAY <- message(12, "Counted to:", IWV_Count); WAIT_TIME 1000; PAMDISPLAY <- IWV_Count * 2.5;'
+    rig = started(fieldrig_rig, tmp_path, COUNTER.format(end=end))
+    rig.run_until(2 * S)
+    assert rig.get("pam", "display") == "0080M00C"
+    printed = rig.get("pam", "messages")
+    assert "Counted to:" in str(printed)
+    rig.run_until(4 * S)
+    shown = str(rig.get("pam", "display"))
+    assert len(shown) == 8
+    assert float(shown) == 25.0
+    assert rig.get("pam", "messages") == printed
