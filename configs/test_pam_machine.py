@@ -130,6 +130,19 @@ def test_error_of_an_axis_stops_the_machine_and_reset_recovers_it(running: Rig) 
     assert not running.get("pam", "display.blinks")
 
 
+@pytest.mark.long
+def test_an_axis_that_lags_behind_stops_the_machine_and_reset_recovers_it(running: Rig) -> None:
+    running.set("belt", "load_torque", 100.0)  # Nm, more than the motor has
+    until_state(running, ERROR)
+    assert "SERVO_LAG_ERROR" in str(running.get("belt", "errors"))
+    assert not running.get("plc", "DOF_Running")
+    running.set("belt", "load_torque", 0.0)
+    running.run_until(running.now_ns + 3 * S)
+    press(running, "key3")
+    until_state(running, IDLE, 15)
+    assert not running.get("plc", "DOF_Error")
+
+
 def test_broken_ring_is_fatal_for_the_pam_and_stops_the_axes(running: Rig) -> None:
     running.add_fault("pamring", {"what": "break", "after": "cutter"})
     running.run_until(running.now_ns + 2 * S)

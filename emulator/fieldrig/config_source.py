@@ -157,7 +157,9 @@ def _override(source: Source, override: str) -> None:
             inner[part] = {}
             source.marks[path[:length]] = place
         inner = inner[part] if isinstance(inner, dict) else None
-    if isinstance(inner, dict):
+    if isinstance(inner, dict) and value.data is None and len(path) == ENTRY_DEPTH and path[-1] in inner:
+        del inner[path[-1]]  # as `name: null` does in a file
+    elif isinstance(inner, dict):
         inner[path[-1]] = value.data
         source.marks[path] = place
     else:

@@ -615,6 +615,11 @@ def test_overrides_are_laid_over_the_file(loaded: Loaded) -> None:
     assert config.devices["io"].settings.model_dump()["signals"] == {"x": "w"}
 
 
+def test_an_override_with_null_takes_a_device_away(loaded: Loaded) -> None:
+    assert list(loaded(RIGHT).devices) == ["io", "reader"]
+    assert list(loaded(RIGHT, "devices.reader=null", "devices.io.after=[]").devices) == ["io"]
+
+
 @pytest.mark.parametrize(
     ("override", "what", "remedy"),
     [

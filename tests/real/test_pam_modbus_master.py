@@ -1,7 +1,7 @@
 """pymodbus, a Modbus client that is not ours, is the VME master of a PAM: start-up to RUN, and variables both ways."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from textwrap import indent
 from typing import Any
 
@@ -9,6 +9,7 @@ import pytest
 from pam_port_kinds import KINDS
 from pam_ports import GROUP, VME
 from pam_programs import HEADER
+from pam_ways import Registers
 from pymodbus.client import ModbusTcpClient
 from running_rig import AskedRig, until
 
@@ -38,22 +39,6 @@ devices:
     program: |
 {program}
 """
-
-
-class Registers:
-    """The memory as pymodbus sees it."""
-
-    def __init__(self, client: ModbusTcpClient) -> None:
-        self._client = client
-
-    def read(self, word: int, count: int) -> Sequence[int]:
-        answer = self._client.read_holding_registers(word, count=count)
-        assert not answer.isError(), answer
-        return list(answer.registers)
-
-    def write(self, word: int, values: Sequence[int]) -> None:
-        answer = self._client.write_registers(word, list(values))
-        assert not answer.isError(), answer
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,7 @@
 """snap7, an S7 client that is not ours, reads and writes the memory of a PAM, and is its S5 host."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from textwrap import indent
 from typing import Any
 
@@ -9,6 +9,7 @@ import pytest
 from pam_port_kinds import KINDS
 from pam_ports import GROUP, SIMATIC
 from pam_programs import HEADER
+from pam_ways import DataBlock
 from running_rig import AskedRig, until
 
 from fieldrig.testing import free_port
@@ -36,20 +37,6 @@ devices:
 """
 
 
-class DataBlock:
-    """The memory as snap7 sees it: bytes, of which the even one has the lower bits of a word."""
-
-    def __init__(self, client: Any) -> None:
-        self._client = client
-
-    def read(self, word: int, count: int) -> Sequence[int]:
-        data = self._client.db_read(7, 2 * word, 2 * count)
-        return [int.from_bytes(data[at : at + 2], "little") for at in range(0, 2 * count, 2)]
-
-    def write(self, word: int, values: Sequence[int]) -> None:
-        self._client.db_write(7, 2 * word, bytearray(b"".join(value.to_bytes(2, "little") for value in values)))
-
-
 @pytest.fixture(scope="module")
 def rig() -> Iterator[tuple[AskedRig, int]]:
     ports = {"s7": free_port(), "words": free_port()}
@@ -69,7 +56,7 @@ def client(rig: tuple[AskedRig, int]) -> Iterator[Any]:
 @pytest.mark.manual("PAMS-088", "PAMS-091")
 def test_snap7_is_the_host_of_a_simatic_dual_port(rig: tuple[AskedRig, int], client: Any) -> None:
     pam, _ = rig
-    memory = DataBlock(client)
+    memory = DataBlock(client, 7, "little")
     (plan,) = ports_of(checked(PROGRAM, "program")[0])
     host = S5Master(plan)
     carry_out(host.start_up({"DWI_MachPressure": 12}), memory, time.sleep)

@@ -5,7 +5,7 @@ as far as a bus can tell one process from another.
 """
 
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -89,6 +89,23 @@ def last_heard(ring: "AnyRing[Any, Any]") -> dict[str, Any]:
     before = {name: len(station.heard) for name, station in ring.stations.items()}
     ring.cycle()
     return {name: station.heard[-1] for name, station in ring.stations.items() if len(station.heard) > before[name]}
+
+
+def run_through(ring: "AnyRing[Any, Any]", faults: Iterable[Mapping[str, Any]]) -> None:
+    """Run some cycles with each fault, and one without it."""
+    for fault in faults:
+        number = ring.fault(**fault)
+        for _ in range(6):
+            ring.cycle()
+        ring.clear(number)
+        ring.cycle()
+
+
+def throw_garbage(star: "StarRing[Any, Any]") -> None:
+    """Have the centre and the rack receive bytes that are no message of theirs."""
+    for garbage in (b"", b"\0", b"\xff" * 40):
+        star.star.take("rack", garbage)
+        star.buses["rack"].rack(star.at["knife"]).on_spread(garbage)
 
 
 class VirtualRing(Generic[Ma, St]):

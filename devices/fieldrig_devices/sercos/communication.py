@@ -114,50 +114,22 @@ class Communication:
 
     def _add_records(self) -> None:
         late = Attribute(Length.TWO, protected=_PROTECTED_LATE)
-        add = self._table.add
-        add(
-            Datum(
-                std.RECORD_POSITION,
-                "position of data record in the MDT",
-                late,
-                1,
-                unit="byte",
-                minimum=1,
-                maximum=65_531,
-            )
-        )
-        add(
-            Datum(
-                std.MDT_LENGTH, "length of the MDT", late, HEAD_BYTES, unit="byte", minimum=HEAD_BYTES, maximum=65_534
-            )
-        )
-        add(
-            Datum(
-                std.TELEGRAM_TYPE, "telegram type", Attribute(Length.TWO, Format.BINARY, protected=_PROTECTED_LATE), 4
-            )
-        )
+        kind = Attribute(Length.TWO, Format.BINARY, protected=_PROTECTED_LATE)
         configured = Attribute(Length.LIST_OF_WORDS, Format.IDN, protected=_PROTECTED_LATE)
-        add(Datum(std.AT_CONFIGURATION, "configuration list of the AT", configured, ()))
-        add(Datum(std.MDT_CONFIGURATION, "configuration list of the MDT", configured, ()))
         fixed = Attribute(Length.TWO, protected=READ_ONLY)
-        add(
-            Datum(
-                std.AT_DATA_LENGTH,
-                "length of the configurable data record in the AT",
-                fixed,
-                MOST_DATA_BYTES,
-                unit="byte",
-            )
-        )
-        add(
-            Datum(
-                std.MDT_DATA_LENGTH,
-                "length of the configurable data record in the MDT",
-                fixed,
-                MOST_DATA_BYTES,
-                unit="byte",
-            )
-        )
+        place = partial(Datum, unit="byte", minimum=1, maximum=65_531)
+        length = partial(Datum, unit="byte", minimum=HEAD_BYTES, maximum=65_534)
+        most = partial(Datum, attribute=fixed, value=MOST_DATA_BYTES, unit="byte")
+        for datum in (
+            place(std.RECORD_POSITION, "position of data record in the MDT", late, 1),
+            length(std.MDT_LENGTH, "length of the MDT", late, HEAD_BYTES),
+            Datum(std.TELEGRAM_TYPE, "telegram type", kind, 4),
+            Datum(std.AT_CONFIGURATION, "configuration list of the AT", configured, ()),
+            Datum(std.MDT_CONFIGURATION, "configuration list of the MDT", configured, ()),
+            most(std.AT_DATA_LENGTH, "length of the configurable data record in the AT"),
+            most(std.MDT_DATA_LENGTH, "length of the configurable data record in the MDT"),
+        ):
+            self._table.add(datum)
 
     def _add_lists(self) -> None:
         attribute = Attribute(Length.LIST_OF_WORDS, Format.IDN, protected=READ_ONLY)

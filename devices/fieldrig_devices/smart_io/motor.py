@@ -64,7 +64,7 @@ class MotorTimes:
     timeout_ns: int
     """TIMEOUT: longest time without a pulse while the motor is driven."""
     rest_ns: int
-    """The motor stands when no pulse has come for this long."""
+    """The motor counts as stopped when no pulse has come for this long."""
 
 
 class DcMotor:

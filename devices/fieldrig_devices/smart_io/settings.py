@@ -68,7 +68,7 @@ class SmartIoSettings(Settings):
         default_factory=list, max_length=MOST_MOTORS, description="DC motors of a node that works alone, motor1 first"
     )
     motor_rest_ms: int = Field(
-        default=100, ge=1, le=60_000, description="a DC motor stands when no pulse has come for this long"
+        default=100, ge=1, le=60_000, description="a DC motor counts as stopped when no pulse has come for this long"
     )
     outputs_without_ring: Literal["inactive", "hold"] = Field(
         default="inactive", description="outputs when the ring is silent; DC motors stop in any case"

@@ -2,7 +2,8 @@
 
 Set-points of the mode POSITION come cycle by cycle; between them the axis moves steadily, so it is at each of them one
 interval after it came (our reading: the manual does not say how an ST1 interpolates).  If a cycle brings no further
-set-point, the axis holds the last one; if no cycle comes at all, it goes on steadily for `MOST_LOST` intervals before.
+set-point, the axis holds the last one; if no cycle comes at all, it goes on steadily for `MOST_LOST` intervals before,
+unless it is catching up with set-points that came late and then all at once.
 In the mode SPEED the position is the sum of the speeds, exactly; a step of the speed is a ramp with the largest
 acceleration.
 """
@@ -18,6 +19,8 @@ LONGEST_NS: Final = 64 * MS
 """A longer time between two set-points is a pause, and not their interval."""
 MOST_LOST: Final = 4
 """Number of intervals that an axis goes on without cycles, as frames may be damaged."""
+PATIENCE: Final = 8
+"""A set-point that comes much too early shortens the interval by this part of it; a late one doubles it."""
 FIRST_NS: Final = MS
 """Interval as long as it is not known."""
 
@@ -25,7 +28,7 @@ FIRST_NS: Final = MS
 class PipePart:
     __slots__ = (
         "_carry", "_goal", "_is_interval_known", "_limits", "_since_ns", "_span", "_start", "_told_ns",
-        "_value", "_way", "due_ns", "interval_ns", "is_ending", "is_steady", "mode", "period", "ramp",
+        "_value", "_way", "due_ns", "interval_ns", "is_ending", "is_steady", "lost_ns", "mode", "period", "ramp",
         "speed",
     )  # fmt: skip
 
@@ -52,21 +55,20 @@ class PipePart:
         self._told_ns = NEVER_NS
         self.due_ns = NEVER_NS
         """The instant at which the axis is at the last set-point of the mode POSITION."""
+        self.lost_ns = NEVER_NS
+        """The instant from which on the axis holds the last set-point even if no cycle comes."""
 
     # ---- the motion
 
     def at(self, now_ns: int) -> int:
         if self.ramp is not None:
             return self.ramp.at(now_ns)
+        if now_ns >= self.lost_ns:  # a timer may be late
+            return self._goal
         return self._start + (self._carry + self._way * (now_ns - self._since_ns)) // self._span
 
     def speed_at(self, now_ns: int) -> float:
         return self.speed if self.ramp is None else self.ramp.speed_at(now_ns)
-
-    @property
-    def lost_ns(self) -> int:
-        """The instant from which on the axis holds the last set-point even if no cycle comes."""
-        return self.due_ns + MOST_LOST * self.interval_ns
 
     @property
     def is_moving(self) -> bool:
@@ -89,7 +91,7 @@ class PipePart:
             self._look_at_interval(now_ns)
         self._told_ns = now_ns
         self._goal += step
-        self._aim(now_ns)
+        self._aim(now_ns, step)
 
     def set_speed(self, now_ns: int, value: int) -> None:
         """Take a speed in RU/s."""
@@ -111,7 +113,8 @@ class PipePart:
 
     def hold(self, now_ns: int) -> None:
         """Be at the last set-point at once."""
-        self._start, self._since_ns, self._way, self.speed, self.due_ns = self._goal, now_ns, 0, 0.0, NEVER_NS
+        self._start, self._since_ns, self._way, self.speed = self._goal, now_ns, 0, 0.0
+        self.due_ns = self.lost_ns = NEVER_NS
 
     def end(self, now_ns: int) -> None:
         """Take the end of set-points: in the mode SPEED the axis ramps down."""
@@ -128,14 +131,18 @@ class PipePart:
             return False
         return now_ns >= self.ramp.done_ns if self.ramp is not None else not self._way
 
-    def _aim(self, now_ns: int) -> None:
-        """Move from the present position to the last set-point, within one interval."""
-        start = self._start + self._way * (now_ns - self._since_ns) // self._span
+    def _aim(self, now_ns: int, step: int = 0) -> None:
+        """Move within one interval to the last set-point, which is a step away from the one before."""
+        if now_ns >= self.lost_ns:
+            start = self._goal - step
+        else:
+            start = self._start + self._way * (now_ns - self._since_ns) // self._span
         self._start, self._since_ns = start, now_ns
         self._way = way = self._goal - start
         self._span = interval_ns = self.interval_ns
         self.speed = way * S / interval_ns
         self.due_ns = now_ns + interval_ns if way else NEVER_NS
+        self.lost_ns = self.due_ns + (MOST_LOST * interval_ns if abs(way) <= 2 * abs(step) else 0)
 
     def _keep(self, now_ns: int, speed: int) -> None:
         """Move at a speed in RU/s from the present position on, without a remainder."""
@@ -148,7 +155,14 @@ class PipePart:
         self._since_ns, self._way, self._span, self.speed = now_ns, speed, S, float(speed)
 
     def _look_at_interval(self, now_ns: int) -> None:
-        """Take the time since the last set-point as the interval, unless it is a pause."""
-        gap_ns = now_ns - self._told_ns
-        if 0 < gap_ns <= (2 * self.interval_ns if self._is_interval_known else LONGEST_NS):
-            self.interval_ns, self._is_interval_known = gap_ns, True
+        """Take the time since the last set-point as the interval, unless it is a pause or the host was late."""
+        gap_ns, interval_ns = now_ns - self._told_ns, self.interval_ns
+        if not self._is_interval_known:
+            if 0 < gap_ns <= LONGEST_NS:
+                self.interval_ns, self._is_interval_known = gap_ns, True
+        elif interval_ns <= 2 * gap_ns <= 4 * interval_ns:
+            self.interval_ns = gap_ns
+        elif interval_ns < gap_ns <= LONGEST_NS:
+            self.interval_ns = 2 * interval_ns
+        elif 0 < gap_ns < interval_ns:
+            self.interval_ns -= interval_ns // PATIENCE

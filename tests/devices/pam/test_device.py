@@ -3,26 +3,15 @@
 from pathlib import Path
 
 import pytest
+from pam_rigs import pam_rig
 
 from fieldrig.clock import MS, S
 from fieldrig.errors import ConfigError
 from fieldrig.pytest_plugin import RigMaker
 from fieldrig.rig import Rig
 
-RIG = """
-time: virtual
-speed: max
-buses:
-  ring: {kind: pamring.virtual}
-  wires: {kind: wires.virtual}
-devices:
-  pam:
-    kind: pam
-    application: app.pam
-    date: 1995-10-15 14:30:45
-    links: {ring: ring, wires: wires}
-    analog_wires: [pam.speed]
-"""
+PAM = """{kind: pam, application: app.pam, date: 1995-10-15 14:30:45, links: {ring: ring, wires: wires},
+    analog_wires: [pam.speed]}"""
 HEADER = "APPLICATION NAME = PACKERLONGNAME V1.02 ; BASIC_PAM_CYCLE = 3 ; END\n"
 COUNTER = """
 PAM_ANALOG_OUTPUT PAO_Speed ; UNITS_PER_VOLT = 1000 ; OFFSET = 0 ; ADDRESS = 0 ; END
@@ -49,9 +38,7 @@ def rig(fieldrig_rig: RigMaker, tmp_path: Path) -> Rig:
 
 
 def started(make: RigMaker, folder: Path, application: str) -> Rig:
-    (folder / "app.pam").write_text(HEADER + application)
-    (folder / "rig.yaml").write_text(RIG)
-    return make(folder / "rig.yaml")
+    return pam_rig(make, folder, HEADER + application, pam=PAM)
 
 
 def codes(rig: Rig) -> list[str]:
@@ -146,3 +133,20 @@ def test_overrun_of_a_workspace_ends_the_application(fieldrig_rig: RigMaker, tmp
     rig.run_until(S)
     assert (rig.get("pam", "state"), rig.get("pam", "display"), rig.get("pam", "led")) == ("fatal", "0380E02C", "blink")
     assert "WORKSPACE Allocated: 1 Used:" in str(rig.get("pam", "messages"))
+
+
+@pytest.mark.manual("PAMS-044")
+def test_debugger_prints_the_messages_of_the_display_and_no_monitored_value(
+    fieldrig_rig: RigMaker, tmp_path: Path
+) -> None:
+    end = 'PAMDISPLAY <- message(12, "Counted to:", IWV_Count); WAIT_TIME 1000; PAMDISPLAY <- IWV_Count * 2.5;'
+    rig = started(fieldrig_rig, tmp_path, COUNTER.format(end=end))
+    rig.run_until(2 * S)
+    assert rig.get("pam", "display") == "0080M00C"
+    printed = rig.get("pam", "messages")
+    assert "Counted to:" in str(printed)
+    rig.run_until(4 * S)
+    shown = str(rig.get("pam", "display"))
+    assert len(shown) == 8
+    assert float(shown) == 25.0
+    assert rig.get("pam", "messages") == printed

@@ -145,7 +145,7 @@ def test_a_set_point_of_a_group_is_one_frame_for_all_of_its_nodes(four: Bench) -
     assert max(sent(four)) == 5
 
 
-@pytest.mark.manual("PAMS-107")
+@pytest.mark.manual("PAMS-107", "PAML-248")
 def test_too_many_commands_in_successive_cycles_fill_the_fifo_which_is_said_once() -> None:
     bench = Bench(TWO, BOTH, RingLimits(sending_fifo=50)).start()
     for _ in range(3):

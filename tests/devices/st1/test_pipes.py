@@ -3,7 +3,10 @@
 import pytest
 from st1_bench import ProgramBench
 
+from fieldrig.clock import MS
+from fieldrig_devices.motion.profile import Limits
 from fieldrig_devices.pamring.frames import EndOfPipe, Move, SetPoint, SetPointMode
+from fieldrig_devices.st1.pipe_part import PipePart
 from fieldrig_devices.st1.shaft import TURN
 from fieldrig_devices.st1.status import Error, Status
 
@@ -64,6 +67,39 @@ def test_an_axis_holds_the_last_set_point_where_no_cycle_comes(bench: ProgramBen
     assert bench.position == pytest.approx(0.1029, abs=1e-6)
     bench.wait(50)
     assert (bench.position, bench.speed, bench.lag) == pytest.approx((0.099, 0.0, 0.0), abs=1e-6)
+
+
+def test_set_points_that_come_late_and_all_at_once_do_not_make_an_axis_overshoot(bench: ProgramBench) -> None:
+    """The pattern is that of processes on a busy host; the limit of the lag is one turn."""
+    furthest, cycle = 0.0, 0
+    for _ in range(40):
+        for _ in range(10):
+            bench.point(0.008 * cycle)
+            cycle += 1
+        bench.wait(30)
+        for _ in range(30):
+            bench.send(SetPoint(POSITION, round(0.008 * cycle * TURN)))
+            bench.program.cycle()
+            bench.wait(0.05)
+            cycle += 1
+            furthest = max(furthest, abs(bench.position - 0.008 * cycle))
+    assert bench.servo.is_powered
+    assert furthest < 0.4
+    for _ in range(100):
+        bench.point(0.008 * cycle)
+        cycle += 1
+    assert (bench.position, bench.speed) == pytest.approx((0.008 * (cycle - 1), 8.0), abs=1e-6)
+
+
+def test_an_axis_whose_timer_is_late_is_at_its_last_set_point() -> None:
+    pipe = PipePart(Limits(1e12, 1e15, 1e15))
+    pipe.begin(0, POSITION)
+    for number in range(1, 6):
+        pipe.set_position(number * MS, number * 1000)
+    assert [pipe.at(5 * MS + after_ns) for after_ns in (MS, 4 * MS, 5 * MS, 900 * MS)] == [5000, 8000, 5000, 5000]
+    pipe.set_position(905 * MS, 6000)
+    assert pipe.at(905 * MS) == 5000
+    assert pipe.at(999 * MS) == 6000
 
 
 @pytest.mark.manual("PAML-053", "PAML-054")

@@ -17,7 +17,7 @@ class Distort(TelegramFault):
 
 
 class Halt(Timed):
-    """The processor of a station stands still.  Its optics pass the frames on, so the ring stays closed."""
+    """The processor of a station has stopped.  Its optics pass the frames on, so the ring stays closed."""
 
     what: Literal["halt"]
     station: str

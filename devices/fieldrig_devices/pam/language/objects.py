@@ -2,7 +2,7 @@
 
 Each line of a table gives a parameter: its name, what it holds, whether it must be there, and what a program may do
 with it at run time (the manual's access levels: none NA, read RO, write WO, both RW).  `must` is required, `many` as
-well and may stand again, `may` is optional; `one:x` requires a single parameter of the group x, `may:x` allows one.
+well and may appear again, `may` is optional; `one:x` requires a single parameter of the group x, `may:x` allows one.
 
 What a parameter holds is one of: integer, number (not negative), signed, flagged words in parentheses such as
 (YES NO), a reference to an object of one of the kinds in angles such as <NODE>, routine (NONE or a routine with its

@@ -78,7 +78,7 @@ class Preprocessor:
     def _define(self, name: Token, meaning: list[Token]) -> None:
         if name.text in self.names:
             hint = f"Write #undef {name.text} first."
-            self._say(name, f"{name.text} has a meaning already", "a new name", hint)
+            self._say(name, f"{name.text} is already defined", "a new name", hint)
         elif len(meaning) > 1000:
             self._say(name, f"the meaning of {name.text} is too long", "at most 1000 tokens")
         else:
@@ -94,7 +94,9 @@ class Preprocessor:
                 continue
             parts = self._replaced(token)
             if len(parts) != 1 or not isinstance(parts[0].value, int) or parts[0].kind != "integer":
-                self._say(token, f"{token.text} is no mask", "a mask that is known here", missing_file_hint(token.text))
+                self._say(
+                    token, f"{token.text} is not a mask", "a mask that is known here", missing_file_hint(token.text)
+                )
                 return
             value |= parts[0].value
         if len(masks) % 2 == 0:
@@ -104,7 +106,7 @@ class Preprocessor:
 
     def _undefine(self, rest: list[Token]) -> None:
         if self.names.pop(rest[0].text, None) is None:
-            self._say(rest[0], f"{rest[0].text} has no meaning yet", "a name of #define or #set")
+            self._say(rest[0], f"{rest[0].text} is not defined yet", "a name of #define or #set")
         elif len(rest) > 1:
             self._say(rest[1], f"got {rest[1].text}", "the end of the line")
 

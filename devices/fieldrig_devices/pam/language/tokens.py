@@ -1,7 +1,7 @@
 """Split the text of an application into tokens, and set the comments aside (section 1.1 of the manual's digest).
 
 A comment is a block, from `/**` to the end of the line, or from `//` to the end of the line.  Blocks do not nest.  The
-sign # stands before hexadecimal digits, and before a directive at the beginning of a line.
+sign # is in front of hexadecimal digits, and before a directive at the beginning of a line.
 """
 
 import re

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from any_ring import ADDRESSES
+from any_ring import ADDRESSES, run_through, throw_garbage
 from pam_ring_kinds import FRAMES, KINDS, STARS, Pam, PamRing, PamStarRing, hearing, virtual
 
 from fieldrig.errors import BusError
@@ -117,18 +117,14 @@ def test_only_the_pam_begins_cycles(ring: PamRing) -> None:
 def script(ring: PamRing) -> list[tuple[str, bytes]]:
     """A sequence with every event that can happen to a ring."""
     all_joined(ring)
-    for fault in (
+    faults: tuple[dict[str, Any], ...] = (
         {"what": "break", "after": "lift"},
         {"what": "off", "station": "knife"},
         {"what": "distort", "after": "belt", "probability": 0.5},
         {"what": "distort", "after": "master", "count": 2},
         {"what": "halt", "station": "door"},
-    ):
-        number = ring.fault(**fault)
-        for _ in range(6):
-            ring.cycle()
-        ring.clear(number)
-        ring.cycle()
+    )
+    run_through(ring, faults)
     return ring.trace
 
 
@@ -208,7 +204,5 @@ def test_a_second_pam_is_refused(star: PamStarRing) -> None:
 
 
 def test_garbage_from_outside_has_no_effect(star: PamStarRing) -> None:
-    for garbage in (b"", b"\0", b"\xff" * 40):
-        star.star.take("rack", garbage)
-        star.buses["rack"].rack(star.at["knife"]).on_spread(garbage)
+    throw_garbage(star)
     assert hearing(star) == WELL

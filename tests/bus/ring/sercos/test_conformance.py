@@ -1,9 +1,10 @@
 """Every kind of SERCOS ring keeps the same promises, and carries the same bytes for the same inputs."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
-from any_ring import ADDRESSES
+from any_ring import ADDRESSES, run_through, throw_garbage
 from ring_kinds import KINDS, MDT, MST, STARS, Master, Ring, StarRing, hearing, virtual
 
 from fieldrig.errors import BusError
@@ -142,7 +143,7 @@ def script(ring: Ring) -> list[tuple[str, bytes]]:
         ring.join(name, address)
     for _ in range(3):
         ring.cycle()
-    for fault in (
+    faults: tuple[dict[str, Any], ...] = (
         {"what": "break", "after": "lift"},
         {"what": "off", "station": "knife"},
         {"what": "distort", "station": "belt", "telegram": "mdt"},
@@ -150,12 +151,8 @@ def script(ring: Ring) -> list[tuple[str, bytes]]:
         {"what": "distort", "after": "master", "telegram": "mst"},
         {"what": "distort", "station": "door", "telegram": "at", "probability": 0.5},
         {"what": "late", "station": "lift", "probability": 0.5},
-    ):
-        number = ring.fault(**fault)
-        for _ in range(6):
-            ring.cycle()
-        ring.clear(number)
-        ring.cycle()
+    )
+    run_through(ring, faults)
     return ring.trace
 
 
@@ -251,7 +248,5 @@ def test_a_second_master_is_refused(star: StarRing) -> None:
 
 
 def test_garbage_from_outside_has_no_effect(star: StarRing) -> None:
-    for garbage in (b"", b"\0", b"\xff" * 40):
-        star.star.take("rack", garbage)
-        star.buses["rack"].rack(star.at["knife"]).on_spread(garbage)
+    throw_garbage(star)
     assert hearing(star) == ALL_WELL

@@ -52,7 +52,7 @@ def test_right_statements(statements: str) -> None:
 def test_the_present_item_in_a_multiple_task() -> None:
     statements = "AXI_Station[i] <- run(1); IFV_Each[i] <- SBI_Mark[i] + SBI_Start; XEQ_SEQUENCE SEQ_Other[i];"
     assert said(in_sequence(statements, specs="NODES_GROUP = NGR_Stations;", index="[i]")) == ""
-    assert "[i] stands where there is no present item" in said(in_sequence("AXI_Station[i] <- run(1);"))
+    assert "[i] is used where there is no present item" in said(in_sequence("AXI_Station[i] <- run(1);"))
 
 
 WRONG = [
@@ -68,7 +68,7 @@ WRONG = [
     ("IFV_Go <- 2;", "this is an integer; expected a flag"),
     ("IFV_Go <- IFV_Go * CRV_Size > 5;", "put them in parentheses"),
     ("IFV_Go <- IFV_Each;", "IFV_Each has several items; expected an index"),
-    ("IFV_Go <- IFV_Each[all];", "[all] is no value; expected [all+] or [all*]"),
+    ("IFV_Go <- IFV_Each[all];", "[all] has no value; expected [all+] or [all*]"),
     ("IFV_Go <- IFV_Go[i];", "IFV_Go has one item only"),
     ("AXI_Belt:NODE <- 5;", "NODE of AXIS cannot be changed by a program"),
     ("CRV_Size <- AXI_Belt:PULSES_PER_UNIT;", "PULSES_PER_UNIT of an AXIS cannot be read by a program"),
@@ -79,17 +79,17 @@ WRONG = [
     ("XEQ_SEQUENCE SEQ_Other[i];", "the index of SEQ_Other does not fit its task"),
     ("XEQ_TASK TSK_None SEQUENCE SEQ_Test;", "there is no task TSK_None"),
     ("EXCEPTION IFV_Go ENTRY nowhere;", "there is no entry nowhere"),
-    ("EXCEPTION_ENTRY out; EXCEPTION_ENTRY out;", "the entry out stands twice"),
+    ("EXCEPTION_ENTRY out; EXCEPTION_ENTRY out;", "the entry out appears twice"),
     ("CONDITION CRV_Size;", "this is a number; expected a flag"),
     ("WAIT_TIME IFV_Go;", "this is a flag; expected a number"),
     ("TMP_Master << CNV_Belt;", "TMP_Master is a TMP_GENERATOR; expected a CONVERTER"),
     ("CNV_Belt << AMP_Gear;", "AMP_Gear is an AMPLIFIER; expected a SAMPLER, TMP_GENERATOR or PMP_GENERATOR"),
-    ("CNV_Belt << DIS_Slow << AMP_Gear << TMP_Master;", "the distributor DIS_Slow stands inside the pipe"),
+    ("CNV_Belt << DIS_Slow << AMP_Gear << TMP_Master;", "the distributor DIS_Slow is inside the pipe"),
     (
         "CNV_Belt << AMP_Gear << TMP_Master; CNV_Sink << AMP_Gear << CAM_Feed << TMP_Master;",
         "AMP_Gear has another input in the pipe of line",
     ),
-    ("AMP_Gear:GAIN <- RISING;", "RISING is no value of an expression"),
+    ("AMP_Gear:GAIN <- RISING;", "RISING cannot be a value in an expression"),
     ("CNV_Belt <- connect(ENC_Belt);", "the argument is wrong; expected an AXIS"),
 ]
 
@@ -115,7 +115,7 @@ DECLARATIONS = [
     ("ZERO_POSITIONER ZEP_a; OBJECT = AXI_Belt; COARSE_SPEED = 5; END", "the phase COARSE is not complete"),
     (f"DIGITAL_INPUT SDI_a; NODE = NOD_Desk; BITS = 13; {SAMPLED}", "1 to 12"),
     (f"PROFILE PRO_a; FILE = TOOLONGNAME; {CAM_SIZE}", "up to 8"),
-    ("COMPARATOR CMP_a; REFERENCE = 1; ROUTINE = RTN_Show WITH CRV_Size, 1; END", "is no constant here"),
+    ("COMPARATOR CMP_a; REFERENCE = 1; ROUTINE = RTN_Show WITH CRV_Size, 1; END", "is not a constant here"),
     (
         "BOOLEAN BOL_a; LINKED_OUTPUT = IFV_Go; EQUATION IFV_Go; END_BOOLEAN",
         "expected a BINARY_OUTPUT, an LED_OUTPUT or",

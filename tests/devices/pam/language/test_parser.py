@@ -69,7 +69,7 @@ def test_precedence(text: str, meaning: str) -> None:
             "got ADRESS; expected a parameter of NODE: NUMBER",
         ),
         ("NODE NOD_a; ADDRESS = 1 TYPE = ST1; END", (2, 24), "; is missing behind 1"),
-        ("NODE NOD_a; ADDRESS = 1; ADDRESS = 2; TYPE = ST1; END", (2, 26), "ADDRESS stands twice"),
+        ("NODE NOD_a; ADDRESS = 1; ADDRESS = 2; TYPE = ST1; END", (2, 26), "ADDRESS appears twice"),
         ("NODE CASE; END", (2, 6), "CASE is a reserved word"),
         ("SEQUENCE SEQ_a; END_SEQUENCE", (2, 1), "got SEQUENCE; expected the kind of an object"),
         ("INTERNAL BIT_VAR a;", (2, 10), "got BIT_VAR; expected FLAG_VAR, WORD_VAR or REAL_VAR"),

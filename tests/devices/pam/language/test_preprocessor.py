@@ -43,7 +43,7 @@ def test_names(directives: str, value: int) -> None:
     ("directive", "said"),
     [
         ("#define N 1\n#define N 2", "Write #undef N first."),
-        ("#undef N", "N has no meaning yet"),
+        ("#undef N", "N is not defined yet"),
         ("#set N OVER_VOLTAGE", 'OVER_VOLTAGE is defined in ST1ERROR.SYS: write #include "ST1ERROR.SYS".'),
         ("#set N 1 |", "the masks of N are not complete"),
         ("#set N 1 2", "got 2; expected |"),

@@ -256,8 +256,7 @@ def test_a_motor_that_does_not_answer_is_in_error(bench: Bench) -> None:
     assert bench.kernel.reports == [("07..E021", (41,)), ("04..W010", (41, 11, 0x12))]
 
 
-@pytest.mark.manual("PAML-025")
-@pytest.mark.manual("PAMS-051")
+@pytest.mark.manual("PAML-024", "PAML-025", "PAMS-051")
 def test_the_error_word_of_a_node(bench: Bench) -> None:
     bench.objects.on_report(41, frames.Trouble(frames.Severity.WARNING, 0x00C, (0x08, 0), 0x001000))
     assert bench.kernel.touched_names == {"NOD_Desk"}
@@ -266,6 +265,21 @@ def test_the_error_word_of_a_node(bench: Bench) -> None:
     assert [bench.ask("NOD_Desk", "error_code", mask) for mask in (0x001000, 0x000FF0)] == [True, False]
     bench.objects.on_report(41, frames.Trouble(frames.Severity.ENDED, 0x00C, (0x08, 0)))
     assert not bench.ask("NOD_Desk", "error")
+
+
+@pytest.mark.manual("PAML-024")
+def test_an_st1_has_no_error_word_of_a_node() -> None:
+    bench = Bench(HEADER + "NODE NOD_Belt; ADDRESS = 7; TYPE = ST1; END\n")
+    bench.objects.on_report(7, frames.Trouble(frames.Severity.WARNING, 0x00C, (0x08, 0), 0x001000))
+    assert not bench.ask("NOD_Belt", "error")
+
+
+@pytest.mark.manual("PAML-023")
+@pytest.mark.parametrize("address", ["41", "#29"])
+def test_an_address_is_decimal_without_a_number_sign(address: str) -> None:
+    bench = Bench(HEADER + f"NODE NOD_Desk; ADDRESS = {address}; TYPE = SMART_IO; END\n")
+    bench.objects.on_report(41, frames.Trouble(frames.Severity.WARNING, 0x00C, (0x08, 0), 0x001000))
+    assert bench.ask("NOD_Desk", "error")
 
 
 NUMBERS = st.integers(-(2**31), 2**32)

@@ -3,21 +3,13 @@
 from pathlib import Path
 
 import pytest
+from pam_rigs import pam_rig
 
 from fieldrig.clock import S
 from fieldrig.pytest_plugin import RigMaker
 
 pytestmark = pytest.mark.long
 
-RIG = """
-time: virtual
-speed: max
-buses:
-  ring: {kind: pamring.virtual}
-  wires: {kind: wires.virtual}
-devices:
-  pam: {kind: pam, application: app.pam, links: {ring: ring, wires: wires}}
-"""
 APPLICATION = """APPLICATION NAME = multi V1.00; BASIC_PAM_CYCLE = 3; END
 SINK SNK_a; END
 CONVERTER CNV_a; DESTINATION = SNK_a; MODE = VALUE; END
@@ -84,9 +76,7 @@ END_TASK
 @pytest.mark.manual("PAML-558")
 @pytest.mark.manual("PAML-273")
 def test_the_example_of_the_manual_learns_and_then_is_earlier(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
-    (tmp_path / "app.pam").write_text(APPLICATION)
-    (tmp_path / "rig.yaml").write_text(RIG)
-    rig = fieldrig_rig(tmp_path / "rig.yaml")
+    rig = pam_rig(fieldrig_rig, tmp_path, APPLICATION)
     rig.run_until(5 * S)
     lines = [
         line.split()[1:] for line in str(rig.get("pam", "messages")).splitlines() if line.startswith("application")

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from pam_rigs import pam_rig
 
 from fieldrig.clock import MS, S
 from fieldrig.pytest_plugin import RigMaker
@@ -10,14 +11,7 @@ from fieldrig.rig import Rig
 
 pytestmark = pytest.mark.long
 
-RIG = """
-time: virtual
-speed: max
-buses:
-  ring: {kind: pamring.virtual}
-  wires: {kind: wires.virtual}
-devices:
-  pam: {kind: pam, application: app.pam, links: {ring: ring, wires: wires}}
+AXIS = """
   axis:
     {kind: st1, ring_address: 1, initial_turns: 0.3, parameters: {ckv: 50, cka: 800}, links: {ring: ring, wires: wires}}
 """
@@ -50,9 +44,7 @@ END_TASK
 
 def started(make: RigMaker, folder: Path, statements: str, objects: str = "", period: str = "0.001") -> Rig:
     machine = MACHINE.replace("PERIOD = 0.001", f"PERIOD = {period}") + objects
-    (folder / "app.pam").write_text(machine + TASK.format(statements=statements))
-    (folder / "rig.yaml").write_text(RIG)
-    rig = make(folder / "rig.yaml")
+    rig = pam_rig(make, folder, machine + TASK.format(statements=statements), AXIS)
     while rig.get("pam", "state") != "running":
         rig.run_until(rig.now_ns + 10 * MS)
     return rig

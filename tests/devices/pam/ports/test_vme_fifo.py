@@ -42,7 +42,7 @@ def test_an_index_that_does_not_exist_leads_nowhere(wrong: int) -> None:
     assert not fifo.put(BLOCK)
 
 
-@pytest.mark.manual("PAMS-080", "PAMS-107")
+@pytest.mark.manual("PAMS-080", "PAMS-107", "PAML-248")
 def test_a_full_output_fifo_is_reported_once() -> None:
     bench, master = started_vme()
     item = bench.item("DWO_MachCurrentPressure")

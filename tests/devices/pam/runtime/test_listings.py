@@ -231,6 +231,7 @@ WHOLE = {
     " NODE NOD_S; NODES_GROUP = NGR_C; ADDRESS = 63; TYPE = ST1; END",
 }  # fmt: skip
 ALL = {number: MACHINE + text for number, text in LISTINGS.items()} | WHOLE
+NAME = "L-{:02}".format
 
 # Listings as they are printed, with the mistake that the compiler finds in them.
 REFUSED = {
@@ -263,13 +264,13 @@ def test_there_are_49_listings() -> None:
 
 
 @pytest.mark.manual("PAML-014")
-@pytest.mark.parametrize("number", ALL)
+@pytest.mark.parametrize("number", ALL, ids=NAME)
 def test_listings_compile(number: int) -> None:
     compiled = compile_application(ALL[number], f"L-{number:02}.pam")
     assert isinstance(compiled.program.items[0], Application)
 
 
-@pytest.mark.parametrize("number", ALL)
+@pytest.mark.parametrize("number", ALL, ids=NAME)
 def test_listings_mean_the_same_in_one_layout(number: int) -> None:
     assert parse(formatted(ALL[number]), "a")[0] == parse(ALL[number], "a")[0]
 

@@ -136,7 +136,7 @@ def _check_sequence(sequence: Sequence, task: Task, names: Names) -> None:
     entries = list(_entries(sequence.body))
     for position, entry in enumerate(entries):
         if any(entry.label == earlier.label for earlier in entries[:position]):
-            names.wrong(entry.place, f"the entry {entry.label} stands twice", "another label")
+            names.wrong(entry.place, f"the entry {entry.label} appears twice", "another label")
     labels = frozenset(entry.label for entry in entries)
     check_statements(sequence.body, names, Context(is_multiple(task), task=task, labels=labels))
 

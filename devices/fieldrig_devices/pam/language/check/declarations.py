@@ -121,7 +121,7 @@ def _check_number(rule: Rule, holds: str, value: Expression, names: Names) -> No
     if isinstance(value, Word):
         return  # the parser takes only the words of the rule
     if not isinstance(value, Number):
-        names.wrong(value.place, f"{rule.name} is no number", "a number")
+        names.wrong(value.place, f"{rule.name} is not a number", "a number")
     elif holds in ("integer", "bit") and not isinstance(value.value, int):
         names.wrong(value.place, f"{rule.name} is {value.spelling}", "a whole number")
     elif holds in ("integer", "number", "bit") and value.value < 0:

@@ -69,12 +69,12 @@ def indexed(
     elif index == "i" and not (context.is_multiple or context.is_reduced):
         hint = "The task, actions or equation around it needs NUMBER, NODES_GROUP or [i]."
         names.wrong(
-            reference.place, "[i] stands where there is no present item", "[all]" if is_target else "[all+]", hint
+            reference.place, "[i] is used where there is no present item", "[all]" if is_target else "[all+]", hint
         )
     elif is_target and index in ("all+", "all*"):
         names.wrong(reference.place, f"[{index}] cannot be changed", "[i] or [all]")
     elif not is_target and index == "all":
-        names.wrong(reference.place, "[all] is no value", "[all+] or [all*]", "[all+] is OR, [all*] is AND.")
+        names.wrong(reference.place, "[all] has no value", "[all+] or [all*]", "[all+] is OR, [all*] is AND.")
 
 
 def _word(word: tree.Word, names: Names) -> Type | None:
@@ -82,7 +82,7 @@ def _word(word: tree.Word, names: Names) -> Type | None:
         return "flag"
     if word.name == "PI":
         return "real"
-    names.wrong(word.place, f"{word.name} is no value of an expression", "a number, a flag or an object")
+    names.wrong(word.place, f"{word.name} cannot be a value in an expression", "a number, a flag or an object")
     return None
 
 
@@ -132,7 +132,7 @@ def _unary(unary: tree.Unary, names: Names, context: Context) -> Type | None:
         return "flag"
     found = type_of(unary.operand, names, context)
     if found is not None and found not in NUMERIC:
-        names.wrong(unary.place, f"{unary.operator} stands before {TYPE_NAMES[found]}", "a number")
+        names.wrong(unary.place, f"{unary.operator} is in front of {TYPE_NAMES[found]}", "a number")
     return found if found in NUMERIC else None
 
 

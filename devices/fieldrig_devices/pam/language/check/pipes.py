@@ -27,7 +27,7 @@ def check_pipe(pipe: Connect, names: Names) -> None:
         elif symbol.kind == "DISTRIBUTOR" and position != last - 1:
             names.wrong(
                 reference.place,
-                f"the distributor {reference.name} stands inside the pipe",
+                f"the distributor {reference.name} is inside the pipe",
                 "the place behind its input",
             )
 

@@ -1,4 +1,4 @@
-"""Statements: what they may do to an object, and where they may stand (sections 1.4 and 2.13 to 2.17 of the digest)."""
+"""Statements: what they may do to an object, and where they may be (sections 1.4 and 2.13 to 2.17 of the digest)."""
 
 from collections.abc import Iterable
 
@@ -162,7 +162,7 @@ def check_routine_call(call: tree.RoutineCall, names: Names, context: Context, *
     for argument in call.arguments:
         number = argument.operand if isinstance(argument, tree.Unary) and argument.operator != "!" else argument
         if is_constant and not isinstance(number, tree.Number):
-            names.wrong(argument.place, "the argument of a routine is no constant here", "a number")
+            names.wrong(argument.place, "the argument of a routine is not a constant here", "a number")
         elif not is_constant:
             type_of(argument, names, context)
     if not call.routine:

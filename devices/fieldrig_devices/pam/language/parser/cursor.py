@@ -133,7 +133,7 @@ class Cursor:
         self.depth += 1
         if self.depth > DEEPEST:
             self.depth -= 1
-            raise self.unexpected(f"at most {DEEPEST} levels in each other")
+            raise self.unexpected(f"at most {DEEPEST} nested levels")
 
     def higher(self) -> None:
         self.depth -= 1
@@ -144,6 +144,6 @@ class Cursor:
             self.i += 1
 
     def checked_once(self, parameters: list[Parameter], added: Parameter) -> None:
-        """Report a parameter that stands twice."""
+        """Report a parameter that appears twice."""
         if any(known.name == added.name for known in parameters):
-            self.wrong(added.place, f"{added.name} stands twice", "each parameter once")
+            self.wrong(added.place, f"{added.name} appears twice", "each parameter once")

@@ -132,7 +132,7 @@ def _operand(cursor: Cursor) -> Expression:
         token = cursor.token
         cursor.i += 1
         if isinstance(token.value, str):
-            cursor.wrong(place, "a text is no value of a parameter", "a number")
+            cursor.wrong(place, "a text cannot be the value of a parameter", "a number")
             return Number(place, 0, "0")
         return Number(place, token.value, token.text)
     return reference(cursor)
