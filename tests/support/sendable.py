@@ -11,6 +11,7 @@ from typing import Any
 from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import BitRate, BusState, CanControl, CanError, CanState, ErrorKind, FaultNote
+from fieldrig_bus.dualport.message import Words
 from fieldrig_bus.ip.message import (
     Closed,
     Consumed,
@@ -68,6 +69,7 @@ GOOD: dict[type, list[Any]] = {
     ControlLines: [ControlLines(), ControlLines(False, False, True, True)],
     Format: [Format(), Format(115_200, 7, "E", 2)],
     Break: [Break(0), Break(250)],
+    Words: [Words(0, ()), Words(2047, (0xFFFF,)), Words(0, (0,) * 2048)],
     Mst: [Mst(0, b"\xff\x04")],
     Mdt: [Mdt(b""), Mdt(b"\xff\x01\x02")],
     bytes: [b"", b"\x05\x00\x00"],
@@ -110,6 +112,7 @@ GOOD: dict[type, list[Any]] = {
 }  # fmt: skip
 
 BAD: dict[type, list[Any]] = {
+    Words: [Words(2047, (0, 0)), Words(2048, (0,)), Words(-1, (0,)), Words(0, (0x1_0000,)), Words(0, (_any(1.0),))],
     CanFrame: [
         CanFrame(0x123, bytes(9)), CanFrame(0x3FFF_FFFF, is_extended=True), CanFrame(0x3FFF_FFFF), CanFrame(0x800),
         CanFrame(-1), CanFrame(1, is_remote=True, remote_length=9), CanFrame(1, b"1", is_remote=True),

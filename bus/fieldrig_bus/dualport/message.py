@@ -4,6 +4,8 @@ import struct
 from dataclasses import dataclass
 from typing import Any, Final
 
+from fieldrig.bus import words_of
+
 WORDS: Final = 2048
 _HEAD: Final = struct.Struct(">H")
 
@@ -46,3 +48,9 @@ def check_sent(message: Any) -> None:
             raise ValueError(f"{value}: expected 0 to 65535")
     if message.first + len(message.values) > WORDS:
         raise ValueError(f"words {message.first} to {message.first + len(message.values) - 1}, expected 0 to 2047")
+
+
+def check_interest(interest: Any) -> None:
+    """Raise TypeError or ValueError for any interest but none, as a memory reports nothing."""
+    if len(words_of(interest)):
+        raise ValueError("a memory reports nothing: expected no interest")

@@ -15,7 +15,7 @@ from fieldrig.device import Tool
 from fieldrig.errors import BusError
 from fieldrig.link import SharedWords
 from fieldrig.settings import Settings
-from fieldrig_bus.dualport.message import WORDS, Words, check_sent, decode, encode, show
+from fieldrig_bus.dualport.message import WORDS, Words, check_interest, check_sent, decode, encode, show
 
 SIZE: Final = 2 * WORDS
 
@@ -73,6 +73,7 @@ class DualPortShm(DirectBus[Words]):
     decode = staticmethod(decode)
     show = staticmethod(show)
     check = staticmethod(check_sent)
+    check_interest = staticmethod(check_interest)
 
     def __init__(self, name: str, settings: DualPortSettings) -> None:
         super().__init__(name, settings)
