@@ -9,6 +9,7 @@ from fieldrig.clock import MS, S
 from fieldrig.errors import ConfigError
 from fieldrig.pytest_plugin import RigMaker
 from fieldrig.rig import Rig
+from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 
 PAM = """{kind: pam, application: app.pam, date: 1995-10-15 14:30:45, links: {ring: ring, wires: wires},
     analog_wires: [pam.speed]}"""
@@ -150,3 +151,34 @@ def test_debugger_prints_the_messages_of_the_display_and_no_monitored_value(
     assert len(shown) == 8
     assert float(shown) == 25.0
     assert rig.get("pam", "messages") == printed
+
+
+@pytest.mark.manual("PAMS-056", "PAMS-059")
+def test_only_a_fatal_error_is_in_the_fatal_error_panel(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
+    end = 'PAMDISPLAY <- error(1, "An error", 0) ; WAIT_TIME 500 ; IWV_Count <- 1 / (IWV_Count - 10) ;'
+    (tmp_path / "app.pam").write_text(HEADER + COUNTER.format(end=end))
+    rig = fieldrig_rig(
+        {
+            "time": "virtual",
+            "buses": {"ring": {"kind": "pamring.virtual"}, "plc": {"kind": "modbus.virtual"}},
+            "devices": {
+                "pam": {
+                    "kind": "pam",
+                    "application": str(tmp_path / "app.pam"),
+                    "date": "1995-10-15 14:30:43",
+                    "links": {"ring": "ring", "modbus": ["plc"]},
+                }
+            },
+        }
+    )
+    client, answers = rig.attach("client").link("plc"), list[bytes]()
+    client.on_receive(lambda message: answers.append(message.pdu) if isinstance(message, ModbusResponse) else None)
+    for instant in (S, 3 * S):  # after the error at about 0.9 s, and after the division by zero half a second later
+        rig.run_until(instant)
+        client.send(ModbusRequest(1, bytes.fromhex("03 07f8 0007")))  # the cells from #FF0 on
+        rig.run_until(instant + 10 * MS)
+    assert rig.get("pam", "errors") == "0080E001\n0200FFF2"
+    assert [answer[2:].hex(" ", 2) for answer in answers] == [
+        "0000 0000 0000 0000 0000 0000 0000",
+        "0002 0ff2 169f 27ac 0000 0000 0000",  # 1995-10-15, 2:30:44 PM
+    ]
