@@ -189,3 +189,17 @@ def test_an_application_begins_with_its_header() -> None:
 def test_names_of_earlier_releases_are_notes(text: str, hint: str) -> None:
     (note,) = checked(f"{MACHINE}{text}\n", "x")[1]
     assert (note.is_note, note.hint) == (True, hint)
+
+
+APPENDIX_A = """
+    ABORT AXES_SET BIT BREAKING COARSE_MOVE CURRENT DUPL ERROR FIFO_IN_HEAD GAIN_SLOPE HEXA LOCATION MASTER_TIMEOUT
+    NEXT_PERIOD PORT RANGE RS422 ST1_CMD SUBSET TIME_ORIGIN_SLOPE VME WATCH_DOG XEQ_ACTION ZERO
+    abs anti_delay change_ratio disactivate end_error generator_position latched_dd_value ln modify_value no_blink
+    power_on reference set stroke_limits travel_speed triggered zero_position
+"""
+
+
+@pytest.mark.manual("PAMS-102")
+@pytest.mark.parametrize("word", APPENDIX_A.split())
+def test_no_object_has_a_reserved_word_as_its_name(word: str) -> None:
+    assert "reserved word" in said(HEADER + f"INTERNAL WORD_VAR {word};\n")
