@@ -26,10 +26,10 @@ pytestmark = [pytest.mark.docker, pytest.mark.timeout(3600)]
 RIG = load(FOLDER / "machine.yaml")
 OUTSIDE = (
     *("can0", "can1", "can2", "can3", "mb_tcp", "mb_rtu", "modbus", "labels", "labels_rtu"),
-    *("user1", "user2", "jaw_line", "caller", "lan"),
+    *("user1", "user2", "jaw_line", "caller", "lan", "dualport", "pam_lan"),
 )
 """The buses that a foreign master, caller or browser can be on."""
-INSIDE = ("ring", "wires", "com1", "telephone", "relay")
+INSIDE = ("ring", "pamring", "wires", "com1", "telephone", "relay")
 PROFILED_POSITION = 1
 OFFLINE, ONLINE = 6, 7  # Com1UserState: the modem is set up and waits for a call; in a call
 MAP_IDENTIFIER = 0x4D34  # register 0
@@ -95,6 +95,7 @@ def test_canopen_master_finds_the_nodes(stack: Stack, bus: str, node_id: int, ed
         ("modbus", FramerType.SOCKET),
         ("labels", FramerType.SOCKET),
         ("labels_rtu", FramerType.RTU),
+        ("dualport", FramerType.SOCKET),
     ],
 )
 def test_modbus_master_is_answered(stack: Stack, bus: str, framer: FramerType) -> None:
