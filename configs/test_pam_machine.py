@@ -46,7 +46,6 @@ def test_knife_finds_its_zero_switch(rig: Rig) -> None:
     assert rig.get("cutter", "position") == 0.0
 
 
-@pytest.mark.long
 def test_axes_follow_the_master_without_a_jump_of_their_speed(running: Rig) -> None:
     last = {axis: float(running.get(axis, "set_speed")) for axis in ("belt", "cutter", "paper")}
     for _ in range(1500):
@@ -68,7 +67,6 @@ def test_knife_stands_still_in_the_first_third_of_a_pitch(running: Rig) -> None:
     assert max(speeds.values()) > 2.5
 
 
-@pytest.mark.long
 def test_marks_come_into_register(running: Rig) -> None:
     places: list[float] = []
     corrections: set[float] = set()
@@ -85,7 +83,6 @@ def test_marks_come_into_register(running: Rig) -> None:
     assert max(corrections) == pytest.approx(places[0] - 30, abs=0.5)  # as the PLC has seen it
 
 
-@pytest.mark.long
 def test_each_product_is_counted_and_stacked(running: Rig) -> None:
     running.run_until(running.now_ns + 6 * S)
     assert int(running.get("plc", "DOL_Products")) >= 3
@@ -115,7 +112,6 @@ def test_plc_moves_the_guide(rig: Rig) -> None:
     assert abs(float(rig.get("rail", "position")) - 20.25 - 50) < 3  # pulses from where it stood
 
 
-@pytest.mark.long
 def test_error_of_an_axis_stops_the_machine_and_reset_recovers_it(running: Rig) -> None:
     fault = running.add_fault("cutter", {"what": "resolver"})
     until_state(running, ERROR)
@@ -130,7 +126,6 @@ def test_error_of_an_axis_stops_the_machine_and_reset_recovers_it(running: Rig) 
     assert not running.get("pam", "display.blinks")
 
 
-@pytest.mark.long
 def test_an_axis_that_lags_behind_stops_the_machine_and_reset_recovers_it(running: Rig) -> None:
     running.set("belt", "load_torque", 100.0)  # Nm, more than the motor has
     until_state(running, ERROR)

@@ -21,7 +21,7 @@ SYNC = CanFrame(0x080)
 class CanMaster:
     """Expedited SDO, NMT and SYNC on one CAN bus."""
 
-    def __init__(self, rig: Rig, bus: str, member: str = "plc") -> None:
+    def __init__(self, rig: Rig, bus: str, member: str = "can_master") -> None:
         self._rig = rig
         self._link = rig.attach(member).link(bus)
         self._link.on_receive(self._on_frame, [(0x580, 0x780)])

@@ -5,6 +5,7 @@ extends `lab.yaml`), its test (`test_lab.py`), and every file that one of them n
 added to the folder therefore appears in the menu by itself.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from importlib.resources import files
 from itertools import takewhile
@@ -69,6 +70,15 @@ def _follow(file: Path, found: dict[Path, None]) -> None:
                 named = folder() / name
                 if named.is_file() and named.resolve().is_relative_to(folder().resolve()):
                     _follow(named, found)
+    if file.suffix == ".pam":
+        for profile in _profiles(file):
+            _follow(profile, found)
+
+
+def _profiles(application: Path) -> Iterator[Path]:
+    """Yield the cam files beside a PAM application whose names, without the suffix, occur in its text."""
+    words = set(re.findall(r"\w+", application.read_text(encoding="utf-8")))
+    yield from (file for file in sorted(application.parent.glob("*.cam")) if file.stem in words)
 
 
 def _texts(data: Any) -> Iterator[str]:
