@@ -17,15 +17,10 @@ from fieldrig.clock import MS, Timer
 from fieldrig.errors import refusals
 from fieldrig.hub_server import HubServer
 from fieldrig.link import Link
-from fieldrig.real_clock import RealClock
+from fieldrig.real_clock import LONGEST_TURN_NS, RealClock
 from fieldrig.sending import uninteresting, unsendable
 
 LAG_LIMIT_NS = 2 * MS
-LONGEST_TURN_NS = 5 * MS
-"""Longest work without a pause.
-
-A medium with more traffic than the host can carry in time must not block everything else.
-"""
 
 
 class LocalLink:

@@ -18,6 +18,12 @@ STALL_NS = 20 * MS
 """An event handled later than this counts as happening now, so that a host that stood still does not replay its past.
 """
 
+LONGEST_TURN_NS = 5 * MS
+"""Longest work without a pause.
+
+A medium with more traffic than the host can carry in time must not block everything else.
+"""
+
 T = TypeVar("T")
 
 _ARMED_LATER = -1  # while timers are being called: arm once, when all are done
@@ -160,6 +166,7 @@ class RealClock:
         self._armed_ns = _ARMED_LATER
         pop_due = self._timers.pop_due
         now_ns, owner = time.monotonic_ns(), ""
+        give_up_ns = now_ns + LONGEST_TURN_NS
         try:
             while (timer := pop_due(now_ns)) is not None:
                 late_ns = now_ns - timer.when_ns
@@ -172,6 +179,8 @@ class RealClock:
                     self._instant_ns = self._latest_ns = max(instant_ns, self._latest_ns)
                     owner = timer.owner
                     action()
+                    if time.monotonic_ns() > give_up_ns:
+                        break  # what is still due is called after the loop has looked at its sockets
         except Exception as fault:
             if owner:
                 blame(fault, owner, None, self._latest_ns)

@@ -9,10 +9,24 @@ P = ParamSpec("P")
 
 
 def in_loop(test: Callable[P, Coroutine[Any, Any, None]]) -> Callable[P, None]:
-    """Run a coroutine function as a test, in an event loop of its own."""
+    """Run a coroutine function as a test, in an event loop of its own.
+
+    An exception in a callback, which the loop would only log, is the test's; so is the end of its time limit.
+    """
+
+    async def watched(*arguments: P.args, **options: P.kwargs) -> None:
+        faults: list[BaseException] = []
+
+        def note(_loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+            faults.append(context.get("exception") or RuntimeError(context["message"]))
+
+        asyncio.get_running_loop().set_exception_handler(note)
+        await test(*arguments, **options)
+        if faults:
+            raise faults[0]
 
     @wraps(test)
     def run(*arguments: P.args, **options: P.kwargs) -> None:
-        asyncio.run(test(*arguments, **options))
+        asyncio.run(watched(*arguments, **options))
 
     return run

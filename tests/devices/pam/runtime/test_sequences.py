@@ -240,10 +240,10 @@ def test_a_busy_task_stops_the_one_that_starts_it() -> None:
 @pytest.mark.manual("PAML-295", "PAML-297", "PAML-354")
 def test_dupl_start_lets_only_so_many_items_through() -> None:
     bench = PamBench(
-        "INTERNAL FLAG_VAR go; NUMBER = 20; END INTERNAL FLAG_VAR stop; NUMBER = 20; END COMMON WORD_VAR in;"
+        "INTERNAL FLAG_VAR go; NUMBER = 20; END INTERNAL FLAG_VAR halt; NUMBER = 20; END COMMON WORD_VAR in;"
         " COMMON WORD_VAR most; COMMON WORD_VAR done;\n"
         "TASK TSK_a; SPECS NUMBER = 20; DUPL = 10; CYCLES = 1; END_SPECS"
-        " EVENTS ON_EVENT go[i] XEQ_SEQUENCE SEQ_a[i]; END_EVENTS SEQUENCE SEQ_a[i]; EXCEPTION stop[i] ABORT_SEQUENCE;"
+        " EVENTS ON_EVENT go[i] XEQ_SEQUENCE SEQ_a[i]; END_EVENTS SEQUENCE SEQ_a[i]; EXCEPTION halt[i] ABORT_SEQUENCE;"
         " CONDITION DUPL_START; in <- in + 1; IF in > most THEN most <- in; END_IF WAIT_TIME 10; in <- in - 1;"
         " done <- done + 1; END_SEQUENCE END_TASK"
     )
@@ -251,7 +251,7 @@ def test_dupl_start_lets_only_so_many_items_through() -> None:
     bench["go"] = [True] * 20
     bench.run()
     assert bench["in"] == 10
-    bench["stop"] = [False] * 19 + [True]  # aborts an item in front of the gate
+    bench["halt"] = [False] * 19 + [True]  # aborts an item in front of the gate
     bench.run(30)
     assert (bench["most"], bench["done"], bench["in"]) == (10, 19, 0)
 
