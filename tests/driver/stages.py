@@ -7,7 +7,7 @@ either way the summary says so.
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,8 @@ from tests.driver.needs import Need
 
 REPORTS = Path("build") / "tests"
 NODE = Path("tests") / "real" / "node"
-VCAN_LIMIT_S = PPP_LIMIT_S = 1200
+GUEST_LIMIT_S = 1200
+FOREIGN = "tests/real"
 # A test that starts a whole rig can wait long for a busy host; its own limits say earlier what hangs.
 PATIENT = ("--timeout=600",)
 
@@ -45,9 +46,9 @@ def pytest_command(name: str, marks: str, *more: str) -> list[str]:
     return [sys.executable, "-m", "pytest", "-m", marks, f"--junitxml={report_of(name)}", *more]
 
 
-def only_failed(name: str, marks: str) -> list[str]:
+def only_failed(name: str, marks: str, *more: str) -> list[str]:
     """The tests of the stage that failed in its last run, one after the other."""
-    return pytest_command(f"{name}-again", marks, "--last-failed", "--last-failed-no-failures=none", *PATIENT)
+    return pytest_command(f"{name}-again", marks, "--last-failed", "--last-failed-no-failures=none", *more)
 
 
 def report_of(name: str) -> Path:
@@ -65,8 +66,32 @@ def pytest_stage(
     in_real_time: bool = False,
 ) -> Stage:
     command = pytest_command(name, marks, *more)
-    again = (lambda: only_failed(name, marks)) if in_real_time else None
+    again = (lambda: only_failed(name, marks, *PATIENT)) if in_real_time else None
     return Stage(name, about, lambda: command, needs, wants, around, report_of(name), again)
+
+
+def guest_stage(
+    name: str,
+    about: str,
+    guest: Callable[[Sequence[str], Path, float], list[str]],
+    *,
+    needs: tuple[Need, ...],
+    wants: tuple[Need, ...] = (),
+    around: Callable[[], AbstractContextManager[Mapping[str, str]]] = lambda: nullcontext({}),
+) -> Stage:
+    """A stage in user-mode Linux; what it knows of failed tests is in its reports, which alone outlive the guest."""
+    where = (FOREIGN, "-o", f"cache_dir={REPORTS / f'{name}-cache'}")
+    command, again = pytest_command(name, name, *where), only_failed(name, name, *where)
+    return Stage(
+        name,
+        about,
+        lambda: guest(command, REPORTS, GUEST_LIMIT_S),
+        needs,
+        wants,
+        around,
+        report_of(name),
+        lambda: guest(again, REPORTS, GUEST_LIMIT_S),
+    )
 
 
 @contextmanager
@@ -107,31 +132,26 @@ WHOLE = (
         "docker",
         "the containers",
         "docker",
+        "tests/docker",
         *PATIENT,
         needs=(needs.DOCKER,),
         around=docker_daemon.reachable,
         in_real_time=True,
     ),
-    Stage(
+    guest_stage(
         "vcan",
         "foreign peers on the kernel's CAN",
-        lambda: vcan.command(pytest_command("vcan", "vcan", "tests/real"), REPORTS, VCAN_LIMIT_S),
+        vcan.command,
         needs=(needs.VCAN,),
         wants=(needs.CAN_UTILS, needs.NPM),
         around=node_packages,
-        report=report_of("vcan"),
     ),
-    Stage(
-        "ppp",
-        "pppd at the other end of our links",
-        lambda: ppp.command(pytest_command("ppp", "ppp", "tests/real"), REPORTS, PPP_LIMIT_S),
-        needs=(needs.UML, needs.PPPD),
-        report=report_of("ppp"),
-    ),
+    guest_stage("ppp", "pppd at the other end of our links", ppp.command, needs=(needs.UML, needs.PPPD)),
     pytest_stage(
         "real",
         "foreign peers on sockets and ptys",
         "real and not vcan and not ppp",
+        FOREIGN,
         *PATIENT,
         wants=(
             needs.CAN_UTILS,

@@ -11,6 +11,7 @@ from running_rig import until
 
 PEERS, CHATS = Path("/etc/ppp/peers"), Path("/etc/chatscripts")
 NAME = "wrapper"
+HANG_UP_S = 30
 CHAT = """
 ABORT BUSY
 ABORT ERROR
@@ -80,10 +81,14 @@ def write_peer(line: Path, user: str, password: str) -> None:
 
 @contextmanager
 def pppd_call(folder: Path) -> Iterator[Call]:
-    """Dial with `pppd call`; a call that is still there afterwards is killed."""
+    """Dial with `pppd call`; a call that is still there afterwards is hung up, as the next one needs the line."""
     log = folder / "pppd.log"
     with log.open("wb") as output, subprocess.Popen(["pppd", "call", NAME], stdout=output, stderr=output) as process:
         try:
             yield Call(process, log)
         finally:
-            process.kill()
+            process.terminate()
+            try:
+                process.wait(HANG_UP_S)
+            finally:
+                process.kill()
