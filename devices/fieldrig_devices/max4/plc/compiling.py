@@ -73,7 +73,7 @@ def _check_retain(compiled: Compiled, size: int) -> None:
         Mistake(
             variable.place.line,
             variable.place.column,
-            f"{variable.name} is at an address of %{area}, and the controller keeps no inputs or outputs over power-off",
+            f"{variable.name} is at an address of %{area}, and no inputs or outputs are kept over power-off",
             "an address of %M for a RETAIN variable, or none",
             file=variable.file,
         )

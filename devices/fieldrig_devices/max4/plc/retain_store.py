@@ -1,7 +1,8 @@
 """The values of RETAIN variables between the memory of a program and the buffered memory of the controller.
 
 The variables of all tasks are committed when no task is within a cycle, so that the values of a cycle are kept
-together.  A value is in a cell of the memory, or in the area %M if its variable has an address there.  At a boot, a value goes to the variable that has the same name and type as the one it came from.
+together. A value is in a cell of the memory, or in the area %M if its variable has an address there. At a boot, a value
+goes to the variable that has the same name and type as the one it came from.
 """
 
 import json

@@ -232,7 +232,7 @@ def test_a_variable_keeps_its_value_when_it_gets_an_address(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("where", ["%IW3", "%QW3"])
 def test_a_retained_input_or_output_is_refused_with_the_place(tmp_path: Path, where: str) -> None:
-    with pytest.raises(ConfigError, match="keeps no inputs or outputs over power-off") as caught:
+    with pytest.raises(ConfigError, match="no inputs or outputs are kept over power-off") as caught:
         PlcBench(tmp_path, f"VAR_GLOBAL RETAIN\n  w AT {where} : WORD;\nEND_VAR\n" + COUNTER + TASK)
     assert f"{tmp_path / 'plc.st'}:2:" in str(caught.value)
     assert f"w is at an address of {where[:2]}" in str(caught.value)
