@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Events = Literal["remembered", "counted", "sampled"]
-"""What ON_EVENT sees between two cycles of its group: that the event has occurred, how often, or nothing."""
+"""Events between two cycles of their group count once, each of them counts, or none does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class Readings:
     exceptions_occur_once: bool = False
     """True: an exception that has occurred is over; its sequence has none until it arms another one."""
     duplicates_of: Literal["sequence", "task"] = "sequence"
-    """What DUPL counts: the items of one sequence, or those of all sequences of the task."""
+    """DUPL counts the items of one sequence, or those of all sequences of the task."""
     error_stops_task: bool = False
     """True: a task whose sequence has ended by 03..E031, E032 or E033 starts no other one until the reset."""
     math_error_is_fatal: bool = True
