@@ -14,6 +14,7 @@ from fieldrig_devices.pam.runtime.processor import Limits
 from fieldrig_devices.pamring.settings import RingLimits
 
 _RING: Final = RingLimits()
+_RING_TIMES: Final = ("boot", "identify", "acknowledge", "first_value")
 _OBJECTS: Final = Options()
 _LIMITS: Final = Limits()
 
@@ -42,6 +43,19 @@ class RingReadings(Settings):
         default=_RING.boot_ns // 1_000_000,
         ge=1,
         description="time after power-on until all declared nodes must be on the ring",
+    )
+    identify_ms: int = Field(
+        default=_RING.identify_ns // 1_000_000, ge=1, description="time of a node for its ready token (06..F005)"
+    )
+    acknowledge_ms: int = Field(
+        default=_RING.acknowledge_ns // 1_000_000,
+        ge=1,
+        description="time of the nodes for the next acknowledge of the start (07..F016, 07..F017)",
+    )
+    first_value_ms: int = Field(
+        default=_RING.first_value_ns // 1_000_000,
+        ge=1,
+        description="time for the next first value of an input, besides its own delays (07..E021)",
     )
 
 
@@ -193,8 +207,9 @@ class PamSettings(Settings):
 
     def ring_settings(self, thirds: int) -> RingLimits:
         """Return the settings of the ring for a basic cycle of this many thirds of a millisecond."""
-        ring = self.ring.model_dump(exclude={"boot_ms"})
-        return RingLimits(thirds=thirds, boot_ns=self.ring.boot_ms * 1_000_000, **ring)
+        ring = self.ring.model_dump()
+        times = {f"{name}_ns": ring.pop(f"{name}_ms") * 1_000_000 for name in _RING_TIMES}
+        return RingLimits(thirds=thirds, **ring, **times)
 
     def options(self) -> Options:
         readings = self.objects.model_dump()
