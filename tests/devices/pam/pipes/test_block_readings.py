@@ -103,6 +103,13 @@ def test_learned_times_belong_to_the_order_or_to_the_reference(learns_by_referen
     assert trace.time_of(first) == 0.1
 
 
+def after(generator: TmpGenerator | PmpGenerator, periods: int) -> tuple[bool, float]:
+    """Whether a generator is ready after some periods, and its speed."""
+    for _ in range(periods):
+        generator.step()
+    return generator.ready, generator.speed
+
+
 @pytest.mark.parametrize("is_ready", [False, True])
 @pytest.mark.parametrize(
     "generator",
@@ -113,17 +120,11 @@ def test_a_run_is_ready_at_its_speed_or_when_it_ends(generator: TmpGenerator | P
     generator.run_is_ready_at_speed = is_ready
     generator.start(MS)
     generator.run(30)
-    assert not generator.ready
-    for _ in range(100):
-        generator.step()
-    assert generator.speed == pytest.approx(30)
-    assert generator.ready is is_ready
+    assert after(generator, 1)[0] is False
+    assert after(generator, 100) == (is_ready, pytest.approx(30))
     generator.run(0)
-    assert not generator.ready
-    for _ in range(100):
-        generator.step()
-    assert generator.ready
-    assert generator.speed == pytest.approx(0)
+    assert after(generator, 1)[0] is False
+    assert after(generator, 100) == (True, pytest.approx(0))
 
 
 @pytest.mark.parametrize("is_periodic", [False, True])
