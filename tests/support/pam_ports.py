@@ -296,7 +296,7 @@ def started_simatic(options: PortOptions | None = None) -> tuple[PortBench, S5Ma
     """A bench with the listing of Simatic whose host has started the application."""
     bench = PortBench(GROUP + SIMATIC, options)
     bench.begin()
-    master = S5Master(bench.plans[0])
+    master = S5Master(bench.plans[0], options)
     bench.play(master.start_up())
     return bench, master
 

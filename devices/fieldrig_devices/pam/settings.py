@@ -14,6 +14,7 @@ from fieldrig_devices.pam.runtime.processor import Limits
 from fieldrig_devices.pamring.settings import RingLimits
 
 _RING: Final = RingLimits()
+_RING_TIMES: Final = ("boot", "identify", "acknowledge", "first_value")
 _OBJECTS: Final = Options()
 _LIMITS: Final = Limits()
 
@@ -43,6 +44,19 @@ class RingReadings(Settings):
         ge=1,
         description="time after power-on until all declared nodes must be on the ring",
     )
+    identify_ms: int = Field(
+        default=_RING.identify_ns // 1_000_000, ge=1, description="time of a node for its ready token (06..F005)"
+    )
+    acknowledge_ms: int = Field(
+        default=_RING.acknowledge_ns // 1_000_000,
+        ge=1,
+        description="time of the nodes for the next acknowledge of the start (07..F016, 07..F017)",
+    )
+    first_value_ms: int = Field(
+        default=_RING.first_value_ns // 1_000_000,
+        ge=1,
+        description="time for the next first value of an input, besides its own delays (07..E021)",
+    )
 
 
 class ObjectReadings(Settings):
@@ -59,6 +73,69 @@ class ObjectReadings(Settings):
     corrector_input_sign_reversed: bool = Field(
         default=_OBJECTS.corrector_input_sign_reversed,
         description='whether CORRECTION_REFERENCE = INPUT corrects by "must be" minus "is", as OUTPUT does',
+    )
+    corrector_takes_both_edges: bool = Field(
+        default=_OBJECTS.corrector_takes_both_edges,
+        description="whether both edges of TRIGGER_INPUT are events of a corrector, or only that to true",
+    )
+    trigger_off_ends_correction: bool = Field(
+        default=_OBJECTS.trigger_off_ends_correction,
+        description="whether trigger_off brakes a running correction, or lets it complete",
+    )
+    offset_slope_limits_output: bool = Field(
+        default=_OBJECTS.offset_slope_limits_output,
+        description="whether OFFSET_SLOPE limits the output of an amplifier, or its OFFSET",
+    )
+    comparator_starts_at_activation: bool = Field(
+        default=_OBJECTS.comparator_starts_at_activation,
+        description="whether a first value at or above the reference of a comparator starts its ROUTINE",
+    )
+    through_zero_forward_only: bool = Field(
+        default=_OBJECTS.through_zero_forward_only,
+        description="whether a comparator through zero counts only passages of the period's limit that lead forward",
+    )
+    through_zero_rearms: bool = Field(
+        default=_OBJECTS.through_zero_rearms,
+        description="whether a comparator through zero needs such a passage each time, or only after a write",
+    )
+    learns_by_reference: bool = Field(
+        default=_OBJECTS.learns_by_reference,
+        description="whether a multi-comparator keeps learned times by reference, or by the order of installation",
+    )
+    run_is_ready_at_speed: bool = Field(
+        default=_OBJECTS.run_is_ready_at_speed,
+        description="whether axes and generators are ready when a run has reached its speed, or only when it has ended",
+    )
+    resolver_turns_forward: bool = Field(
+        default=_OBJECTS.resolver_turns_forward,
+        description="whether the resolver phase of a zero positioner turns forward, or goes the shorter way",
+    )
+    power_on_sets_initial_position: bool = Field(
+        default=_OBJECTS.power_on_sets_initial_position,
+        description="whether power_on sets the position to INITIAL_POSITION, or to 0",
+    )
+    st1_nodes_have_errors: bool = Field(
+        default=_OBJECTS.st1_nodes_have_errors,
+        description="whether error and error_code of an ST1 node are those of its axis, or always false and 0",
+    )
+    profiles_act_at_once: bool = Field(
+        default=_OBJECTS.profiles_act_at_once,
+        description="whether a written parameter of a PROFILE acts at once, or when PROFILE of the cam is written",
+    )
+    closed_cams_are_periodic: bool = Field(
+        default=_OBJECTS.closed_cams_are_periodic,
+        description="whether a cam that ends where it begins has the same slope at both ends, or is natural there",
+    )
+    lowest_address_is_highest_bit: bool = Field(
+        default=_OBJECTS.lowest_address_is_highest_bit,
+        description="whether the lowest address of a digital input or output is its highest bit, or its lowest",
+    )
+    dac_steps: Literal[255, 256] = Field(
+        default=255, description="steps of 2.5 V at the analog outputs; with 256 the highest is 2.49 V"
+    )
+    dac_truncates: bool = Field(
+        default=_OBJECTS.dac_truncates,
+        description="whether the analog outputs take the step below their value, or the nearest",
     )
     keeps_written_parameters: bool = Field(
         default=_OBJECTS.keeps_written_parameters,
@@ -130,8 +207,9 @@ class PamSettings(Settings):
 
     def ring_settings(self, thirds: int) -> RingLimits:
         """Return the settings of the ring for a basic cycle of this many thirds of a millisecond."""
-        ring = self.ring.model_dump(exclude={"boot_ms"})
-        return RingLimits(thirds=thirds, boot_ns=self.ring.boot_ms * 1_000_000, **ring)
+        ring = self.ring.model_dump()
+        times = {f"{name}_ns": ring.pop(f"{name}_ms") * 1_000_000 for name in _RING_TIMES}
+        return RingLimits(thirds=thirds, **ring, **times)
 
     def options(self) -> Options:
         readings = self.objects.model_dump()

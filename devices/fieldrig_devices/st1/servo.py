@@ -88,7 +88,7 @@ class Servo:
         now_ns, move = self._clock.now_ns(), order.move
         self.answers.begin(order.number)
         if move is Move.POWER_ON:
-            self._power_on(now_ns)
+            self._power_on(now_ns, order.value)
         elif move is Move.POWER_OFF:
             self._power_off(now_ns, order.deceleration)
         elif move is Move.POSITION:
@@ -164,8 +164,8 @@ class Servo:
 
     # ---- power
 
-    def _power_on(self, now_ns: int) -> None:
-        """Switch the power on; the position becomes 0, without a motion (PAML-055)."""
+    def _power_on(self, now_ns: int, position: int) -> None:
+        """Switch the power on; the position gets the name that the PAM gives, without a motion (PAML-055)."""
         self._is_off_due = False
         self.errors.clear(~Error.CHANGE_IN_CD)
         if self.errors.present & TRIPS or self._is_ring_dead:
@@ -175,7 +175,7 @@ class Servo:
             self.set.hold(now_ns, self.shaft.position_at(now_ns))
             self.is_powered = True
             self.shaft.power(now_ns, True)
-        self.set.rename(now_ns, 0)
+        self.set.rename(now_ns, position)
 
     def _power_off(self, now_ns: int, deceleration: int) -> None:
         """Stop first if the axis moves (PAML-056)."""
