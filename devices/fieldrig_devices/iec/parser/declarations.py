@@ -16,7 +16,7 @@ from fieldrig_devices.iec.parser.types import UNKNOWN, Types
 SECTIONS: Final = {section.value: section for section in tree.Section}
 _LONG: Final = frozenset({"LWORD", "LINT", "ULINT"})
 BEHIND: Final = frozenset({"FUNCTION", "FUNCTION_BLOCK", "CLASS", "TYPE", "ACTION", "METHOD", "RESOURCE"})
-"""What may follow declarations whose END is missing, besides what occurs within a configuration."""
+"""Words that show that the END of a block of declarations is missing."""
 ACCESS: Final = frozenset({"PUBLIC", "PROTECTED", "PRIVATE", "INTERNAL"})
 _ENDS: Final = frozenset({"END_VAR", "END_STRUCT", "END_UNION", "END_TYPE"})
 
