@@ -113,6 +113,17 @@ def test_all_times_of_the_ring_are_settings(tmp_path: Path) -> None:
 
 
 @pytest.mark.manual("PAML-011")
+@pytest.mark.parametrize(("scrolls", "text"), [("version", "V1.02"), ("date", "15.10.95")])
+def test_version_or_date_follows_the_name(fieldrig_rig: RigMaker, tmp_path: Path, scrolls: str, text: str) -> None:
+    rig = started(fieldrig_rig, tmp_path, COUNTER.format(end=""), f"panel: {{scrolls: {scrolls}}}")
+    seen = set()
+    for instant in range(100):
+        rig.run_until(instant * 100 * MS)
+        seen.add(str(rig.get("pam", "display")).strip())
+    assert text in seen
+
+
+@pytest.mark.manual("PAML-011")
 def test_display_scrolls_the_significant_characters_of_the_name(rig: Rig) -> None:
     seen = set()
     for _ in range(100):
@@ -199,7 +210,10 @@ def test_debugger_prints_the_messages_of_the_display_and_no_monitored_value(
 
 
 @pytest.mark.manual("PAMS-056", "PAMS-059")
-def test_only_a_fatal_error_is_in_the_fatal_error_panel(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("begins", "date_and_time"), [("high", "169f 27ac"), ("low", "be85 b1e2")])
+def test_only_a_fatal_error_is_in_the_fatal_error_panel(
+    fieldrig_rig: RigMaker, tmp_path: Path, begins: str, date_and_time: str
+) -> None:
     end = 'PAMDISPLAY <- error(1, "An error", 0) ; WAIT_TIME 500 ; IWV_Count <- 1 / (IWV_Count - 10) ;'
     (tmp_path / "app.pam").write_text(HEADER + COUNTER.format(end=end))
     rig = fieldrig_rig(
@@ -211,6 +225,7 @@ def test_only_a_fatal_error_is_in_the_fatal_error_panel(fieldrig_rig: RigMaker, 
                     "kind": "pam",
                     "application": str(tmp_path / "app.pam"),
                     "date": "1995-10-15 14:30:43",
+                    "panel": {"date_begins": begins},
                     "links": {"ring": "ring", "modbus": ["plc"]},
                 }
             },
@@ -225,5 +240,5 @@ def test_only_a_fatal_error_is_in_the_fatal_error_panel(fieldrig_rig: RigMaker, 
     assert rig.get("pam", "errors") == "0080E001\n0200FFF2"
     assert [answer[2:].hex(" ", 2) for answer in answers] == [
         "0000 0000 0000 0000 0000 0000 0000",
-        "0002 0ff2 169f 27ac 0000 0000 0000",  # 1995-10-15, 2:30:44 PM
+        f"0002 0ff2 {date_and_time} 0000 0000 0000",  # 1995-10-15, 2:30:44 PM
     ]
