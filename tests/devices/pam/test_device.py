@@ -10,6 +10,7 @@ from fieldrig.errors import ConfigError
 from fieldrig.pytest_plugin import RigMaker
 from fieldrig.rig import Rig
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig_devices.pam.settings import PamSettings
 
 PAM = """{kind: pam, application: app.pam, date: 1995-10-15 14:30:45, links: {ring: ring, wires: wires},
     analog_wires: [pam.speed]}"""
@@ -42,6 +43,17 @@ def started(make: RigMaker, folder: Path, application: str, readings: str = "pro
     return pam_rig(make, folder, HEADER + application, pam=PAM.replace("analog_wires", f"{readings}, analog_wires"))
 
 
+def with_node(make: RigMaker, folder: Path, keys: str) -> Rig:
+    """Return a PAM with an input of a Smart-IO, `node`; `keys` are those of its ring."""
+    node = """
+NODE NOD_Io; ADDRESS = 33; TYPE = SMART_IO; END
+BINARY_INPUT SBI_a; NODE = NOD_Io; ADDRESS = 101; ACTIVE = HIGH; PERIOD = 1; DEBOUNCE = 1; END
+"""
+    pam = PAM.replace("analog_wires", f"ring: {{{keys}}}, analog_wires")
+    further = "  node: {kind: smart_io, ring_address: 33, links: {ring: ring, wires: wires}}\n"
+    return pam_rig(make, folder, HEADER + node, further, pam)
+
+
 def codes(rig: Rig) -> list[str]:
     """The codes that the debugger has printed."""
     lines = str(rig.get("pam", "messages")).splitlines()
@@ -66,11 +78,38 @@ def test_start_says_what_it_does_in_order(rig: Rig) -> None:
 
 
 @pytest.mark.manual("PAML-012")
-def test_basic_cycle_has_the_period_of_the_application(rig: Rig) -> None:
+@pytest.mark.parametrize(("thirds", "cycles"), [(3, 1000), (6, 500), (1, 3000)])
+def test_basic_cycle_has_the_period_of_the_application(
+    fieldrig_rig: RigMaker, tmp_path: Path, thirds: int, cycles: int
+) -> None:
+    header = HEADER.replace("BASIC_PAM_CYCLE = 3", f"BASIC_PAM_CYCLE = {thirds}")
+    rig = pam_rig(fieldrig_rig, tmp_path, header + COUNTER.format(end=""), pam=PAM)
     rig.run_until(S)
     before = int(rig.get("pam", "cycle"))
     rig.run_until(2 * S)
-    assert int(rig.get("pam", "cycle")) - before == 1000
+    assert int(rig.get("pam", "cycle")) - before == cycles
+
+
+@pytest.mark.manual("PAMS-106")
+@pytest.mark.parametrize("shown_ms", [100, 700])
+def test_the_ring_waits_for_a_ready_token_as_long_as_the_settings_say(
+    fieldrig_rig: RigMaker, tmp_path: Path, shown_ms: int
+) -> None:
+    rig = with_node(fieldrig_rig, tmp_path, f"identify_ms: {shown_ms}")
+    rig.add_fault("ring", {"what": "halt", "station": "node"})
+    rig.run_until((shown_ms - 10) * MS)
+    assert "0680F005" not in codes(rig)
+    rig.run_until((shown_ms + 20) * MS)
+    assert "0680F005" in codes(rig)
+
+
+def test_all_times_of_the_ring_are_settings(tmp_path: Path) -> None:
+    (tmp_path / "app.pam").write_text(HEADER)
+    ring = {"boot_ms": 1, "identify_ms": 2, "acknowledge_ms": 3, "first_value_ms": 4, "frames_per_ms": 5}
+    settings = PamSettings.model_validate({"application": "app.pam", "ring": ring}, context={"folder": tmp_path})
+    limits = settings.ring_settings(6)
+    times = (limits.boot_ns, limits.identify_ns, limits.acknowledge_ns, limits.first_value_ns)
+    assert (times, limits.frames_per_cycle) == ((MS, 2 * MS, 3 * MS, 4 * MS), 10)
 
 
 def test_names_in_another_case_need_a_setting(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
