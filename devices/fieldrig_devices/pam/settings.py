@@ -1,6 +1,7 @@
 """Settings of a PAM in a rig file."""
 
 from collections.abc import Iterator
+from dataclasses import fields
 from datetime import datetime
 from typing import Final, Literal
 
@@ -8,15 +9,18 @@ from pydantic import Field
 
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
 from fieldrig_devices.pam.objects.options import Options
+from fieldrig_devices.pam.panel.options import PanelOptions
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.runtime.processor import Limits
+from fieldrig_devices.pam.runtime.readings import Events, Readings
 from fieldrig_devices.pamring.settings import RingLimits
 
 _RING: Final = RingLimits()
 _RING_TIMES: Final = ("boot", "identify", "acknowledge", "first_value")
 _OBJECTS: Final = Options()
 _LIMITS: Final = Limits()
+_PROGRAMS: Final = Readings()
 
 
 class RingReadings(Settings):
@@ -165,7 +169,7 @@ class ObjectReadings(Settings):
 
 
 class ProgramReadings(Settings):
-    """The speed of the PAM's processor, of which the manual says nothing."""
+    """Passages about programs that can be read in two ways, and the speed of the processor, which the manual omits."""
 
     statements_per_ms: int = Field(
         default=_LIMITS.statements_per_ms, ge=1, description="statements of all programs in a millisecond of the cycle"
@@ -174,6 +178,57 @@ class ProgramReadings(Settings):
         default=_LIMITS.is_overrun_fatal,
         description="true: programs that need more stop the PAM with 02..F060; false: they go on in the next cycle",
     )
+    events: Events = Field(
+        default=_PROGRAMS.events,
+        description="what ON_EVENT sees of events between two of its cycles: one (remembered), each of them (counted), "
+        "or none (sampled)",
+    )
+    common_variables_cause_events: bool = Field(
+        default=_PROGRAMS.common_variables_cause_events,
+        description="whether ON_EVENT and EXCEPTION see a change of a COMMON variable",
+    )
+    remembers_conditions: bool = Field(
+        default=_PROGRAMS.remembers_conditions,
+        description="whether CONDITION and CASE go on after an event that is over before the cycle of their task",
+    )
+    actions_first: bool = Field(
+        default=_PROGRAMS.actions_first,
+        description="true: all actions run before all sequences in a cycle; false: in the order of the declarations",
+    )
+    exceptions_wake: bool = Field(
+        default=_PROGRAMS.exceptions_wake,
+        description="whether an exception ends the wait of a suspended sequence, or comes when the wait is over",
+    )
+    exceptions_occur_once: bool = Field(
+        default=_PROGRAMS.exceptions_occur_once,
+        description="whether an exception that has occurred is over until the sequence arms it again",
+    )
+    duplicates_of: Literal["sequence", "task"] = Field(
+        default=_PROGRAMS.duplicates_of,
+        description="whether DUPL counts the items of one sequence, or those of all sequences of the task",
+    )
+    error_stops_task: bool = Field(
+        default=_PROGRAMS.error_stops_task,
+        description="whether a task whose sequence ends by 03..E031, E032 or E033 starts no other one until the reset",
+    )
+    math_error_is_fatal: bool = Field(
+        default=_PROGRAMS.math_error_is_fatal,
+        description="true: an error of a function or of ^ is 02..FFF3; false: its result is 0.0 outside the domain, "
+        "and the largest real beyond the range",
+    )
+    zero_to_zero_is_error: bool = Field(
+        default=_PROGRAMS.zero_to_zero_is_error, description="whether 0 ^ 0 is such an error, or is 1.0"
+    )
+    checks_workspaces: bool = Field(
+        default=_PROGRAMS.checks_workspaces,
+        description="whether stack control is enabled, so that a workspace that is too small stops the PAM",
+    )
+    workspace_error: Literal["E", "F"] = Field(
+        default=_PROGRAMS.workspace_error, description="whether the PAM then shows 0380E02C or 0380F02C"
+    )
+
+
+_SPEED: Final = {field.name for field in fields(Limits)}
 
 
 class PamSettings(Settings):
@@ -192,7 +247,10 @@ class PamSettings(Settings):
     )
     ring: RingReadings = Field(default_factory=RingReadings, description="the PAM's end of its ring")
     objects: ObjectReadings = Field(default_factory=ObjectReadings, description="readings of the manual about objects")
-    programs: ProgramReadings = Field(default_factory=ProgramReadings, description="speed of the processor")
+    programs: ProgramReadings = Field(
+        default_factory=ProgramReadings, description="readings of the manual about programs, and the processor's speed"
+    )
+    panel: PanelOptions = Field(default_factory=PanelOptions, description="display, error list and fatal error panel")
     ports: PortOptions = Field(default_factory=PortOptions, description="readings of the manual about ports to a PLC")
     access: AccessSettings = Field(
         default_factory=AccessSettings, description="Modbus, S7 and TCP servers for the memory of the DualPort"
@@ -216,4 +274,7 @@ class PamSettings(Settings):
         return Options(**{**readings, "deviating_axes": frozenset(self.objects.deviating_axes)})
 
     def limits(self) -> Limits:
-        return Limits(**self.programs.model_dump())
+        return Limits(**self.programs.model_dump(include=_SPEED))
+
+    def readings(self) -> Readings:
+        return Readings(**self.programs.model_dump(exclude=_SPEED))

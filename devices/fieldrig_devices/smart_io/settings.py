@@ -54,6 +54,9 @@ class SmartIoSettings(Settings):
     ring_address: int | None = Field(
         default=None, ge=1, le=255, description="ADDRESS of the node, by its switches; required with links.ring"
     )
+    ring_inactive_ms: int = Field(
+        default=50, ge=2, le=10_000, description="time without cycles after which the node counts the ring as inactive"
+    )
     modules: dict[Annotated[int, Field(ge=1, le=MODULES)], ModuleSettings] = Field(
         default_factory=lambda: {1: ModuleSettings()}, description="I/O cards by module number, 1 to 16"
     )

@@ -102,6 +102,9 @@ class St1Settings(Settings):
     model_config = ConfigDict(allow_inf_nan=False)
 
     ring_address: int = Field(ge=1, le=255, description="ADDRESS of the node, by the switches; unique on the ring")
+    ring_inactive_ms: int = Field(
+        default=50, ge=2, le=10_000, description="time without cycles after which the node counts the ring as inactive"
+    )
     firmware: int = Field(default=590, ge=0, le=9999, description="version, V0590 as 590")
     oio_board: bool = Field(default=True, description="the OIO board with IN 16 to 31 and OUT 8 to 15 is plugged in")
     parameters: ParameterSettings = Field(default_factory=ParameterSettings)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import inheritance, initials, interfaces, properties
+from fieldrig_devices.iec.check import access, classes, inheritance, initials, interfaces, properties
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import UNKNOWN, Entity, Pending, PouSource, Project, Start
 from fieldrig_devices.iec.check.sizes import DEEPEST, Sizes
@@ -63,8 +63,8 @@ class Declarations:
         for source in added:
             self.variables.add_to_pou(source)
         for source in added:
-            if source.tree.implements:
-                interfaces.check(self._project, self.specs, source)
+            interfaces.check(self._project, self.specs, source)
+            classes.check(self._project, source)
 
     # ---- names
 
@@ -132,7 +132,7 @@ class Declarations:
             for action in above.actions:
                 self._action(action, source, level, home)
             for method in above.methods:
-                self._method(method, source, level, home)
+                self._method(method, source, level, home, above)
             if level:
                 inheritance.add_body(source, above, level, home)
         for block in node.blocks:
@@ -153,7 +153,7 @@ class Declarations:
         pou.actions[name] = Pou(pou.kind, f"{pou.name}.{node.name}", file, pou.variables, type=pou.type, owner=pou)
         source.actions[name] = node, level
 
-    def _method(self, node: tree.Method, outer: PouSource, level: int, file: str) -> None:
+    def _method(self, node: tree.Method, outer: PouSource, level: int, file: str, home: tree.Pou) -> None:
         """Declare a method as a function that works with an instance; one that is overridden has a further name."""
         project, pou = self._project, outer.pou
         name = project.key(node.name)
@@ -174,7 +174,10 @@ class Declarations:
             made = Pou(PouKind.FUNCTION, f"{pou.name}.{title}", file, owner=pou, is_accessor=bool(node.accessor))
             versions.append((level, made))
             name = f"{name}@{level}" if name in pou.methods else name
-            own = tree.Pou(PouKind.FUNCTION, node.name, node.result, blocks, node.body, place=node.place)
+            own = tree.Pou(
+                PouKind.FUNCTION, node.name, node.result, blocks, node.body, modifiers=node.modifiers, place=node.place
+            )
+            access.guard(project, made, node.modifiers, home, level)
             pou.methods[name] = project.pous[f"{project.key(pou.name)}.{name}"] = made
             project.sources[made] = PouSource(made, own, outer.is_library, outer=outer, level=level)
 

@@ -7,7 +7,7 @@ family is one resource.
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.parser.cursor import UnexpectedError
-from fieldrig_devices.iec.parser.declarations import SECTIONS, Declarations
+from fieldrig_devices.iec.parser.declarations import BEHIND, SECTIONS, Declarations
 
 _STARTS = frozenset({"PROGRAM", "RESOURCE", "END_RESOURCE", "END_CONFIGURATION", *SECTIONS, token.END})
 
@@ -62,7 +62,7 @@ class Configurations(Declarations):
         if self.kinds[at] in SECTIONS:
             found.blocks += (self.block_of_variables(),)
             return True
-        if self.kinds[at] in ("FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "ACTION", "METHOD", "RESOURCE"):
+        if self.kinds[at] in BEHIND or self.kinds[at] == "CONFIGURATION":
             return False
         front = self.taken()
         part: tree.TaskDeclaration | tree.ProgramInstance

@@ -29,6 +29,8 @@ class Variables(Statement):
     is_retain: bool = False
     is_persistent: bool = False
     is_constant: bool = False
+    access: str = ""
+    """PUBLIC, PROTECTED, PRIVATE or INTERNAL behind VAR; empty for the default of its POU."""
     name: str = field(default="", compare=False)
     """The name of a list of global variables; programs of today's tools may write `name.variable`."""
 
@@ -44,6 +46,12 @@ class PouKind(Enum):
     PROGRAM = "PROGRAM"
     FUNCTION = "FUNCTION"
     FUNCTION_BLOCK = "FUNCTION_BLOCK"
+    CLASS = "CLASS"
+
+    @property
+    def has_instances(self) -> bool:
+        """True if variables can be of this type."""
+        return self in (PouKind.FUNCTION_BLOCK, PouKind.CLASS)
 
 
 @dataclass(slots=True)

@@ -209,6 +209,9 @@ def test_rs422_has_its_own_parameters() -> None:
         "RS422Port:PAM_WATCHDOG_MESSAGE_PERIOD <- 9;",
     ):
         assert mistakes_of(HEADER + GROUP + RS422 + SEQUENCE.format(statement)) == []
+    for name in ("MASTER_READY_TIMEOUT", "MASTER_CONFIGURATION_TIMEOUT"):
+        (refused,) = mistakes_of(HEADER + GROUP + RS422 + SEQUENCE.format(f"RS422Port:{name} <- 9;"))
+        assert "cannot be changed by a program" in str(refused)
     wrong = mistakes_of(in_sequence("DualPort:PAM_WATCHDOG_MESSAGE_PERIOD <- 5;"))
     assert "a DUALPORT has no parameter PAM_WATCHDOG_MESSAGE_PERIOD" in str(wrong[0])
 
