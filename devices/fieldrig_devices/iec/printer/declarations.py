@@ -298,6 +298,8 @@ def _configuration(lines: Lines, of: tree.Configuration) -> None:
                 _resource(lines, of)
             else:
                 _parts(lines, of)
+            for resource in of.resources:
+                _resource(lines, resource)
             lines.comments(of.after)
         lines.add("END_CONFIGURATION")
     else:

@@ -124,7 +124,7 @@ class ProgramInstance(Statement):
 
 @dataclass(slots=True)
 class Configuration(Statement):
-    """CONFIGURATION ... END_CONFIGURATION, with its one resource, or RESOURCE parts without a configuration."""
+    """CONFIGURATION ... END_CONFIGURATION with its one resource, or a RESOURCE without a configuration."""
 
     name: str
     blocks: tuple[Variables, ...] = ()
@@ -134,6 +134,8 @@ class Configuration(Statement):
     """The name of the resource; empty if the tasks belong to the configuration itself."""
     processor: str = ""
     """The name behind ON."""
+    resources: "tuple[Configuration, ...]" = ()
+    """The resources if there are several, without names of configurations; the fields above are not theirs then."""
 
 
 Declaration = TypeDeclaration | Pou | Interface | Variables | Configuration

@@ -58,7 +58,15 @@ def compile_container(
     if dialect is None:
         known = ", ".join(DIALECTS)
         raise CompileError([Mistake(1, 1, f"the dialect {container.dialect!r} is not known", known)])
-    compiled = compile_project(container.files, host, dialect, limits=limits, previous=previous, on_progress=report)
+    compiled = compile_project(
+        container.files,
+        host,
+        dialect,
+        limits=limits,
+        previous=previous,
+        resource=container.resource,
+        on_progress=report,
+    )
     _check_retain(compiled, SIZES[retain])
     return compiled
 

@@ -554,3 +554,15 @@ def test_compiling_at_the_start_counts_as_progress_of_the_process(tmp_path: Path
     assert "check 100 %" in steps
     assert "lower 100 %" in steps
     assert "compile 100 %" in steps
+
+
+@pytest.mark.parametrize(("resource", "count"), [("One", 10), ("Two", 5)])
+def test_the_controller_runs_the_resource_of_its_key(tmp_path: Path, resource: str, count: int) -> None:
+    text = """PROGRAM PLC_PRG VAR n : INT; END_VAR n := n + 1; END_PROGRAM
+    CONFIGURATION c
+    RESOURCE One ON PLC TASK T(INTERVAL := T#10ms); PROGRAM p WITH T : PLC_PRG; END_RESOURCE
+    RESOURCE Two ON PLC TASK T(INTERVAL := T#20ms); PROGRAM p WITH T : PLC_PRG; END_RESOURCE
+    END_CONFIGURATION"""
+    assert PlcBench(tmp_path, text, resource=resource).run(187).value("PLC_PRG.n") == count
+    with pytest.raises(ConfigError, match="there are the resources One, Two"):
+        PlcBench(tmp_path, text)
