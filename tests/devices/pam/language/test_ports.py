@@ -92,6 +92,11 @@ def test_the_listing_of_rs422() -> None:
 
 
 @pytest.mark.parametrize("text", [VME, SIMATIC, RS422])
+def test_the_listings_compile_if_names_are_the_same_in_any_case(text: str) -> None:
+    assert checked(HEADER + GROUP + text, "x", ignores_case=True)[1] == []
+
+
+@pytest.mark.parametrize("text", [VME, SIMATIC, RS422])
 def test_the_listings_are_formatted(text: str) -> None:
     once = formatted(HEADER + GROUP + text)
     assert formatted(once) == once
