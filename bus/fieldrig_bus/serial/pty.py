@@ -29,6 +29,10 @@ from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
 
 OFF_NS = 250 * MS
 """Shortest time for which DTR and RTS are off, five times the default of a modem's register S25."""
+OFF_STEPS = 10
+"""Timers in which this time passes, so that a host that stands still for longer does not use it up at once: the modem
+hangs up between them.
+"""
 AFTER_LAST_NS = 1 * MS
 """Time from the last byte of a program until its lines go off."""
 
@@ -125,9 +129,13 @@ class PtyPort(Port):
             self._drop_when_sent()
             return
         self._end.set_lines(OFF)
-        self._dropping = self._clock.call_at(self._clock.now_ns() + OFF_NS, self._on_off_for_long)
+        self._stay_off(OFF_STEPS)
 
-    def _on_off_for_long(self) -> None:
+    def _stay_off(self, steps: int) -> None:
+        if steps:
+            when_ns = self._clock.now_ns() + OFF_NS // OFF_STEPS
+            self._dropping = self._clock.call_at(when_ns, lambda: self._stay_off(steps - 1))
+            return
         self._dropping = None
         if self._is_present:
             self._plug_in()
