@@ -30,6 +30,10 @@ class Unit(ABC):
         """Look at the events from now on."""
 
     @abstractmethod
+    def forget_events(self) -> None:
+        """Begin with the events anew."""
+
+    @abstractmethod
     def serve(self) -> None:
         """Do what is due in this basic cycle."""
 
