@@ -31,7 +31,7 @@ class Unit(ABC):
 
     @abstractmethod
     def forget_events(self) -> None:
-        """Begin with the events anew."""
+        """Drop the events that have occurred, and take no notice of what is true now."""
 
     @abstractmethod
     def serve(self) -> None:
