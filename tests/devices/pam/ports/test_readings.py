@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pam_ports import GROUP, SIMATIC, VME, PortBench, started_simatic, started_vme
+from pydantic import ValidationError
 
 from fieldrig_devices.pam.language.ports import crc_of
 from fieldrig_devices.pam.ports.masters.s5 import S5Master
@@ -145,6 +146,13 @@ def test_the_crcs_of_an_original_include_file_replace_ours(tmp_path: Path) -> No
     bench.play(master.start_up({"DWI_MachPressure": 8}))
     assert not master.mistakes
     assert bench.value("DWI_MachPressure") == 8
+
+
+def test_an_include_file_without_crcs_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "PAM_VME.H"
+    path.write_text("#define DWI_MachPressure\n// nothing else\n")
+    with pytest.raises(ValidationError, match="no line such as #define DFI_Start 0x1A2B"):
+        PortOptions(pam_vme_h=path)
 
 
 def started(port: str, **options: Any) -> Started:
