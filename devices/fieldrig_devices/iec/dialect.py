@@ -41,6 +41,8 @@ class Dialect:
     has_methods: bool = False
     """METHOD and PROPERTY in function blocks and programs, with THIS^; EXTENDS of function blocks and structures, with
     SUPER^; INTERFACE, and IMPLEMENTS of function blocks."""
+    has_classes: bool = False
+    """CLASS ... END_CLASS, with THIS and SUPER without ^.  Of the tools of today only those of the standard have it."""
     allows_time_fractions: bool = False
     """T#1.5s."""
     allows_negative_times: bool = False
@@ -91,6 +93,7 @@ EDITION_3: Final = Dialect(
     has_references=True,
     has_unions=True,
     has_methods=True,
+    has_classes=True,
     allows_time_fractions=True,
     allows_negative_times=True,
     allows_time_overflow=True,
@@ -103,6 +106,8 @@ EDITION_3: Final = Dialect(
     significant_characters=0,
     bit_address_bytes=0,
 )
-CODESYS: Final = replace(EDITION_3, name="codesys", mixes_integers=True, allows_calls_without_brackets=True)
+CODESYS: Final = replace(
+    EDITION_3, name="codesys", has_classes=False, mixes_integers=True, allows_calls_without_brackets=True
+)
 """Programs and libraries of CoDeSys V2.3, CODESYS V3 and TwinCAT, which compute with bit strings."""
 DIALECTS: Final[Mapping[str, Dialect]] = {dialect.name: dialect for dialect in (EPAS_4, EDITION_3, CODESYS)}

@@ -147,6 +147,7 @@ def keywords(dialect: Dialect) -> frozenset[str]:
         ("UNION", "END_UNION"): dialect.has_unions,
         ("METHOD", "END_METHOD", "PROPERTY", "END_PROPERTY", "END_GET", "END_SET"): dialect.has_methods,
         ("INTERFACE", "END_INTERFACE"): dialect.has_methods,
+        ("CLASS", "END_CLASS"): dialect.has_classes,
     }
     return KEYWORDS.union(word for words, is_allowed in allowed.items() if is_allowed for word in words)
 

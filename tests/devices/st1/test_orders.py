@@ -134,6 +134,8 @@ def test_power_on_makes_the_position_0_without_a_motion(bench: ProgramBench) -> 
     motor = bench.motor
     number = bench.move(Move.POWER_ON)
     assert (bench.position, bench.motor, bench.report.number) == (0.0, motor, number)
+    bench.move(Move.POWER_ON, 0.75)  # the PAM's other reading: its INITIAL_POSITION
+    assert (bench.position, bench.motor) == (0.75, motor)
 
 
 @pytest.mark.manual("PAML-056", "PAMS-012")

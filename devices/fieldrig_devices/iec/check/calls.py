@@ -5,7 +5,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import constants, methods, places, references
+from fieldrig_devices.iec.check import access, constants, methods, places, references
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.context import Context, place_of
 from fieldrig_devices.iec.check.sizes import Sizes
@@ -38,6 +38,8 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
     if method is not None:
         return _method_value(of, node, *method)
     if not isinstance(node.called, tree.Name):
+        if of.meaning(node.called) is None:
+            return None
         context.say(node, f"the call of {text(node.called)} has no result", "a function", _pin_hint(text(node.called)))
         return None
     name = node.called.text
@@ -88,6 +90,8 @@ def note_call(context: Context, pou: Pou, node: tree.Node) -> None:
 
 def call(of: "Expressions", pou: Pou, node: tree.Call, instance: Place | None = None) -> CallFunction | None:
     """Check a call of a FUNCTION or a method with its arguments, which may be given by position or by name."""
+    if not access.allows_call(of, node, instance, pou):
+        return None
     note_call(of.context, pou, node)
     source = of.context.project.sources[pou]
     matched = match_arguments(of, node, pou, source.inputs, source.outputs)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import check_functions, methods
+from fieldrig_devices.iec.check import access, check_functions, methods
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
 from fieldrig_devices.iec.check.operators import integer_of, plain
@@ -74,6 +74,8 @@ def _name(of: "Expressions", node: tree.Name) -> Meaning | None:
     context = of.context
     found = context.find(node.text)
     if type(found) is Variable:
+        if context.project.guards and not access.allows_variable(context, found, node):
+            return None
         return variable(context, found)
     if found is None:
         action = context.block.actions.get(context.key(node.text)) if context.block is not None else None
@@ -135,7 +137,7 @@ def _own(context: Context, node: tree.Member) -> Meaning | None:
     assert source is not None
     found = (source.outer or source).names.get(name)
     if found is not None:
-        return variable(context, found)
+        return variable(context, found) if access.allows_variable(context, found, node) else None
     action = context.block.actions.get(name) if context.block is not None else None
     if action is None:
         context.say(node, f"{text(node)} is not declared", "a variable, action or method of the function block")
@@ -192,10 +194,17 @@ def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning
             return action
         known = [pin for pin in pou.variables.values() if pin.section in (Section.INPUT, Section.OUTPUT)]
         pins = [pin.name for pin in known]
-        hint = context.project.reports.closest(node.name, pins) or f"it has {', '.join(pins[:8])}"
+        callable_names = [name for name in pou.methods if "@" not in name]
+        hint = context.project.reports.closest(node.name, [*pins, *callable_names]) or f"it has {', '.join(pins[:8])}"
         context.say(node, f"{pou.name} has no variable {node.name}", "an input or output", hint)
         return None
+    if pou.kind is PouKind.CLASS and not access.is_open(context.project, found):
+        word = context.project.guards[found].word
+        hint = "declare it in VAR PUBLIC, or write a method that returns it"
+        context.say(node, f"{found.name} is {word} in {pou.name}", "a variable in VAR PUBLIC", hint)
+        return None
     is_inside = pou.kind is PouKind.FUNCTION_BLOCK and found.section not in (Section.INPUT, Section.OUTPUT)
+    is_inside = is_inside and not access.is_open(context.project, found)
     if is_inside or found.section in (Section.IN_OUT, Section.TEMP):
         context.say(
             node,

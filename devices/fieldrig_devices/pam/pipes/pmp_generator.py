@@ -157,8 +157,8 @@ class PmpGenerator(Generator):
         self._way = JerkProfile()
 
     @property
-    def ready(self) -> bool:
-        return self._seconds >= self._way.duration_s
+    def _is_busy(self) -> bool:
+        return self._seconds < self._way.duration_s
 
     @property
     def speed(self) -> float:
@@ -183,7 +183,7 @@ class PmpGenerator(Generator):
 
         Without a way for the first, the last is a single move.
         """
-        if not self.is_active or not self.ready or (last is not None and first * last > 0):
+        if not self.is_active or self._is_busy or (last is not None and first * last > 0):
             return
         if not first:
             first, last = last or 0.0, None
@@ -198,10 +198,11 @@ class PmpGenerator(Generator):
 
     def run(self, speed: float) -> None:
         """Go on at a speed; 0 ends the motion."""
-        if self.is_active and self.ready:
+        if self.is_active and not self._is_busy:
             way = JerkProfile(self.speed)
             way.ramp(speed, self.limits.acceleration, self.limits.jerk)
-            self._follow(way)
+            self._follow(way, self._run_is_ready_s(speed, way.duration_s))
 
-    def _follow(self, way: JerkProfile) -> None:
+    def _follow(self, way: JerkProfile, ready_s: float | None = None) -> None:
         self._base, self._way, self._periods = self._absolute, way, 0
+        self._ready_s = way.duration_s if ready_s is None else ready_s
