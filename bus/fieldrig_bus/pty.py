@@ -209,7 +209,7 @@ class Pty:
         aside.symlink_to(self._target)
         aside.replace(self.path)
 
-    # ---- who is there
+    # ---- presence of clients
 
     def _begin_watch(self) -> None:
         try:
@@ -220,7 +220,7 @@ class Pty:
         os.close(self._slave)
         self._slave = -1
         for _ in self._watch.events():
-            """Ours, as nobody else knows the name yet."""
+            """Ours, as no client knows the name yet."""
 
     def _wait_for_clients(self) -> None:
         if self._watch is not None:

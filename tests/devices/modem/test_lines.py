@@ -102,7 +102,7 @@ def test_a_terminal_that_has_gone_leaves_no_result_code_for_the_next_one() -> No
     bench = ModemBench().connected(command="AT&K3DT200")
     bench.heard()
     bench.set(dtr=False, rts=False)  # a program closes its serial port
-    assert bench.heard() == "\r\nNO CARRIER\r\n"  # sent, though nobody is there
+    assert bench.heard() == "\r\nNO CARRIER\r\n"  # sent, though there is no program
     assert bench.set().heard() == ""
 
 
