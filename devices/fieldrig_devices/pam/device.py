@@ -90,7 +90,13 @@ class Pam(Device):
         self._cycle: PowerCycle | None = None
         self._timer: Timer | None = None
         self._begin_ns = self._cycles = 0
-        self._debuggee = MachineDebuggee(background, lambda: self.application, self.reset, self._on_loaded)
+        self._debuggee = MachineDebuggee(
+            background,
+            lambda: self.application,
+            self.reset,
+            self._on_loaded,
+            ignores_case=settings.programs.ignores_case,
+        )
         self._debugging = DebugService(clock, self._debuggee)
         self.injected = self._faults = InjectedFaults[Fault[Any]](
             clock, MODELS, Faults(Fault), on_change=self._on_faults
@@ -284,7 +290,9 @@ class Pam(Device):
 def _compiled(settings: PamSettings) -> Compiled:
     path = settings.application
     try:
-        return compile_application(decoded(path.read_bytes()), path.name, reader_beside(path))
+        ignores_case = settings.programs.ignores_case
+        text = decoded(path.read_bytes())
+        return compile_application(text, path.name, reader_beside(path), ignores_case=ignores_case)
     except CompileError as wrong:
         raise refused(wrong, {path.name: str(path)}) from wrong
 

@@ -226,9 +226,13 @@ class ProgramReadings(Settings):
     workspace_error: Literal["E", "F"] = Field(
         default=_PROGRAMS.workspace_error, description="whether the PAM then shows 0380E02C or 0380F02C"
     )
+    ignores_case: bool = Field(
+        default=False, description="whether names of objects are the same in any case, as keywords always are"
+    )
 
 
-_SPEED: Final = {field.name for field in fields(Limits)}
+def _names(options: type[Limits | Readings]) -> set[str]:
+    return {field.name for field in fields(options)}
 
 
 class PamSettings(Settings):
@@ -274,7 +278,7 @@ class PamSettings(Settings):
         return Options(**{**readings, "deviating_axes": frozenset(self.objects.deviating_axes)})
 
     def limits(self) -> Limits:
-        return Limits(**self.programs.model_dump(include=_SPEED))
+        return Limits(**self.programs.model_dump(include=_names(Limits)))
 
     def readings(self) -> Readings:
-        return Readings(**self.programs.model_dump(exclude=_SPEED))
+        return Readings(**self.programs.model_dump(include=_names(Readings)))

@@ -11,6 +11,7 @@ from fieldrig_devices.canopen.point_slave import PointSlaveSettings
 from fieldrig_devices.modbus.point_server import PointServerSettings
 from fieldrig_devices.smart_io.addresses import MODULES, exists, place_of
 from fieldrig_devices.smart_io.heap import HEAP_BYTES
+from fieldrig_devices.smart_io.readings import NodeReadings
 from fieldrig_devices.smart_io.terminals import INPUTS
 
 MOST_KEYS: Final = 32
@@ -75,6 +76,9 @@ class SmartIoSettings(Settings):
     )
     outputs_without_ring: Literal["inactive", "hold"] = Field(
         default="inactive", description="outputs when the ring is silent; DC motors stop in any case"
+    )
+    readings: NodeReadings = Field(
+        default_factory=NodeReadings, description="readings of the PAM's manual where it is silent or unclear"
     )
     heap_bytes: int = Field(default=HEAP_BYTES, ge=256, le=1 << 20, description="memory for the items of a PAM")
     can_slave: PointSlaveSettings | None = Field(default=None, description="CiA 401 slave on links.can")

@@ -1,9 +1,9 @@
 """The axis of an ST1: set position, shaft, power stage and errors together, without the ring and without the wires.
 
 Source: PAM manual 1084-1150, 6712-6993, 8770-9075 (digests: PAML-040 to PAML-065, PAMS-010 to PAMS-018, PAMS-049,
-PAMS-055).  The manual says what an axis is asked and what it answers; how it reacts to its errors is our choice: one
-of `TRIPS` switches the power stage off, and a ring that breaks stops the axis.  An order that needs power while it is
-off is refused with POWER_STAGE_DISABLED (G-15).
+PAMS-055).  The manual says what an axis is asked and what it answers; how it reacts to its errors is our choice, and a
+setting: some switch the power stage off, and a ring that breaks stops the axis.  An order that needs power while it is
+off is refused with POWER_STAGE_DISABLED, which another setting shows as long as the power is off (G-15).
 """
 
 from collections.abc import Callable
@@ -18,14 +18,14 @@ from fieldrig_devices.st1.outer_shaft import shaft_of
 from fieldrig_devices.st1.set_position import Doing, SetPosition
 from fieldrig_devices.st1.settings import St1Settings
 from fieldrig_devices.st1.shaft import TURN
-from fieldrig_devices.st1.status import TRIPS, Error, ErrorWord
+from fieldrig_devices.st1.status import Error, ErrorWord
 from fieldrig_devices.st1.torque import Torque
 
 
 class Servo:
     __slots__ = (
-        "_clock", "_is_off_due", "_is_ring_dead", "_postponed", "_timer", "answers", "causes", "errors", "is_powered",
-        "on_change", "on_steady", "refer", "set", "settings", "shaft", "torque",
+        "_clock", "_is_off_due", "_is_off_shown", "_is_ring_dead", "_postponed", "_timer", "_trips", "answers",
+        "causes", "errors", "is_powered", "on_change", "on_steady", "refer", "set", "settings", "shaft", "torque",
     )  # fmt: skip
 
     def __init__(self, clock: Clock, settings: St1Settings, send: Callable[[AxisReport], None]) -> None:
@@ -35,6 +35,8 @@ class Servo:
         self.torque = Torque(settings.motor)
         self.shaft = shaft_of(settings, self.set, self.torque, lambda volts: self.refer(volts))
         self.errors = ErrorWord(own.cmasks)
+        self._trips = settings.readings.tripping
+        self._is_off_shown = settings.readings.power_stage_disabled == "off"
         self.causes = Causes(clock, settings, self._on_causes)
         self.answers = Answers(send)
         self.on_change: Callable[[], None] = lambda: None
@@ -168,7 +170,7 @@ class Servo:
         """Switch the power on; the position gets the name that the PAM gives, without a motion (PAML-055)."""
         self._is_off_due = False
         self.errors.clear(~Error.CHANGE_IN_CD)
-        if self.errors.present & TRIPS or self._is_ring_dead:
+        if self.errors.present & self._trips or self._is_ring_dead:
             self.errors.latch(Error.POWER_STAGE_DISABLED)
             return
         if not self.is_powered:
@@ -261,8 +263,10 @@ class Servo:
         if abs(self.shaft.lag_at(now_ns)) > self.settings.lag_limit_turns * TURN:
             self.errors.latch(Error.SERVO_LAG_ERROR)
         self.errors.put(self._present(now_ns))
-        if self.is_powered and (self.errors.present & TRIPS or self.errors.value & Error.SERVO_LAG_ERROR):
+        if self.is_powered and (self.errors.present | self.errors.value & Error.SERVO_LAG_ERROR) & self._trips:
             self._cut(now_ns)
+        if self._is_off_shown:
+            self.errors.shown = 0 if self.is_powered else Error.POWER_STAGE_DISABLED
         self.answers.waits = self._is_off_due or (self.set.is_own_moving and not self.set.is_done(now_ns))
         self.report()
         self.on_change()

@@ -8,6 +8,7 @@ from pydantic import ConfigDict, Field, model_validator
 
 from fieldrig.settings import Claim, Settings
 from fieldrig_devices.st1.faults import St1Fault
+from fieldrig_devices.st1.readings import St1Readings
 
 INPUTS = (0, 1, *range(16, 32))
 """IN 0 and 1 of the LPO board, IN 16 to 31 of the OIO board (PAMS-110)."""
@@ -110,6 +111,9 @@ class St1Settings(Settings):
     motor: MotorSettings = Field(default_factory=MotorSettings)
     plant: PlantSettings | None = Field(default=None, description="a motor on wires; default: the ST1's own")
     supply: SupplySettings = Field(default_factory=SupplySettings)
+    readings: St1Readings = Field(
+        default_factory=St1Readings, description="readings of the PAM's manual where it is silent or unclear"
+    )
     lag_limit_turns: float = Field(default=1.0, gt=0, description="SERVO_LAG_ERROR above it")
     on_ring_fault: Literal["stop_and_power_off", "stop"] = Field(
         default="stop_and_power_off", description="after a break of the ring the axis stops with ASTOP"

@@ -1,6 +1,7 @@
 """Cases of section 19 of the digest about displays, messages, the fatal error panel and ports, on a whole machine."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from pam_cases import Machine
@@ -153,11 +154,25 @@ def test_t19_the_display_blinks_until_the_host_of_the_rs422_line_starts(tmp_path
 
 def cells(rig: Rig, byte: int) -> str:
     """Read the seven cells of a panel by Modbus."""
-    client, answers = rig.attach("client").link("plc"), list[bytes]()
+    client, answers = rig.attach("client").link("vme"), list[bytes]()
     client.on_receive(lambda message: answers.append(message.pdu) if isinstance(message, ModbusResponse) else None)
     client.send(ModbusRequest(1, b"\x03" + (byte // 2).to_bytes(2, "big") + b"\x00\x07"))
     rig.run_until(rig.now_ns + 10 * MS)
     return answers[0][2:].hex(" ", 2)
+
+
+def with_port(make: RigMaker, folder: Path, port: str, more: dict[str, Any] | None = None, **keys: Any) -> Rig:
+    """Return a PAM with a DualPort behind Modbus; `more` are further devices, and `keys` further settings."""
+    (folder / "app.pam").write_text(HEADER + GROUP + port)
+    pam = {
+        "kind": "pam",
+        "application": str(folder / "app.pam"),
+        "date": "1995-10-15 14:30:45",
+        "links": {"ring": "ring", "modbus": ["vme"]},
+        **keys,
+    }
+    buses = {"ring": {"kind": "pamring.virtual"}, "vme": {"kind": "modbus.virtual"}}
+    return make({"time": "virtual", "buses": buses, "devices": {"pam": pam, **(more or {})}})
 
 
 @pytest.mark.manual("PAMS-057", "PAMS-058", "PAMS-060", "PAMS-068", "PAMS-092")
@@ -167,28 +182,32 @@ def cells(rig: Rig, byte: int) -> str:
 def test_t23_a_host_that_is_not_ready_is_in_the_panel(
     fieldrig_rig: RigMaker, tmp_path: Path, port: str, wait_s: float, byte: int
 ) -> None:
-    (tmp_path / "app.pam").write_text(HEADER + GROUP + port)
-    rig = fieldrig_rig(
-        {
-            "time": "virtual",
-            "buses": {"ring": {"kind": "pamring.virtual"}, "plc": {"kind": "modbus.virtual"}},
-            "devices": {
-                "pam": {
-                    "kind": "pam",
-                    "application": str(tmp_path / "app.pam"),
-                    "date": "1995-10-15 14:30:45",
-                    "links": {"ring": "ring", "modbus": ["plc"]},
-                }
-            },
-        }
-    )
+    rig = with_port(fieldrig_rig, tmp_path, port)
     rig.run_until(round((wait_s + 0.6) * S))
     assert (rig.get("pam", "display"), rig.get("pam", "led")) == ("0780F020", "on")
     origin, number, date, time, *rest = cells(rig, byte).split()
     seconds = 45 + int(wait_s)
     assert (origin, number, date, rest) == ("0007", "0020", "169f", ["0000"] * 3)
-    assert int(time, 16) >> 12 == 2  # PM
-    assert 0 <= int(time, 16) - (2 << 12 | (30 + seconds // 60) << 6 | seconds % 60) <= 1
+    assert 0 <= int(time, 16) - (2 << 12 | 30 << 6 | seconds) <= 1  # 2:30 PM
+
+
+@pytest.mark.manual("PAMS-060", "PAMS-070", "PAMS-107")
+@pytest.mark.parametrize(
+    ("effect", "state", "shown", "panel"),
+    [("error", "running", "0780E028", "0000 0000"), ("fatal", "fatal", "0780F028", "0007 0028")],
+)
+def test_an_unknown_output_of_the_master_is_an_error_or_an_abort(
+    fieldrig_rig: RigMaker, tmp_path: Path, effect: str, state: str, shown: str, panel: str
+) -> None:
+    master = tmp_path / "master.pam"
+    master.write_text(HEADER + GROUP + VME.replace("END_DUALPORT", "OUTPUT FLAG_VAR DFO_Other ; END END_DUALPORT"))
+    plc = {"kind": "pam.vme-master", "application": str(master), "links": {"modbus": "vme"}}
+    rig = with_port(fieldrig_rig, tmp_path, VME, {"plc": plc}, ports={"bad_output_crc": effect})
+    rig.run_until(S)
+    assert (rig.get("pam", "state"), rig.get("pam", "display")) == (state, shown)
+    if state == "running":
+        assert rig.get("plc", "mistakes") == "the PAM does not know the output DFO_Other"
+    assert cells(rig, 44)[:9] == panel
 
 
 PARAMETERS = """

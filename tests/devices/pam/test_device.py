@@ -112,6 +112,15 @@ def test_all_times_of_the_ring_are_settings(tmp_path: Path) -> None:
     assert (times, limits.frames_per_cycle) == ((MS, 2 * MS, 3 * MS, 4 * MS), 10)
 
 
+def test_names_in_another_case_need_a_setting(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
+    application = COUNTER.format(end="").replace("IWV_Count <- 1 ;", "iwv_count <- 1 ;")
+    with pytest.raises(ConfigError, match="iwv_count is not declared here"):
+        started(fieldrig_rig, tmp_path, application)
+    rig = started(fieldrig_rig, tmp_path, application, "programs: {ignores_case: true}")
+    rig.run_until(S)
+    assert rig.get("pam", "IWV_Count") == 10
+
+
 @pytest.mark.manual("PAML-011")
 @pytest.mark.parametrize(("scrolls", "text"), [("version", "V1.02"), ("date", "15.10.95")])
 def test_version_or_date_follows_the_name(fieldrig_rig: RigMaker, tmp_path: Path, scrolls: str, text: str) -> None:

@@ -21,9 +21,9 @@ from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from typing import Protocol
 
-from fieldrig_devices.pam.language.check.symbols import PREDECLARED
 from fieldrig_devices.pam.language.items import Program
 from fieldrig_devices.pam.language.ports import PortPlan, ports_of
+from fieldrig_devices.pam.language.words import PREDECLARED
 from fieldrig_devices.pam.ports.memory import ByteOrder, Memory
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.panel import SERIAL_PANEL, panel_cells

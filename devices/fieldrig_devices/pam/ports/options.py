@@ -1,10 +1,12 @@
 """Settings of the ports: one for each passage of the manual that can be read in more than one way."""
 
+from pathlib import Path
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from fieldrig.settings import ConfigFile, Settings
+from fieldrig_devices.pam.ports.crc_file import crcs_in
 from fieldrig_devices.pam.ports.memory import ByteOrder
 
 
@@ -88,3 +90,10 @@ class PortOptions(Settings):
     rs422_baud: int = Field(
         default=38_400, ge=300, le=1_000_000, description="bit rate of the RS422 line, with 8 data bits and no parity"
     )
+
+    @field_validator("pam_vme_h")
+    @classmethod
+    def _has_crcs(cls, path: Path | None) -> Path | None:
+        if path is not None:
+            crcs_in(path)
+        return path

@@ -1,5 +1,7 @@
 """The checker: each rule with a program that breaks it, and programs of the manual's kinds that are right."""
 
+import re
+
 import pytest
 from pam_programs import HEADER, MACHINE, in_sequence, mistakes_of
 
@@ -46,6 +48,29 @@ RIGHT = [
 @pytest.mark.parametrize("statements", RIGHT)
 def test_right_statements(statements: str) -> None:
     assert said(in_sequence(statements)) == ""
+
+
+@pytest.mark.parametrize("statements", RIGHT)
+def test_right_statements_stay_right_if_names_are_the_same_in_any_case(statements: str) -> None:
+    upper = re.sub(r"\[\w+[+*]?\]", lambda index: index[0].lower(), statements.upper())
+    for text in (statements, upper):
+        assert checked(in_sequence(text), "x", ignores_case=True)[1] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "minds", "ignores"),
+    [
+        ("axi_belt <- stop;", "axi_belt is not declared here", ""),
+        ("pamdisplay <- 1.5;", "pamdisplay is not declared here", ""),
+        ("EXCEPTION IFV_Go ENTRY Out; EXCEPTION_ENTRY out;", "there is no entry Out", ""),
+        ("END_SEQUENCE SEQUENCE seq_test;", "", "TSK_Test has the sequence SEQ_Test already"),
+    ],
+)
+def test_names_in_another_case(text: str, minds: str, ignores: str) -> None:
+    for ignores_case, expected in ((False, minds), (True, ignores)):
+        found = "\n".join(map(str, checked(in_sequence(text), "x", ignores_case=ignores_case)[1]))
+        assert expected in found
+        assert bool(expected) is bool(found)
 
 
 @pytest.mark.manual("PAML-245")

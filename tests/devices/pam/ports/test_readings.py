@@ -4,7 +4,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pam_ports import GROUP, SIMATIC, VME, PortBench, started_simatic, started_vme
+from pydantic import ValidationError
 
 from fieldrig_devices.pam.language.ports import crc_of
 from fieldrig_devices.pam.ports.masters.s5 import S5Master
@@ -145,6 +148,13 @@ def test_the_crcs_of_an_original_include_file_replace_ours(tmp_path: Path) -> No
     assert bench.value("DWI_MachPressure") == 8
 
 
+def test_an_include_file_without_crcs_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "PAM_VME.H"
+    path.write_text("#define DWI_MachPressure\n// nothing else\n")
+    with pytest.raises(ValidationError, match="no line such as #define DFI_Start 0x1A2B"):
+        PortOptions(pam_vme_h=path)
+
+
 def started(port: str, **options: Any) -> Started:
     settings = PortOptions(**options)
     return started_vme(options=settings) if port == "vme" else started_simatic(settings)
@@ -212,6 +222,30 @@ def test_a_change_that_finds_the_output_fifo_full_is_lost_or_waits(port: str, fu
     for value in range(300):
         bench.item("DWO_MachCurrentPressure").set_value(value)
     assert bench.kernel.codes.count("07..E008") == 2
+
+
+BURSTS = st.lists(st.tuples(st.integers(0, 3), st.integers(1, 200), st.booleans()), min_size=1, max_size=8)
+
+
+@pytest.mark.manual("PAMS-078")
+@PORTS
+@settings(max_examples=20, deadline=None)
+@given(bursts=BURSTS)
+def test_a_master_has_every_last_value_if_changes_wait(port: str, bursts: list[tuple[int, int, bool]]) -> None:
+    bench, master = started(port, full_output_fifo="waits")
+    name = "DLO_MachHeadPosition" if port == "vme" else "DWO_MachHeadPosition"
+    for index, count, is_read in bursts:
+        for value in range(count):
+            bench.item(name, index).set_value(value)
+            bench.item("DWO_MachCurrentPressure").set_value(-value)
+        bench.cycles()
+        if is_read:
+            bench.play(master.take())
+    for _ in range(3):
+        bench.play(master.take())
+        bench.cycles()
+    for output in (name, "DWO_MachCurrentPressure"):
+        assert list(master.values[output]) == [item.value() for item in bench.ports.items[output]]
 
 
 @pytest.mark.manual("PAMS-089")

@@ -240,12 +240,14 @@ def test_a_fault_is_shown_with_its_place(session: Session) -> None:
 class Rig:
     """A PAM with a debuggee, whose application can be replaced."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, ignores_case: bool = False) -> None:
         self.clock = VirtualClock()
         self.solo = Solo(compile_application(PROGRAM, "a.pam"))
         self.resets = 0
         background = VirtualBackground(self.clock)
-        self.debuggee = MachineDebuggee(background, lambda: self.solo.runtime, self.reset, self.load)
+        self.debuggee = MachineDebuggee(
+            background, lambda: self.solo.runtime, self.reset, self.load, ignores_case=ignores_case
+        )
         self.service = DebugService(self.clock, self.debuggee)
         self.debuggee.attach(self.solo.runtime)
 
@@ -278,6 +280,15 @@ def test_a_download_with_mistakes_leaves_the_application() -> None:
     rig.clock.advance_to(1000 * MS)
     assert rig.debuggee.problem.startswith(f"a.pam:{line('n <- n + 1;')}:1: m is not declared here")
     assert rig.solo.runtime is before
+
+
+@pytest.mark.parametrize(("ignores_case", "is_loaded"), [(False, False), (True, True)])
+def test_a_download_is_compiled_as_the_application_was(ignores_case: bool, is_loaded: bool) -> None:
+    rig = Rig(ignores_case=ignores_case)
+    before = rig.solo.runtime
+    rig.debuggee.download({"a.pam": PROGRAM.replace("n <- n + 1;", "N <- n + 1;")}, is_online=False)
+    rig.clock.advance_to(1000 * MS)
+    assert (rig.solo.runtime is not before) is is_loaded
 
 
 def test_start_stop_and_reset_of_a_machine() -> None:

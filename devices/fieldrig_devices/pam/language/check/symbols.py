@@ -11,15 +11,8 @@ from fieldrig_devices.pam.language.items import Sequence as SequenceItem
 from fieldrig_devices.pam.language.objects import KINDS, SPECS
 from fieldrig_devices.pam.language.tokens import mistake
 from fieldrig_devices.pam.language.tree import Place, Reference
-from fieldrig_devices.pam.language.words import STRUCTURE, SYMBOLIC
+from fieldrig_devices.pam.language.words import PREDECLARED, STRUCTURE, SYMBOLIC
 
-PREDECLARED: Final[Mapping[str, str]] = {
-    "PAMDISPLAY": "PAMDISPLAY",
-    "PamDisplay": "PAMDISPLAY",
-    "DualPort": "DUALPORT",
-    "RS422Port": "RS422PORT",
-}
-"""Objects that every application has, under the spellings of the manual, with their kinds."""
 _FURTHER: Final = """
     BIT BLOC_SIZE BREAKING CORRECTION_VALUE EDGE_NONE ERROR LENGTH LOCATION MASTER_TIMEOUT Pi RS422PORT
     RS422_WATCHDOG_TIMEOUT ST1_CMD SUBSET anti_delay enable_stroke_limits inquire_value modify_value output_amplitude

@@ -116,9 +116,9 @@ class SimaticPort:
     def poll(self, now_ns: int) -> None:
         """Take the steps of this basic cycle: start-up and watchdog."""
         self._now_ns = now_ns
-        if self.state in self._watched:
+        if self.may_run:
             self._cycles += 1
-            if self._cycles % WATCHDOG_CYCLES == 0:
+            if self._cycles % WATCHDOG_CYCLES == 0 and self.state in self._watched:
                 self._watch()
         elif self.state is State.SYNC and not flag_of(self._words, self._pam_ready):
             self._synchronise()

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fieldrig_devices.pam.language import tree
-from fieldrig_devices.pam.language.check.symbols import PREDECLARED
 from fieldrig_devices.pam.language.functions import INQUIRIES, MATHEMATICS, VALUES, Type
 from fieldrig_devices.pam.language.objects import KINDS, PORT_PARAMETERS
+from fieldrig_devices.pam.language.words import PREDECLARED
 from fieldrig_devices.pam.runtime.layout import Layout
 from fieldrig_devices.pam.runtime.lower.formulas import Formula, Formulas
 from fieldrig_devices.pam.runtime.lower.operands import HIGH, LOW, Emitter, Operand
