@@ -13,7 +13,7 @@ from fieldrig_devices.pam.panel.options import PanelOptions
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.runtime.processor import Limits
-from fieldrig_devices.pam.runtime.readings import Events, Readings
+from fieldrig_devices.pam.runtime.readings import Events, Readings, StartEvents
 from fieldrig_devices.pamring.settings import RingLimits
 
 _RING: Final = RingLimits()
@@ -182,6 +182,11 @@ class ProgramReadings(Settings):
         default=_PROGRAMS.events,
         description="what ON_EVENT sees of events between two of its cycles: one (remembered), each of them (counted), "
         "or none (sampled)",
+    )
+    events_at_start: StartEvents = Field(
+        default=_PROGRAMS.events_at_start,
+        description="events of ON_EVENT before the POWERON parts have finished: those that occur then count (changes), "
+        "all that are true then (all), or none (none)",
     )
     common_variables_cause_events: bool = Field(
         default=_PROGRAMS.common_variables_cause_events,

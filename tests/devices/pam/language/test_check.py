@@ -80,6 +80,44 @@ def test_the_present_item_in_a_multiple_task() -> None:
     assert "[i] is used where there is no present item" in said(in_sequence("AXI_Station[i] <- run(1);"))
 
 
+@pytest.mark.manual("PAML-590")
+@pytest.mark.parametrize(
+    ("domain", "expected"),
+    [
+        ("VALUE_PERIOD = 360;", ""),
+        ("", "a PHASER is not complete; expected VALUE_PERIOD = ..."),
+        ("VALUE_RANGE = 0 1;", "got VALUE_RANGE; expected a parameter of PHASER"),
+    ],
+)
+def test_a_phaser_is_for_periodic_systems(domain: str, expected: str) -> None:
+    phaser = f"PHASER PHA_a; PHASE = 0; PHASE_SLOPE = MAX; STANDBY_VALUE = 0; {domain} END"
+    found = said(MACHINE + phaser)
+    assert found.partition("pam:")[2].partition(": ")[2].startswith(expected) if expected else found == ""
+
+
+ONE = """NODES_GROUP NGR_One; NUMBER = 1; END
+NODE NOD_One; NODES_GROUP = NGR_One; ADDRESS = 9; TYPE = SMART_IO; END
+BINARY_INPUT SBI_One; NODE = NOD_One; ADDRESS = 101; ACTIVE = HIGH; PERIOD = 10; DEBOUNCE = 2; END
+INTERNAL FLAG_VAR IFV_One; NUMBER = 1; END
+"""
+
+
+@pytest.mark.manual("PAML-006", "PAML-224")
+@pytest.mark.parametrize(
+    ("statements", "specs", "index"),
+    [
+        ("IFV_One <- SBI_One;", "", ""),  # manual line 2666: NUMBER = 1 is single
+        ("IFV_One <- SBI_One;", "NUMBER = 1;", ""),
+        ("IFV_One[i] <- SBI_One[i];", "NUMBER = 1;", "[i]"),
+        ("IFV_One[all] <- SBI_One[all+];", "", ""),
+    ],
+)
+def test_one_item_needs_no_index(statements: str, specs: str, index: str) -> None:
+    text = in_sequence(statements, specs=specs, index=index)
+    assert said(text.replace("TASK TSK_Test", f"{ONE}TASK TSK_Test")) == ""
+    assert "[i] is used where" in said(in_sequence("IFV_One[i] <- set;").replace("TASK TSK", f"{ONE}TASK TSK"))
+
+
 WRONG = [
     ("AXI_Blt <- stop;", "AXI_Blt is not declared here; expected an object\n  hint: Perhaps AXI_Belt is meant."),
     ("AXI_Belt <- start;", "an AXIS has no function start; expected absolute_move, "),

@@ -35,6 +35,10 @@ COMPARATOR CMP_Low; REFERENCE = 10; ROUTINE = RTN_Up; END
 PROFILE PRO_Feed; FILE = FEED; INPUT_AMPLITUDE = 360; OUTPUT_AMPLITUDE = 100; INPUT_OFFSET = 0; OUTPUT_OFFSET = 0; END
 PROFILE PRO_Other; FILE = FEED; INPUT_AMPLITUDE = 1; OUTPUT_AMPLITUDE = 7; INPUT_OFFSET = 0; OUTPUT_OFFSET = 0; END
 CAM CAM_Feed; PROFILE = PRO_Feed; VALUE_RANGE = 0 200; END
+MULTI_COMPARATOR MUL_Doors; TIME_ORIGIN_SLOPE = POSITIVE; TIME_ORIGIN_COMPARE_MODE = IMMEDIATE;
+  TIME_ORIGIN_REFERENCE = 100; VALUE_PERIOD = 500;
+  TRACE TRC_One; ROUTINE = RTN_Up; END
+END
 CORRECTOR COR_Mark; CORRECTION_SLOPE = 1; CORRECTION_LEVEL = 1; CORRECTION_REFERENCE = OUTPUT;
   CORRECTION_MODE = IMMEDIATE; TRIGGER_MODE = ONCE; TRIGGER_INPUT = SBI_Mark; DELAY_COMPENSATION = 0; END
 """
@@ -201,3 +205,21 @@ def test_trigger_off_during_a_correction(is_ended: bool) -> None:
     bench.do("COR_Mark", "trigger_off")
     bench.until(lambda: bool(bench.ask("COR_Mark", "ready")))
     assert bench.ask("COR_Mark", "value") == pytest.approx(90.25 if is_ended else 100, abs=0.01)  # 0.5 s with 1 u/s2
+
+
+@pytest.mark.parametrize(("by_reference", "place"), [(False, 300), (True, 290)])
+def test_a_reference_that_is_installed_out_of_turn_is_learned_again_or_known(by_reference: bool, place: float) -> None:
+    """A known one fires by its time, 10 ms earlier; another one fires at its place."""
+    bench = machine("MUL_Doors", learns_by_reference=by_reference)
+
+    def fires_at(reference: float) -> float:
+        bench.kernel.routines.clear()
+        bench.do("TRC_One", "install_reference", "POSITIVE", "IMMEDIATE", reference, 0.010)
+        bench.until(lambda: bool(bench.kernel.routines))
+        return float(bench.ask("MUL_Doors", "value"))
+
+    bench.do("TMP_Belt", "run", 1000)
+    bench.do("MUL_Doors", "learn")
+    assert [fires_at(200), fires_at(300)] == pytest.approx([200, 300], abs=1)
+    bench.do("MUL_Doors", "execute")
+    assert fires_at(300) == pytest.approx(place, abs=1)
