@@ -157,7 +157,7 @@ LONG_PAGE = b"GET /PARAMS.HTM HTTP/1.1\r\nHost: 190.200.100.100\r\nConnection: c
 
 
 def test_an_echo_of_lcp_does_not_wait_behind_pages() -> None:
-    """Without an answer for some seconds, pppd takes the line for lost."""
+    """A caller with pppd takes the line for lost after some seconds without an answer."""
     bench = DialInBench().call()
     idle_ms = bench.echo_ms()
     pages = [bench.connect(80) for _ in range(6)]
