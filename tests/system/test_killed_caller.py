@@ -57,4 +57,3 @@ def test_the_line_is_free_after_a_caller_was_killed(rig: AskedRig) -> None:
         up(dial, rig)
         dial.process.send_signal(signal.SIGINT)
         assert dial.end() == (0, "The call has ended.\n")
-

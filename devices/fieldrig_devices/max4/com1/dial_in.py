@@ -4,7 +4,7 @@ Source: PacDrive manual 4539-4548, 4585-4601, 4933, 5079-5085 (digest PD-250, PD
 RemoteIpAddress that no host can have, the call ends after the login.  Without UserName and Password it ends at once.
 The third failed login in a row and each further one are entries of the message logger, and are answered 10 s later.
 
-A caller that sends echoes of LCP takes some seconds without an answer for a lost line, as pppd does.  So data of TCP wait
+A caller such as pppd takes the line for lost if an echo of LCP is not answered within some seconds.  So data of TCP wait
 in their connections while the line has enough to send, and a caller can have no more than `WINDOW` bytes under way.
 """
 
@@ -19,8 +19,8 @@ from fieldrig_devices.connections.stack_services import StackServices
 from fieldrig_devices.ip.kernel_end import IpEnd
 from fieldrig_devices.ip.services import RelayedServices
 from fieldrig_devices.ip.stack import Stack
-from fieldrig_devices.max4.com1.port import FULL
 from fieldrig_devices.max4.com1.parameters import LOCAL_IP_ADDRESS, Com1Parameters
+from fieldrig_devices.max4.com1.port import FULL
 from fieldrig_devices.ppp.link import LoginAttempt, PppLink
 from fieldrig_devices.ppp.phases import Phase
 from fieldrig_devices.ppp.settings import Login, PppSettings
