@@ -4,7 +4,7 @@ Source: PacDrive manual 4539-4548, 4585-4601, 4933, 5079-5085 (digest PD-250, PD
 RemoteIpAddress that no host can have, the call ends after the login.  Without UserName and Password it ends at once.
 The third failed login in a row and each further one are entries of the message logger, and are answered 10 s later.
 
-A caller such as pppd takes the line for lost if an echo of LCP is not answered within some seconds.  So data of TCP wait
+A caller such as pppd takes the line for lost if an echo of LCP is not answered within seconds.  So data of TCP wait
 in their connections while the line has enough to send, and a caller can have no more than `WINDOW` bytes under way.
 """
 
