@@ -5,8 +5,8 @@ client applies from the next time that it sends.
 
 The other end sees DTR and RTS on while a program has the pty open, as at a serial port, whether the program writes or
 only listens.  They go off when the last program has closed it, or was killed, after the line has transmitted what it
-wrote.  They stay off for `OFF_NS`, even if another program opens the pty at once.  What that one writes waits until then,
-so a modem hangs up before it gets a command, and what the modem says to that does not reach the new program.
+wrote.  They stay off for `OFF_NS`, even if another program opens the pty at once.  What that one writes waits, so a
+modem hangs up before it gets a command, and what the modem says to that does not reach the new program.
 Left out, because a pty does not have them: control lines that the client sets or reads, and breaks; data bits, parity
 and stop bits are the configured ones.
 """
