@@ -61,6 +61,8 @@ class Variables:
             pou.result = Variable(name, kind, Space.FRAME, Section.OUTPUT, place=source.tree.place, file=pou.file)
             pou.result.initial = self.default(source.tree.result, kind)
             source.names[self._project.key(name)] = pou.result
+        elif pou.kind is PouKind.FUNCTION and pou.owner is None and not self._project.dialect.has_void_functions:
+            context.say(source.tree, f"the function {pou.name} has no type", f"FUNCTION {pou.name} : INT")
         line = source.line.trees if source.line is not None else []
         for level in range(len(line) - 1, 0, -1):
             above, home = line[level]

@@ -6,10 +6,14 @@ from typing import Literal
 Events = Literal["remembered", "counted", "sampled"]
 """Events between two cycles of their group count once, each of them counts, or none does."""
 
+StartEvents = Literal["changes", "all", "none"]
+"""Events before the POWERON parts have finished: those that occur then count, all that are true then, or none."""
+
 
 @dataclass(frozen=True, slots=True)
 class Readings:
     events: Events = "remembered"
+    events_at_start: StartEvents = "changes"
     common_variables_cause_events: bool = True
     """False: ON_EVENT and EXCEPTION take no notice of a COMMON variable until something else in them changes."""
     remembers_conditions: bool = False

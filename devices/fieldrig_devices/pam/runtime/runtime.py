@@ -239,6 +239,8 @@ class Runtime:
         self.report(POWER_ON_COMPLETED)
         self.report(WORKING)
         for unit in self.schedule.units.values():
+            if self.readings.events_at_start == "none":
+                unit.forget_events()
             self.schedule.enter(unit, self.schedule.cycle)
 
     def has_stopped(self) -> bool:

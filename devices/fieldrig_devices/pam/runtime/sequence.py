@@ -91,6 +91,10 @@ class TaskItem(Unit):
         for event, _ in self.events:
             event.begin()
 
+    def forget_events(self) -> None:
+        for event, _ in self.events:
+            event.forget()
+
     def start(self, sequence: SequenceCode) -> bool:
         """Let a sequence become active; False if its workspace is too small."""
         if sequence.used > sequence.workspace and self.readings.checks_workspaces:

@@ -50,6 +50,28 @@ def test_of_several_events_a_task_handles_one(events: str, runs: int) -> None:
     assert bench["n"] == runs
 
 
+@pytest.mark.parametrize(("at_start", "runs"), [("changes", [0, 1]), ("all", [1, 1]), ("none", [0, 0])])
+@pytest.mark.parametrize("events", ["remembered", "sampled"])
+def test_events_before_the_power_on_parts_have_finished(at_start: str, events: str, runs: list[int]) -> None:
+    actions = (
+        "ACTIONS ACT_a; SPECS CYCLES = 1; END_SPECS ON_EVENT SBI_b ACTION n <- n + 1; END_ACTION\n"
+        "ON_EVENT f ACTION at <- at + 1; END_ACTION END_ACTIONS\n"
+    )
+    bench = PamBench(
+        actions + sequence("w <- w + 1;", power_on="WAIT_TIME 5; f <- set;"),
+        readings=reading(events_at_start=at_start, events=events),
+    )
+    bench["SBI_b"] = bench["SBI_a"] = True
+    bench.restart()  # with inputs that are true already
+    bench.run(20)
+    assert ([bench["n"], bench["at"]], bench["w"]) == (runs, runs[0])
+    bench["f"] = False
+    bench.run()
+    bench["f"] = True
+    bench.run()
+    assert bench["at"] == runs[1] + 1
+
+
 @pytest.mark.parametrize(("causes_events", "seen"), [(True, 1), (False, 0)])
 def test_a_common_variable_in_an_event(causes_events: bool, seen: int) -> None:
     actions = (
