@@ -205,6 +205,10 @@ class ProgramReadings(Settings):
         default=_PROGRAMS.actions_first,
         description="true: all actions run before all sequences in a cycle; false: in the order of the declarations",
     )
+    equations_last: bool = Field(
+        default=_PROGRAMS.equations_last,
+        description="true: equations are evaluated after the programs of a cycle; false: before them",
+    )
     exceptions_wake: bool = Field(
         default=_PROGRAMS.exceptions_wake,
         description="whether an exception ends the wait of a suspended sequence, or comes when the wait is over",
