@@ -110,6 +110,10 @@ class ObjectReadings(Settings):
         default=_OBJECTS.run_is_ready_at_speed,
         description="whether axes and generators are ready when a run has reached its speed, or only when it has ended",
     )
+    pmp_supersedes: bool = Field(
+        default=_OBJECTS.pmp_supersedes,
+        description="whether a command to a moving PMP generator replaces the motion, which stops first, or is ignored",
+    )
     resolver_turns_forward: bool = Field(
         default=_OBJECTS.resolver_turns_forward,
         description="whether the resolver phase of a zero positioner turns forward, or goes the shorter way",
