@@ -124,6 +124,22 @@ def test_actions_that_are_declared_after_a_task(actions_first: bool, order: int)
     assert bench["n"] == order
 
 
+@pytest.mark.parametrize(("is_last", "output", "action"), [(False, 3, 2), (True, 2, 3)])
+def test_an_equation_before_or_after_the_programs(is_last: bool, output: int, action: int) -> None:
+    programs = (
+        "BOOLEAN BOL_f; LINKED_OUTPUT = SBO_a; EQUATION = f; END_BOOLEAN BOOLEAN BOL_b; EQUATION = SBI_b; END_BOOLEAN\n"
+        "ACTIONS ACT_a; SPECS CYCLES = 1; END_SPECS ON_EVENT BOL_b ACTION n <- n + 1; END_ACTION END_ACTIONS\n"
+    )
+    bench = PamBench(programs + sequence("f <- set;"), readings=reading(equations_last=is_last))
+    bench.run()
+    bench["SBI_a"] = bench["SBI_b"] = True
+    seen = dict[str, int]()
+    for cycle in (2, 3):
+        bench.run()
+        seen |= {name: cycle for name in ("SBO_a", "n") if bench[name] and name not in seen}
+    assert seen == {"SBO_a": output, "n": action}
+
+
 # ---- exceptions
 
 
@@ -168,11 +184,19 @@ def test_a_sequence_goes_on_beside_the_task_of_its_exception(wake: bool, cycle: 
     assert bench["at"] == 1
 
 
-@pytest.mark.parametrize(("once", "entries"), [(False, 3), (True, 2)])
-def test_a_second_event_of_an_exception(once: bool, entries: int) -> None:
+@pytest.mark.parametrize("wakes", [True, False])
+@pytest.mark.parametrize("event", ["f", "cf"])
+def test_an_exception_that_the_sequence_itself_causes_comes_before_its_wait(event: str, wakes: bool) -> None:
+    statements = f"EXCEPTION {event} SEQUENCE SEQ_x; {event} <- 1; WAIT_TIME 20; at <- 1;"
+    bench = started(statements, more=OTHER, readings=reading(exceptions_wake=wakes))
+    assert (bench["n"], bench["at"]) == (1, 0)
+
+
+@pytest.mark.parametrize(("once", "entries"), [(False, 4), (True, 2)])
+def test_further_events_of_an_exception(once: bool, entries: int) -> None:
     statements = "EXCEPTION SBI_b ENTRY e; EXCEPTION_ENTRY e; n <- n + 1; CONDITION SBI_c;"
     bench = started(statements, readings=reading(exceptions_occur_once=once))
-    for _ in range(2):
+    for _ in range(3):
         pulse(bench, "SBI_b")
         bench.run()
     assert bench["n"] == entries
