@@ -153,6 +153,11 @@ class ObjectReadings(Settings):
     report_delay_cycles: float = Field(
         default=_OBJECTS.report_delay_cycles, ge=0, description="cycles until the PAM has the report of an input"
     )
+    blocks_per_ms: int = Field(
+        default=_OBJECTS.blocks_per_ms,
+        ge=1,
+        description="blocks of pipes for which a millisecond of the cycle has time; more stop the PAM with 02..F060",
+    )
     read_cycles: int = Field(
         default=_OBJECTS.read_cycles, ge=1, description="cycles that a read over the ring takes at least"
     )

@@ -51,6 +51,8 @@ class Options:
     """Periods of a pipe until a node is at a set-point, to which it moves steadily; ANTI_DELAY makes up for it."""
     report_delay_cycles: float = 2.0
     """Time from the end of an age until the PAM has the report: a cycle in the node, and one on the ring (PAML-513)."""
+    blocks_per_ms: int = 1_000
+    """Blocks of pipes for which a millisecond of the basic cycle has time; more stop the PAM by 02..F060 (PAML-412)."""
     read_cycles: int = 6
     """Basic cycles that a read over the ring takes at least (PAML-144)."""
     read_timeout_cycles: int = 100
