@@ -168,11 +168,19 @@ def test_a_sequence_goes_on_beside_the_task_of_its_exception(wake: bool, cycle: 
     assert bench["at"] == 1
 
 
-@pytest.mark.parametrize(("once", "entries"), [(False, 3), (True, 2)])
-def test_a_second_event_of_an_exception(once: bool, entries: int) -> None:
+@pytest.mark.parametrize("wakes", [True, False])
+@pytest.mark.parametrize("event", ["f", "cf"])
+def test_an_exception_that_the_sequence_itself_causes_comes_before_its_wait(event: str, wakes: bool) -> None:
+    statements = f"EXCEPTION {event} SEQUENCE SEQ_x; {event} <- 1; WAIT_TIME 20; at <- 1;"
+    bench = started(statements, more=OTHER, readings=reading(exceptions_wake=wakes))
+    assert (bench["n"], bench["at"]) == (1, 0)
+
+
+@pytest.mark.parametrize(("once", "entries"), [(False, 4), (True, 2)])
+def test_further_events_of_an_exception(once: bool, entries: int) -> None:
     statements = "EXCEPTION SBI_b ENTRY e; EXCEPTION_ENTRY e; n <- n + 1; CONDITION SBI_c;"
     bench = started(statements, readings=reading(exceptions_occur_once=once))
-    for _ in range(2):
+    for _ in range(3):
         pulse(bench, "SBI_b")
         bench.run()
     assert bench["n"] == entries
