@@ -110,6 +110,10 @@ class ObjectReadings(Settings):
         default=_OBJECTS.run_is_ready_at_speed,
         description="whether axes and generators are ready when a run has reached its speed, or only when it has ended",
     )
+    pmp_supersedes: bool = Field(
+        default=_OBJECTS.pmp_supersedes,
+        description="whether a command to a moving PMP generator replaces the motion, which stops first, or is ignored",
+    )
     resolver_turns_forward: bool = Field(
         default=_OBJECTS.resolver_turns_forward,
         description="whether the resolver phase of a zero positioner turns forward, or goes the shorter way",
@@ -204,6 +208,10 @@ class ProgramReadings(Settings):
     actions_first: bool = Field(
         default=_PROGRAMS.actions_first,
         description="true: all actions run before all sequences in a cycle; false: in the order of the declarations",
+    )
+    equations_last: bool = Field(
+        default=_PROGRAMS.equations_last,
+        description="true: equations are evaluated after the programs of a cycle; false: before them",
     )
     exceptions_wake: bool = Field(
         default=_PROGRAMS.exceptions_wake,

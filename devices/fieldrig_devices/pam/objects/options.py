@@ -29,6 +29,8 @@ class Options:
     """True if a multi-comparator keeps learned times by their reference, not by the order of installation (G-34)."""
     run_is_ready_at_speed: bool = True
     """True if a `run` is complete when its speed is reached, False if it is as long as it lasts (G-38)."""
+    pmp_supersedes: bool = False
+    """True if a command to a PMP generator replaces its running motion, False if it is ignored (E-18)."""
     resolver_turns_forward: bool = False
     """True if the resolver phase always turns forward, False if it goes the shorter way (G-39)."""
     power_on_sets_initial_position: bool = False

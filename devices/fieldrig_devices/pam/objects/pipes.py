@@ -184,7 +184,7 @@ class Network:
         cycle = self._site.cycle
         self._show(self._flags)
         for branch in self._branches:
-            if not branch.is_due(number):
+            if branch.distributor is not None and not branch.is_due(number):
                 continue
             for corrector in branch.correctors:
                 corrector.flowed_in = cycle

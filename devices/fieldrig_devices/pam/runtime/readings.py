@@ -20,6 +20,8 @@ class Readings:
     """True: CONDITION and CASE go on after a short event as well, which is over before the cycle of the task."""
     actions_first: bool = False
     """True: all actions come before all sequences in a basic cycle, whatever the order of their declarations."""
+    equations_last: bool = False
+    """True: equations are evaluated after the programs of a basic cycle, not before them."""
     exceptions_wake: bool = True
     """False: an exception of a suspended sequence waits for the end of the wait."""
     exceptions_occur_once: bool = False

@@ -30,6 +30,8 @@ SINK SNK_Values; END
 CONVERTER CNV_Values; DESTINATION = SNK_Values; MODE = VALUE; END
 TMP_GENERATOR TMP_Belt; TRAVEL_SPEED = 1000; ACCELERATION = 1000000; INITIAL_POSITION = 90; POSITION_PERIOD = 500;
   PERIOD = 0.001; ANTI_DELAY = NO; END
+PMP_GENERATOR PMP_Cut; FIRST_TRAVEL_SPEED = 9000; LAST_TRAVEL_SPEED = 4500; ACCELERATION = 45000; JERK = 450000;
+  INITIAL_POSITION = 0; POSITION_RANGE = 0 1; PERIOD = 0.001; ANTI_DELAY = NO; END
 AMPLIFIER AMP_Gear; GAIN = 2; OFFSET = 0; GAIN_SLOPE = MAX; OFFSET_SLOPE = 100; END
 COMPARATOR CMP_Low; REFERENCE = 10; ROUTINE = RTN_Up; END
 PROFILE PRO_Feed; FILE = FEED; INPUT_AMPLITUDE = 360; OUTPUT_AMPLITUDE = 100; INPUT_OFFSET = 0; OUTPUT_OFFSET = 0; END
@@ -223,3 +225,15 @@ def test_a_reference_that_is_installed_out_of_turn_is_learned_again_or_known(by_
     assert [fires_at(200), fires_at(300)] == pytest.approx([200, 300], abs=1)
     bench.do("MUL_Doors", "execute")
     assert fires_at(300) == pytest.approx(place, abs=1)
+
+
+@pytest.mark.parametrize(("supersedes", "place"), [(False, 4500), (True, 100)])
+def test_a_command_to_a_moving_pmp(supersedes: bool, place: float) -> None:
+    bench = machine(pmp_supersedes=supersedes)
+    bench.connect("CNV_Values", "PMP_Cut")
+    bench.cycle()
+    bench.do("PMP_Cut", "relative_move", 4500)
+    bench.cycle(150)
+    bench.do("PMP_Cut", "absolute_move", 100)
+    bench.until(lambda: bool(bench.ask("PMP_Cut", "ready")))
+    assert bench.ask("PMP_Cut", "position") == pytest.approx(place)

@@ -124,6 +124,22 @@ def test_actions_that_are_declared_after_a_task(actions_first: bool, order: int)
     assert bench["n"] == order
 
 
+@pytest.mark.parametrize(("is_last", "output", "action"), [(False, 3, 2), (True, 2, 3)])
+def test_an_equation_before_or_after_the_programs(is_last: bool, output: int, action: int) -> None:
+    programs = (
+        "BOOLEAN BOL_f; LINKED_OUTPUT = SBO_a; EQUATION = f; END_BOOLEAN BOOLEAN BOL_b; EQUATION = SBI_b; END_BOOLEAN\n"
+        "ACTIONS ACT_a; SPECS CYCLES = 1; END_SPECS ON_EVENT BOL_b ACTION n <- n + 1; END_ACTION END_ACTIONS\n"
+    )
+    bench = PamBench(programs + sequence("f <- set;"), readings=reading(equations_last=is_last))
+    bench.run()
+    bench["SBI_a"] = bench["SBI_b"] = True
+    seen = dict[str, int]()
+    for cycle in (2, 3):
+        bench.run()
+        seen |= {name: cycle for name in ("SBO_a", "n") if bench[name] and name not in seen}
+    assert seen == {"SBO_a": output, "n": action}
+
+
 # ---- exceptions
 
 
