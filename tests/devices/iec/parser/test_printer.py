@@ -101,6 +101,13 @@ def test_comments_at_the_ends_of_units_and_methods_stay_once() -> None:
     assert print_unit(parse(printed, "a.st", EDITION_3)[0]) == printed
 
 
+@pytest.mark.parametrize("section", ["entry", "active", "exit"])
+def test_a_section_of_a_step_may_begin_with_an_empty_statement(section: str) -> None:
+    step = tree.Step("a", True, (), None, None, None)
+    setattr(step, section, tree.StBody((tree.Empty(),)))
+    assert_survives(tree.Unit("a.st", (tree.Pou(tree.PouKind.PROGRAM, "p", None, (), tree.SfcBody((step,), ())),)))
+
+
 PROGRAMS = sorted((Path(__file__).parents[1] / "programs").glob("*.st"))
 
 
