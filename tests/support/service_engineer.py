@@ -3,6 +3,7 @@
 import subprocess
 from pathlib import Path
 
+from asyncua.sync import Client as OpcUaClient
 from pppd import ECHO_REQUEST, echo_message, ping_socket, reply_in
 from pppd_call import pppd_call
 from pymodbus.client import ModbusTcpClient
@@ -31,7 +32,7 @@ def put(file: Path, host: str) -> None:
 
 
 def reach_every_service(rig: AskedRig, folder: Path) -> None:
-    """Call, ping, fetch a page, replace one by FTP and see it served, read Modbus, and hang up."""
+    """Call, ping, fetch a page, replace one by FTP and see it served, read Modbus and OPC UA, and hang up."""
     mine = folder / "MINE.HTM"
     mine.write_text(PAGE)
     with pppd_call(folder) as call:
@@ -48,4 +49,6 @@ def reach_every_service(rig: AskedRig, folder: Path) -> None:
         assert f"Cycle {ONLINE}." in curl(f"http://{CONTROLLER}/MINE.HTM")
         with ModbusTcpClient(CONTROLLER, port=502, timeout=60, retries=0) as client:
             assert client.read_holding_registers(0, count=1).registers == [MAP_IDENTIFIER]
+        with OpcUaClient(f"opc.tcp://{CONTROLLER}:4840", timeout=60) as client:
+            assert client.get_node("ns=2;s=MAx-4.Com1UserState").read_value() == ONLINE
         assert call.hang_up() == TERMINATED, call.output()

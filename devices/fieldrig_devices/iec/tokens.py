@@ -24,6 +24,8 @@ WIDE_STRING: Final = "wide string"
 TYPED: Final = "typed"
 """A constant or value of an enumeration with a type in front of it: T#5s, INT#16#FF, Colour#red."""
 DIRECT: Final = "direct"
+PART: Final = "part"
+"""A part of a value behind a point: %X3, %B1."""
 NATIVE: Final = "{native}"
 JUNK: Final = "junk"
 END: Final = "end of the text"
@@ -70,10 +72,11 @@ _BLANKS: Final = " \t\r\f\v"
 _PATTERN: Final = re.compile(
     r"""[ \t\r\f\v]*+(?:
       ([^\W\d]\w*+)(?!\#)
-    | (:=|\+=|-=|\*=(?!\))|<=|>=|<>|=>|==|!=|&&|\|\||=<|::=|:[ ]=|\.\.|\*\*(?!\))|[;,.:=+\-*&<>)\[\]^]|\((?!\*)|/(?!/))
+    | (:=|\+=|-=|\*=(?!\))|<=|>=|<>|=>|==|!=|&&|\|\||=<|::=|:[ ]=|\.\.|\*\*(?!\))
+      |[;,.:=+\-*&<>)\[\]^]|\((?!\*)|/(?![/*]))
     | (\n)
     | ([0-9](?:_?[0-9])*+(?![\w#]|\.[0-9]))
-    | (\(\*.*?\*\)|//[^\n]*+)
+    | (\(\*.*?\*\)|//[^\n]*+|/\*.*?\*/)
     | ('(?:[^'$\n]|\$[^\n])*+')
     | ("(?:[^"$\n]|\$[^\n])*+")
     | ((?:L?T|L?TIME)\#[-+]?\w*(?:\.[0-9]\w*)*
@@ -85,7 +88,7 @@ _PATTERN: Final = re.compile(
     | ([0-9]+\#\w*)
     | (%[IQM](?:[XBWDL](?:\*|[0-9]+(?:\.[0-9]+)*)|\*|[0-9]+(?:\.[0-9]+)*)(?!\w))
     | (\{[^{}]*+\})
-    | (\(\*.*+)
+    | ((?:\(\*|/\*).*+)
     | (['"‘’“”´`](?:[ \t\r]*+(?:\)++|[^ \t\r\n]))*?(?=[ \t\r]*+\)*+[ \t\r]*+;?+[ \t\r]*+(?:\n|\Z|\(\*|//)))
     | ([0-9]\w*+(?:\.[0-9]\w*+)?|%\w*(?:\.[0-9]+)*|.)
     )""",
@@ -117,6 +120,7 @@ _KINDS: Final = {
     _DIRECT: DIRECT,
 }
 _TIME_WITHOUT_PREFIX: Final = re.compile(r"(?:[0-9]+(?:d|h|ms|m|s)_?)+", re.IGNORECASE)
+_PART: Final = re.compile("%[XBWDL][0-9]{1,2}", re.IGNORECASE)
 _PREFIX_OF_QUOTE: Final = "'‘’´`"
 
 
@@ -148,6 +152,7 @@ def keywords(dialect: Dialect) -> frozenset[str]:
         ("METHOD", "END_METHOD", "PROPERTY", "END_PROPERTY", "END_GET", "END_SET"): dialect.has_methods,
         ("INTERFACE", "END_INTERFACE"): dialect.has_methods,
         ("CLASS", "END_CLASS"): dialect.has_classes,
+        ("VAR_STAT",): dialect.has_static_variables,
     }
     return KEYWORDS.union(word for words, is_allowed in allowed.items() if is_allowed for word in words)
 
@@ -244,7 +249,7 @@ class _Scanner:
                 self._keep(text)
                 return self._after(text, position) if "\n" in text else None
         elif group == _OPEN_COMMENT:
-            self._say(position, "the comment is not closed", "*) at its end")
+            self._say(position, "the comment is not closed", f"{'*)' if text[0] == '(' else '*/'} at its end")
             self._found.is_cut = True
         elif group == _OPEN_STRING:
             self._open_string(text, position)
@@ -289,6 +294,13 @@ class _Scanner:
             self._keep(text.rstrip())
             return None
         end = position + len(text)
+        if text[0] == "/":
+            kept = text
+            if not self._dialect.has_line_comments:
+                self._say(position, "/* does not begin a comment", "(* ... *)", "Write the comment as (* ... *).")
+                kept = f"(*{text[2:-2].replace('*)', '* )').replace('(*', '( *')}*)"
+            self._keep(kept)
+            return self._after(text, position) if "\n" in text else None
         if "(*" in text[2:]:
             end = self._nested(text, position)
             if end < 0:
@@ -354,6 +366,11 @@ class _Scanner:
             expected = "a name that begins with a letter or an underscore"
             self._say(position, f"{text} is neither a number nor a name", expected)
             self._add(NAME, text, position)
+        elif self._found.kinds[-1:] == ["."] and _PART.fullmatch(text):
+            if not self._dialect.has_partial_access:
+                hint = f"Write .{text[2:]} for a bit." if text[1] in "Xx" else "Shift the value to the right."
+                self._say(position, f"{text} is a part of a value", "the number of a bit", hint)
+            self._add(PART, text, position)
         elif text[0] == "%":
             what = f"{text} is not an address"
             self._say(position, what, "%I, %Q or %M, a size X, B, W or D, and numbers, such as %QX1.0")

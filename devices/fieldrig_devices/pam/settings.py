@@ -13,7 +13,7 @@ from fieldrig_devices.pam.panel.options import PanelOptions
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.runtime.processor import Limits
-from fieldrig_devices.pam.runtime.readings import Events, Readings
+from fieldrig_devices.pam.runtime.readings import Events, Readings, StartEvents
 from fieldrig_devices.pamring.settings import RingLimits
 
 _RING: Final = RingLimits()
@@ -110,6 +110,10 @@ class ObjectReadings(Settings):
         default=_OBJECTS.run_is_ready_at_speed,
         description="whether axes and generators are ready when a run has reached its speed, or only when it has ended",
     )
+    pmp_supersedes: bool = Field(
+        default=_OBJECTS.pmp_supersedes,
+        description="whether a command to a moving PMP generator replaces the motion, which stops first, or is ignored",
+    )
     resolver_turns_forward: bool = Field(
         default=_OBJECTS.resolver_turns_forward,
         description="whether the resolver phase of a zero positioner turns forward, or goes the shorter way",
@@ -153,6 +157,11 @@ class ObjectReadings(Settings):
     report_delay_cycles: float = Field(
         default=_OBJECTS.report_delay_cycles, ge=0, description="cycles until the PAM has the report of an input"
     )
+    blocks_per_ms: int = Field(
+        default=_OBJECTS.blocks_per_ms,
+        ge=1,
+        description="blocks of pipes for which a millisecond of the cycle has time; more stop the PAM with 02..F060",
+    )
     read_cycles: int = Field(
         default=_OBJECTS.read_cycles, ge=1, description="cycles that a read over the ring takes at least"
     )
@@ -183,6 +192,11 @@ class ProgramReadings(Settings):
         description="what ON_EVENT sees of events between two of its cycles: one (remembered), each of them (counted), "
         "or none (sampled)",
     )
+    events_at_start: StartEvents = Field(
+        default=_PROGRAMS.events_at_start,
+        description="events of ON_EVENT before the POWERON parts have finished: those that occur then count (changes), "
+        "all that are true then (all), or none (none)",
+    )
     common_variables_cause_events: bool = Field(
         default=_PROGRAMS.common_variables_cause_events,
         description="whether ON_EVENT and EXCEPTION see a change of a COMMON variable",
@@ -194,6 +208,10 @@ class ProgramReadings(Settings):
     actions_first: bool = Field(
         default=_PROGRAMS.actions_first,
         description="true: all actions run before all sequences in a cycle; false: in the order of the declarations",
+    )
+    equations_last: bool = Field(
+        default=_PROGRAMS.equations_last,
+        description="true: equations are evaluated after the programs of a cycle; false: before them",
     )
     exceptions_wake: bool = Field(
         default=_PROGRAMS.exceptions_wake,

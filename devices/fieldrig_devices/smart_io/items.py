@@ -19,7 +19,7 @@ from fieldrig_devices.smart_io.display import Display
 from fieldrig_devices.smart_io.font import FIRST, LAST
 from fieldrig_devices.smart_io.key import Key
 from fieldrig_devices.smart_io.lamp import Lamp
-from fieldrig_devices.smart_io.motor import OPERANDS, DcMotor, MotorTimes, wrapped
+from fieldrig_devices.smart_io.motor import OPERANDS, DcMotor, MotorLimits, wrapped
 from fieldrig_devices.smart_io.scan import InputScan
 from fieldrig_devices.smart_io.settings import SmartIoSettings
 from fieldrig_devices.smart_io.terminals import Terminals
@@ -286,14 +286,14 @@ class MotorDrive(NodeItem):
         self._number = 0
         self._last: MotorReport | None = None
         readings = settings.readings
-        times = MotorTimes(item.timeout_ms * MS, settings.motor_rest_ms * MS, names_at_rest=readings.zero_at == "rest")
+        own = MotorLimits(
+            item.timeout_ms * MS, settings.motor_rest_ms * MS, readings.zero_at == "rest", readings.stray_pulses
+        )
         self._node_bits, bits = (
             table if readings.does_not_stop_bit else without(FaultCode.DOES_NOT_STOP, table)
             for table in (NODE_BITS, MOTOR_BITS)
         )
-        self.motor = DcMotor(
-            clock, times, item.braking, parts.drive, lambda: bool(parts.zero.value), self._report, bits
-        )
+        self.motor = DcMotor(clock, own, item.braking, parts.drive, lambda: bool(parts.zero.value), self._report, bits)
         parts.join(self.motor.on_pulse, self.motor.on_zero)
         if readings.counts == "direction":
             parts.counter.step = lambda: self.motor.direction

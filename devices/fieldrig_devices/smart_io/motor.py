@@ -62,20 +62,22 @@ class Goal:
 
 
 @dataclass(frozen=True, slots=True)
-class MotorTimes:
+class MotorLimits:
     timeout_ns: int
     """TIMEOUT: longest time without a pulse while the motor is driven."""
     rest_ns: int
     """The motor counts as stopped when no pulse has come for this long."""
     names_at_rest: bool = False
     """True if zero_position names the position when the motor has stopped, False if at the edge of ZERO."""
+    stray_pulses: int | None = None
+    """The most pulses at rest with which the position is not lost; None is BRAKING."""
 
 
 class DcMotor:
     def __init__(
         self,
         clock: Clock,
-        times: MotorTimes,
+        own: MotorLimits,
         braking: int,
         drive: Callable[[int], None],
         is_zero_high: Callable[[], bool],
@@ -83,7 +85,7 @@ class DcMotor:
         bits: Mapping[FaultCode, int] = MOTOR_BITS,
     ) -> None:
         """`drive` switches the outputs: 1 for INC, -1 for DEC, 0 for none; `bits` are those of the error word."""
-        self._clock, self._times, self._braking = clock, times, braking
+        self._clock, self._own, self._braking = clock, own, braking
         self._drive, self._is_zero_high, self._on_change = drive, is_zero_high, on_change
         self.state = State.REST
         self.position = 0
@@ -205,10 +207,10 @@ class DcMotor:
             self.state, self.direction = State.DRIVEN, goal.direction
             self._drive(goal.direction)
             self._aim()
-            self._wait(self._times.timeout_ns, self._on_timeout)
+            self._wait(self._own.timeout_ns, self._on_timeout)
 
     def _found_zero(self) -> None:
-        if self._times.names_at_rest and self.state is not State.REST:
+        if self._own.names_at_rest and self.state is not State.REST:
             self._is_zero_due = True
         else:
             self._name(0)
@@ -247,18 +249,19 @@ class DcMotor:
         """Count a pulse."""
         self.position = wrapped(self.position + self.direction)
         if self.state is State.DRIVEN:
-            self._wait(self._times.timeout_ns, self._on_timeout)
+            self._wait(self._own.timeout_ns, self._on_timeout)
             if self._off_at is not None and (self.position - self._off_at) * self.direction >= 0:
                 self._tell(more=() if self._off_error is None else (self._off_error,))
                 self._switch_off()
         elif self.state is State.COASTING:
-            self._wait(self._times.rest_ns, self._on_rest)
-            if self._clock.now_ns() - self._off_ns > self._times.timeout_ns:
+            self._wait(self._own.rest_ns, self._on_rest)
+            if self._clock.now_ns() - self._off_ns > self._own.timeout_ns:
                 self._next = Goal(0)
                 self._tell(is_ready=True, more=(FaultCode.DOES_NOT_STOP, FaultCode.POSITION_LOST))
         else:
             self._stray += 1
-            lost = (FaultCode.POSITION_LOST,) if self._stray > self._braking else ()
+            most = self._braking if self._own.stray_pulses is None else self._own.stray_pulses
+            lost = (FaultCode.POSITION_LOST,) if self._stray > most else ()
             self._tell(more=(FaultCode.UNEXPECTED_MOVE, *lost))
 
     def on_zero(self) -> None:
@@ -283,7 +286,7 @@ class DcMotor:
         self._drive(0)
         self.state, self._goal, self._off_at = State.COASTING, Goal(0), None
         self._off_ns = self._clock.now_ns()
-        self._wait(self._times.rest_ns, self._on_rest)
+        self._wait(self._own.rest_ns, self._on_rest)
 
     def _on_timeout(self) -> None:
         self._timer = None

@@ -31,6 +31,12 @@ class NodeReadings(Settings):
     zero_at: Literal["edge", "rest"] = Field(
         default="edge", description="place of position 0 after zero_position: at the edge of ZERO, or at rest behind it"
     )
+    stray_pulses: int | None = Field(
+        default=None,
+        ge=0,
+        le=1_000_000,
+        description="pulses of a DC motor at rest with which its position is not lost yet; by default BRAKING",
+    )
     does_not_stop_bit: bool = Field(
         default=True, description="whether error 11 of a DC motor has the bit 0x8000 in the error words, or none"
     )

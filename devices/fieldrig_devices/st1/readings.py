@@ -35,6 +35,13 @@ class St1Readings(Settings):
         description="error bit POWER_STAGE_DISABLED of an axis without power: from the first order that is refused on, "
         "or as long as the power is off",
     )
+    stopped: Literal["at_rest", "after_stop"] = Field(
+        default="at_rest",
+        description="status bit STOPPED: as long as neither an order nor a pipe moves the axis, or only after a stop",
+    )
+    on_pam_reset: Literal["stop_and_power_off", "stop"] = Field(
+        default="stop_and_power_off", description="an axis with power when the PAM configures its node again"
+    )
     time_stamps: Literal["IN16", "all"] = Field(
         default="IN16", description="inputs whose reports say how long ago the level changed"
     )

@@ -69,11 +69,11 @@ class Servo:
     # ---- the PAM
 
     def forget(self) -> None:
-        """The PAM begins again: the axis stops, and its power goes off (our reading)."""
+        """The PAM begins again: the axis stops, and its power goes off unless a setting keeps it."""
         self.answers.forget()
         if self.is_powered:
-            self.set.stop(self._clock.now_ns())
-            self._is_off_due = True
+            self._brake()
+            self._is_off_due = self._is_off_due or self.settings.readings.on_pam_reset == "stop_and_power_off"
         self._go_on()
 
     def accept(self, item: AxisItem) -> bool:
@@ -99,6 +99,8 @@ class Servo:
             self.errors.clear(Error.CHANGE_IN_CD | Error.POWER_STAGE_DISABLED)
             self.answers.repeat()
         elif self.is_powered and not self._is_off_due:
+            if move is Move.STOP:
+                self._postponed = None
             self.set.order(now_ns, order)
         elif move is not Move.STOP:
             self.errors.latch(Error.POWER_STAGE_DISABLED)
@@ -159,7 +161,7 @@ class Servo:
         """Take the state of the ring: a dead one stops the axis."""
         self.causes.put_ring(is_faulty)
         if is_dead and not self._is_ring_dead and self.is_powered:
-            self.set.stop(self._clock.now_ns())
+            self._brake()
             self._is_off_due = self._is_off_due or self.settings.on_ring_fault == "stop_and_power_off"
         self._is_ring_dead = is_dead
         self._on_causes()
@@ -183,8 +185,13 @@ class Servo:
         """Stop first if the axis moves (PAML-056)."""
         if self.is_powered:
             if self.set.is_moving or self.set.pipe.mode is not None:
-                self.set.stop(now_ns, deceleration)
+                self._brake(deceleration)
             self._is_off_due = True
+
+    def _brake(self, deceleration: int = 0) -> None:
+        """Stop, also what a set-point during an earlier stop would begin."""
+        self._postponed = None
+        self.set.stop(self._clock.now_ns(), deceleration)
 
     def _cut(self, now_ns: int) -> None:
         """Take the power off at once; the motor coasts."""
@@ -296,7 +303,8 @@ class Servo:
 
     @property
     def status(self) -> int:
-        return status_of(self.set, is_powered=self.is_powered)
+        needs_stop = self.settings.readings.stopped == "after_stop"
+        return status_of(self.set, is_powered=self.is_powered, needs_stop=needs_stop)
 
     def report(self) -> None:
         """Report the axis if any of it has changed."""

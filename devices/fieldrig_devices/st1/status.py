@@ -45,7 +45,7 @@ class Status(IntFlag):
     IN_RUN = 4
     POWER_OFF = 16
     STOPPED = 32
-    """Neither an order nor a pipe moves the axis (our reading)."""
+    """Neither an order nor a pipe moves the axis (our reading; a setting has another one)."""
 
 
 MASK: Final = 0xD0F8_FFFF

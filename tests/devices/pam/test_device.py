@@ -10,6 +10,7 @@ from fieldrig.errors import ConfigError
 from fieldrig.pytest_plugin import RigMaker
 from fieldrig.rig import Rig
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig_devices.pam.pipes.shapes import shape_of
 from fieldrig_devices.pam.settings import PamSettings
 
 PAM = """{kind: pam, application: app.pam, date: 1995-10-15 14:30:45, links: {ring: ring, wires: wires},
@@ -58,6 +59,40 @@ def codes(rig: Rig) -> list[str]:
     """The codes that the debugger has printed."""
     lines = str(rig.get("pam", "messages")).splitlines()
     return [line[line.index("[") + 1 : line.index("]")] for line in lines[::2]]
+
+
+@pytest.mark.parametrize("is_periodic", [False, True])
+def test_the_reading_of_a_cam_is_that_of_its_pam(fieldrig_rig: RigMaker, tmp_path: Path, is_periodic: bool) -> None:
+    (tmp_path / "HUMP.cam").write_text("0 0\n0.2 0.5\n0.5 1\n0.7 0.4\n1 0\n")
+    application = """
+SINK SNK_Values; END
+PROFILE PRO_Hump; FILE = HUMP; INPUT_AMPLITUDE = 1; OUTPUT_AMPLITUDE = 1; INPUT_OFFSET = 0; OUTPUT_OFFSET = 0; END
+CAM CAM_Hump; PROFILE = PRO_Hump; VALUE_RANGE = 0 1; END
+CONVERTER CNV_Values; DESTINATION = SNK_Values; MODE = VALUE; END
+TMP_GENERATOR TMP_Rest; TRAVEL_SPEED = 1; ACCELERATION = 1; INITIAL_POSITION = 0.1; POSITION_RANGE = 0 1;
+  PERIOD = 0.001; ANTI_DELAY = NO; END
+INTERNAL FLAG_VAR IFV_Go ;
+INTERNAL REAL_VAR IRV_Seen ;
+TASK TSK_Look ;
+  SPECS CYCLES = 1 ; END_SPECS
+  EVENTS ON_EVENT IFV_Go XEQ_SEQUENCE SEQ_Look ; END_EVENTS
+  SEQUENCE SEQ_Look ;
+    CNV_Values << CAM_Hump << TMP_Rest ;
+    CONDITION CNV_Values ? ready ;
+    IRV_Seen <- CAM_Hump ? value ;
+  END_SEQUENCE
+  POWERON IFV_Go <- set ; END_POWERON
+END_TASK
+"""
+    readings = f"objects: {{closed_cams_are_periodic: {str(is_periodic).lower()}}}"
+    rig = started(fieldrig_rig, tmp_path, application, readings)
+    rig.run_until(S)
+    seen = rig.get("pam", "IRV_Seen")
+    shape = shape_of((tmp_path / "HUMP.cam").read_bytes(), closed_is_periodic=is_periodic)
+    assert seen == pytest.approx(shape(0.1))
+    assert seen != pytest.approx(
+        shape_of((tmp_path / "HUMP.cam").read_bytes(), closed_is_periodic=not is_periodic)(0.1)
+    )
 
 
 @pytest.mark.manual("PAMS-107")

@@ -147,6 +147,16 @@ def asked(bench: SmartIoBench) -> int | None:
     return answer.value
 
 
+@pytest.mark.parametrize(("stray_pulses", "pulses"), [(None, 3), (0, 1), (4, 5)])
+def test_the_pulses_at_rest_with_which_a_position_is_lost(stray_pulses: int | None, pulses: int) -> None:
+    bench = node(stray_pulses=stray_pulses)
+    bench.configure_motor(braking=2)
+    bench.pulse(pulses - 1)
+    assert bench.get("error_word") == (0x4000 if pulses > 1 else 0)
+    bench.pulse()
+    assert bench.get("error_word") == 0x6000
+
+
 @pytest.mark.parametrize(("has_bit", "word"), [(True, 0xA000), (False, 0x2000)])
 def test_a_motor_that_does_not_stop_has_a_bit_or_only_its_message(has_bit: bool, word: int) -> None:
     bench = node(does_not_stop_bit=has_bit)

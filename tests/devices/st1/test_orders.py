@@ -248,3 +248,14 @@ def test_power_off_takes_the_deceleration_of_the_axis(bench: ProgramBench) -> No
     bench.move(Move.POWER_OFF, deceleration=50.0)
     bench.run_to(1100)
     assert bench.speed == pytest.approx(5.0)
+
+
+@pytest.mark.manual("PAML-057")
+def test_a_stop_ends_also_what_a_set_point_during_an_earlier_stop_would_begin(bench: ProgramBench) -> None:
+    bench.move(Move.RUN, 10.0)
+    bench.run_to(1000)
+    bench.move(Move.STOP, deceleration=10.0)
+    bench.point(1.0, SetPointMode.SPEED)
+    bench.move(Move.STOP, deceleration=10.0)
+    bench.wait(5000)
+    assert bench.speed == 0.0

@@ -47,9 +47,9 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
     if found is None or isinstance(found, Variable):
         function = called_function(context, name)
         if function is not None:
-            return call(of, function, node)
+            return _function_value(of, node, function)
     if isinstance(found, Pou) and found.kind is PouKind.FUNCTION:
-        return call(of, found, node)
+        return _function_value(of, node, found)
     if found is not None:
         hint = _pin_hint(name) if isinstance(found, Variable) else f"declare an instance: x : {name};"
         context.say(node, f"{name} is not a function", "a function", hint)
@@ -62,6 +62,15 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
     functions = [known for known, pou in context.project.pous.items() if pou.kind is PouKind.FUNCTION]
     hint = context.project.reports.closest(name, functions)
     context.say(node, f"the function {name} is not declared", "" if hint else "a declared or standard function", hint)
+    return None
+
+
+def _function_value(of: "Expressions", node: tree.Call, function: Pou) -> Expression | None:
+    if function.result is not None:
+        return call(of, function, node)
+    if of.context.project.dialect.has_void_functions:  # otherwise its declaration has the message
+        expected = f"a function with a type, FUNCTION {function.name} : INT"
+        of.context.say(node, f"the function {function.name} has no result", expected)
     return None
 
 
@@ -95,7 +104,7 @@ def call(of: "Expressions", pou: Pou, node: tree.Call, instance: Place | None = 
     note_call(of.context, pou, node)
     source = of.context.project.sources[pou]
     matched = match_arguments(of, node, pou, source.inputs, source.outputs)
-    if matched is None or (pou.result is None and not pou.is_method):
+    if matched is None:
         return None
     inputs = _inputs(of, matched, source.inputs)
     outputs = [(variable, of.target(given)) for variable, given, _ in matched.outputs]

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, check_functions, methods
+from fieldrig_devices.iec.check import access, check_functions, constants, methods
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
 from fieldrig_devices.iec.check.operators import integer_of, plain
@@ -13,14 +13,17 @@ from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.program import (
     AddressOf,
+    Binary,
     Bit,
     Cell,
     Component,
     Constant,
+    Convert,
     Element,
     Expression,
     Load,
     Located,
+    Operator,
     Parameter,
     Place,
     Pou,
@@ -45,6 +48,9 @@ if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
 
 Meaning = Place | Constant | Pou | EnumType
+
+PARTS: Final = {"B": Elementary.BYTE, "W": Elementary.WORD, "D": Elementary.DWORD, "L": Elementary.LWORD}
+"""The types of the parts of a value, by the letter behind %."""
 
 LOGICAL_ADDRESS: Final = "logadr"
 """The component of every configuration object that is its logical address (PD-025)."""
@@ -81,6 +87,8 @@ def _name(of: "Expressions", node: tree.Name) -> Meaning | None:
         action = context.block.actions.get(context.key(node.text)) if context.block is not None else None
         if action is not None:
             return action
+        if node.text.upper() == "NULL" and context.project.dialect.has_references:
+            return Constant(0, Elementary.DWORD)
         context.say_unknown(node, node.text)
         return None
     assert not isinstance(found, Variable)
@@ -204,7 +212,8 @@ def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning
         context.say(node, f"{found.name} is {word} in {pou.name}", "a variable in VAR PUBLIC", hint)
         return None
     is_inside = pou.kind is PouKind.FUNCTION_BLOCK and found.section not in (Section.INPUT, Section.OUTPUT)
-    is_inside = is_inside and not access.is_open(context.project, found)
+    is_readable = context.project.dialect.reads_locals and not access.is_hidden(context.project, found)
+    is_inside = is_inside and not access.is_open(context.project, found) and not is_readable
     if is_inside or found.section in (Section.IN_OUT, Section.TEMP):
         context.say(
             node,
@@ -265,10 +274,28 @@ def _bit_of(of: "Expressions", node: tree.BitOf) -> Place | None:
     if not isinstance(kind, Elementary) or not kind.is_integer:
         of.context.say(node, f"{text(node.of)} is {a(owner.type)} and has no bits", "an integer or bit string")
         return None
+    if node.size:
+        return _part_of(of, node, owner, kind)
     if node.number >= kind.bits:
         of.context.say(node, f"{kind} has no bit {node.number}", f"0 to {kind.bits - 1}")
         return None
     return Bit(owner, node.number)
+
+
+def _part_of(of: "Expressions", node: tree.BitOf, owner: Place, kind: Elementary) -> Place | None:
+    """A byte or word of a larger value, which is in memory with its lowest byte first."""
+    part = PARTS[node.size]
+    count = kind.size // part.size
+    if count < 2 or node.number >= count:
+        expected = f"%{node.size}0 to %{node.size}{count - 1}" if count > 1 else "a smaller part"
+        of.context.say(node, f"{kind} has no part %{node.size}{node.number}", expected)
+        return None
+    if not has_cell(owner):
+        of.context.say(node, f"{text(node.of)} has no parts", "a variable", "copy it into a variable first")
+        return None
+    offset = Constant(node.number * part.size, Elementary.DWORD)
+    where = Binary(Operator.ADD, AddressOf(owner, Elementary.DWORD), offset, Elementary.DWORD)
+    return Target(where, part)
 
 
 def _index(of: "Expressions", node: tree.Index) -> Place | None:
@@ -278,6 +305,9 @@ def _index(of: "Expressions", node: tree.Index) -> Place | None:
         if found is None:
             return None
         kind = found.type
+        if _is_indexed(of.context, kind) and value is not None:
+            found = _behind(of.context, found, value, index)
+            continue
         if not isinstance(kind, ArrayType):
             what = f"{text(node.of)} is {a(kind)}, not an array"
             if position:
@@ -294,6 +324,35 @@ def _index(of: "Expressions", node: tree.Index) -> Place | None:
         if not isinstance(kind.element, SCALAR):
             of.context.project.elements.append(found)
     return found
+
+
+def _is_indexed(context: Context, kind: Type) -> bool:
+    """True for pointers and strings in the dialects in which they have elements."""
+    return context.project.dialect.indexes_pointers and isinstance(kind, PointerType | StringType)
+
+
+def _behind(context: Context, found: Place, value: Expression, node: tree.Node) -> Place | None:
+    """The element of a pointer or string, whose number counts from 0."""
+    kind = found.type
+    if isinstance(kind, StringType):
+        part = Elementary.WORD if kind.is_wide else Elementary.BYTE
+        number = _subscript(context, value, ArrayType(0, kind.length, part), node)
+        start: Expression = AddressOf(found, Elementary.DWORD)
+    else:
+        assert isinstance(kind, PointerType)
+        part = kind.to  # type: ignore[assignment]
+        number = _subscript(context, value, ArrayType(Elementary.DINT.low, Elementary.DINT.high, part), node)
+        start = Convert(check_functions.address(context, Load(found), node), Elementary.DWORD)
+    if number is None:
+        return None
+    steps = Binary(
+        Operator.MUL,
+        constants.converted(number, Elementary.DINT),
+        Constant(part.size, Elementary.DINT),
+        Elementary.DINT,
+    )
+    offset = constants.converted(steps, Elementary.DWORD)
+    return Target(Binary(Operator.ADD, start, offset, Elementary.DWORD), part)
 
 
 def _subscript(context: Context, value: Expression, kind: ArrayType, node: tree.Node) -> Expression | None:
@@ -359,17 +418,26 @@ def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str
                     return f"{text(node)} is an output and only its block writes it", "outputs are read: x := inst.Q;"
                 if found.is_constant:
                     return f"{text(node)} is a constant", ""
+                if _is_local(context, found, place):
+                    return f"{text(node)} belongs to its block", "from outside it can only be read"
                 return "", ""
             case Component(of=of) | Element(of=of) | Bit(of=of):
                 place = of
             case Located():
                 return (f"{text(node)} is an input", "inputs are only read") if place.area == "I" else ("", "")
-            case Target(AddressOf(place=of)):  # a component of a union
+            case Target(AddressOf(place=of)) | Target(Binary(left=AddressOf(place=of))):  # a part of a union or value
                 place = of
             case Parameter():
                 return ("", "") if place.is_writable else (f"the parameter {text(node)} can only be read", "")
             case _:
                 return "", ""
+
+
+def _is_local(context: Context, found: Variable, place: Component) -> bool:
+    """True for a variable of a function block that only the code of the block may write."""
+    kind = place.of.type
+    is_block = isinstance(kind, BlockType) and kind.pou is not None and kind.pou.kind is PouKind.FUNCTION_BLOCK
+    return is_block and found.section is Section.LOCAL and not access.is_open(context.project, found)
 
 
 def _variable_obstacle(context: Context, found: Variable) -> tuple[str, str]:

@@ -29,6 +29,8 @@ class Options:
     """True if a multi-comparator keeps learned times by their reference, not by the order of installation (G-34)."""
     run_is_ready_at_speed: bool = True
     """True if a `run` is complete when its speed is reached, False if it is as long as it lasts (G-38)."""
+    pmp_supersedes: bool = False
+    """True if a command to a PMP generator replaces its running motion, False if it is ignored (E-18)."""
     resolver_turns_forward: bool = False
     """True if the resolver phase always turns forward, False if it goes the shorter way (G-39)."""
     power_on_sets_initial_position: bool = False
@@ -51,6 +53,8 @@ class Options:
     """Periods of a pipe until a node is at a set-point, to which it moves steadily; ANTI_DELAY makes up for it."""
     report_delay_cycles: float = 2.0
     """Time from the end of an age until the PAM has the report: a cycle in the node, and one on the ring (PAML-513)."""
+    blocks_per_ms: int = 1_000
+    """Blocks of pipes for which a millisecond of the basic cycle has time; more stop the PAM by 02..F060 (PAML-412)."""
     read_cycles: int = 6
     """Basic cycles that a read over the ring takes at least (PAML-144)."""
     read_timeout_cycles: int = 100

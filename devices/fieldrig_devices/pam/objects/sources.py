@@ -126,6 +126,7 @@ class PmpItem(GeneratorItem):
         super().__init__(declared, site)
         self.declare(declared)
         generator = PmpGenerator(self._limits(), declared.number("INITIAL_POSITION"), _period(declared))
+        generator.supersedes = site.options.pmp_supersedes
         self._set_up(declared, generator)
 
     def declare(self, declared: Declared) -> None:

@@ -108,6 +108,11 @@ class ActionsItem(Unit):
         for trigger, _ in self._reactions:
             trigger.begin()
 
+    def forget_events(self) -> None:
+        for trigger, _ in self._reactions:
+            if isinstance(trigger, Event):
+                trigger.forget()
+
     def serve(self) -> None:
         """Run the actions whose events have occurred, and those whose states are true (PAML-261, PAML-262)."""
         if not self._runtime.is_working or self.runner.is_held():

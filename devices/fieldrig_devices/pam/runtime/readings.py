@@ -6,16 +6,22 @@ from typing import Literal
 Events = Literal["remembered", "counted", "sampled"]
 """Events between two cycles of their group count once, each of them counts, or none does."""
 
+StartEvents = Literal["changes", "all", "none"]
+"""Events before the POWERON parts have finished: those that occur then count, all that are true then, or none."""
+
 
 @dataclass(frozen=True, slots=True)
 class Readings:
     events: Events = "remembered"
+    events_at_start: StartEvents = "changes"
     common_variables_cause_events: bool = True
     """False: ON_EVENT and EXCEPTION take no notice of a COMMON variable until something else in them changes."""
     remembers_conditions: bool = False
     """True: CONDITION and CASE go on after a short event as well, which is over before the cycle of the task."""
     actions_first: bool = False
     """True: all actions come before all sequences in a basic cycle, whatever the order of their declarations."""
+    equations_last: bool = False
+    """True: equations are evaluated after the programs of a basic cycle, not before them."""
     exceptions_wake: bool = True
     """False: an exception of a suspended sequence waits for the end of the wait."""
     exceptions_occur_once: bool = False

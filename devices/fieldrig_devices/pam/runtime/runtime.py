@@ -221,9 +221,15 @@ class Runtime:
 
     def _run_programs(self) -> None:
         self.run_routines()
-        self.equations.evaluate()
+        if not self.readings.equations_last:
+            self.equations.evaluate()
         if not self.is_working:
             self._finish_power_on()
+        self._serve_units()
+        if self.readings.equations_last and not self.is_stopped:
+            self.equations.evaluate()
+
+    def _serve_units(self) -> None:
         while not self.is_stopped:
             unit = self.schedule.next()
             if unit is None:
@@ -239,6 +245,8 @@ class Runtime:
         self.report(POWER_ON_COMPLETED)
         self.report(WORKING)
         for unit in self.schedule.units.values():
+            if self.readings.events_at_start == "none":
+                unit.forget_events()
             self.schedule.enter(unit, self.schedule.cycle)
 
     def has_stopped(self) -> bool:

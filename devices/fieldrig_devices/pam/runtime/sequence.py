@@ -91,6 +91,10 @@ class TaskItem(Unit):
         for event, _ in self.events:
             event.begin()
 
+    def forget_events(self) -> None:
+        for event, _ in self.events:
+            event.forget()
+
     def start(self, sequence: SequenceCode) -> bool:
         """Let a sequence become active; False if its workspace is too small."""
         if sequence.used > sequence.workspace and self.readings.checks_workspaces:
@@ -204,11 +208,10 @@ class TaskItem(Unit):
                 return
             if self.next_sequence is not None:
                 self._change_sequence()
-            elif self._may_fire():
+            elif self.exception is not None and self.exception.has_occurred:
                 if self._fired == self.schedule.cycle:  # armed again by what it has led to, while its event is true
                     self.schedule.enter(self, self.schedule.cycle + 1)
                     return
-                assert self.exception is not None
                 self._fire(self.exception)
                 if not self._is_ready():
                     return
@@ -219,12 +222,6 @@ class TaskItem(Unit):
                 return
 
     # ---- exceptions
-
-    def _may_fire(self) -> bool:
-        """Return whether an exception comes before the wait that the sequence has begun, or before its next slice."""
-        if self.exception is None or not self.exception.has_occurred:
-            return False
-        return self.wait is None or self.readings.exceptions_wake
 
     def on_exception(self) -> None:
         """The event of the exception has occurred: the present statement is completed first (PAML-377)."""

@@ -80,6 +80,7 @@ class Event:
     """
 
     __slots__ = (
+        "_counts_first",
         "_formula",
         "_is_counted",
         "_is_sampled",
@@ -95,14 +96,23 @@ class Event:
         self._watches, self._formula, self._item, self._on_event = watches, formula, item, on_event
         self._is_counted, self._is_sampled = readings.events == "counted", readings.events == "sampled"
         self.is_polled = self._is_sampled or is_polled_event(formula, readings)
+        self._counts_first = readings.events_at_start == "all"
         self._was = False
         self._times = 0
 
     def begin(self) -> None:
-        """Take the present value as the one from which the event begins."""
-        self._was = bool(self._watches.value(self._formula, self._item))
+        """Look at the expression from now on.  Its present value is an event only if all that are true count."""
+        if self._counts_first:
+            self.look()
+        else:
+            self.forget()
         if not self._is_sampled:
             self._watches.add(self._formula, self._item, self.look)
+
+    def forget(self) -> None:
+        """Take the present value as the one from which the event begins."""
+        self._was = bool(self._watches.value(self._formula, self._item))
+        self._times = 0
 
     def look(self) -> None:
         found = self._watches.value(self._formula, self._item)

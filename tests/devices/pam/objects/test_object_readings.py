@@ -30,11 +30,17 @@ SINK SNK_Values; END
 CONVERTER CNV_Values; DESTINATION = SNK_Values; MODE = VALUE; END
 TMP_GENERATOR TMP_Belt; TRAVEL_SPEED = 1000; ACCELERATION = 1000000; INITIAL_POSITION = 90; POSITION_PERIOD = 500;
   PERIOD = 0.001; ANTI_DELAY = NO; END
+PMP_GENERATOR PMP_Cut; FIRST_TRAVEL_SPEED = 9000; LAST_TRAVEL_SPEED = 4500; ACCELERATION = 45000; JERK = 450000;
+  INITIAL_POSITION = 0; POSITION_RANGE = 0 1; PERIOD = 0.001; ANTI_DELAY = NO; END
 AMPLIFIER AMP_Gear; GAIN = 2; OFFSET = 0; GAIN_SLOPE = MAX; OFFSET_SLOPE = 100; END
 COMPARATOR CMP_Low; REFERENCE = 10; ROUTINE = RTN_Up; END
 PROFILE PRO_Feed; FILE = FEED; INPUT_AMPLITUDE = 360; OUTPUT_AMPLITUDE = 100; INPUT_OFFSET = 0; OUTPUT_OFFSET = 0; END
 PROFILE PRO_Other; FILE = FEED; INPUT_AMPLITUDE = 1; OUTPUT_AMPLITUDE = 7; INPUT_OFFSET = 0; OUTPUT_OFFSET = 0; END
 CAM CAM_Feed; PROFILE = PRO_Feed; VALUE_RANGE = 0 200; END
+MULTI_COMPARATOR MUL_Doors; TIME_ORIGIN_SLOPE = POSITIVE; TIME_ORIGIN_COMPARE_MODE = IMMEDIATE;
+  TIME_ORIGIN_REFERENCE = 100; VALUE_PERIOD = 500;
+  TRACE TRC_One; ROUTINE = RTN_Up; END
+END
 CORRECTOR COR_Mark; CORRECTION_SLOPE = 1; CORRECTION_LEVEL = 1; CORRECTION_REFERENCE = OUTPUT;
   CORRECTION_MODE = IMMEDIATE; TRIGGER_MODE = ONCE; TRIGGER_INPUT = SBI_Mark; DELAY_COMPENSATION = 0; END
 """
@@ -201,3 +207,33 @@ def test_trigger_off_during_a_correction(is_ended: bool) -> None:
     bench.do("COR_Mark", "trigger_off")
     bench.until(lambda: bool(bench.ask("COR_Mark", "ready")))
     assert bench.ask("COR_Mark", "value") == pytest.approx(90.25 if is_ended else 100, abs=0.01)  # 0.5 s with 1 u/s2
+
+
+@pytest.mark.parametrize(("by_reference", "place"), [(False, 300), (True, 290)])
+def test_a_reference_that_is_installed_out_of_turn_is_learned_again_or_known(by_reference: bool, place: float) -> None:
+    """A known one fires by its time, 10 ms earlier; another one fires at its place."""
+    bench = machine("MUL_Doors", learns_by_reference=by_reference)
+
+    def fires_at(reference: float) -> float:
+        bench.kernel.routines.clear()
+        bench.do("TRC_One", "install_reference", "POSITIVE", "IMMEDIATE", reference, 0.010)
+        bench.until(lambda: bool(bench.kernel.routines))
+        return float(bench.ask("MUL_Doors", "value"))
+
+    bench.do("TMP_Belt", "run", 1000)
+    bench.do("MUL_Doors", "learn")
+    assert [fires_at(200), fires_at(300)] == pytest.approx([200, 300], abs=1)
+    bench.do("MUL_Doors", "execute")
+    assert fires_at(300) == pytest.approx(place, abs=1)
+
+
+@pytest.mark.parametrize(("supersedes", "place"), [(False, 4500), (True, 100)])
+def test_a_command_to_a_moving_pmp(supersedes: bool, place: float) -> None:
+    bench = machine(pmp_supersedes=supersedes)
+    bench.connect("CNV_Values", "PMP_Cut")
+    bench.cycle()
+    bench.do("PMP_Cut", "relative_move", 4500)
+    bench.cycle(150)
+    bench.do("PMP_Cut", "absolute_move", 100)
+    bench.until(lambda: bool(bench.ask("PMP_Cut", "ready")))
+    assert bench.ask("PMP_Cut", "position") == pytest.approx(place)

@@ -127,6 +127,27 @@ def test_a_run_is_ready_at_its_speed_or_when_it_ends(generator: TmpGenerator | P
     assert after(generator, 100) == (True, 0)
 
 
+@pytest.mark.parametrize("at", [0.05, 0.2, 0.4, 0.65])
+@pytest.mark.parametrize("supersedes", [False, True])
+def test_a_command_to_a_moving_pmp_is_ignored_or_replaces_the_motion(supersedes: bool, at: float) -> None:
+    """The move of 4500 units takes 0.8 s; the command comes on either ramp or between them."""
+    generator = PmpGenerator(PmpLimits(9000, 4500, 45000, 450000), 0, None)
+    generator.supersedes = supersedes
+    generator.start(MS)
+    generator.relative_move(4500)
+    flow = [generator.step() for _ in range(round(at / MS))]
+    generator.absolute_move(100)
+    while not generator.ready:
+        flow.append(generator.step())
+    assert flow[-1] == pytest.approx(100 if supersedes else 4500)
+    speeds = [(after - before) / MS for before, after in pairwise(flow)]
+    accelerations = [(after - before) / MS for before, after in pairwise(speeds)]
+    assert max(map(abs, speeds)) <= 9000 * (1 + 1e-6)
+    assert max(map(abs, accelerations)) <= 45000 * (1 + 1e-6)
+    jerks = [(after - before) / MS for before, after in pairwise(accelerations)]
+    assert max(map(abs, jerks)) <= 450000 * (1 + 1e-3)
+
+
 @pytest.mark.parametrize("is_periodic", [False, True])
 def test_a_closed_cam_is_natural_or_periodic(is_periodic: bool) -> None:
     shape = shape_of(b"0 0\n0.2 0.5\n0.5 1\n0.7 0.4\n1 0\n", closed_is_periodic=is_periodic)

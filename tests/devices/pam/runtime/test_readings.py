@@ -1,13 +1,16 @@
 """Passages about programs with two readings: each test shows both (docs/pam-readings.md)."""
 
 import sys
-from dataclasses import replace
+from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
 import pytest
 from pam_bench import PamBench, sequence, started
 
+from fieldrig_devices.pam.runtime.processor import Limits
 from fieldrig_devices.pam.runtime.readings import Readings
+from fieldrig_devices.pam.settings import PamSettings, ProgramReadings
 
 LARGEST = sys.float_info.max
 OTHER = "SEQUENCE SEQ_x; n <- n + 1; END_SEQUENCE\n"
@@ -23,6 +26,15 @@ def pulse(bench: PamBench, name: str, times: int = 1) -> None:
     for _ in range(times):
         bench[name] = True
         bench[name] = False
+
+
+def test_a_rig_file_has_every_reading_with_its_default() -> None:
+    settings = ProgramReadings()
+    keys = {field.name for kind in (Readings, Limits) for field in fields(kind)}
+    assert ProgramReadings.model_fields.keys() == {*keys, "ignores_case"}
+    assert PamSettings(application=Path(__file__), programs=settings).readings() == Readings()
+    other = PamSettings(application=Path(__file__), programs=ProgramReadings(exceptions_wake=False, events="counted"))
+    assert other.readings() == reading(exceptions_wake=False, events="counted")
 
 
 # ---- events and conditions
@@ -48,6 +60,28 @@ def test_of_several_events_a_task_handles_one(events: str, runs: int) -> None:
     pulse(bench, "SBI_a", 3)
     bench.run(30)
     assert bench["n"] == runs
+
+
+@pytest.mark.parametrize(("at_start", "runs"), [("changes", [0, 1]), ("all", [1, 1]), ("none", [0, 0])])
+@pytest.mark.parametrize("events", ["remembered", "sampled"])
+def test_events_before_the_power_on_parts_have_finished(at_start: str, events: str, runs: list[int]) -> None:
+    actions = (
+        "ACTIONS ACT_a; SPECS CYCLES = 1; END_SPECS ON_EVENT SBI_b ACTION n <- n + 1; END_ACTION\n"
+        "ON_EVENT f ACTION at <- at + 1; END_ACTION END_ACTIONS\n"
+    )
+    bench = PamBench(
+        actions + sequence("w <- w + 1;", power_on="WAIT_TIME 5; f <- set;"),
+        readings=reading(events_at_start=at_start, events=events),
+    )
+    bench["SBI_b"] = bench["SBI_a"] = True
+    bench.restart()  # with inputs that are true already
+    bench.run(20)
+    assert ([bench["n"], bench["at"]], bench["w"]) == (runs, runs[0])
+    bench["f"] = False
+    bench.run()
+    bench["f"] = True
+    bench.run()
+    assert bench["at"] == runs[1] + 1
 
 
 @pytest.mark.parametrize(("causes_events", "seen"), [(True, 1), (False, 0)])
@@ -102,6 +136,22 @@ def test_actions_that_are_declared_after_a_task(actions_first: bool, order: int)
     assert bench["n"] == order
 
 
+@pytest.mark.parametrize(("is_last", "output", "action"), [(False, 3, 2), (True, 2, 3)])
+def test_an_equation_before_or_after_the_programs(is_last: bool, output: int, action: int) -> None:
+    programs = (
+        "BOOLEAN BOL_f; LINKED_OUTPUT = SBO_a; EQUATION = f; END_BOOLEAN BOOLEAN BOL_b; EQUATION = SBI_b; END_BOOLEAN\n"
+        "ACTIONS ACT_a; SPECS CYCLES = 1; END_SPECS ON_EVENT BOL_b ACTION n <- n + 1; END_ACTION END_ACTIONS\n"
+    )
+    bench = PamBench(programs + sequence("f <- set;"), readings=reading(equations_last=is_last))
+    bench.run()
+    bench["SBI_a"] = bench["SBI_b"] = True
+    seen = dict[str, int]()
+    for cycle in (2, 3):
+        bench.run()
+        seen |= {name: cycle for name in ("SBO_a", "n") if bench[name] and name not in seen}
+    assert seen == {"SBO_a": output, "n": action}
+
+
 # ---- exceptions
 
 
@@ -146,11 +196,19 @@ def test_a_sequence_goes_on_beside_the_task_of_its_exception(wake: bool, cycle: 
     assert bench["at"] == 1
 
 
-@pytest.mark.parametrize(("once", "entries"), [(False, 3), (True, 2)])
-def test_a_second_event_of_an_exception(once: bool, entries: int) -> None:
+@pytest.mark.parametrize("wakes", [True, False])
+@pytest.mark.parametrize("event", ["f", "cf"])
+def test_an_exception_that_the_sequence_itself_causes_comes_before_its_wait(event: str, wakes: bool) -> None:
+    statements = f"EXCEPTION {event} SEQUENCE SEQ_x; {event} <- 1; WAIT_TIME 20; at <- 1;"
+    bench = started(statements, more=OTHER, readings=reading(exceptions_wake=wakes))
+    assert (bench["n"], bench["at"]) == (1, 0)
+
+
+@pytest.mark.parametrize(("once", "entries"), [(False, 4), (True, 2)])
+def test_further_events_of_an_exception(once: bool, entries: int) -> None:
     statements = "EXCEPTION SBI_b ENTRY e; EXCEPTION_ENTRY e; n <- n + 1; CONDITION SBI_c;"
     bench = started(statements, readings=reading(exceptions_occur_once=once))
-    for _ in range(2):
+    for _ in range(3):
         pulse(bench, "SBI_b")
         bench.run()
     assert bench["n"] == entries
