@@ -50,7 +50,7 @@ DELAYS = st.integers(0, 4)
 
 
 class Delayed:
-    """What is on its way: nothing overtakes, and each frame waits for a number of cycles."""
+    """The frames on their way: none overtakes another, and each waits for a number of cycles."""
 
     def __init__(self) -> None:
         self._on_way: deque[tuple[int, Any]] = deque()
