@@ -62,7 +62,7 @@ class AxesSet(ObjectItem):
 
     def do(self, function: str, arguments: Sequence[Any] = ()) -> None:
         """Give an order to all axes; equal orders to the whole of a group are one frame (PAML-162)."""
-        number = self._site.next_number()
+        number = self._site.next_number({axis.ordered for axis in self.axes})
         orders = {id(axis): axis.carry_out(function, tuple(arguments), number) for axis in self.axes}
         for group, members in self._groups.items():
             found = {orders[id(member.axis)] for member in members}
