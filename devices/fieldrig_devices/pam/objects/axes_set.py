@@ -31,7 +31,7 @@ class Member:
 
     @property
     def is_known(self) -> bool:
-        """True if the node has told all of them; an axis that has not is in no group."""
+        """True if the node has reported all of them; otherwise the axis is in no group."""
         return len(self.parameters) == len(COMPARED)
 
 
