@@ -5,6 +5,7 @@ neither, it coasts.  Left out: the load, and everything electrical.
 """
 
 from collections.abc import Iterator, Mapping
+from fractions import Fraction
 from math import inf
 from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
@@ -16,11 +17,15 @@ from fieldrig.faults import Fault, Faults, Timed, models_of
 from fieldrig.injected_faults import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.settings import Claim
+from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.plants.dc_motor_model import DcMotorModel, MotorData
 from fieldrig_devices.plants.settings import PlantSettings
+from fieldrig_devices.pulses.output import Mode
 
 MS_PER_S: Final = 1_000
+FINEST: Final = 1_000
+"""The largest denominator of the frequency of a pulse."""
 
 
 class DcMotorSettings(PlantSettings):
@@ -38,6 +43,11 @@ class DcMotorSettings(PlantSettings):
     high_stop: float | None = Field(default=None, description="upper mechanical stop, in pulses")
     pulse_wire: str | None = Field(default=None, description="output: digital, the pulses; default: NAME.pulse")
     zero_wire: str | None = Field(default=None, description="output: digital, the zero switch; default: NAME.zero")
+    output: Mode = Field(
+        default="edges",
+        description="form of the pulses on the wire: a level with each edge, or segments of one pulse with its instant "
+        "and the number of pulses before it",
+    )
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -115,10 +125,17 @@ class DcMotorPlant(Device):
         """The direction that the contacts give."""
         self._outputs = settings.outputs(name)
         self._shown: dict[str, bool] = {}
+        self._train: PulseTrain | None = None
+        """The last pulse, if pulses are segments."""
         self._timer: Timer | None = None
         wires.on_receive(self._on_signal, tuple(self._contacts))
 
     def start(self) -> None:
+        if self._settings.output == "segments":
+            now_ns = self._clock.now_ns()
+            self._train = PulseTrain(self._outputs["pulse_wire"], 0, start_ns=now_ns, epoch_ns=now_ns)
+            self._shown["pulse_wire"] = self._model.is_high
+            self._wires.send(self._train)
         self._look()
 
     def points(self) -> Mapping[str, Point]:
@@ -174,6 +191,18 @@ class DcMotorPlant(Device):
             self._timer = self._clock.call_at(self._model.next_ns, self._on_timer)
 
     def _show(self, key: str, level: bool) -> None:
-        if self._shown.get(key) is not level:
-            self._shown[key] = level
+        if self._shown.get(key) is level:
+            return
+        self._shown[key] = level
+        if key != "pulse_wire" or self._train is None:
             self._wires.send(Signal(self._outputs[key], level))
+        elif level:
+            self._send_pulse(self._train)
+
+    def _send_pulse(self, before: PulseTrain) -> None:
+        """Send a segment of one pulse, as long as one at the speed of the contacts; its totals are those before it."""
+        now_ns = self._clock.now_ns()
+        speed = self._model.speed_at(now_ns)
+        frequency = Fraction(max(abs(speed), self._settings.pulses_per_s)).limit_denominator(FINEST)
+        self._train = before.then(now_ns, frequency, count=1, direction=1 if speed > 0 else -1)
+        self._wires.send(self._train)

@@ -1,14 +1,19 @@
 """The scan of inputs: a sample in each PERIOD, and a new level after DEBOUNCE equal samples (PAML-082, PAML-083).
 
 Sampling is computed only while a level differs from what was accepted: the first sample after an edge is at the next
-multiple of the period since the start, so the result is that of a scan that never rests.
+multiple of the period since the start, so the result is that of a scan that never rests.  Pulses say when they rose and
+fell, so the samples of those that arrive late, on a busy host, are made up for.
 """
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Final
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Clock, S, Timer
 from fieldrig_devices.smart_io.terminals import Terminals
+
+LATEST_NS: Final = 1 * S
+"""The samples of pulses that are later than this are not made up for; a ring has failed by then."""
 
 
 class InputScan:
@@ -29,7 +34,7 @@ class InputScan:
         self._watchers = [partial(self._on_edge, place) for place in range(len(inputs))]
         self._changing: set[int] = set()
         """The inputs that are sampled, by their bits."""
-        self._origin_ns = self._sampled_ns = 0
+        self._origin_ns = self._sampled_ns = self._due_ns = 0
         self.edge_ns = 0
         """Instant of the last edge."""
         self._timer: Timer | None = None
@@ -55,36 +60,48 @@ class InputScan:
             self._timer = None
 
     def _on_edge(self, place: int) -> None:
-        self.edge_ns = self._clock.now_ns()
-        if place not in self._changing and self._is_changing(place):
+        self.edge_ns = max(self._terminals.began_ns(self._inputs[place]), self._origin_ns)
+        if place not in self._changing and self._is_changing(place, self.edge_ns):
             self._changing.add(place)
             if self._timer is None:
-                self._wait()
+                self._go_on(self.edge_ns)
 
-    def _is_changing(self, place: int) -> bool:
-        name = self._inputs[place]
-        return self._terminals.level(name) != self.value >> place & 1 or self._terminals.is_moving(name)
+    def _is_changing(self, place: int, now_ns: int) -> bool:
+        name, accepted = self._inputs[place], bool(self.value >> place & 1)
+        return self._terminals.level_at(name, now_ns) is not accepted or self._terminals.is_moving_at(name, now_ns)
 
-    def _wait(self) -> None:
-        periods = -(-(self._clock.now_ns() - self._origin_ns) // self._period_ns)
-        due_ns = self._origin_ns + periods * self._period_ns
-        self._timer = self._clock.call_at(max(due_ns, self._sampled_ns + self._period_ns), self._on_sample)
+    def _go_on(self, from_ns: int) -> None:
+        """Take the samples from an instant on that are over already, and wait for the next one."""
+        from_ns = max(from_ns, self._clock.now_ns() - LATEST_NS)
+        periods = -(-(from_ns - self._origin_ns) // self._period_ns)
+        due_ns = max(self._origin_ns + periods * self._period_ns, self._sampled_ns + self._period_ns)
+        while self._changing and due_ns < self._clock.now_ns():
+            self._take(due_ns)
+            due_ns += self._period_ns
+        if self._changing and self._timer is None:
+            self._due_ns = due_ns
+            self._timer = self._clock.call_at(due_ns, self._on_sample)
 
     def _on_sample(self) -> None:
+        """Take the sample that is due; that of a level which does not say since when it holds is one of now."""
         self._timer = None
-        self._sampled_ns = self._clock.now_ns()
+        has_instants = all(self._terminals.has_instants(self._inputs[place]) for place in self._changing)
+        self._take(self._due_ns if has_instants else self._clock.now_ns())
+        self._go_on(self._sampled_ns)
+
+    def _take(self, now_ns: int) -> None:
+        """Take a sample of the inputs that change."""
+        self._sampled_ns = now_ns
         before = self.value
         for place in tuple(self._changing):
-            self._sample(place)
-            if not self._is_changing(place):
+            self._sample(place, now_ns)
+            if not self._is_changing(place, now_ns):
                 self._changing.remove(place)
-        if self._changing:
-            self._wait()
         if self.value != before:
             self._on_change()
 
-    def _sample(self, place: int) -> None:
-        if self._terminals.level(self._inputs[place]) == self.value >> place & 1:
+    def _sample(self, place: int, now_ns: int) -> None:
+        if self._terminals.level_at(self._inputs[place], now_ns) is bool(self.value >> place & 1):
             self._counts[place] = 0
             return
         self._counts[place] += 1

@@ -79,20 +79,35 @@ class Terminals:
 
     def level(self, terminal: str) -> bool:
         """The present level of an input; low without a signal."""
+        return self.level_at(terminal, self._clock.now_ns())
+
+    def level_at(self, terminal: str, when_ns: int) -> bool:
+        """The level of an input at an instant of the past, as far as its present signal has it."""
         signal = self._signals.get(terminal)
         if signal is None or terminal in self._broken:
             return False
-        now_ns = self._clock.now_ns()
         if isinstance(signal, PulseTrain | Pwm):
-            return signal.level_at(now_ns)
-        return bool(signal.at(now_ns))
+            return signal.level_at(when_ns)
+        return bool(signal.at(when_ns))
 
-    def is_moving(self, terminal: str) -> bool:
-        """True if the level may change without another signal, as that of a pulse train does."""
+    def is_moving_at(self, terminal: str, when_ns: int) -> bool:
+        """True if the level may change without another signal, as that of a pulse train does until its end."""
         signal = self._signals.get(terminal)
         if isinstance(signal, Pwm):
             return 0 < signal.value < 100
+        if isinstance(signal, PulseTrain):
+            end_ns = signal.end_ns
+            return signal.is_moving and (end_ns is None or when_ns < end_ns)
         return signal is not None and signal.is_moving
+
+    def has_instants(self, terminal: str) -> bool:
+        """True if the signal of an input says when its level changes."""
+        return isinstance(self._signals.get(terminal), PulseTrain)
+
+    def began_ns(self, terminal: str) -> int:
+        """The instant from which the signal of an input holds: now, or before it for pulses that arrive late."""
+        now_ns, signal = self._clock.now_ns(), self._signals.get(terminal)
+        return min(signal.start_ns, now_ns) if isinstance(signal, PulseTrain) else now_ns
 
     # ---- outputs
 

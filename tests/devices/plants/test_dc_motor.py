@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.testing import RecordedLink
+from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.plants.dc_motor import DcMotorPlant, DcMotorSettings
 
@@ -145,3 +146,21 @@ def test_edges_and_position_agree_for_any_contacts(steps: list[tuple[str, bool, 
         level = bench.get("pulse")
         assert level is (now % 1 < 0.5) or min(now % 0.5, 0.5 - now % 0.5) < 1e-6
         before = now
+
+
+def test_pulses_as_segments_say_when_they_rose_and_how_many_there_were() -> None:
+    bench = Bench(output="segments", initial_position=0.25, low_stop=-10.0)
+    (first,) = [signal for signal in bench.wires.take() if signal.name == "m.pulse"]
+    assert isinstance(first, PulseTrain)
+    assert (first.sent, first.count) == (0, 0)
+    bench.contact("inc", True, 100)  # 2.5 pulses on the ramp, and 5 behind it
+    bench.contact("inc", False, 100)  # 2 pulses
+    pulses = [signal for signal in bench.wires.take() if isinstance(signal, PulseTrain)]
+    assert [pulse.sent for pulse in pulses] == list(range(9))
+    assert {(pulse.frequency, pulse.count, pulse.direction) for pulse in pulses} == {(100, 1, 1)}
+    instants = [pulse.start_ns for pulse in pulses]
+    assert instants[3] - instants[2] == pytest.approx(10 * MS, abs=1)
+    bench.contact("dec", True, 400)
+    pulses = [signal for signal in bench.wires.take() if isinstance(signal, PulseTrain)]
+    assert {pulse.direction for pulse in pulses} == {-1}
+    assert pulses[-1].at(bench.clock.now_ns()) == pytest.approx(bench.get("position"), abs=1)

@@ -3,11 +3,12 @@
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from smart_io_bench import SmartIoBench
 
 from fieldrig.clock import MS
+from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm
 from fieldrig_devices.pamring.frames import CounterItem, InputChanged, InputItem
 
@@ -157,3 +158,44 @@ def test_sampling_only_after_edges_equals_a_scan_that_never_rests(
         bench.clock.advance_to(now * MS)
         found += [(now, bool(value)) for _, value in bench.inputs()]
     assert found == polled(sorted(edges), period, debounce, 300)
+
+
+def one_pulse(number: int, start_ns: int, frequency: int = 100) -> PulseTrain:
+    return PulseTrain("motor.pulse", number, start_ns=start_ns, frequency=frequency, count=1, sent=number)
+
+
+@pytest.mark.manual("PAML-086")
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(st.integers(10, 40), st.integers(0, 60)), min_size=1, max_size=20), st.booleans())
+def test_pulses_count_however_late_their_messages_are(pulses: list[tuple[int, int]], is_active_high: bool) -> None:
+    bench = SmartIoBench()
+    bench.wires.deliver(PulseTrain("motor.pulse", 0))
+    bench.configure(CounterItem(7, 101, is_active_high, 1, 3))
+    start_ns = 0
+    for number, (distance_ms, delay_ms) in enumerate(pulses):
+        start_ns += distance_ms * MS
+        due_ns = max(start_ns + delay_ms * MS, bench.clock.now_ns())
+        bench.clock.advance_to(due_ns)
+        bench.wires.deliver(one_pulse(number, start_ns))
+    bench.run(50)
+    assert bench.inputs()[-1] == (7, len(pulses))
+    assert bench.clock.next_ns() is None, "a node at rest computes nothing"
+
+
+def test_a_train_that_began_long_ago_costs_no_more_than_a_second_of_samples() -> None:
+    bench = SmartIoBench()
+    bench.configure(CounterItem(7, 101, True, 1, 1))
+    bench.clock.advance_to(3_600_000 * MS)
+    bench.wires.deliver(PulseTrain("motor.pulse", 0, frequency=100, count=None))
+    bench.run(20)
+    assert 100 <= bench.inputs()[-1][1] <= 103
+
+
+@pytest.mark.manual("PAML-083")
+def test_late_pulses_are_not_longer_than_others() -> None:
+    bench = SmartIoBench()
+    bench.configure(CounterItem(7, 101, True, 1, 6))
+    bench.run(200)
+    bench.wires.deliver(one_pulse(0, 100 * MS))  # high for 5 ms, and DEBOUNCE is 6
+    bench.run(50)
+    assert bench.inputs() == []

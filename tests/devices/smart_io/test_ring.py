@@ -49,11 +49,12 @@ ITEMS: list[Configuration] = [
 class Bench:
     """Two Smart-IO nodes at 41 and 42, the first one with a motor, and a PAM that has started the ring."""
 
-    def __init__(self, *more: Configuration) -> None:
+    def __init__(self, *more: Configuration, output: str = "edges") -> None:
+        """`output` is the form of the motor's pulses."""
         devices = {
             "tools": {**NODE, "ring_address": 41, "terminals": RAIL},
             "doors": {**NODE, "ring_address": 42},
-            "rail": RAIL_MOTOR,
+            "rail": {**RAIL_MOTOR, "output": output},
         }
         buses = {"ring": {"kind": "pamring.virtual"}, "wires": {"kind": "wires.virtual"}}
         self.rig = Rig(from_dict({"time": "virtual", "buses": buses, "devices": devices}))
@@ -104,8 +105,9 @@ def test_orders_switch_outputs_and_leds() -> None:
 
 
 @pytest.mark.manual("PAML-128")
-def test_a_motor_with_its_plant_finds_zero_and_moves() -> None:
-    bench = Bench().started()
+@pytest.mark.parametrize("output", ["edges", "segments"])
+def test_a_motor_with_its_plant_finds_zero_and_moves(output: str) -> None:
+    bench = Bench(output=output).started()
     bench.pam.ring.send(41, MotorOrder(MOTOR, Motor.ZERO_POSITION, (-1, 1)))
     reports = bench.run(1_000)
     assert [one.is_ready for one in reports if isinstance(one, MotorReport)] == [False, True]
