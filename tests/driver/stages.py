@@ -16,6 +16,7 @@ from tests.driver import docker_daemon, needs, ppp, vcan
 from tests.driver.needs import Need
 
 REPORTS = Path("build") / "tests"
+BYTECODE = Path("build") / "bytecode"
 NODE = Path("tests") / "real" / "node"
 GUEST_LIMIT_S = 1200
 FOREIGN = "tests/real"
