@@ -64,6 +64,7 @@ from fieldrig_devices.modbus.client_settings import (
 from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
 from fieldrig_devices.modem.faults import ModemFault
 from fieldrig_devices.pam import faults as pam_faults
+from fieldrig_devices.pam.panel.options import PanelOptions
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import ClassCodes, PortOptions
 from fieldrig_devices.pam.settings import ObjectReadings, ProgramReadings, RingReadings
@@ -75,9 +76,11 @@ from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
 from fieldrig_devices.registers.packed import Element
 from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_table
 from fieldrig_devices.smart_io.faults import SmartIoFault
+from fieldrig_devices.smart_io.readings import NodeReadings
 from fieldrig_devices.smart_io.settings import ModuleSettings as SmartIoModule
 from fieldrig_devices.smart_io.settings import MotorSettings as SmartIoMotor
 from fieldrig_devices.st1.faults import St1Fault
+from fieldrig_devices.st1.readings import St1Readings
 from fieldrig_devices.st1.settings import MotorSettings as St1Motor
 from fieldrig_devices.st1.settings import ParameterSettings as St1Parameters
 from fieldrig_devices.st1.settings import PlantSettings, RegisterSettings, SupplySettings
@@ -139,6 +142,8 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a heater fault": heater.MODELS,
     "Keys of a DC motor fault": dc_motor.MODELS,
     "Keys of modules and motors": {"modules": SmartIoModule, "motors": SmartIoMotor},
+    "Readings of a Smart-IO": {"readings": NodeReadings},
+    "Readings of an ST1": {"readings": St1Readings},
     "Keys of a Smart-IO fault": faults.models_of(SmartIoFault),
     "Light barriers of a conveyor": {"sensor": SensorSettings},
     "Keys of a conveyor fault": faults.models_of(ConveyorFault),
@@ -149,6 +154,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
         "ring": RingReadings,
         "objects": ObjectReadings,
         "programs": ProgramReadings,
+        "panel": PanelOptions,
         "access": AccessSettings,
     },
     "Settings of the ports": {"ports": PortOptions, "class_codes": ClassCodes},

@@ -30,7 +30,7 @@ WARMING = 10
 VARIABLES = """
 COMMON WORD_VAR i; COMMON WORD_VAR rounds; COMMON WORD_VAR count; COMMON WORD_VAR sum; COMMON WORD_VAR last;
 COMMON WORD_VAR small; COMMON WORD_VAR limit; COMMON REAL_VAR a; COMMON REAL_VAR b; COMMON REAL_VAR k;
-COMMON REAL_VAR goal; COMMON REAL_VAR step; COMMON FLAG_VAR start; COMMON FLAG_VAR stop; COMMON FLAG_VAR motor;
+COMMON REAL_VAR goal; COMMON REAL_VAR step; COMMON FLAG_VAR begins; COMMON FLAG_VAR ends; COMMON FLAG_VAR motor;
 COMMON FLAG_VAR alarm; COMMON FLAG_VAR lamp;
 SINK SNK_a; END CONVERTER CNV_a; DESTINATION = SNK_a; MODE = VALUE; END
 """
@@ -50,8 +50,8 @@ END_LOOP i = rounds;
 """
 FLAGS = """
 LOOP
-  i <- i + 1; motor <- (start + motor) * !stop; alarm <- motor * (i > 100) + stop; lamp <- alarm <> motor;
-  IF lamp THEN start <- invert; ELSE stop <- invert; END_IF
+  i <- i + 1; motor <- (begins + motor) * !ends; alarm <- motor * (i > 100) + ends; lamp <- alarm <> motor;
+  IF lamp THEN begins <- invert; ELSE ends <- invert; END_IF
 END_LOOP i = rounds;
 """
 OF_MACHINE = """
@@ -86,7 +86,7 @@ class Machine:
         self.limit = 900_000
         self.a = self.b = self.step = 0.0
         self.k, self.goal = 0.125, 250.0
-        self.start = self.stop = self.motor = self.alarm = self.lamp = False
+        self.begins = self.ends = self.motor = self.alarm = self.lamp = False
         self.output, self.input, self.other, self.digital, self.converter = (Plain() for _ in range(5))
 
 
@@ -114,13 +114,13 @@ def real_by_hand(m: Machine, rounds: int) -> None:
 def flags_by_hand(m: Machine, rounds: int) -> None:
     while m.i != rounds:
         m.i += 1
-        m.motor = (m.start or m.motor) and not m.stop
-        m.alarm = (m.motor and m.i > 100) or m.stop
+        m.motor = (m.begins or m.motor) and not m.ends
+        m.alarm = (m.motor and m.i > 100) or m.ends
         m.lamp = m.alarm != m.motor
         if m.lamp:
-            m.start = not m.start
+            m.begins = not m.begins
         else:
-            m.stop = not m.stop
+            m.ends = not m.ends
 
 
 def objects_by_hand(m: Machine, rounds: int) -> None:

@@ -1,5 +1,6 @@
 """A service engineer with pppd, chat, curl and pymodbus calls the wrapper of configs/teleservice.yaml."""
 
+import signal
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -61,6 +62,20 @@ def test_a_call_whose_line_drops_in_a_transfer_can_be_dialled_again(free: AskedR
         assert call.ended() == DIALLING_FAILED, call.output()
         assert "NO DIALTONE" in call.output()
     assert free.tool("fault", "telephone", "--clear", "all").returncode == 0
+    until(lambda: free.get("max4/Com1UserState") == OFFLINE)
+    with pppd_call(tmp_path) as call:
+        call.until_up()
+        assert "bytes free" in curl(f"http://{CONTROLLER}/")
+        assert call.hang_up() == TERMINATED, call.output()
+
+
+def test_a_caller_that_is_killed_hangs_up_and_can_call_again(free: AskedRig, tmp_path: Path) -> None:
+    with pppd_call(tmp_path) as call:
+        call.until_up()
+        assert free.get("caller_modem/dtr") is True
+        call.process.kill()
+        assert call.ended() == -signal.SIGKILL
+    until(lambda: free.get("caller_modem/call") == "idle")
     until(lambda: free.get("max4/Com1UserState") == OFFLINE)
     with pppd_call(tmp_path) as call:
         call.until_up()

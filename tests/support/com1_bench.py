@@ -26,9 +26,14 @@ class AnsweredCall:
         self.send, self.hang_up, self.waiting = send, hang_up, waiting
         self.heard = b""
         self.has_ended = False
+        self.rooms = 0
+        """How often the line had room again."""
 
     def received(self, data: bytes) -> None:
         self.heard += data
+
+    def has_room(self) -> None:
+        self.rooms += 1
 
     def ended(self) -> None:
         self.has_ended = True

@@ -14,7 +14,10 @@ from fieldrig.rig import Rig
 from fieldrig_bus.serial.message import ControlLines, SerialMessage
 from fieldrig_devices.ip.stack import Stack
 from fieldrig_devices.ip.tcp.connection import Connection
+from fieldrig_devices.ppp.framing import Deframer, FrameFormat, framed, unpacked
 from fieldrig_devices.ppp.link import PppLink
+from fieldrig_devices.ppp.packets import Code, Packet
+from fieldrig_devices.ppp.protocols import ProtocolNumber
 from fieldrig_devices.ppp.settings import Login, PppSettings
 
 CONTROLLER = IPv4Address("190.200.100.100")
@@ -96,6 +99,24 @@ class DialInBench(Max4Rig):
         connection.send(f"GET {path} HTTP/1.1\r\nHost: 190.200.100.100\r\nConnection: close\r\n\r\n".encode())
         self.go(ms)
         return bytes(arrived)
+
+    def echo_ms(self, limit_ms: int = 30_000) -> int:
+        """Send an Echo-Request of LCP, and return the time until its answer, in steps of 10 ms."""
+        deframer, request = Deframer(), Packet(Code.ECHO_REQUEST, 77, bytes(4))
+        begin_ns, self.answered = self.rig.now_ns, False
+
+        def look(message: SerialMessage) -> None:
+            if isinstance(message, bytes):
+                for protocol, payload in map(unpacked, deframer.feed(message)):
+                    self.answered |= protocol == ProtocolNumber.LCP and payload[:2] == bytes((Code.ECHO_REPLY, 77))
+            self._on_line(message)
+
+        self.line.on_receive(look, ("data", "lines"))
+        self.line.send(framed(ProtocolNumber.LCP, request.encode(), FrameFormat()))
+        while not self.answered and self.rig.now_ns - begin_ns < limit_ms * MS:
+            self.go(10)
+        self.line.on_receive(self._on_line, ("data", "lines"))
+        return (self.rig.now_ns - begin_ns) // MS
 
     def _advance(self) -> None:
         now_ns = self.rig.now_ns

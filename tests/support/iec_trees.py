@@ -242,7 +242,12 @@ TYPES: st.SearchStrategy[tree.TypeSpec] = st.recursive(
     ),
     max_leaves=3,
 )
-_FLAGS = {"is_retain": st.booleans(), "is_persistent": st.booleans(), "is_constant": st.booleans()}
+_FLAGS = {
+    "is_retain": st.booleans(),
+    "is_persistent": st.booleans(),
+    "is_constant": st.booleans(),
+    "access": st.sampled_from(["", "PUBLIC", "PRIVATE"]),
+}
 _SECTION_KINDS = st.sampled_from([section for section in tree.Section if section is not tree.Section.CONFIG])
 VARIABLES = st.builds(tree.Variables, _SECTION_KINDS, many(_variables_of(TYPES)), comments=_COMMENTS, **_FLAGS)
 _GLOBALS = st.builds(tree.Variables, st.just(tree.Section.GLOBAL), many(_variables_of(TYPES)), **_FLAGS)
@@ -289,7 +294,7 @@ def _pous_of(kind: tree.PouKind) -> st.SearchStrategy[tree.Pou]:
         BODIES,
         many(_ACTIONS, 0, 1),
         many(_METHODS | _ACCESSORS, 0, 3),
-        st.just("") | PLAIN_NAMES if kind is tree.PouKind.FUNCTION_BLOCK else st.just(""),
+        st.just("") | PLAIN_NAMES if kind.has_instances else st.just(""),
         comments=_COMMENTS,
     )
 

@@ -6,6 +6,7 @@ from fieldrig_devices.pam.runtime.compiler import compile_application
 from fieldrig_devices.pam.runtime.item import Value
 from fieldrig_devices.pam.runtime.memory_objects import MemoryItem, MemoryObjects
 from fieldrig_devices.pam.runtime.processor import Limits
+from fieldrig_devices.pam.runtime.readings import Readings
 from fieldrig_devices.pam.runtime.runtime import Runtime
 
 OBJECTS = """
@@ -36,12 +37,18 @@ class PamBench:
     """Values of single variables and inputs by their names, and lists of them for objects with several items."""
 
     def __init__(
-        self, programs: str, *, header: str = OBJECTS, limits: Limits | None = None, missing: int = -1
+        self,
+        programs: str,
+        *,
+        header: str = OBJECTS,
+        limits: Limits | None = None,
+        readings: Readings | None = None,
+        missing: int = -1,
     ) -> None:
         self.program = compile_application(header + programs, "bench.pam")
         self.messages: list[tuple[str, tuple[int, ...], str]] = []
-        self._limits = limits
-        self.runtime = Runtime(self.program, self._on_message, limits)
+        self._limits, self._readings = limits, readings
+        self.runtime = Runtime(self.program, self._on_message, limits, readings)
         self.objects = MemoryObjects(self.program, self.runtime)
         if missing >= 0:
             self.objects.missing["NGR_Both"] = {missing}
@@ -49,7 +56,7 @@ class PamBench:
 
     def restart(self) -> None:
         """Run the application from its beginning, with the items that the objects have now."""
-        self.runtime = self.objects.kernel = Runtime(self.program, self._on_message, self._limits)
+        self.runtime = self.objects.kernel = Runtime(self.program, self._on_message, self._limits, self._readings)
         self.runtime.start(self.objects)
 
     def _on_message(self, code: str, details: Sequence[int], text: str) -> None:
@@ -104,9 +111,11 @@ def sequence(statements: str, *, cycles: int = 1, power_on: str = "", more: str 
     )
 
 
-def started(statements: str, *, cycles: int = 1, power_on: str = "", more: str = "") -> PamBench:
+def started(
+    statements: str, *, cycles: int = 1, power_on: str = "", more: str = "", readings: Readings | None = None
+) -> PamBench:
     """A bench whose sequence has been started by the input a, in basic cycle 2 or the next one of its task."""
-    bench = PamBench(sequence(statements, cycles=cycles, power_on=power_on, more=more))
+    bench = PamBench(sequence(statements, cycles=cycles, power_on=power_on, more=more), readings=readings)
     bench.run()
     bench["SBI_a"] = True
     bench.run(cycles)

@@ -22,6 +22,9 @@ from fieldrig_devices.pamring.frames import (
     SetPointMode,
 )
 
+IN_RUN = 4
+"""The bit of an axis's status for a run (table 12-4)."""
+
 
 class Kernel:
     def __init__(self, thirds: int = 3) -> None:
@@ -62,6 +65,7 @@ class St1:
         self.base, self.way, self.cycles = 0.0, keep(0.0), 0
         self.pipe = 0.0
         self.mode: SetPointMode | None = None
+        self._runs = False
         self.number = self.done = 0
         self.limits = Limits(math.inf, math.inf, math.inf)
         self.registers: dict[int, int] = {}
@@ -91,6 +95,7 @@ class St1:
 
     def _order(self, order: AxisOrder) -> None:
         self.number = order.number or self.number
+        self._runs = order.move is Move.RUN and order.value != 0
         speed = self.way.values_at(self.cycles * self._cycle_s)[1]
         wanted = (order.speed or 1, order.acceleration or 1, order.deceleration or 1)
         limits = Limits(*map(min, self.limits, wanted))
@@ -117,7 +122,7 @@ class St1:
         self.cycles += 1
         if self.done != self.number and self.cycles * self._cycle_s >= self.way.duration_s:
             self.done = self.number
-            self._send(AxisReport(1, 0, self.done, round(self.own)))
+            self._send(AxisReport(1 | (IN_RUN if self._runs else 0), 0, self.done, round(self.own)))
 
 
 class Bench:

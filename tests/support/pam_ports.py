@@ -7,10 +7,10 @@ from typing import Any, TypeVar
 from pam_programs import HEADER
 
 from fieldrig.clock import MS
-from fieldrig_devices.pam.language.check.symbols import PREDECLARED
 from fieldrig_devices.pam.language.compiler import checked
 from fieldrig_devices.pam.language.items import Program
 from fieldrig_devices.pam.language.ports import PortVariable, ports_of
+from fieldrig_devices.pam.language.words import PREDECLARED
 from fieldrig_devices.pam.ports import Ports
 from fieldrig_devices.pam.ports.masters.rs422 import Rs422Master
 from fieldrig_devices.pam.ports.masters.s5 import S5Master
@@ -296,7 +296,7 @@ def started_simatic(options: PortOptions | None = None) -> tuple[PortBench, S5Ma
     """A bench with the listing of Simatic whose host has started the application."""
     bench = PortBench(GROUP + SIMATIC, options)
     bench.begin()
-    master = S5Master(bench.plans[0])
+    master = S5Master(bench.plans[0], options)
     bench.play(master.start_up())
     return bench, master
 

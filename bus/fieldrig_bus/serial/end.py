@@ -15,8 +15,10 @@ OFF = ControlLines(dtr=False, rts=False)
 class LineEnd(SendingAhead):
     """`on_room(False)` is called when the client should be stopped, `on_room(True)` when it may go on."""
 
-    def __init__(self, link: Link[SerialMessage], clock: Clock, form: Format, is_paced: bool) -> None:
-        super().__init__(clock, link.send, MOST_WAITING, MOST_WAITING)
+    def __init__(
+        self, link: Link[SerialMessage], clock: Clock, form: Format, is_paced: bool, most_waiting: int = MOST_WAITING
+    ) -> None:
+        super().__init__(clock, link.send, most_waiting, most_waiting)
         self._link, self._paced = link, is_paced
         self._default = self.form = form
         self.lines = ControlLines()

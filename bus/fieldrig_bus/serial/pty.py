@@ -2,8 +2,13 @@
 
 The pty has a stable link, `serial/NAME` in the run folder unless `path` names another place.  The baud rate of the
 client applies from the next time that it sends.
-Left out, because a pty does not have them: control lines (the other end sees DTR and RTS on), breaks, and whether a
-client is connected; data bits, parity and stop bits are the configured ones.
+
+The other end sees DTR and RTS on while a program has the pty open, as at a serial port, whether the program writes or
+only listens.  They go off when the last program has closed it, or was killed, after the line has transmitted what it
+wrote.  They stay off for `OFF_NS`, even if another program opens the pty at once.  What that one writes waits, so a
+modem hangs up before it gets a command, and what the modem says to that does not reach the new program.
+Left out, because a pty does not have them: control lines that the client sets or reads, and breaks; data bits, parity
+and stop bits are the configured ones.
 """
 
 import shlex
@@ -15,11 +20,21 @@ from typing import ClassVar
 from pydantic import Field
 
 from fieldrig.bus import Hub, Port
+from fieldrig.clock import MS, Timer
 from fieldrig.device import Tool
 from fieldrig_bus.net import join_as_client
 from fieldrig_bus.pty import Pty
-from fieldrig_bus.serial.end import LineEnd
+from fieldrig_bus.serial.end import OFF, LineEnd
 from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
+
+OFF_NS = 250 * MS
+"""Shortest time for which DTR and RTS are off, five times the default of a modem's register S25."""
+OFF_STEPS = 10
+"""Timers in which this time passes, so that a host that stands still for longer does not use it up at once: the modem
+hangs up between them.
+"""
+AFTER_LAST_NS = 1 * MS
+"""Time from the last byte of a program until its lines go off."""
 
 
 class SerialPtySettings(SerialHubSettings):
@@ -55,23 +70,35 @@ class PtyPort(Port):
         self._pty: Pty | None = None
         self._end: LineEnd | None = None
         self._is_following = False
+        self._is_present = False
+        self._has_room = True
+        self._dropping: Timer | None = None
+        """While the lines of a client that has gone are going off, and until they may go on again."""
 
     async def open(self, hub: Hub) -> None:
-        pty = Pty(hub.path(self._path))
-        pty.open(self._on_client)
-        self._pty = pty
-        self._is_following = pty.set_baud(self._settings.baud)
+        self._clock = hub.clock
         _, link = join_as_client(hub, "pty")
         self._end = LineEnd(link, hub.clock, self._settings.format, self._settings.paced)
-        self._end.on_room = pty.read_on
-        link.on_receive(pty.write)
+        self._end.on_room = self._on_room
+        self._end.hang_up()
+        pty = Pty(hub.path(self._path))
+        pty.open(self._on_client, self._on_presence)
+        self._pty = pty
+        self._is_following = pty.set_baud(self._settings.baud)
+        link.on_receive(self._on_line)
 
     async def close(self) -> None:
+        if self._dropping is not None:
+            self._dropping.cancel()
         if self._end is not None:
             self._end.purge()
         if self._pty is not None:
             self._pty.close()
             self._pty = None
+
+    def _on_line(self, data: bytes) -> None:
+        if self._pty is not None and self._dropping is None:
+            self._pty.write(data)
 
     def _on_client(self, data: bytes) -> None:
         if self._end is None or self._pty is None:
@@ -79,3 +106,45 @@ class PtyPort(Port):
         if self._is_following and (baud := self._pty.baud()):  # 0: the client has closed the pty
             self._end.set_format(replace(self._end.form, baud=baud))
         self._end.send(data)
+
+    def _on_presence(self, is_present: bool) -> None:
+        self._is_present = is_present
+        if self._dropping is None and is_present:
+            self._plug_in()
+        elif self._dropping is None:
+            self._drop_when_sent()
+            self._read_if_possible()
+
+    def _plug_in(self) -> None:
+        if self._end is not None:
+            self._end.plug_in()
+
+    def _drop_when_sent(self) -> None:
+        assert self._end is not None
+        self._dropping = self._clock.call_at(self._end.sent_ns + AFTER_LAST_NS, self._drop)
+
+    def _drop(self) -> None:
+        assert self._end is not None
+        if self._end.waiting:  # the line is late
+            self._drop_when_sent()
+            return
+        self._end.set_lines(OFF)
+        self._stay_off(OFF_STEPS)
+
+    def _stay_off(self, steps: int) -> None:
+        if steps:
+            when_ns = self._clock.now_ns() + OFF_NS // OFF_STEPS
+            self._dropping = self._clock.call_at(when_ns, lambda: self._stay_off(steps - 1))
+            return
+        self._dropping = None
+        if self._is_present:
+            self._plug_in()
+        self._read_if_possible()
+
+    def _on_room(self, has_room: bool) -> None:
+        self._has_room = has_room
+        self._read_if_possible()
+
+    def _read_if_possible(self) -> None:
+        if self._pty is not None:
+            self._pty.read_on(self._has_room and self._dropping is None)

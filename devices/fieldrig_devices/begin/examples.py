@@ -13,6 +13,8 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from fieldrig.yaml_source import read
+from fieldrig_devices.languages.source_file import decoded
+from fieldrig_devices.pam.application_files import CAM_SUFFIX
 
 SUFFIX = ".yaml"
 
@@ -77,8 +79,8 @@ def _follow(file: Path, found: dict[Path, None]) -> None:
 
 def _profiles(application: Path) -> Iterator[Path]:
     """Yield the cam files beside a PAM application whose names, without the suffix, occur in its text."""
-    words = set(re.findall(r"\w+", application.read_text(encoding="utf-8")))
-    yield from (file for file in sorted(application.parent.glob("*.cam")) if file.stem in words)
+    words = set(re.findall(r"\w+", decoded(application.read_bytes())))
+    yield from (file for file in sorted(application.parent.glob(f"*{CAM_SUFFIX}")) if file.stem in words)
 
 
 def _texts(data: Any) -> Iterator[str]:

@@ -83,6 +83,9 @@ class HmiscuSettings(Channels):
     dialect: Literal["epas-4", "edition-3", "codesys"] = Field(
         default="edition-3", description="rules of the language: IEC 61131-3 edition 3, EPAS-4, or CODESYS and TwinCAT"
     )
+    resource: str = Field(
+        default="", description="name of the RESOURCE that runs, if the configuration of the program has several"
+    )
     modbus: ModbusFaceSettings = Field(
         default_factory=ModbusFaceSettings, description="Modbus server on the buses under links.modbus"
     )

@@ -75,6 +75,8 @@ class Order:
     facts: HostFacts
     previous: Compiled | None = None
     """The running program, for an online change."""
+    resource: str = ""
+    """The RESOURCE that runs, if the program has several."""
 
     @property
     def duration_ns(self) -> int:
@@ -86,7 +88,12 @@ def compile_order(order: Order, report: Report) -> Compiled | Refused:
     """Compile a program in a process beside the controller."""
     try:
         return compile_project(
-            order.files, order.facts, DIALECTS[order.dialect], previous=order.previous, on_progress=report
+            order.files,
+            order.facts,
+            DIALECTS[order.dialect],
+            previous=order.previous,
+            resource=order.resource,
+            on_progress=report,
         )
     except CompileError as wrong:
         return Refused(tuple(wrong.mistakes))

@@ -71,15 +71,17 @@ def compile_project(
     limits: Limits = MAX_4,
     previous: Compiled | None = None,
     costs: Costs | None = None,
+    resource: str = "",
     on_progress: Progress = lambda stage, done, total: None,
 ) -> Compiled:
     """Compile a project; CompileError with all mistakes if it has any.
 
     With `previous`, the program that is running, variables of the same name and type keep their places, so that the
-    result can be loaded as an online change.  `limits` are those of the controller.
+    result can be loaded as an online change.  `limits` are those of the controller, and `resource` is the name of the
+    RESOURCE that it runs if the project has several.
     """
     with without_collection():
-        return _compiled(files, host, dialect, limits, previous, costs or Costs(), on_progress)
+        return _compiled(files, host, dialect, limits, previous, costs or Costs(), resource, on_progress)
 
 
 @contextmanager
@@ -103,6 +105,7 @@ def _compiled(
     limits: Limits,
     previous: Compiled | None,
     costs: Costs,
+    resource: str,
     on_progress: Progress,
 ) -> Compiled:
     _check_sources(files)
@@ -122,6 +125,7 @@ def _compiled(
         dialect,
         library_files=[unit.file for unit in libraries],
         limits=limits,
+        resource=resource,
         on_progress=lambda done, total: on_progress("check", done, total),
     )
     mistakes += found

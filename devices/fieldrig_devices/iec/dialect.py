@@ -41,6 +41,16 @@ class Dialect:
     has_methods: bool = False
     """METHOD and PROPERTY in function blocks and programs, with THIS^; EXTENDS of function blocks and structures, with
     SUPER^; INTERFACE, and IMPLEMENTS of function blocks."""
+    has_classes: bool = False
+    """CLASS ... END_CLASS, with THIS and SUPER without ^.  Of the tools of today only those of the standard have it."""
+    has_partial_access: bool = False
+    """`w.%X3`, `w.%B1`, `d.%W0`: bits, bytes and words of a larger value (edition 3, 6.5.5)."""
+    reads_locals: bool = False
+    """`x := inst.local`: variables of an instance can be read from outside, as CODESYS V3 allows."""
+    fills_arrays: bool = False
+    """An array may have fewer start values than elements; the others begin as usual (PD-361: all or none)."""
+    has_void_functions: bool = False
+    """A FUNCTION without a type has no result, and is called for its effects (edition 3, 6.6.2)."""
     allows_time_fractions: bool = False
     """T#1.5s."""
     allows_negative_times: bool = False
@@ -91,6 +101,10 @@ EDITION_3: Final = Dialect(
     has_references=True,
     has_unions=True,
     has_methods=True,
+    has_classes=True,
+    has_partial_access=True,
+    fills_arrays=True,
+    has_void_functions=True,
     allows_time_fractions=True,
     allows_negative_times=True,
     allows_time_overflow=True,
@@ -103,6 +117,13 @@ EDITION_3: Final = Dialect(
     significant_characters=0,
     bit_address_bytes=0,
 )
-CODESYS: Final = replace(EDITION_3, name="codesys", mixes_integers=True, allows_calls_without_brackets=True)
+CODESYS: Final = replace(
+    EDITION_3,
+    name="codesys",
+    has_classes=False,
+    reads_locals=True,
+    mixes_integers=True,
+    allows_calls_without_brackets=True,
+)
 """Programs and libraries of CoDeSys V2.3, CODESYS V3 and TwinCAT, which compute with bit strings."""
 DIALECTS: Final[Mapping[str, Dialect]] = {dialect.name: dialect for dialect in (EPAS_4, EDITION_3, CODESYS)}

@@ -441,6 +441,7 @@ class Link:
     """
 
     path: str
+    variable: Variable
     where: Located
 
 

@@ -9,7 +9,7 @@ Memory starts as `layout` says (PD-051 to PD-056): a cold start gives all variab
 but the retained ones.  An online change keeps the values of all variables that have the same name and type as before.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 from weakref import WeakSet
@@ -17,12 +17,12 @@ from weakref import WeakSet
 from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.host import Host
-from fieldrig_devices.iec.layout import AREA_SIZE, AREAS, STACK_SIZE, Images, Layout, kind_number, storage
+from fieldrig_devices.iec.layout import AREA_SIZE, AREAS, INSIDE, STACK_SIZE, Images, Layout, kind_number, storage
 from fieldrig_devices.iec.library.intrinsics import IMPLEMENTATIONS
 from fieldrig_devices.iec.lower.names import rules_of
 from fieldrig_devices.iec.memory import Memory, limited
 from fieldrig_devices.iec.natives import Natives
-from fieldrig_devices.iec.program import Link, Pou, Variable
+from fieldrig_devices.iec.program import Link, Located, Pou, Variable
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.thread import Start, Thread
 from fieldrig_devices.iec.types import Elementary, EnumType, StringType, SubrangeType, Type, Value
@@ -75,6 +75,7 @@ class Runtime:
         self._initialise_areas()
         for symbol, value in zip(kept, values, strict=True):
             self._write(symbol, value)
+        self.give_markers()
         self.natives.forget()
 
     def _initialise_areas(self) -> None:
@@ -86,9 +87,19 @@ class Runtime:
             *(found for pou in program.pous.values() for found in pou.variables.values()),
         ]
         for variable in located:
-            if variable.location is not None and isinstance(variable.initial, bool | int | float | str):
-                symbol = Symbol(variable.name, variable.name, variable.type, location=variable.location)
-                self._write(symbol, variable.initial)
+            if variable.location is None:
+                continue
+            cells = self._images.variable(variable)
+            if variable.initial is not None or any(cells):
+                self._initialise_located(variable, variable.location, cells)
+
+    def _initialise_located(self, variable: Variable, where: Located, cells: Sequence[Value]) -> None:
+        if storage(variable.type) is not None:
+            self._write_area(Symbol(variable.name, variable.name, variable.type, location=where), cells[0])
+            return
+        for offset, number in enumerate(self._images.kinds(variable.type)):
+            if number != INSIDE[0]:
+                self._memory.poke(AREAS[where.area] + where.byte + offset, number, cells[offset])
 
     def _initialise(self, variable: Variable) -> None:
         cells = self._images.variable(variable)
@@ -203,6 +214,12 @@ class Runtime:
             value = self.read(symbol)
             if value != self._read_area(outside):
                 self._write_area(outside, value)
+
+    def give_markers(self) -> None:
+        """Copy the variables that are linked to %M there, as they have their start values, or retained ones."""
+        for _, symbol, outside in self._links:
+            if outside.location is not None and outside.location.area == "M":
+                self._write_area(outside, self.read(symbol))
 
     def _linked(self, link: Link) -> Iterator[tuple[str, Symbol, Symbol]]:
         """Yield for each value of a link the program that exchanges it, empty for all programs, and both ends."""

@@ -24,6 +24,8 @@ WIDE_STRING: Final = "wide string"
 TYPED: Final = "typed"
 """A constant or value of an enumeration with a type in front of it: T#5s, INT#16#FF, Colour#red."""
 DIRECT: Final = "direct"
+PART: Final = "part"
+"""A part of a value behind a point: %X3, %B1."""
 NATIVE: Final = "{native}"
 JUNK: Final = "junk"
 END: Final = "end of the text"
@@ -117,6 +119,7 @@ _KINDS: Final = {
     _DIRECT: DIRECT,
 }
 _TIME_WITHOUT_PREFIX: Final = re.compile(r"(?:[0-9]+(?:d|h|ms|m|s)_?)+", re.IGNORECASE)
+_PART: Final = re.compile("%[XBWDL][0-9]{1,2}", re.IGNORECASE)
 _PREFIX_OF_QUOTE: Final = "'‘’´`"
 
 
@@ -147,6 +150,7 @@ def keywords(dialect: Dialect) -> frozenset[str]:
         ("UNION", "END_UNION"): dialect.has_unions,
         ("METHOD", "END_METHOD", "PROPERTY", "END_PROPERTY", "END_GET", "END_SET"): dialect.has_methods,
         ("INTERFACE", "END_INTERFACE"): dialect.has_methods,
+        ("CLASS", "END_CLASS"): dialect.has_classes,
     }
     return KEYWORDS.union(word for words, is_allowed in allowed.items() if is_allowed for word in words)
 
@@ -353,6 +357,11 @@ class _Scanner:
             expected = "a name that begins with a letter or an underscore"
             self._say(position, f"{text} is neither a number nor a name", expected)
             self._add(NAME, text, position)
+        elif self._found.kinds[-1:] == ["."] and _PART.fullmatch(text):
+            if not self._dialect.has_partial_access:
+                hint = f"Write .{text[2:]} for a bit." if text[1] in "Xx" else "Shift the value to the right."
+                self._say(position, f"{text} is a part of a value", "the number of a bit", hint)
+            self._add(PART, text, position)
         elif text[0] == "%":
             what = f"{text} is not an address"
             self._say(position, what, "%I, %Q or %M, a size X, B, W or D, and numbers, such as %QX1.0")

@@ -55,6 +55,9 @@ def expression_of(text: str, dialect: Dialect = EDITION_3) -> tree.Expression:
     raise ValueError(f"expected one expression, got {text!r}")
 
 
+_PART_BITS: Final = {"B": 8, "W": 16, "D": 32, "L": 64}
+
+
 def path_of(expression: tree.Expression, read: Read) -> str | None:
     """Return the path of a variable, with the present values of its indices; None for any other expression."""
     match expression:
@@ -78,8 +81,11 @@ def evaluate(expression: tree.Expression, read: Read) -> Value:
     match expression:
         case tree.Literal(value=value):
             return value
-        case tree.BitOf(of=of, number=number):
+        case tree.BitOf(of=of, number=number, size=""):
             return bool(_whole(evaluate(of, read)) >> number & 1)
+        case tree.BitOf(of=of, number=number, size=size):
+            bits = _PART_BITS[size]
+            return _whole(evaluate(of, read)) >> number * bits & (1 << bits) - 1
         case tree.Unary(operator=operator, operand=operand):
             return _unary(operator, evaluate(operand, read))
         case tree.Binary():

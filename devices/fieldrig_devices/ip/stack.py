@@ -4,6 +4,8 @@
 with the packets to send, always within `receive` or `advance`.  After `connect`, and after a call of a connection
 outside of its handlers, `next_ns` returns the present instant, and `advance` sends what follows from the call.
 
+Data wait in their connections while `has_room` returns False; when it returns True again, `advance` sends them.
+
 Sources: RFC 1122 and RFC 9293.  Left out: fragments, options, routing, UDP (refused by ICMP), and ICMP errors about
 packets of ours.
 """
@@ -20,7 +22,7 @@ from fieldrig_devices.ip.ipv4 import HEADER_BYTES, Packet, Protocol
 from fieldrig_devices.ip.tcp import segment as tcp
 from fieldrig_devices.ip.tcp.arrival import arrive, refusal
 from fieldrig_devices.ip.tcp.connection import Connection, Ending, Key
-from fieldrig_devices.ip.tcp.output import output
+from fieldrig_devices.ip.tcp.output import HasRoom, always, output
 from fieldrig_devices.ip.tcp.segment import ACK, RST, SYN, Segment
 from fieldrig_devices.ip.tcp.states import Event, State
 from fieldrig_devices.ip.tcp.timers import arm, expire, next_ns
@@ -48,9 +50,11 @@ class Stack:
         *,
         window: int = WINDOW,
         secret: bytes = b"",
+        has_room: HasRoom = always,
     ) -> None:
         """`mtu` is the longest packet of the link, 68 to 65535 bytes; `window` the receive window, 1 to 65535 bytes.
 
+        `has_room` returns whether the link takes a further packet with data.
         `secret`, of up to 64 bytes, makes the initial sequence numbers hard to guess (RFC 9293, 3.4.1).
         ValueError for numbers outside of these ranges.
         """
@@ -62,10 +66,13 @@ class Stack:
         self.dropped = 0
         """Packets that were damaged, fragments, or not meant for this host."""
         self._mtu, self._transmit, self._window, self._secret = mtu, transmit, window, secret
+        self._link_has_room = has_room
         self._now_ns = 0
         self._listeners: dict[int, Accept] = {}
         self._connections: dict[Key, Connection] = {}
         self._woken: dict[Connection, None] = {}
+        self._held: dict[Connection, None] = {}
+        """Connections that wait for room on the link, each behind those that have waited for longer."""
         self._arrived: deque[bytes] = deque()
         self._is_running = False
         self._identification = self._last_own_port = 0
@@ -122,20 +129,26 @@ class Stack:
             return
         self._is_running = True
         try:
-            while self._arrived or self._woken:
+            while self._arrived or self._woken or (self._held and self._link_has_room()):
                 if self._arrived:
                     self._on_packet(self._arrived.popleft())
                 else:
-                    connection = next(iter(self._woken))
-                    del self._woken[connection]
+                    ready = self._woken or self._held
+                    connection = next(iter(ready))
+                    del ready[connection]
                     self._serve(connection)
         finally:
             self._is_running = False
 
     def _serve(self, connection: Connection) -> None:
         connection.report()
-        output(connection, self._now_ns, lambda segment: self._send_segment(connection.key.remote_address, segment))
+        remote = connection.key.remote_address
+        output(connection, self._now_ns, lambda segment: self._send_segment(remote, segment), self._link_has_room)
         arm(connection, self._now_ns)
+        if connection.is_held:
+            self._held.setdefault(connection)
+        else:
+            self._held.pop(connection, None)
         if connection.state is State.CLOSED and self._connections.get(connection.key) is connection:
             del self._connections[connection.key]
 

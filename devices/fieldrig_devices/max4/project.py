@@ -49,7 +49,8 @@ class Project:
         Return true if its program has changed, so that the variables begin with their start values.
         """
         settings = self._settings
-        program = container_of(settings.program, settings.dialect).encode() if settings.program else None
+        sources = settings.program
+        program = container_of(sources, settings.dialect, settings.resource).encode() if sources else None
         wanted = settings.configuration.model_dump_json() + repr(sorted(settings.parameters.items())) + settings.project
         further = {**self._pages, **{disk_name(path): path.read_bytes() for path in settings.files}}
         if further:

@@ -136,6 +136,9 @@ class Max4Settings(Settings):
         default="epas-4",
         description="rules of the language: the manual, IEC 61131-3 edition 3, or CODESYS and TwinCAT",
     )
+    resource: str = Field(
+        default="", description="name of the RESOURCE that runs, if the configuration of the program has several"
+    )
     iec_tasks: list[Symbol] = Field(
         default_factory=list, description="IEC Task objects: the first one observes the first task, and so on"
     )

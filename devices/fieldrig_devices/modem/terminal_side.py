@@ -1,7 +1,7 @@
 """The side of a modem where the terminal is: data at the rate of the serial line, control lines, and flow control.
 
 Source: TIA-232, ITU-T V.250 and PD-246 for &C, &D, &K, &R and &S.  The line is a null modem, so DTR of our end is DSR
-of the terminal, and RTS is CTS.
+of the terminal, and RTS is CTS.  RTS holds nothing while DTR is off: nothing of a call is kept for the next terminal.
 """
 
 from dataclasses import replace
@@ -90,5 +90,5 @@ class TerminalSide:
     def _hold_or_send(self) -> None:
         is_held = self._obedience.is_stopped
         if self._flow is Flow.HARDWARE:
-            is_held = not self.terminal.rts
+            is_held = self.terminal.dtr and not self.terminal.rts
         self.end.hold(is_held)

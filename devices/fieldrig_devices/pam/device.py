@@ -83,14 +83,20 @@ class Pam(Device):
             modbus or [],
             tcp,
         )
-        self._display = Display()
-        self._messages = Messages(lambda text: _send(debugger, text))
+        self._display = Display(settings.panel)
+        self._messages = Messages(lambda text: _send(debugger, text), settings.panel.error_list)
         self._panel = PanelPart({"PAMDISPLAY": [PamDisplay(self._show, self._monitor)]})
         self._volts = {0: 0.0, 1: 0.0}
         self._cycle: PowerCycle | None = None
         self._timer: Timer | None = None
         self._begin_ns = self._cycles = 0
-        self._debuggee = MachineDebuggee(background, lambda: self.application, self.reset, self._on_loaded)
+        self._debuggee = MachineDebuggee(
+            background,
+            lambda: self.application,
+            self.reset,
+            self._on_loaded,
+            ignores_case=settings.programs.ignores_case,
+        )
         self._debugging = DebugService(clock, self._debuggee)
         self.injected = self._faults = InjectedFaults[Fault[Any]](
             clock, MODELS, Faults(Fault), on_change=self._on_faults
@@ -123,7 +129,8 @@ class Pam(Device):
         now_ns = self._clock.now_ns()
         name = self._compiled.application
         self._messages.clear()
-        self._display.restart(f"{name.name[:LONGEST_NAME]} V{name.version}", now_ns)
+        behind = f"V{name.version}" if self._settings.panel.scrolls == "version" else f"{self._date():%d.%m.%y}"
+        self._display.restart(f"{name.name[:LONGEST_NAME]} {behind}", now_ns)
         for address in self._volts:
             self._set_volts(address, 0.0)
         self._cycle = PowerCycle(
@@ -133,7 +140,9 @@ class Pam(Device):
             self._settings,
             self._memory,
             self._panel,
-            shapes=shapes_beside(self._settings.application),
+            shapes=shapes_beside(
+                self._settings.application, closed_is_periodic=self._settings.objects.closed_cams_are_periodic
+            ),
             volts=self._set_volts,
             rs422=lambda data: _send(self._rs422, data),
             on_message=self._on_message,
@@ -202,11 +211,17 @@ class Pam(Device):
         is_first = self._messages.fatal is None
         self._show(code, words or text_of(code), tuple(details))
         if code.is_fatal and is_first and self._cycle is not None:
-            self._cycle.ports.fail(code.origin, code.number, self._date(), *panel_info(code, details))
+            self._cycle.ports.fail(
+                code.origin,
+                code.number,
+                self._date(),
+                *panel_info(code, details),
+                is_low_first=self._settings.panel.date_begins == "low",
+            )
 
     def _show(self, code: Code, text: str, details: tuple[int | float, ...]) -> None:
         self._messages.add(Message(code, text, details, self._date()))
-        self._display.show(code, self._clock.now_ns())
+        self._display.show(code, self._clock.now_ns(), details)
 
     def _monitor(self, value: float) -> None:
         self._display.monitor(value, self._clock.now_ns())
@@ -275,7 +290,9 @@ class Pam(Device):
 def _compiled(settings: PamSettings) -> Compiled:
     path = settings.application
     try:
-        return compile_application(decoded(path.read_bytes()), path.name, reader_beside(path))
+        ignores_case = settings.programs.ignores_case
+        text = decoded(path.read_bytes())
+        return compile_application(text, path.name, reader_beside(path), ignores_case=ignores_case)
     except CompileError as wrong:
         raise refused(wrong, {path.name: str(path)}) from wrong
 

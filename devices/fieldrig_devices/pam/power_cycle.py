@@ -79,7 +79,7 @@ class PowerCycle:
         self._panel, self._on_message = panel, on_message
         self.state = State.RING
         self._has_begun = False
-        self.runtime = Runtime(compiled, self._on_kernel_message, settings.limits())
+        self.runtime = Runtime(compiled, self._on_kernel_message, settings.limits(), settings.readings())
         self.ring = RingMaster(
             clock,
             ring,

@@ -1,6 +1,7 @@
 """Settings of a PAM in a rig file."""
 
 from collections.abc import Iterator
+from dataclasses import fields
 from datetime import datetime
 from typing import Final, Literal
 
@@ -8,14 +9,18 @@ from pydantic import Field
 
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
 from fieldrig_devices.pam.objects.options import Options
+from fieldrig_devices.pam.panel.options import PanelOptions
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.runtime.processor import Limits
+from fieldrig_devices.pam.runtime.readings import Events, Readings, StartEvents
 from fieldrig_devices.pamring.settings import RingLimits
 
 _RING: Final = RingLimits()
+_RING_TIMES: Final = ("boot", "identify", "acknowledge", "first_value")
 _OBJECTS: Final = Options()
 _LIMITS: Final = Limits()
+_PROGRAMS: Final = Readings()
 
 
 class RingReadings(Settings):
@@ -43,6 +48,19 @@ class RingReadings(Settings):
         ge=1,
         description="time after power-on until all declared nodes must be on the ring",
     )
+    identify_ms: int = Field(
+        default=_RING.identify_ns // 1_000_000, ge=1, description="time of a node for its ready token (06..F005)"
+    )
+    acknowledge_ms: int = Field(
+        default=_RING.acknowledge_ns // 1_000_000,
+        ge=1,
+        description="time of the nodes for the next acknowledge of the start (07..F016, 07..F017)",
+    )
+    first_value_ms: int = Field(
+        default=_RING.first_value_ns // 1_000_000,
+        ge=1,
+        description="time for the next first value of an input, besides its own delays (07..E021)",
+    )
 
 
 class ObjectReadings(Settings):
@@ -60,6 +78,73 @@ class ObjectReadings(Settings):
         default=_OBJECTS.corrector_input_sign_reversed,
         description='whether CORRECTION_REFERENCE = INPUT corrects by "must be" minus "is", as OUTPUT does',
     )
+    corrector_takes_both_edges: bool = Field(
+        default=_OBJECTS.corrector_takes_both_edges,
+        description="whether both edges of TRIGGER_INPUT are events of a corrector, or only that to true",
+    )
+    trigger_off_ends_correction: bool = Field(
+        default=_OBJECTS.trigger_off_ends_correction,
+        description="whether trigger_off brakes a running correction, or lets it complete",
+    )
+    offset_slope_limits_output: bool = Field(
+        default=_OBJECTS.offset_slope_limits_output,
+        description="whether OFFSET_SLOPE limits the output of an amplifier, or its OFFSET",
+    )
+    comparator_starts_at_activation: bool = Field(
+        default=_OBJECTS.comparator_starts_at_activation,
+        description="whether a first value at or above the reference of a comparator starts its ROUTINE",
+    )
+    through_zero_forward_only: bool = Field(
+        default=_OBJECTS.through_zero_forward_only,
+        description="whether a comparator through zero counts only passages of the period's limit that lead forward",
+    )
+    through_zero_rearms: bool = Field(
+        default=_OBJECTS.through_zero_rearms,
+        description="whether a comparator through zero needs such a passage each time, or only after a write",
+    )
+    learns_by_reference: bool = Field(
+        default=_OBJECTS.learns_by_reference,
+        description="whether a multi-comparator keeps learned times by reference, or by the order of installation",
+    )
+    run_is_ready_at_speed: bool = Field(
+        default=_OBJECTS.run_is_ready_at_speed,
+        description="whether axes and generators are ready when a run has reached its speed, or only when it has ended",
+    )
+    pmp_supersedes: bool = Field(
+        default=_OBJECTS.pmp_supersedes,
+        description="whether a command to a moving PMP generator replaces the motion, which stops first, or is ignored",
+    )
+    resolver_turns_forward: bool = Field(
+        default=_OBJECTS.resolver_turns_forward,
+        description="whether the resolver phase of a zero positioner turns forward, or goes the shorter way",
+    )
+    power_on_sets_initial_position: bool = Field(
+        default=_OBJECTS.power_on_sets_initial_position,
+        description="whether power_on sets the position to INITIAL_POSITION, or to 0",
+    )
+    st1_nodes_have_errors: bool = Field(
+        default=_OBJECTS.st1_nodes_have_errors,
+        description="whether error and error_code of an ST1 node are those of its axis, or always false and 0",
+    )
+    profiles_act_at_once: bool = Field(
+        default=_OBJECTS.profiles_act_at_once,
+        description="whether a written parameter of a PROFILE acts at once, or when PROFILE of the cam is written",
+    )
+    closed_cams_are_periodic: bool = Field(
+        default=_OBJECTS.closed_cams_are_periodic,
+        description="whether a cam that ends where it begins has the same slope at both ends, or is natural there",
+    )
+    lowest_address_is_highest_bit: bool = Field(
+        default=_OBJECTS.lowest_address_is_highest_bit,
+        description="whether the lowest address of a digital input or output is its highest bit, or its lowest",
+    )
+    dac_steps: Literal[255, 256] = Field(
+        default=255, description="steps of 2.5 V at the analog outputs; with 256 the highest is 2.49 V"
+    )
+    dac_truncates: bool = Field(
+        default=_OBJECTS.dac_truncates,
+        description="whether the analog outputs take the step below their value, or the nearest",
+    )
     keeps_written_parameters: bool = Field(
         default=_OBJECTS.keeps_written_parameters,
         description="whether a block begins its life with the values last written, or with those declared",
@@ -71,6 +156,11 @@ class ObjectReadings(Settings):
     )
     report_delay_cycles: float = Field(
         default=_OBJECTS.report_delay_cycles, ge=0, description="cycles until the PAM has the report of an input"
+    )
+    blocks_per_ms: int = Field(
+        default=_OBJECTS.blocks_per_ms,
+        ge=1,
+        description="blocks of pipes for which a millisecond of the cycle has time; more stop the PAM with 02..F060",
     )
     read_cycles: int = Field(
         default=_OBJECTS.read_cycles, ge=1, description="cycles that a read over the ring takes at least"
@@ -88,7 +178,7 @@ class ObjectReadings(Settings):
 
 
 class ProgramReadings(Settings):
-    """The speed of the PAM's processor, of which the manual says nothing."""
+    """Passages about programs that can be read in two ways, and the speed of the processor, which the manual omits."""
 
     statements_per_ms: int = Field(
         default=_LIMITS.statements_per_ms, ge=1, description="statements of all programs in a millisecond of the cycle"
@@ -97,6 +187,70 @@ class ProgramReadings(Settings):
         default=_LIMITS.is_overrun_fatal,
         description="true: programs that need more stop the PAM with 02..F060; false: they go on in the next cycle",
     )
+    events: Events = Field(
+        default=_PROGRAMS.events,
+        description="what ON_EVENT sees of events between two of its cycles: one (remembered), each of them (counted), "
+        "or none (sampled)",
+    )
+    events_at_start: StartEvents = Field(
+        default=_PROGRAMS.events_at_start,
+        description="events of ON_EVENT before the POWERON parts have finished: those that occur then count (changes), "
+        "all that are true then (all), or none (none)",
+    )
+    common_variables_cause_events: bool = Field(
+        default=_PROGRAMS.common_variables_cause_events,
+        description="whether ON_EVENT and EXCEPTION see a change of a COMMON variable",
+    )
+    remembers_conditions: bool = Field(
+        default=_PROGRAMS.remembers_conditions,
+        description="whether CONDITION and CASE go on after an event that is over before the cycle of their task",
+    )
+    actions_first: bool = Field(
+        default=_PROGRAMS.actions_first,
+        description="true: all actions run before all sequences in a cycle; false: in the order of the declarations",
+    )
+    equations_last: bool = Field(
+        default=_PROGRAMS.equations_last,
+        description="true: equations are evaluated after the programs of a cycle; false: before them",
+    )
+    exceptions_wake: bool = Field(
+        default=_PROGRAMS.exceptions_wake,
+        description="whether an exception ends the wait of a suspended sequence, or comes when the wait is over",
+    )
+    exceptions_occur_once: bool = Field(
+        default=_PROGRAMS.exceptions_occur_once,
+        description="whether an exception that has occurred is over until the sequence arms it again",
+    )
+    duplicates_of: Literal["sequence", "task"] = Field(
+        default=_PROGRAMS.duplicates_of,
+        description="whether DUPL counts the items of one sequence, or those of all sequences of the task",
+    )
+    error_stops_task: bool = Field(
+        default=_PROGRAMS.error_stops_task,
+        description="whether a task whose sequence ends by 03..E031, E032 or E033 starts no other one until the reset",
+    )
+    math_error_is_fatal: bool = Field(
+        default=_PROGRAMS.math_error_is_fatal,
+        description="true: an error of a function or of ^ is 02..FFF3; false: its result is 0.0 outside the domain, "
+        "and the largest real beyond the range",
+    )
+    zero_to_zero_is_error: bool = Field(
+        default=_PROGRAMS.zero_to_zero_is_error, description="whether 0 ^ 0 is such an error, or is 1.0"
+    )
+    checks_workspaces: bool = Field(
+        default=_PROGRAMS.checks_workspaces,
+        description="whether stack control is enabled, so that a workspace that is too small stops the PAM",
+    )
+    workspace_error: Literal["E", "F"] = Field(
+        default=_PROGRAMS.workspace_error, description="whether the PAM then shows 0380E02C or 0380F02C"
+    )
+    ignores_case: bool = Field(
+        default=False, description="whether names of objects are the same in any case, as keywords always are"
+    )
+
+
+def _names(options: type[Limits | Readings]) -> set[str]:
+    return {field.name for field in fields(options)}
 
 
 class PamSettings(Settings):
@@ -115,7 +269,10 @@ class PamSettings(Settings):
     )
     ring: RingReadings = Field(default_factory=RingReadings, description="the PAM's end of its ring")
     objects: ObjectReadings = Field(default_factory=ObjectReadings, description="readings of the manual about objects")
-    programs: ProgramReadings = Field(default_factory=ProgramReadings, description="speed of the processor")
+    programs: ProgramReadings = Field(
+        default_factory=ProgramReadings, description="readings of the manual about programs, and the processor's speed"
+    )
+    panel: PanelOptions = Field(default_factory=PanelOptions, description="display, error list and fatal error panel")
     ports: PortOptions = Field(default_factory=PortOptions, description="readings of the manual about ports to a PLC")
     access: AccessSettings = Field(
         default_factory=AccessSettings, description="Modbus, S7 and TCP servers for the memory of the DualPort"
@@ -130,12 +287,16 @@ class PamSettings(Settings):
 
     def ring_settings(self, thirds: int) -> RingLimits:
         """Return the settings of the ring for a basic cycle of this many thirds of a millisecond."""
-        ring = self.ring.model_dump(exclude={"boot_ms"})
-        return RingLimits(thirds=thirds, boot_ns=self.ring.boot_ms * 1_000_000, **ring)
+        ring = self.ring.model_dump()
+        times = {f"{name}_ns": ring.pop(f"{name}_ms") * 1_000_000 for name in _RING_TIMES}
+        return RingLimits(thirds=thirds, **ring, **times)
 
     def options(self) -> Options:
         readings = self.objects.model_dump()
         return Options(**{**readings, "deviating_axes": frozenset(self.objects.deviating_axes)})
 
     def limits(self) -> Limits:
-        return Limits(**self.programs.model_dump())
+        return Limits(**self.programs.model_dump(include=_names(Limits)))
+
+    def readings(self) -> Readings:
+        return Readings(**self.programs.model_dump(include=_names(Readings)))

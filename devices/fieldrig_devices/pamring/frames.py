@@ -203,8 +203,9 @@ class Move(IntEnum):
 class AxisOrder:
     """An order with its value in RU or RU/s, and the limits of its trapezoid in RU/s and RU/s2 (0 where unused).
 
-    The node clips the limits to its own.  It reports an order as done by its `number`, 1 to 65535.  Orders that leave
-    `ready` alone (POSITION, UPDATE_STATUS) have the number 0, which is never reported (PAML-059).
+    The value of POWER_ON and POSITION is the new name of the position.  The node clips the limits to its own.  It
+    reports an order as done by its `number`, 1 to 65535.  Orders that leave `ready` alone (POSITION, UPDATE_STATUS)
+    have the number 0, which is never reported (PAML-059).
     """
 
     number: int

@@ -2,7 +2,8 @@
 
 It answers `Identify`, configurations and `Run`, knows the group of the node, notices when no cycle arrives, and hands
 everything else to the program of the node.  Source: section 3.1 of the digest of the language, and B.2 of the manual.
-The manual gives no time after which a node shows that the ring is inactive; `INACTIVE_NS` is ours.
+The manual gives no time after which a node shows that the ring is inactive; `INACTIVE_NS` is ours, and a setting of
+the nodes.
 """
 
 import logging

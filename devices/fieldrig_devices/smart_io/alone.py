@@ -169,7 +169,7 @@ class LocalMotor:
     ) -> None:
         self.name = f"motor{number}"
         self._clock, self._board, self._number, self._own = clock, board, number, own
-        self._on_change, self._rest_ns = on_change, settings.motor_rest_ms * MS
+        self._on_change, self._settings = on_change, settings
         self._modules = settings.modules
         self._values = [0, 0]
         self._last = 0
@@ -204,7 +204,7 @@ class LocalMotor:
         self._scans = (zero, counter)
         for scan in self._scans:
             scan.run()
-        self._drive = MotorDrive(self._clock, item, parts, self._rest_ns, self._board.troubles, self._on_report)
+        self._drive = MotorDrive(self._clock, item, parts, self._settings, self._board.troubles, self._on_report)
 
     def close(self) -> None:
         for scan in self._scans:

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from fieldrig.clock import Clock
+from fieldrig.clock import MS, Clock
 from fieldrig.injected_faults import InjectedFaults
 from fieldrig_devices.pamring.ends import RingFault
 from fieldrig_devices.smart_io.addresses import group_of, place_of
@@ -35,8 +35,11 @@ class Board:
         self.terminals, self.troubles = terminals, troubles
         self.modules = frozenset(settings.modules)
         self.has_display = settings.keyboard == "006.7012"
-        self.display = Display(clock)
-        self.lamps = {number: Lamp(clock, terminals, f"led{number}") for number in settings.leds}
+        readings = settings.readings
+        half_ns = readings.blink_period_ms * MS // 2
+        self.display = Display(clock, half_ns, readings.font)
+        self.lamps = {number: Lamp(clock, terminals, f"led{number}", half_ns) for number in settings.leds}
+        self._step_mv = readings.analog_step_mv
         self.millivolts = 0
         """Value of the analog output."""
         self._present: dict[Key, int] = {}
@@ -47,6 +50,8 @@ class Board:
         return number in self._settings.keys
 
     def put_analog(self, millivolts: int) -> None:
+        """Give the nearest voltage that the output has."""
+        millivolts = round(round(millivolts / self._step_mv) * self._step_mv)
         if millivolts != self.millivolts:
             self.millivolts = millivolts
             self.terminals.drive_analog("analog1", millivolts)

@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any, ClassVar, Final
 
 from fieldrig.bus import Bus
-from fieldrig.clock import Clock
+from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
@@ -87,7 +87,8 @@ class SmartIo(Device):
         address = self._settings.ring_address
         if address is None:
             raise ValueError("ring_address: expected the address of the node, 1 to 255, beside links.ring")
-        end = RingNode(clock, ring, address, NodeType.SMART_IO, FIRMWARE, self.program)
+        inactive_ns = self._settings.ring_inactive_ms * MS
+        end = RingNode(clock, ring, address, NodeType.SMART_IO, FIRMWARE, self.program, inactive_ns)
         self.program.attach(end)
         return end
 

@@ -4,13 +4,13 @@ Source: Appendix F and B.2 for the codes.  The display has one digit, so a code 
 character after another, and a blank after them; the pace is ours.
 """
 
+from collections.abc import Mapping
 from enum import Enum, auto
 from typing import Final
 
 from fieldrig.clock import Clock, S
 from fieldrig_devices.pamring.ends import RingFault
 from fieldrig_devices.smart_io.font import POINT, segments_of
-from fieldrig_devices.smart_io.lamp import HALF_NS
 
 BLANK: Final = 0x20
 RING_CODES: Final = {
@@ -20,6 +20,8 @@ RING_CODES: Final = {
     RingFault.CRC: "F-7",
 }
 HEAP: Final = "F 3"
+PACE_NS: Final = S // 2
+"""Time for each character of a code."""
 RECOVERY_NS: Final = S
 """How long the code of a full FIFO is shown after it was full for the last time."""
 
@@ -39,8 +41,9 @@ PHASE_CODES: Final = {Phase.NOT_CONFIGURED: "F 4", Phase.CONFIGURING: "8."}
 class Display:
     """The contents of the display."""
 
-    def __init__(self, clock: Clock) -> None:
-        self._clock = clock
+    def __init__(self, clock: Clock, half_ns: int, font: Mapping[str, str]) -> None:
+        """A blinking character is on for `half_ns`, and off as long; `font` has characters that differ."""
+        self._clock, self._half_ns, self._font = clock, half_ns, font
         self.phase = Phase.ALONE
         self.ring = RingFault.NONE
         self.is_heap_full = False
@@ -99,9 +102,9 @@ class Display:
         code, now_ns = self.code, self._clock.now_ns()
         if not code:
             since_ns = self._blink_since_ns
-            is_dark = since_ns is not None and (now_ns - since_ns) // HALF_NS % 2
-            return "" if is_dark else segments_of(self.character)
+            is_dark = since_ns is not None and (now_ns - since_ns) // self._half_ns % 2
+            return "" if is_dark else segments_of(self.character, self._font)
         if code == PHASE_CODES[Phase.CONFIGURING]:
-            return segments_of(ord("8")) + POINT
-        shown = f"{code} "[now_ns // HALF_NS % (len(code) + 1)]
-        return segments_of(ord(shown))
+            return segments_of(ord("8"), self._font) + POINT
+        shown = f"{code} "[now_ns // PACE_NS % (len(code) + 1)]
+        return segments_of(ord(shown), self._font)

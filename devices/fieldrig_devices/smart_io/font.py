@@ -1,7 +1,8 @@
 """The font HEXA of the seven-segment display (Appendix C).
 
 Source: the pictures of the appendix are lost.  Digits, the letters A to H and a to h, and the bars that the text of the
-table still shows are drawn; other capital letters have their usual shapes, and all other codes are blank.
+table still shows are drawn; other capital letters have their usual shapes, and all other codes are blank.  A setting
+draws characters in another way.
 """
 
 from collections.abc import Mapping
@@ -23,6 +24,10 @@ _SHAPES: Final[Mapping[str, str]] = {
 }  # fmt: skip
 
 
-def segments_of(code: int) -> str:
-    """Return the segments that a character lights, a to g clockwise from the top with g in the middle."""
-    return _SHAPES.get(chr(code), "") if FIRST <= code <= LAST else ""
+def segments_of(code: int, own: Mapping[str, str] = _SHAPES) -> str:
+    """Return the segments that a character lights, a to g clockwise from the top with g in the middle.
+
+    `own` has the characters of a machine that differ from the font.
+    """
+    character = chr(code)
+    return own.get(character, _SHAPES.get(character, "")) if FIRST <= code <= LAST else ""

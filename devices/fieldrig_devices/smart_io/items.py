@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import MS, US, Clock
 from fieldrig_devices.pamring.frames import (
     CounterItem,
     InputChanged,
@@ -19,10 +19,11 @@ from fieldrig_devices.smart_io.display import Display
 from fieldrig_devices.smart_io.font import FIRST, LAST
 from fieldrig_devices.smart_io.key import Key
 from fieldrig_devices.smart_io.lamp import Lamp
-from fieldrig_devices.smart_io.motor import OPERANDS, DcMotor, MotorTimes
+from fieldrig_devices.smart_io.motor import OPERANDS, DcMotor, MotorLimits, wrapped
 from fieldrig_devices.smart_io.scan import InputScan
+from fieldrig_devices.smart_io.settings import SmartIoSettings
 from fieldrig_devices.smart_io.terminals import Terminals
-from fieldrig_devices.smart_io.troubles import MOTOR, NODE_BITS, FaultCode, Troubles
+from fieldrig_devices.smart_io.troubles import MOTOR, MOTOR_BITS, NODE_BITS, FaultCode, Troubles, without
 
 Send = Callable[[Report], None]
 MOST_MV: Final = 10_000
@@ -60,8 +61,19 @@ class NodeItem:
 class Inputs(NodeItem):
     """A binary or digital input.  Its bits are electrical levels."""
 
-    def __init__(self, clock: Clock, terminals: Terminals, item: InputItem, names: Sequence[str], send: Send) -> None:
-        self._item, self._send = item.item, send
+    def __init__(
+        self,
+        clock: Clock,
+        terminals: Terminals,
+        item: InputItem,
+        names: Sequence[str],
+        send: Send,
+        *,
+        is_stamped: bool = False,
+    ) -> None:
+        """Reports of a single input say how long ago its level changed if `is_stamped` is true."""
+        self._clock, self._item, self._send = clock, item.item, send
+        self._is_stamped = is_stamped and item.bits == 1
         self._scan = InputScan(clock, terminals, names, item.period_ms * MS, item.debounce, self._on_change)
         self.is_single = item.bits == 1
         self.watcher: Callable[[], None] = _ignore
@@ -73,17 +85,15 @@ class Inputs(NodeItem):
 
     def run(self) -> None:
         self._scan.start()
-        self._report()
+        self._send(InputChanged(self._item, self._scan.value))
 
     def close(self) -> None:
         self._scan.stop()
 
     def _on_change(self) -> None:
-        self._report()
+        age_us = (self._clock.now_ns() - self._scan.edge_ns) // US if self._is_stamped else 0
+        self._send(InputChanged(self._item, self._scan.value, age_us))
         self.watcher()
-
-    def _report(self) -> None:
-        self._send(InputChanged(self._item, self._scan.value))
 
 
 class PulseCounter(NodeItem):
@@ -93,6 +103,8 @@ class PulseCounter(NodeItem):
         self._item, self._send, self._active = item.item, send, int(item.is_active_high)
         self._scan = InputScan(clock, terminals, [name], item.period_ms * MS, item.debounce, self._on_change)
         self._count = 0
+        self.step: Callable[[], int] = _up
+        """Return 1 to count a pulse up, or -1 to count it down (G-09)."""
         self.watcher: Callable[[], None] = _ignore
         """Called with each pulse, for a motor."""
 
@@ -105,7 +117,7 @@ class PulseCounter(NodeItem):
 
     def _on_change(self) -> None:
         if self._scan.value == self._active:
-            self._count = (self._count + 1) & 0x7FFF_FFFF
+            self._count = wrapped(self._count + self.step())
             self.watcher()
             self._send(InputChanged(self._item, self._count))
 
@@ -113,12 +125,15 @@ class PulseCounter(NodeItem):
 class KeyInput(NodeItem):
     """A key of the keyboard or of a binary input, with its mode."""
 
-    def __init__(self, clock: Clock, terminals: Terminals, item: KeyItem, name: str, send: Send) -> None:
+    def __init__(
+        self, clock: Clock, terminals: Terminals, item: KeyItem, name: str, send: Send, *, is_pulsed: bool
+    ) -> None:
         self._item, self._send, self._active = item.item, send, int(item.is_active_high)
         period_ns = item.period_ms * MS
         debounce = item.debounce if item.is_on_binary_input else 1
         self._scan = InputScan(clock, terminals, [name], period_ns, debounce, self._on_change)
-        self._key = Key(clock, item.mode, period_ns, item.delay_ms * MS, item.repeat_ms * MS, self._report)
+        times = (period_ns, item.delay_ms * MS, item.repeat_ms * MS)
+        self._key = Key(clock, item.mode, *times, self._report, is_pulsed=is_pulsed)
 
     def run(self) -> None:
         self._scan.start()
@@ -242,6 +257,7 @@ class MotorParts:
         """Let the parts be items of their own again."""
         self.increase.is_of_motor = self.decrease.is_of_motor = False
         self.counter.watcher = self.zero.watcher = _ignore
+        self.counter.step = _up
 
     def drive(self, direction: int) -> None:
         """Switch the outputs; the one that goes off is first."""
@@ -253,13 +269,28 @@ class MotorDrive(NodeItem):
     """A DC motor, whose errors are those of the node as well (12.1.1.7)."""
 
     def __init__(
-        self, clock: Clock, item: MotorItem, parts: MotorParts, rest_ns: int, troubles: Troubles, send: Send
+        self,
+        clock: Clock,
+        item: MotorItem,
+        parts: MotorParts,
+        settings: SmartIoSettings,
+        troubles: Troubles,
+        send: Send,
     ) -> None:
         self._item, self._parts, self._troubles, self._send = item.item, parts, troubles, send
         self._told: frozenset[FaultCode] = frozenset()
-        times = MotorTimes(item.timeout_ms * MS, rest_ns)
-        self.motor = DcMotor(clock, times, item.braking, parts.drive, lambda: bool(parts.zero.value), self._report)
+        readings = settings.readings
+        own = MotorLimits(
+            item.timeout_ms * MS, settings.motor_rest_ms * MS, readings.zero_at == "rest", readings.stray_pulses
+        )
+        self._node_bits, bits = (
+            table if readings.does_not_stop_bit else without(FaultCode.DOES_NOT_STOP, table)
+            for table in (NODE_BITS, MOTOR_BITS)
+        )
+        self.motor = DcMotor(clock, own, item.braking, parts.drive, lambda: bool(parts.zero.value), self._report, bits)
         parts.join(self.motor.on_pulse, self.motor.on_zero)
+        if readings.counts == "direction":
+            parts.counter.step = lambda: self.motor.direction
 
     def run(self) -> None:
         self._report()
@@ -285,9 +316,13 @@ class MotorDrive(NodeItem):
         errors = self.motor.errors
         for fault in sorted(errors ^ self._told):
             details = (self._item, int(fault))
-            self._troubles.set(fault in errors, MOTOR, details, NODE_BITS.get(fault, 0))
+            self._troubles.set(fault in errors, MOTOR, details, self._node_bits.get(fault, 0))
         self._told = errors
         self._send(MotorReport(self._item, self.motor.is_ready, self.motor.error_word))
+
+
+def _up() -> int:
+    return 1
 
 
 def _ignore() -> None:

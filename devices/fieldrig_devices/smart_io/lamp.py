@@ -1,20 +1,16 @@
-"""An LED: on, off, or blinking at the fixed rate of the node, which the program does not set (PAML-104, G-11).
+"""An LED: on, off, or blinking at the rate of the node, which the program does not set (PAML-104, G-11).
 
 A blinking LED blinks whether it is set or not; `no_blink` brings its steady state back.
 """
 
-from typing import Final
-
-from fieldrig.clock import Clock, S, Timer
+from fieldrig.clock import Clock, Timer
 from fieldrig_devices.smart_io.terminals import Terminals
-
-HALF_NS: Final = S // 2
-"""Blinking is at 1 Hz, on for one half of the time."""
 
 
 class Lamp:
-    def __init__(self, clock: Clock, terminals: Terminals, terminal: str) -> None:
-        self._clock, self._terminals, self._terminal = clock, terminals, terminal
+    def __init__(self, clock: Clock, terminals: Terminals, terminal: str, half_ns: int) -> None:
+        """A blinking LED is on for `half_ns`, and off as long."""
+        self._clock, self._terminals, self._terminal, self._half_ns = clock, terminals, terminal, half_ns
         self._since_ns: int | None = None
         self._timer: Timer | None = None
         self.value = False
@@ -29,7 +25,7 @@ class Lamp:
         """True if it is lit at this instant."""
         if self._since_ns is None:
             return self.value
-        return (self._clock.now_ns() - self._since_ns) // HALF_NS % 2 == 0
+        return (self._clock.now_ns() - self._since_ns) // self._half_ns % 2 == 0
 
     def set(self, value: bool) -> None:
         self.value = value
@@ -56,7 +52,7 @@ class Lamp:
 
     def _wait(self) -> None:
         if self._terminals.has_wire(self._terminal):  # without one, the state is computed when it is read
-            self._timer = self._clock.call_at(self._clock.now_ns() + HALF_NS, self._on_half)
+            self._timer = self._clock.call_at(self._clock.now_ns() + self._half_ns, self._on_half)
 
     def _on_half(self) -> None:
         self._show()

@@ -8,13 +8,14 @@ The manual names the functions and the errors; what follows is how we read them 
   that.
 - Stroke limits are targets that no order passes; an order that would is ended there with the error of the limit.  A
   search for zero has no limits, as it begins at an unknown position.
-- zero_position ends at once if ZERO has its level already.
+- zero_position ends at once if ZERO has its level already.  The position is 0 where ZERO gets its level, or by a
+  setting where the motor comes to rest behind it.
 - A pulse at rest is an unexpected move.  When there were more of them than BRAKING, the position is lost until it is
   named again.
 - The position is lost, too, when a motor that does not stop has been coasting for TIMEOUT, as it may turn either way.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Final
@@ -60,33 +61,41 @@ class Goal:
 
 
 @dataclass(frozen=True, slots=True)
-class MotorTimes:
+class MotorLimits:
     timeout_ns: int
     """TIMEOUT: longest time without a pulse while the motor is driven."""
     rest_ns: int
     """The motor counts as stopped when no pulse has come for this long."""
+    names_at_rest: bool = False
+    """True if zero_position names the position when the motor has stopped, False if at the edge of ZERO."""
+    stray_pulses: int | None = None
+    """The most pulses at rest with which the position is not lost; None is BRAKING."""
 
 
 class DcMotor:
     def __init__(
         self,
         clock: Clock,
-        times: MotorTimes,
+        own: MotorLimits,
         braking: int,
         drive: Callable[[int], None],
         is_zero_high: Callable[[], bool],
         on_change: Callable[[], None],
+        bits: Mapping[FaultCode, int] = MOTOR_BITS,
     ) -> None:
-        """`drive` switches the outputs: 1 for INC, -1 for DEC, 0 for none."""
-        self._clock, self._times, self._braking = clock, times, braking
+        """`drive` switches the outputs: 1 for INC, -1 for DEC, 0 for none; `bits` are those of the error word."""
+        self._clock, self._own, self._braking = clock, own, braking
         self._drive, self._is_zero_high, self._on_change = drive, is_zero_high, on_change
         self.state = State.REST
         self.position = 0
         self.errors: frozenset[FaultCode] = frozenset()
         self.is_ready = True
         self._limits: tuple[int, int] | None = None
-        self._direction = 1
+        self._bits = bits
+        self.direction = 1
         """The direction that was driven last."""
+        self._is_zero_due = False
+        """True if the position is 0 where the motor comes to rest."""
         self._goal = self._next = Goal(0)
         """The present order, and the one that waits for the motor to stop; direction 0 is none."""
         self._off_at: int | None = None
@@ -100,7 +109,7 @@ class DcMotor:
     @property
     def error_word(self) -> int:
         """Table 12-3."""
-        return sum(MOTOR_BITS[fault] for fault in self.errors)
+        return sum(self._bits[fault] for fault in self.errors)
 
     # ---- orders
 
@@ -128,7 +137,7 @@ class DcMotor:
         return True
 
     def _move_to(self, target: int) -> None:
-        target = _wrapped(target)
+        target = wrapped(target)
         self._begin(Goal(self._towards(target), target))
 
     def _towards(self, target: int) -> int:
@@ -155,8 +164,8 @@ class DcMotor:
             self._tell(is_ready=True)
 
     def _name(self, position: int) -> None:
-        self.position = _wrapped(position)
-        self._stray = 0
+        self.position = wrapped(position)
+        self._stray, self._is_zero_due = 0, False
         self._tell(less=(FaultCode.POSITION_LOST,))
         self._aim()
 
@@ -170,8 +179,10 @@ class DcMotor:
     def _begin(self, goal: Goal) -> None:
         """Begin an order at once, or when the motor has stopped if it turns the other way."""
         self._stray = 0
+        if self._is_zero_due:
+            self._name(0)
         self._tell(is_ready=False, less=_BY_ORDER)
-        turns = 0 if self.state is State.REST else self._direction
+        turns = 0 if self.state is State.REST else self.direction
         if turns and goal.direction != turns:
             self._next = goal
             if self.state is State.DRIVEN:
@@ -184,7 +195,7 @@ class DcMotor:
             goal = Goal(self._towards(goal.target), goal.target)
         self._goal, self._next = goal, Goal(0)
         if goal.zero is not None and self._is_zero_high() is goal.zero:
-            self._name(0)
+            self._found_zero()
             self._rest_or_coast()
         elif goal.direction == 0:
             self._rest_or_coast()
@@ -192,10 +203,16 @@ class DcMotor:
             self._tell(more=(error,))
             self._rest_or_coast()
         else:
-            self.state, self._direction = State.DRIVEN, goal.direction
+            self.state, self.direction = State.DRIVEN, goal.direction
             self._drive(goal.direction)
             self._aim()
-            self._wait(self._times.timeout_ns, self._on_timeout)
+            self._wait(self._own.timeout_ns, self._on_timeout)
+
+    def _found_zero(self) -> None:
+        if self._own.names_at_rest and self.state is not State.REST:
+            self._is_zero_due = True
+        else:
+            self._name(0)
 
     def _rest_or_coast(self) -> None:
         """End an order that needs no motion."""
@@ -229,25 +246,26 @@ class DcMotor:
 
     def on_pulse(self) -> None:
         """Count a pulse."""
-        self.position = _wrapped(self.position + self._direction)
+        self.position = wrapped(self.position + self.direction)
         if self.state is State.DRIVEN:
-            self._wait(self._times.timeout_ns, self._on_timeout)
-            if self._off_at is not None and (self.position - self._off_at) * self._direction >= 0:
+            self._wait(self._own.timeout_ns, self._on_timeout)
+            if self._off_at is not None and (self.position - self._off_at) * self.direction >= 0:
                 self._tell(more=() if self._off_error is None else (self._off_error,))
                 self._switch_off()
         elif self.state is State.COASTING:
-            self._wait(self._times.rest_ns, self._on_rest)
-            if self._clock.now_ns() - self._off_ns > self._times.timeout_ns:
+            self._wait(self._own.rest_ns, self._on_rest)
+            if self._clock.now_ns() - self._off_ns > self._own.timeout_ns:
                 self._tell(is_ready=True, more=(FaultCode.DOES_NOT_STOP, FaultCode.POSITION_LOST))
         else:
             self._stray += 1
-            lost = (FaultCode.POSITION_LOST,) if self._stray > self._braking else ()
+            most = self._braking if self._own.stray_pulses is None else self._own.stray_pulses
+            lost = (FaultCode.POSITION_LOST,) if self._stray > most else ()
             self._tell(more=(FaultCode.UNEXPECTED_MOVE, *lost))
 
     def on_zero(self) -> None:
         """Take a change of the input ZERO."""
         if self.state is State.DRIVEN and self._goal.zero is self._is_zero_high():
-            self._name(0)
+            self._found_zero()
             self._switch_off()
 
     def halt(self) -> None:
@@ -266,7 +284,7 @@ class DcMotor:
         self._drive(0)
         self.state, self._goal, self._off_at = State.COASTING, Goal(0), None
         self._off_ns = self._clock.now_ns()
-        self._wait(self._times.rest_ns, self._on_rest)
+        self._wait(self._own.rest_ns, self._on_rest)
 
     def _on_timeout(self) -> None:
         self._timer = None
@@ -276,6 +294,8 @@ class DcMotor:
     def _on_rest(self) -> None:
         self._timer = None
         self.state = State.REST
+        if self._is_zero_due:
+            self._name(0)
         if self._next.direction or self._next.target is not None:
             self._start(self._next)
         else:
@@ -297,6 +317,6 @@ class DcMotor:
             self._on_change()
 
 
-def _wrapped(position: int) -> int:
+def wrapped(position: int) -> int:
     """Return a position as a signed number of 32 bits."""
     return (position + _HALF) % (2 * _HALF) - _HALF

@@ -5,9 +5,10 @@ nothing: every report comes from an edge, a timer or an order.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, Final
 
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import Clock
 from fieldrig_devices.pamring.ends import NodePort, RingFault
 from fieldrig_devices.pamring.frames import (
     AnalogItem,
@@ -47,6 +48,7 @@ from fieldrig_devices.smart_io.items import (
     PulseCounter,
     SevenSegment,
 )
+from fieldrig_devices.smart_io.readings import NodeReadings
 from fieldrig_devices.smart_io.settings import SmartIoSettings
 from fieldrig_devices.smart_io.troubles import NODE, NODE_BITS, FaultCode
 
@@ -56,6 +58,7 @@ _ORDERS: Final[Mapping[type[Any], Callable[[NodeItem, Any], bool]]] = {
     Display: lambda item, order: item.display(order.character),
     MotorOrder: lambda item, order: item.move(order.order, order.values),
 }
+Scanned = InputItem | CounterItem | KeyItem
 _BEFORE_RUN: Final = (FaultCode.HEAP, FaultCode.UNKNOWN_TYPE)
 
 
@@ -65,7 +68,7 @@ class SmartIoProgram:
     def __init__(self, clock: Clock, board: Board, settings: SmartIoSettings, on_owner: Callable[[], None]) -> None:
         """`on_owner` is called when a PAM takes the node over, before anything else of it is carried out."""
         self._clock, self._board, self._on_owner = clock, board, on_owner
-        self._rest_ns, self._heap_bytes = settings.motor_rest_ms * MS, settings.heap_bytes
+        self._settings, self._heap_bytes = settings, settings.heap_bytes
         self._holds = settings.outputs_without_ring == "hold"
         self._used = 0
         """Bytes of the heap that items occupy."""
@@ -188,17 +191,20 @@ class SmartIoProgram:
     def _made(self, item: Configuration) -> NodeItem | None:
         """Return the item at work; None if this node can't have it (04..E01A)."""
         clock, board = self._clock, self._board
-        terminals = board.terminals
+        terminals, readings = board.terminals, self._settings.readings
+        if isinstance(item, InputItem | CounterItem | KeyItem):
+            item = completed(item, readings)
         match item:
             case InputItem(address=address, bits=bits) if self._are_there(address, bits) and _is_scan(item):
                 names = [f"in{address + place}" for place in range(bits)]
-                return Inputs(clock, terminals, item, names, self.send)
+                return Inputs(clock, terminals, item, names, self.send, is_stamped=readings.time_stamps)
             case CounterItem(address=address) if self._are_there(address, 1) and _is_scan(item):
                 return PulseCounter(clock, terminals, item, f"in{address}", self.send)
             case KeyItem(address=address) if _is_scan(item) and item.delay_ms >= 0 and item.repeat_ms >= 0:
                 name = f"in{address}" if item.is_on_binary_input else f"key{address}"
                 is_there = self._are_there(address, 1) if item.is_on_binary_input else board.has_key(address)
-                return KeyInput(clock, terminals, item, name, self.send) if is_there else None
+                is_pulsed = readings.autorepeat == "pulses"
+                return KeyInput(clock, terminals, item, name, self.send, is_pulsed=is_pulsed) if is_there else None
             case OutputItem(address=address, bits=bits) if self._are_there(address, bits):
                 return Outputs(terminals, item, [f"out{address + place}" for place in range(bits)])
             case AnalogItem(address=1) if not self._has(Analog):
@@ -221,7 +227,7 @@ class SmartIoProgram:
                 PulseCounter() as counter,
             ] if increase is not decrease and item.timeout_ms > 0 and item.braking >= 0:
                 together = MotorParts(increase, decrease, zero, counter)
-                return MotorDrive(self._clock, item, together, self._rest_ns, self._board.troubles, self.send)
+                return MotorDrive(self._clock, item, together, self._settings, self._board.troubles, self.send)
         return None
 
     def _are_there(self, address: int, bits: int) -> bool:
@@ -233,5 +239,14 @@ class SmartIoProgram:
         return any(isinstance(item, kind) for item in self._items.values())
 
 
-def _is_scan(item: InputItem | CounterItem | KeyItem) -> bool:
+def completed(item: Scanned, readings: NodeReadings) -> Scanned:
+    """Return an item with the PERIOD that the node has, and with the times of a key that declares none (G-06, G-08)."""
+    step = readings.scan_step_ms
+    item = replace(item, period_ms=-(-item.period_ms // step) * step)
+    if isinstance(item, KeyItem) and not item.repeat_ms:
+        return replace(item, delay_ms=item.delay_ms or readings.delay_ms, repeat_ms=readings.repeat_ms)
+    return item
+
+
+def _is_scan(item: Scanned) -> bool:
     return item.period_ms >= 1 and item.debounce >= 1

@@ -30,6 +30,8 @@ class InputScan:
         self._changing: set[int] = set()
         """The inputs that are sampled, by their bits."""
         self._origin_ns = self._sampled_ns = 0
+        self.edge_ns = 0
+        """Instant of the last edge."""
         self._timer: Timer | None = None
         self.value = 0
         """The levels that were accepted."""
@@ -53,6 +55,7 @@ class InputScan:
             self._timer = None
 
     def _on_edge(self, place: int) -> None:
+        self.edge_ns = self._clock.now_ns()
         if place not in self._changing and self._is_changing(place):
             self._changing.add(place)
             if self._timer is None:

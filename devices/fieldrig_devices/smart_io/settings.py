@@ -11,6 +11,7 @@ from fieldrig_devices.canopen.point_slave import PointSlaveSettings
 from fieldrig_devices.modbus.point_server import PointServerSettings
 from fieldrig_devices.smart_io.addresses import MODULES, exists, place_of
 from fieldrig_devices.smart_io.heap import HEAP_BYTES
+from fieldrig_devices.smart_io.readings import NodeReadings
 from fieldrig_devices.smart_io.terminals import INPUTS
 
 MOST_KEYS: Final = 32
@@ -53,6 +54,9 @@ class SmartIoSettings(Settings):
     ring_address: int | None = Field(
         default=None, ge=1, le=255, description="ADDRESS of the node, by its switches; required with links.ring"
     )
+    ring_inactive_ms: int = Field(
+        default=50, ge=2, le=10_000, description="time without cycles after which the node counts the ring as inactive"
+    )
     modules: dict[Annotated[int, Field(ge=1, le=MODULES)], ModuleSettings] = Field(
         default_factory=lambda: {1: ModuleSettings()}, description="I/O cards by module number, 1 to 16"
     )
@@ -72,6 +76,9 @@ class SmartIoSettings(Settings):
     )
     outputs_without_ring: Literal["inactive", "hold"] = Field(
         default="inactive", description="outputs when the ring is silent; DC motors stop in any case"
+    )
+    readings: NodeReadings = Field(
+        default_factory=NodeReadings, description="readings of the PAM's manual where it is silent or unclear"
     )
     heap_bytes: int = Field(default=HEAP_BYTES, ge=256, le=1 << 20, description="memory for the items of a PAM")
     can_slave: PointSlaveSettings | None = Field(default=None, description="CiA 401 slave on links.can")

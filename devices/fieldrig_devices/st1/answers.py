@@ -14,12 +14,13 @@ SET_POINT_BITS: Final = 64
 """Bits of the own part in a report."""
 
 
-def status_of(setting: SetPosition, *, is_powered: bool) -> int:
-    """Return the status word of an axis, table 12-4."""
+def status_of(setting: SetPosition, *, is_powered: bool, needs_stop: bool) -> int:
+    """Return the status word of an axis, table 12-4; with `needs_stop` only a stop sets STOPPED."""
     pipe, doing = setting.pipe, setting.doing
     is_driven = pipe.mode is not None and not pipe.is_ending
     status = DOING[doing] | (Status.SYNCHRONISED if is_driven else 0) | (0 if is_powered else Status.POWER_OFF)
-    return int(status | (Status.STOPPED if doing is Doing.NOTHING and pipe.mode is None else 0))
+    is_stopped = doing is Doing.NOTHING and pipe.mode is None and (setting.was_stopped or not needs_stop)
+    return int(status | (Status.STOPPED if is_stopped else 0))
 
 
 class Answers:

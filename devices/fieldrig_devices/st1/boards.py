@@ -2,7 +2,8 @@
 
 The PAM configures inputs and outputs one by one; outputs without a configuration have the levels that CACOUT gives.
 Levels are electrical: true is 24 V.  IN 16 has a time stamp, which says when its level changed; the other inputs have
-the age 0.  The inputs of a board that is missing read noise, so that their reports flood the PAM (11928).
+the age 0, unless a setting gives time stamps to all of them (G-47).  The inputs of a board that is missing read noise,
+so that their reports flood the PAM (11928).
 """
 
 from collections.abc import Callable
@@ -10,6 +11,7 @@ from typing import Final
 
 from fieldrig.clock import MS, NEVER_NS, US, Clock, Timer
 from fieldrig_devices.pamring.frames import InputChanged, InputItem, OutputItem
+from fieldrig_devices.st1.readings import St1Readings
 from fieldrig_devices.st1.sampled_input import SampledInput
 from fieldrig_devices.st1.settings import OUTPUTS
 
@@ -24,12 +26,13 @@ STAMPED: Final = 16
 class Input:
     """An input that the PAM has configured."""
 
-    def __init__(self, item: InputItem, now_ns: int, level: bool, *, is_there: bool) -> None:
+    def __init__(self, item: InputItem, now_ns: int, level: bool, readings: St1Readings, *, is_there: bool) -> None:
         self.item, self.is_there = item, is_there
-        self.period_ns = item.period_ms * MS
+        step_ns = readings.scan_step_ms * MS
+        self.period_ns = -(-item.period_ms * MS // step_ns) * step_ns
         self.sampled = SampledInput(now_ns, level, self.period_ns, item.debounce)
         self.noise_ns = NEVER_NS if is_there else now_ns + self.period_ns
-        self.is_stamped = INPUT_ADDRESSES[item.address] == STAMPED
+        self.is_stamped = readings.time_stamps == "all" or INPUT_ADDRESSES[item.address] == STAMPED
 
     @property
     def next_ns(self) -> int:
@@ -53,6 +56,7 @@ class Boards:
         self,
         clock: Clock,
         cacout: int,
+        readings: St1Readings,
         *,
         has_oio: bool,
         send: Callable[[InputChanged], None],
@@ -60,6 +64,7 @@ class Boards:
     ) -> None:
         """`drive` is called with the number of an output and its level."""
         self._clock, self._has_oio, self._send, self._drive = clock, has_oio, send, drive
+        self._readings = readings
         self.levels: dict[int, bool] = {}
         """Levels at the inputs, by number; those that nothing drives are low."""
         self.outputs = {number: not cacout >> (number - 8) & 1 for number in OUTPUTS}
@@ -105,7 +110,7 @@ class Boards:
         for item in self._input_items.values():
             number = INPUT_ADDRESSES[item.address]
             is_there = self._has_oio or number < STAMPED
-            running = Input(item, now_ns, self.levels.get(number, False), is_there=is_there)
+            running = Input(item, now_ns, self.levels.get(number, False), self._readings, is_there=is_there)
             self._running.setdefault(number, []).append(running)
             self._send(running.report(now_ns))
         self._wait()

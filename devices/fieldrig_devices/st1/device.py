@@ -12,7 +12,7 @@ from functools import partial
 from math import tau
 from typing import Any, ClassVar
 
-from fieldrig.clock import Clock, S
+from fieldrig.clock import MS, Clock, S
 from fieldrig.device import Device, Point
 from fieldrig.link import Link
 from fieldrig_bus.ring.pam.message import RingMessage
@@ -47,7 +47,13 @@ class St1(Device):
         self._name = name
         self.program = Program(clock, settings, self, self._drive)
         self._end = RingNode(
-            clock, ring, settings.ring_address, NodeType.ST1, int(str(settings.firmware), 16), self.program
+            clock,
+            ring,
+            settings.ring_address,
+            NodeType.ST1,
+            int(str(settings.firmware), 16),
+            self.program,
+            settings.ring_inactive_ms * MS,
         )
         servo = self.program.servo
         self.injected = servo.causes.faults

@@ -39,7 +39,14 @@ class Program:
         """`drive` is called with the number of an output and its level."""
         self._port = port
         self.servo = Servo(clock, settings, port.send)
-        self.boards = Boards(clock, settings.parameters.cacout, has_oio=settings.oio_board, send=port.send, drive=drive)
+        self.boards = Boards(
+            clock,
+            settings.parameters.cacout,
+            settings.readings,
+            has_oio=settings.oio_board,
+            send=port.send,
+            drive=drive,
+        )
         self.registers = Registers({}, {}, {})
         self.ring_fault = RingFault.INACTIVE
 

@@ -1,9 +1,9 @@
 """The axis of an ST1: set position, shaft, power stage and errors together, without the ring and without the wires.
 
 Source: PAM manual 1084-1150, 6712-6993, 8770-9075 (digests: PAML-040 to PAML-065, PAMS-010 to PAMS-018, PAMS-049,
-PAMS-055).  The manual says what an axis is asked and what it answers; how it reacts to its errors is our choice: one
-of `TRIPS` switches the power stage off, and a ring that breaks stops the axis.  An order that needs power while it is
-off is refused with POWER_STAGE_DISABLED (G-15).
+PAMS-055).  The manual says what an axis is asked and what it answers; how it reacts to its errors is our choice, and a
+setting: some switch the power stage off, and a ring that breaks stops the axis.  An order that needs power while it is
+off is refused with POWER_STAGE_DISABLED, which another setting shows as long as the power is off (G-15).
 """
 
 from collections.abc import Callable
@@ -18,14 +18,14 @@ from fieldrig_devices.st1.outer_shaft import shaft_of
 from fieldrig_devices.st1.set_position import Doing, SetPosition
 from fieldrig_devices.st1.settings import St1Settings
 from fieldrig_devices.st1.shaft import TURN
-from fieldrig_devices.st1.status import TRIPS, Error, ErrorWord
+from fieldrig_devices.st1.status import Error, ErrorWord
 from fieldrig_devices.st1.torque import Torque
 
 
 class Servo:
     __slots__ = (
-        "_clock", "_is_off_due", "_is_ring_dead", "_postponed", "_timer", "answers", "causes", "errors", "is_powered",
-        "on_change", "on_steady", "refer", "set", "settings", "shaft", "torque",
+        "_clock", "_is_off_due", "_is_off_shown", "_is_ring_dead", "_postponed", "_timer", "_trips", "answers",
+        "causes", "errors", "is_powered", "on_change", "on_steady", "refer", "set", "settings", "shaft", "torque",
     )  # fmt: skip
 
     def __init__(self, clock: Clock, settings: St1Settings, send: Callable[[AxisReport], None]) -> None:
@@ -35,6 +35,8 @@ class Servo:
         self.torque = Torque(settings.motor)
         self.shaft = shaft_of(settings, self.set, self.torque, lambda volts: self.refer(volts))
         self.errors = ErrorWord(own.cmasks)
+        self._trips = settings.readings.tripping
+        self._is_off_shown = settings.readings.power_stage_disabled == "off"
         self.causes = Causes(clock, settings, self._on_causes)
         self.answers = Answers(send)
         self.on_change: Callable[[], None] = lambda: None
@@ -67,11 +69,11 @@ class Servo:
     # ---- the PAM
 
     def forget(self) -> None:
-        """The PAM begins again: the axis stops, and its power goes off (our reading)."""
+        """The PAM begins again: the axis stops, and its power goes off unless a setting keeps it."""
         self.answers.forget()
         if self.is_powered:
-            self.set.stop(self._clock.now_ns())
-            self._is_off_due = True
+            self._brake()
+            self._is_off_due = self._is_off_due or self.settings.readings.on_pam_reset == "stop_and_power_off"
         self._go_on()
 
     def accept(self, item: AxisItem) -> bool:
@@ -88,7 +90,7 @@ class Servo:
         now_ns, move = self._clock.now_ns(), order.move
         self.answers.begin(order.number)
         if move is Move.POWER_ON:
-            self._power_on(now_ns)
+            self._power_on(now_ns, order.value)
         elif move is Move.POWER_OFF:
             self._power_off(now_ns, order.deceleration)
         elif move is Move.POSITION:
@@ -97,6 +99,8 @@ class Servo:
             self.errors.clear(Error.CHANGE_IN_CD | Error.POWER_STAGE_DISABLED)
             self.answers.repeat()
         elif self.is_powered and not self._is_off_due:
+            if move is Move.STOP:
+                self._postponed = None
             self.set.order(now_ns, order)
         elif move is not Move.STOP:
             self.errors.latch(Error.POWER_STAGE_DISABLED)
@@ -157,32 +161,37 @@ class Servo:
         """Take the state of the ring: a dead one stops the axis."""
         self.causes.put_ring(is_faulty)
         if is_dead and not self._is_ring_dead and self.is_powered:
-            self.set.stop(self._clock.now_ns())
+            self._brake()
             self._is_off_due = self._is_off_due or self.settings.on_ring_fault == "stop_and_power_off"
         self._is_ring_dead = is_dead
         self._on_causes()
 
     # ---- power
 
-    def _power_on(self, now_ns: int) -> None:
-        """Switch the power on; the position becomes 0, without a motion (PAML-055)."""
+    def _power_on(self, now_ns: int, position: int) -> None:
+        """Switch the power on; the position gets the name that the PAM gives, without a motion (PAML-055)."""
         self._is_off_due = False
         self.errors.clear(~Error.CHANGE_IN_CD)
-        if self.errors.present & TRIPS or self._is_ring_dead:
+        if self.errors.present & self._trips or self._is_ring_dead:
             self.errors.latch(Error.POWER_STAGE_DISABLED)
             return
         if not self.is_powered:
             self.set.hold(now_ns, self.shaft.position_at(now_ns))
             self.is_powered = True
             self.shaft.power(now_ns, True)
-        self.set.rename(now_ns, 0)
+        self.set.rename(now_ns, position)
 
     def _power_off(self, now_ns: int, deceleration: int) -> None:
         """Stop first if the axis moves (PAML-056)."""
         if self.is_powered:
             if self.set.is_moving or self.set.pipe.mode is not None:
-                self.set.stop(now_ns, deceleration)
+                self._brake(deceleration)
             self._is_off_due = True
+
+    def _brake(self, deceleration: int = 0) -> None:
+        """Stop, also what a set-point during an earlier stop would begin."""
+        self._postponed = None
+        self.set.stop(self._clock.now_ns(), deceleration)
 
     def _cut(self, now_ns: int) -> None:
         """Take the power off at once; the motor coasts."""
@@ -261,8 +270,10 @@ class Servo:
         if abs(self.shaft.lag_at(now_ns)) > self.settings.lag_limit_turns * TURN:
             self.errors.latch(Error.SERVO_LAG_ERROR)
         self.errors.put(self._present(now_ns))
-        if self.is_powered and (self.errors.present & TRIPS or self.errors.value & Error.SERVO_LAG_ERROR):
+        if self.is_powered and (self.errors.present | self.errors.value & Error.SERVO_LAG_ERROR) & self._trips:
             self._cut(now_ns)
+        if self._is_off_shown:
+            self.errors.shown = 0 if self.is_powered else Error.POWER_STAGE_DISABLED
         self.answers.waits = self._is_off_due or (self.set.is_own_moving and not self.set.is_done(now_ns))
         self.report()
         self.on_change()
@@ -292,7 +303,8 @@ class Servo:
 
     @property
     def status(self) -> int:
-        return status_of(self.set, is_powered=self.is_powered)
+        needs_stop = self.settings.readings.stopped == "after_stop"
+        return status_of(self.set, is_powered=self.is_powered, needs_stop=needs_stop)
 
     def report(self) -> None:
         """Report the axis if any of it has changed."""

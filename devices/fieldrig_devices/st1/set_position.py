@@ -31,7 +31,7 @@ DOES: Final = {
 
 
 class SetPosition:
-    __slots__ = ("_limits", "_own", "_stop", "doing", "offset", "period", "pipe")
+    __slots__ = ("_limits", "_own", "_stop", "doing", "offset", "period", "pipe", "was_stopped")
 
     def __init__(self, limits: Limits) -> None:
         """`limits` are CKV, CKA and ASTOP in RU/s and RU/s2."""
@@ -43,6 +43,8 @@ class SetPosition:
         self.offset = 0
         """RU from a position's name to that of the motor."""
         self.period = 0
+        self.was_stopped = False
+        """True from a stop until the next order or pipe."""
 
     # ---- where it is
 
@@ -103,7 +105,7 @@ class SetPosition:
         else:
             target = self._target(now_ns, order)
             self._own = to_position(now_ns, own.at(now_ns), speed, target, limits)
-        self.doing = DOES[order.move]
+        self.doing, self.was_stopped = DOES[order.move], order.move is Move.STOP
 
     def stop(self, now_ns: int, deceleration: int = 0) -> None:
         """Bring the sum to rest, with ASTOP if no deceleration is given; no pipe drives the axis any longer."""
@@ -112,7 +114,7 @@ class SetPosition:
         position, speed = self._own.at(now_ns) + self.pipe.at(now_ns), self.speed_at(now_ns)
         self.pipe.clear()
         self._own = to_speed(now_ns, position, speed, 0, limits)
-        self.doing = Doing.STOP
+        self.doing, self.was_stopped = Doing.STOP, True
 
     def finish(self, now_ns: int) -> bool:
         """Call this in due time: a motion that is done ends; True if something has ended."""
@@ -160,7 +162,7 @@ class SetPosition:
     def _begin_pipe(self, now_ns: int, mode: SetPointMode, value: int) -> None:
         """Begin a pipe, where another one may still end."""
         self._own.shift(self.pipe.at(now_ns))
-        self.pipe.period = self.period
+        self.pipe.period, self.was_stopped = self.period, False
         if mode is SetPointMode.SPEED:
             self.pipe.begin(now_ns, mode)
             return

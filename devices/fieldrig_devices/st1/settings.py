@@ -8,6 +8,7 @@ from pydantic import ConfigDict, Field, model_validator
 
 from fieldrig.settings import Claim, Settings
 from fieldrig_devices.st1.faults import St1Fault
+from fieldrig_devices.st1.readings import St1Readings
 
 INPUTS = (0, 1, *range(16, 32))
 """IN 0 and 1 of the LPO board, IN 16 to 31 of the OIO board (PAMS-110)."""
@@ -101,12 +102,18 @@ class St1Settings(Settings):
     model_config = ConfigDict(allow_inf_nan=False)
 
     ring_address: int = Field(ge=1, le=255, description="ADDRESS of the node, by the switches; unique on the ring")
+    ring_inactive_ms: int = Field(
+        default=50, ge=2, le=10_000, description="time without cycles after which the node counts the ring as inactive"
+    )
     firmware: int = Field(default=590, ge=0, le=9999, description="version, V0590 as 590")
     oio_board: bool = Field(default=True, description="the OIO board with IN 16 to 31 and OUT 8 to 15 is plugged in")
     parameters: ParameterSettings = Field(default_factory=ParameterSettings)
     motor: MotorSettings = Field(default_factory=MotorSettings)
     plant: PlantSettings | None = Field(default=None, description="a motor on wires; default: the ST1's own")
     supply: SupplySettings = Field(default_factory=SupplySettings)
+    readings: St1Readings = Field(
+        default_factory=St1Readings, description="readings of the PAM's manual where it is silent or unclear"
+    )
     lag_limit_turns: float = Field(default=1.0, gt=0, description="SERVO_LAG_ERROR above it")
     on_ring_fault: Literal["stop_and_power_off", "stop"] = Field(
         default="stop_and_power_off", description="after a break of the ring the axis stops with ASTOP"

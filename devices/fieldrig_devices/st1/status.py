@@ -45,7 +45,7 @@ class Status(IntFlag):
     IN_RUN = 4
     POWER_OFF = 16
     STOPPED = 32
-    """Neither an order nor a pipe moves the axis (our reading)."""
+    """Neither an order nor a pipe moves the axis (our reading; a setting has another one)."""
 
 
 MASK: Final = 0xD0F8_FFFF
@@ -62,7 +62,7 @@ TRIPS: Final = (
     | Error.AUX_SUPPLY_FAILURE
     | Error.SERVO_RESET
 )
-"""The errors that switch the power stage off (our choice; the manual names none)."""
+"""The errors that usually switch the power stage off (our choice; the manual names none, and a setting others)."""
 BITS: Final[Mapping[type[Timed], Error]] = {
     PowerStage: Error.POWER_STAGE_DISABLED,
     Resolver: Error.RESOLVER_FAILURE,
@@ -92,11 +92,13 @@ class ErrorWord:
         self._mask = MASK & ~LOW_WORD | MASK & cmasks
         self.present = 0
         """Bits whose causes are there at present."""
+        self.shown = 0
+        """Bits that are shown without an effect."""
         self._latched = 0
 
     @property
     def value(self) -> int:
-        return int((self.present | self._latched) & self._mask)
+        return int((self.present | self.shown | self._latched) & self._mask)
 
     def put(self, bits: int) -> None:
         """Take the causes of the present instant; a change of C or D sets its bit until the status is updated."""

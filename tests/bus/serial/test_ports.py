@@ -14,12 +14,13 @@ import serial
 import uvloop
 from pydantic import ValidationError
 
+from fieldrig.clock import MS
 from fieldrig.errors import BusError
 from fieldrig.hub import LocalHub
 from fieldrig.real_clock import RealClock
 from fieldrig_bus.serial.line import SerialBus
 from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
-from fieldrig_bus.serial.pty import SerialPty, SerialPtySettings
+from fieldrig_bus.serial.pty import OFF_NS, SerialPty, SerialPtySettings
 from fieldrig_bus.serial.rfc2217 import SerialRfc2217, SerialRfc2217Settings
 from fieldrig_bus.serial.tcp import SerialTcp, SerialTcpSettings
 
@@ -177,14 +178,67 @@ async def test_pty_follows_the_clients_baud_rate(bench: Bench, free_port: int) -
     client = os.open(path, os.O_RDWR | os.O_NOCTTY)
     try:
         os.write(client, b"a")
-        await bench.until(lambda: bench.heard == [b"a"])
+        await bench.until(lambda: bench.heard == [OFF, ON, b"a"])
         attributes = termios.tcgetattr(client)
         attributes[4] = attributes[5] = termios.B19200
         termios.tcsetattr(client, termios.TCSANOW, attributes)
         os.write(client, b"b")
-        await bench.until(lambda: bench.heard == [b"a", Format(19200), b"b"])
+        await bench.until(lambda: bench.heard == [OFF, ON, b"a", Format(19200), b"b"])
     finally:
         os.close(client)
+
+
+ON_LINUX = pytest.mark.skipif(sys.platform != "linux", reason="Linux reports who opens a pty")
+
+
+@ON_LINUX
+@on_both_loops
+async def test_lines_show_whether_a_program_has_the_pty_open(bench: Bench, free_port: int) -> None:
+    await bench.open(SerialPty("com1", SerialPtySettings(baud=19200)))
+    client = os.open(bench.run / "serial/com1", os.O_RDWR | os.O_NOCTTY)
+    await bench.until(lambda: bench.heard == [OFF, ON])  # though it only listens
+    bench.send(b"R")
+    assert await asyncio.to_thread(os.read, client, 10) == b"R"
+    os.close(client)
+    await bench.until(lambda: bench.heard == [OFF, ON, OFF])
+
+
+@ON_LINUX
+@on_both_loops
+async def test_lines_go_off_after_the_last_byte_of_a_program(bench: Bench, free_port: int) -> None:
+    await bench.open(SerialPty("com1", SerialPtySettings(baud=19200)))
+    client = os.open(bench.run / "serial/com1", os.O_RDWR | os.O_NOCTTY)
+    os.write(client, b"A" * 200)  # 104 ms
+    os.close(client)
+    await bench.until(lambda: bench.heard[-1] == OFF and len(bench.heard) > 1)
+    assert bench.heard[:2] == [OFF, ON]
+    assert bench.data() == b"A" * 200
+
+
+@ON_LINUX
+@on_both_loops
+async def test_lines_are_off_for_a_while_before_the_next_program_is_heard(bench: Bench, free_port: int) -> None:
+    instants_ns: dict[int, int] = {}
+    await bench.open(SerialPty("com1", SerialPtySettings(baud=1_000_000)))
+    path = bench.run / "serial/com1"
+    client = os.open(path, os.O_RDWR | os.O_NOCTTY)
+    await bench.until(lambda: bench.heard == [OFF, ON])
+    os.close(client)
+    client = os.open(path, os.O_RDWR | os.O_NOCTTY)  # at once, before the port has noticed anything
+    os.write(client, b"ATZ\r")
+    await bench.until(lambda: bench.heard == [OFF, ON, OFF])
+    bench.send(b"NO CARRIER")  # for the first program
+
+    def is_heard() -> bool:
+        instants_ns.setdefault(len(bench.heard), bench.clock.now_ns())
+        return bench.data() == b"ATZ\r"
+
+    await bench.until(is_heard)
+    bench.send(b"O")
+    assert await asyncio.to_thread(os.read, client, 1) == b"O"
+    os.close(client)
+    assert bench.heard[:5] == [OFF, ON, OFF, ON, b"ATZ\r"]
+    assert instants_ns[max(instants_ns)] - instants_ns[3] > OFF_NS - 50 * MS  # the test looks each ms, or later
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no ptys on Windows")

@@ -72,3 +72,29 @@ def test_an_online_change_takes_the_new_addresses() -> None:
     bench.runtime.markers[60] = 100
     bench.cycle()
     assert (bench.runtime.markers[20], bench.runtime.markers[60], bench["first.calls"]) == (2, 101, 3)
+
+
+def test_a_start_value_of_a_marker_reaches_the_address_of_each_instance() -> None:
+    bench = IecBench(TEXT.replace("count AT %M* : WORD;", "count AT %M* : WORD := 300;"))
+    bench.cycle()
+    assert bytes(bench.runtime.markers[20:24]) == (301).to_bytes(2, "little") * 2
+
+
+def test_structures_and_arrays_at_addresses_have_their_start_values() -> None:
+    text = """
+    TYPE Kind : (low := 3, high); Tank : STRUCT level : INT := -2; full : BOOL := TRUE; END_STRUCT END_TYPE
+    PROGRAM PLC_PRG
+    VAR
+        tank AT %MB4 : Tank;
+        list AT %QB8 : ARRAY[1..3] OF SINT := [1, -1, 0];
+        flags AT %MB20 : ARRAY[0..1] OF BOOL := [2(TRUE)];
+        kind AT %MW12 : Kind;
+        free AT %QW10 : INT;
+    END_VAR
+    END_PROGRAM
+    """
+    bench = IecBench(text)
+    assert bytes(bench.runtime.markers[4:7]) == bytes.fromhex("fe ff 01")
+    assert bytes(bench.runtime.markers[20:26]) == bytes.fromhex("01 01 00 00 03 00")
+    assert bytes(bench.host.outputs[8:12]) == bytes.fromhex("01 ff 00 00")
+    assert set(bench.host.written) == {8, 9, 10}

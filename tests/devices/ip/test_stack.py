@@ -7,8 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from ip_line import CALLER, CONTROLLER, PORT, Line, Peer, User
 
-from fieldrig_devices.ip.ipv4 import Packet
+from fieldrig.clock import S
+from fieldrig_devices.ip.ipv4 import Packet, Protocol
 from fieldrig_devices.ip.stack import MOST_CONNECTIONS, Stack
+from fieldrig_devices.ip.tcp.connection import Connection
 from fieldrig_devices.ip.tcp.segment import ACK, FIN, SYN, Flags, Segment
 
 # An echo of Linux 6.1 in its packet, and what Linux answered but for the identification.
@@ -166,3 +168,72 @@ def test_arbitrary_segments_in_any_state_do_not_raise(
         peer.wait(0.3)
     peer.wait(2000)
     assert peer.stack.next_ns() is None or peer.stack.connections
+
+
+class SlowLink:
+    """A link that takes a packet whenever it is empty, and is emptied by hand."""
+
+    def __init__(self) -> None:
+        self.is_empty = True
+        self.packets: list[Packet] = []
+        self.stack = Stack(CONTROLLER, 1040, self._take, has_room=lambda: self.is_empty)
+        self.connections: dict[int, Connection] = {}
+        self.stack.listen(PORT, self._accept)
+
+    def _take(self, data: bytes) -> None:
+        self.packets.append(Packet.decode(data))
+        self.is_empty &= len(data) <= 44  # SYN and ACK have room
+
+    def _accept(self, connection: Connection) -> None:
+        self.connections[connection.key.remote_port] = connection
+
+    def give(self, now_ns: int, segment: Segment) -> None:
+        packet = Packet(CALLER, CONTROLLER, Protocol.TCP, segment.encode(CALLER, CONTROLLER)).encode()
+        self.stack.receive(now_ns, packet)
+
+    def open(self, port: int) -> None:
+        self.give(0, Segment(port, PORT, 1, 0, SYN, 60_000, b"", 1000))
+        self.give(0, Segment(port, PORT, 2, self.segments()[-1].sequence + 1, ACK, 60_000))
+
+    def segments(self) -> list[Segment]:
+        packets, self.packets = self.packets, []
+        return [Segment.decode(packet.payload, packet.source, packet.destination) for packet in packets]
+
+    def empty(self, now_ns: int) -> list[int]:
+        """Let the link transmit what it has, and return the ports of the segments that follow."""
+        self.is_empty = True
+        self.stack.advance(now_ns)
+        return [segment.destination_port for segment in self.segments()]
+
+
+def test_data_wait_for_room_on_the_link_and_connections_take_turns() -> None:
+    link = SlowLink()
+    for port in (1000, 1001, 1002):
+        link.open(port)
+    for connection in link.connections.values():
+        connection.send(bytes(3000))
+    assert link.empty(0) == [1000]
+    assert [link.empty(0) for _ in range(6)] == [[1000], [1001], [1002], [1000], [1001], [1002]]
+
+
+def test_data_that_wait_for_room_are_neither_repeated_nor_probed_for() -> None:
+    link = SlowLink()
+    link.open(1000)
+    link.is_empty = False
+    link.connections[1000].send(bytes(3000))
+    link.stack.advance(0)
+    for second in range(1, 100):
+        link.stack.advance(second * S)
+    assert link.segments() == []
+    assert link.stack.next_ns() is None
+    assert link.empty(100 * S) == [1000]
+
+
+def test_a_lost_segment_is_repeated_when_the_link_has_room() -> None:
+    link = SlowLink()
+    link.open(1000)
+    link.connections[1000].send(bytes(1000))
+    assert link.empty(0) == [1000]
+    link.stack.advance(1 * S)  # the link is still busy
+    assert link.segments() == []
+    assert link.empty(1 * S) == [1000]

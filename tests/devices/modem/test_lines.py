@@ -98,6 +98,14 @@ def test_rts_off_holds_the_data_for_the_terminal(command: str, is_held: bool) ->
     assert bench.set(rts=True).heard() == ("data" if is_held else "")
 
 
+def test_a_terminal_that_has_gone_leaves_no_result_code_for_the_next_one() -> None:
+    bench = ModemBench().connected(command="AT&K3DT200")
+    bench.heard()
+    bench.set(dtr=False, rts=False)  # a program closes its serial port
+    assert bench.heard() == "\r\nNO CARRIER\r\n"  # sent, though there is no program
+    assert bench.set().heard() == ""
+
+
 def test_xon_and_xoff_stop_either_side() -> None:
     bench = ModemBench().connected(command="AT&K4DT200")
     bench.heard()

@@ -1,92 +1,15 @@
 """Cases of section 19 of the digest, as applications on a whole machine: the PAM, its ring, ST1 and Smart-IO nodes.
 
-T01, T02, T21 and T24 are with the run time, T13 to T15 with the Smart-IO, T16 to T18 with the panel, and T19, T23 and
-T25 to T31 with the ports.
+T01, T02, T21 and T24 are with the run time, T13 to T19, T23 and T31 in `test_acceptance_panel.py`, and T25 to T30 with
+the ports.
 """
 
 from pathlib import Path
 
 import pytest
-
-from fieldrig.clock import MS, S
-from fieldrig.config import load
-from fieldrig.rig import Rig
-from fieldrig_devices.pam.language.compiler import checked
-from fieldrig_devices.pam.rig_file import rig_file
+from pam_cases import TASK, Machine
 
 pytestmark = pytest.mark.long
-
-HEADER = """
-#include "ST1ERROR.SYS"
-APPLICATION NAME = accept V1.00; BASIC_PAM_CYCLE = 3; END
-NODE NOD_A; NUMBER = 2; ADDRESS = 1; TYPE = ST1; END
-NODE NOD_Io; ADDRESS = 33; TYPE = SMART_IO; END
-AXIS AXI_A; NODE = NOD_A; PULSES_PER_UNIT = 11930464.71111111; TRAVEL_SPEED = 360.0; ACCELERATION = 3600.0;
-  INITIAL_POSITION = 0.0; POSITION_RANGE = -1000000.0 1000000.0; END
-AXES_SET AXS_A; AXIS = AXI_A[all]; END
-LED_OUTPUT LED_A; NODE = NOD_Io; ADDRESS = 1; END
-INTERNAL FLAG_VAR IFV_Begin;
-INTERNAL FLAG_VAR IFV_Go;
-INTERNAL FLAG_VAR IFV_Seen;
-INTERNAL REAL_VAR IRV_Value;
-INTERNAL REAL_VAR IRV_Target; NUMBER = 2; END
-INTERNAL WORD_VAR IWV_Step;
-INTERNAL WORD_VAR IWV_Code;
-TMP_GENERATOR TMP_A; TRAVEL_SPEED = 100.0; ACCELERATION = 1000.0; INITIAL_POSITION = 0.0;
-  POSITION_RANGE = -1000000.0 1000000.0; PERIOD = 0.001; ANTI_DELAY = NO; END
-"""
-TASK = """
-TASK TSK_A; SPECS CYCLES = 1; END_SPECS
-  EVENTS ON_EVENT IFV_Begin XEQ_SEQUENCE SEQ_A; END_EVENTS
-  SEQUENCE SEQ_A;
-    AXS_A <- power_on;
-    CONDITION AXS_A ? ready;
-    IWV_Step <- 1;
-    CONDITION IFV_Go;
-    {body}
-    IWV_Step <- 9;
-  END_SEQUENCE
-  POWERON IFV_Begin <- set; END_POWERON
-END_TASK
-"""
-
-
-class Machine:
-    """An application on its ring.  `go` lets its sequence go on behind its first condition."""
-
-    def __init__(self, folder: Path, body: str, declarations: str = "", task: str = TASK) -> None:
-        text = HEADER + declarations + task.replace("{body}", body)
-        program, self.notes = checked(text, "accept.pam")
-        assert [note for note in self.notes if not note.is_note] == []
-        (folder / "accept.pam").write_text(text)
-        (folder / "rig.yaml").write_text(rig_file(program, "accept.pam", is_virtual=True))
-        self.rig = Rig(load(folder / "rig.yaml"))
-        self.until("IWV_Step", 1)
-
-    def __getitem__(self, name: str) -> object:
-        return self.rig.get("pam", name)
-
-    def __setitem__(self, name: str, value: bool | float) -> None:
-        self.rig.set("pam", name, value)
-
-    def go(self, seconds: float = 2.0) -> "Machine":
-        self["IFV_Go"] = True
-        self.wait(seconds)
-        return self
-
-    def wait(self, seconds: float) -> None:
-        self.rig.run_until(self.rig.now_ns + round(seconds * S))
-
-    def until(self, name: str, value: object, seconds: float = 10.0) -> float:
-        """Wait until a variable has a value; return the seconds that it took."""
-        begin_ns = self.rig.now_ns
-        while self[name] != value:
-            assert self.rig.now_ns < begin_ns + seconds * S, (name, self[name], self.rig.get("pam", "messages"))
-            self.rig.run_until(self.rig.now_ns + MS)
-        return (self.rig.now_ns - begin_ns) / S
-
-    def degrees(self, number: int = 1, *, of: str = "set_position") -> float:
-        return float(self.rig.get(f"nod_a_{number}", of)) * 360
 
 
 def test_t03_moves_of_one_axis_of_each_and_of_all(tmp_path: Path) -> None:
@@ -129,6 +52,12 @@ def test_t04_a_pmp_goes_forward_and_backward_and_not_twice_the_same_way(tmp_path
 
 
 SECOND = "NODE NOD_B; ADDRESS = 11; TYPE = ST1; END\n"
+SINGLE = """
+AXIS AXI_B; NODE = NOD_B; PULSES_PER_UNIT = 11930464.71111111; TRAVEL_SPEED = 360.0; ACCELERATION = 3600.0;
+  INITIAL_POSITION = 0.0; POSITION_RANGE = -1000000.0 1000000.0; END
+AXES_SET AXS_B; AXIS = AXI_A[all]; AXIS = AXI_B; END
+CONVERTER CNV_B; DESTINATION = AXS_B; MODE = POSITION; END
+"""
 SET = "CONVERTER CNV_S; DESTINATION = AXS_A; MODE = POSITION; END\n"
 
 
@@ -143,17 +72,11 @@ def test_t05_ratios_of_one_axis_and_of_all(tmp_path: Path) -> None:
 
 
 def test_t05_the_ratio_of_one_axis_of_the_set(tmp_path: Path) -> None:
-    single = """
-    AXIS AXI_B; NODE = NOD_B; PULSES_PER_UNIT = 11930464.71111111; TRAVEL_SPEED = 360.0; ACCELERATION = 3600.0;
-      INITIAL_POSITION = 0.0; POSITION_RANGE = -1000000.0 1000000.0; END
-    AXES_SET AXS_B; AXIS = AXI_A[all]; AXIS = AXI_B; END
-    CONVERTER CNV_B; DESTINATION = AXS_B; MODE = POSITION; END
-    """
     machine = Machine(
         tmp_path,
         """AXI_B <- power_on; CONDITION AXI_B ? ready; CNV_B << TMP_A; CONDITION CNV_B ? ready;
         CNV_B <- change_ratio(AXI_B, 3.0); TMP_A <- absolute_move(10.0); CONDITION TMP_A ? ready;""",
-        SECOND + single,
+        SECOND + SINGLE,
     ).go()
     assert machine.degrees(2) == pytest.approx(10.0, abs=1e-6)
     assert float(machine.rig.get("nod_b", "set_position")) * 360 == pytest.approx(30.0, abs=1e-6)
@@ -174,6 +97,22 @@ def test_t06_a_disconnected_axis_holds_its_position_also_over_the_end_of_the_pip
     machine["IFV_Go"] = False
     machine.until("IWV_Step", 9)
     assert machine.degrees(1) == pytest.approx(30.0, abs=1e-6)  # the axis jumps to the flow
+
+
+def test_t06_a_single_axis_is_disconnected_from_a_speed(tmp_path: Path) -> None:
+    machine = Machine(
+        tmp_path,
+        """AXI_B <- power_on; CONDITION AXI_B ? ready; CNV_B << TMP_A; CONDITION CNV_B ? ready;
+        TMP_A <- position(IRV_Value); WAIT_TIME 500; IWV_Step <- 2; CONDITION !IFV_Go; CNV_B <- disconnect(AXI_B);
+        WAIT_TIME 500;""",
+        SECOND + SINGLE.replace("MODE = POSITION", "MODE = SPEED"),
+    )
+    machine["IRV_Value"] = 720.0  # degrees per second
+    machine.go(0.1).until("IWV_Step", 2)
+    assert [machine.rig.get(node, "set_speed") for node in ("nod_a_1", "nod_b")] == pytest.approx([2.0, 2.0], abs=1e-6)
+    machine["IFV_Go"] = False
+    machine.until("IWV_Step", 9)
+    assert [machine.rig.get(node, "set_speed") for node in ("nod_a_1", "nod_b")] == pytest.approx([2.0, 0.0], abs=1e-6)
 
 
 CORRECTOR = """
@@ -216,6 +155,28 @@ def test_t08_an_error_code_is_a_number_or_a_question_for_a_mask(tmp_path: Path) 
     machine.rig.add_fault("nod_a_1", {"what": "resolver"})
     machine.until("IWV_Step", 9)
     assert machine["IFV_Seen"]
+
+
+def test_t08_an_error_code_is_a_number_and_a_motor_has_one_too(tmp_path: Path) -> None:
+    motor = """
+    BINARY_OUTPUT SBO_Inc; NODE = NOD_Io; ADDRESS = 101; ACTIVE = HIGH; END
+    BINARY_OUTPUT SBO_Dec; NODE = NOD_Io; ADDRESS = 102; ACTIVE = HIGH; END
+    BINARY_INPUT SBI_Zero; NODE = NOD_Io; ADDRESS = 102; ACTIVE = HIGH; PERIOD = 1; DEBOUNCE = 1; END
+    COUNTER_INPUT CNT_Pulses; NODE = NOD_Io; ADDRESS = 101; ACTIVE = HIGH; PERIOD = 1; DEBOUNCE = 1; END
+    DC_MOTOR DCM_A; INC = SBO_Inc; DEC = SBO_Dec; ZERO = SBI_Zero; ENCODER = CNT_Pulses; TIMEOUT = 200; BRAKING = 3; END
+    """
+    machine = Machine(
+        tmp_path,
+        """DCM_A <- run(INC); CONDITION DCM_A ? error; IFV_Seen <- DCM_A ? error_code(DCM_TIMEOUT);
+        IWV_Code <- DCM_A ? error_code; IWV_Step <- 2; CONDITION AXI_B ? error; IWV_Code <- AXI_B ? error_code;""",
+        '#include "SMARTERR.SYS"\n' + SECOND + SINGLE + motor,
+    )
+    machine["IFV_Go"] = True
+    machine.until("IWV_Step", 2)  # no pulse has come within its time-out
+    assert (machine["IFV_Seen"], machine["IWV_Code"]) == (True, 1)
+    machine.rig.add_fault("nod_b", {"what": "resolver"})
+    machine.until("IWV_Step", 9)
+    assert int(str(machine["IWV_Code"])) & 0x0080_0000  # RESOLVER_FAILURE
 
 
 def test_t09_a_pipe_is_motionless_when_its_last_set_point_has_arrived(tmp_path: Path) -> None:
@@ -290,6 +251,26 @@ def test_t12_a_comparator_is_ready_at_its_reference_and_the_old_name_is_an_alias
     assert machine["IWV_Step"] == 9
     assert float(str(machine["IRV_Value"])) == pytest.approx(40.0, abs=0.3)
     assert [note for note in machine.notes if note.is_note and "reference" in note.what]
+
+
+def test_t12_the_reference_through_zero_is_that_of_the_next_period(tmp_path: Path) -> None:
+    machine = Machine(
+        tmp_path,
+        """CNV_A << CMP_A << TMP_P; CONDITION CNV_A ? ready; TMP_P <- run(100.0); CONDITION TMP_P ? position > 50.0;
+        CMP_A <- through_zero_reference(20.0); CONDITION CMP_A ? ready; IRV_Value <- TMP_P ? position;""",
+        COMPARATOR
+        + """TMP_GENERATOR TMP_P; TRAVEL_SPEED = 100.0; ACCELERATION = 1000.0; INITIAL_POSITION = 0.0;
+        POSITION_PERIOD = 360.0; PERIOD = 0.001; END\n""",
+    ).go(5.0)
+    assert machine["IWV_Step"] == 9
+    assert float(str(machine["IRV_Value"])) == pytest.approx(20.0, abs=0.3)
+    assert [note for note in machine.notes if note.is_note and "through_zero_reference" in note.what]
+
+
+def test_t20_an_axis_is_shown_by_its_position(tmp_path: Path) -> None:
+    multiple = TASK.replace("CYCLES = 1", "NUMBER = 2; CYCLES = 1").replace("SEQ_A;", "SEQ_A[i];")
+    machine = Machine(tmp_path, "AXI_A[i] <- absolute_move(12.5); PamDisplay <- AXI_A[i];", task=multiple).go(4.0)
+    assert machine.rig.get("pam", "display") == "    12.5"
 
 
 def test_t20_the_display_shows_an_expression_and_the_position_of_an_axis(tmp_path: Path) -> None:

@@ -10,6 +10,8 @@ from fieldrig.errors import ConfigError
 from fieldrig.pytest_plugin import RigMaker
 from fieldrig.rig import Rig
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig_devices.pam.pipes.shapes import shape_of
+from fieldrig_devices.pam.settings import PamSettings
 
 PAM = """{kind: pam, application: app.pam, date: 1995-10-15 14:30:45, links: {ring: ring, wires: wires},
     analog_wires: [pam.speed]}"""
@@ -38,14 +40,59 @@ def rig(fieldrig_rig: RigMaker, tmp_path: Path) -> Rig:
     return started(fieldrig_rig, tmp_path, COUNTER.format(end=""))
 
 
-def started(make: RigMaker, folder: Path, application: str) -> Rig:
-    return pam_rig(make, folder, HEADER + application, pam=PAM)
+def started(make: RigMaker, folder: Path, application: str, readings: str = "programs: {}") -> Rig:
+    return pam_rig(make, folder, HEADER + application, pam=PAM.replace("analog_wires", f"{readings}, analog_wires"))
+
+
+def with_node(make: RigMaker, folder: Path, keys: str) -> Rig:
+    """Return a PAM with an input of a Smart-IO, `node`; `keys` are those of its ring."""
+    node = """
+NODE NOD_Io; ADDRESS = 33; TYPE = SMART_IO; END
+BINARY_INPUT SBI_a; NODE = NOD_Io; ADDRESS = 101; ACTIVE = HIGH; PERIOD = 1; DEBOUNCE = 1; END
+"""
+    pam = PAM.replace("analog_wires", f"ring: {{{keys}}}, analog_wires")
+    further = "  node: {kind: smart_io, ring_address: 33, links: {ring: ring, wires: wires}}\n"
+    return pam_rig(make, folder, HEADER + node, further, pam)
 
 
 def codes(rig: Rig) -> list[str]:
     """The codes that the debugger has printed."""
     lines = str(rig.get("pam", "messages")).splitlines()
     return [line[line.index("[") + 1 : line.index("]")] for line in lines[::2]]
+
+
+@pytest.mark.parametrize("is_periodic", [False, True])
+def test_the_reading_of_a_cam_is_that_of_its_pam(fieldrig_rig: RigMaker, tmp_path: Path, is_periodic: bool) -> None:
+    (tmp_path / "HUMP.cam").write_text("0 0\n0.2 0.5\n0.5 1\n0.7 0.4\n1 0\n")
+    application = """
+SINK SNK_Values; END
+PROFILE PRO_Hump; FILE = HUMP; INPUT_AMPLITUDE = 1; OUTPUT_AMPLITUDE = 1; INPUT_OFFSET = 0; OUTPUT_OFFSET = 0; END
+CAM CAM_Hump; PROFILE = PRO_Hump; VALUE_RANGE = 0 1; END
+CONVERTER CNV_Values; DESTINATION = SNK_Values; MODE = VALUE; END
+TMP_GENERATOR TMP_Rest; TRAVEL_SPEED = 1; ACCELERATION = 1; INITIAL_POSITION = 0.1; POSITION_RANGE = 0 1;
+  PERIOD = 0.001; ANTI_DELAY = NO; END
+INTERNAL FLAG_VAR IFV_Go ;
+INTERNAL REAL_VAR IRV_Seen ;
+TASK TSK_Look ;
+  SPECS CYCLES = 1 ; END_SPECS
+  EVENTS ON_EVENT IFV_Go XEQ_SEQUENCE SEQ_Look ; END_EVENTS
+  SEQUENCE SEQ_Look ;
+    CNV_Values << CAM_Hump << TMP_Rest ;
+    CONDITION CNV_Values ? ready ;
+    IRV_Seen <- CAM_Hump ? value ;
+  END_SEQUENCE
+  POWERON IFV_Go <- set ; END_POWERON
+END_TASK
+"""
+    readings = f"objects: {{closed_cams_are_periodic: {str(is_periodic).lower()}}}"
+    rig = started(fieldrig_rig, tmp_path, application, readings)
+    rig.run_until(S)
+    seen = rig.get("pam", "IRV_Seen")
+    shape = shape_of((tmp_path / "HUMP.cam").read_bytes(), closed_is_periodic=is_periodic)
+    assert seen == pytest.approx(shape(0.1))
+    assert seen != pytest.approx(
+        shape_of((tmp_path / "HUMP.cam").read_bytes(), closed_is_periodic=not is_periodic)(0.1)
+    )
 
 
 @pytest.mark.manual("PAMS-107")
@@ -66,11 +113,58 @@ def test_start_says_what_it_does_in_order(rig: Rig) -> None:
 
 
 @pytest.mark.manual("PAML-012")
-def test_basic_cycle_has_the_period_of_the_application(rig: Rig) -> None:
+@pytest.mark.parametrize(("thirds", "cycles"), [(3, 1000), (6, 500), (1, 3000)])
+def test_basic_cycle_has_the_period_of_the_application(
+    fieldrig_rig: RigMaker, tmp_path: Path, thirds: int, cycles: int
+) -> None:
+    header = HEADER.replace("BASIC_PAM_CYCLE = 3", f"BASIC_PAM_CYCLE = {thirds}")
+    rig = pam_rig(fieldrig_rig, tmp_path, header + COUNTER.format(end=""), pam=PAM)
     rig.run_until(S)
     before = int(rig.get("pam", "cycle"))
     rig.run_until(2 * S)
-    assert int(rig.get("pam", "cycle")) - before == 1000
+    assert int(rig.get("pam", "cycle")) - before == cycles
+
+
+@pytest.mark.manual("PAMS-106")
+@pytest.mark.parametrize("shown_ms", [100, 700])
+def test_the_ring_waits_for_a_ready_token_as_long_as_the_settings_say(
+    fieldrig_rig: RigMaker, tmp_path: Path, shown_ms: int
+) -> None:
+    rig = with_node(fieldrig_rig, tmp_path, f"identify_ms: {shown_ms}")
+    rig.add_fault("ring", {"what": "halt", "station": "node"})
+    rig.run_until((shown_ms - 10) * MS)
+    assert "0680F005" not in codes(rig)
+    rig.run_until((shown_ms + 20) * MS)
+    assert "0680F005" in codes(rig)
+
+
+def test_all_times_of_the_ring_are_settings(tmp_path: Path) -> None:
+    (tmp_path / "app.pam").write_text(HEADER)
+    ring = {"boot_ms": 1, "identify_ms": 2, "acknowledge_ms": 3, "first_value_ms": 4, "frames_per_ms": 5}
+    settings = PamSettings.model_validate({"application": "app.pam", "ring": ring}, context={"folder": tmp_path})
+    limits = settings.ring_settings(6)
+    times = (limits.boot_ns, limits.identify_ns, limits.acknowledge_ns, limits.first_value_ns)
+    assert (times, limits.frames_per_cycle) == ((MS, 2 * MS, 3 * MS, 4 * MS), 10)
+
+
+def test_names_in_another_case_need_a_setting(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
+    application = COUNTER.format(end="").replace("IWV_Count <- 1 ;", "iwv_count <- 1 ;")
+    with pytest.raises(ConfigError, match="iwv_count is not declared here"):
+        started(fieldrig_rig, tmp_path, application)
+    rig = started(fieldrig_rig, tmp_path, application, "programs: {ignores_case: true}")
+    rig.run_until(S)
+    assert rig.get("pam", "IWV_Count") == 10
+
+
+@pytest.mark.manual("PAML-011")
+@pytest.mark.parametrize(("scrolls", "text"), [("version", "V1.02"), ("date", "15.10.95")])
+def test_version_or_date_follows_the_name(fieldrig_rig: RigMaker, tmp_path: Path, scrolls: str, text: str) -> None:
+    rig = started(fieldrig_rig, tmp_path, COUNTER.format(end=""), f"panel: {{scrolls: {scrolls}}}")
+    seen = set()
+    for instant in range(100):
+        rig.run_until(instant * 100 * MS)
+        seen.add(str(rig.get("pam", "display")).strip())
+    assert text in seen
 
 
 @pytest.mark.manual("PAML-011")
@@ -126,13 +220,19 @@ def test_application_with_mistakes_is_refused_with_their_places(fieldrig_rig: Ri
 
 
 @pytest.mark.manual("PAMS-062")
-def test_overrun_of_a_workspace_ends_the_application(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("readings", "display"),
+    [("programs: {}", "0380E02C"), ("programs: {workspace_error: F}", "0380F02C")],  # appendix G, table 12-10
+)
+def test_overrun_of_a_workspace_ends_the_application(
+    fieldrig_rig: RigMaker, tmp_path: Path, readings: str, display: str
+) -> None:
     application = COUNTER.format(end="").replace(
         "  SEQUENCE SEQ_Count ;", "  SEQUENCE SEQ_Count ;\n  SPECS WORKSPACE = 1 ; END_SPECS"
     )
-    rig = started(fieldrig_rig, tmp_path, application)
+    rig = started(fieldrig_rig, tmp_path, application, readings)
     rig.run_until(S)
-    assert (rig.get("pam", "state"), rig.get("pam", "display"), rig.get("pam", "led")) == ("fatal", "0380E02C", "blink")
+    assert (rig.get("pam", "state"), rig.get("pam", "display"), rig.get("pam", "led")) == ("fatal", display, "blink")
     assert "WORKSPACE Allocated: 1 Used:" in str(rig.get("pam", "messages"))
 
 
@@ -154,7 +254,10 @@ def test_debugger_prints_the_messages_of_the_display_and_no_monitored_value(
 
 
 @pytest.mark.manual("PAMS-056", "PAMS-059")
-def test_only_a_fatal_error_is_in_the_fatal_error_panel(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("begins", "date_and_time"), [("high", "169f 27ac"), ("low", "be85 b1e2")])
+def test_only_a_fatal_error_is_in_the_fatal_error_panel(
+    fieldrig_rig: RigMaker, tmp_path: Path, begins: str, date_and_time: str
+) -> None:
     end = 'PAMDISPLAY <- error(1, "An error", 0) ; WAIT_TIME 500 ; IWV_Count <- 1 / (IWV_Count - 10) ;'
     (tmp_path / "app.pam").write_text(HEADER + COUNTER.format(end=end))
     rig = fieldrig_rig(
@@ -166,6 +269,7 @@ def test_only_a_fatal_error_is_in_the_fatal_error_panel(fieldrig_rig: RigMaker, 
                     "kind": "pam",
                     "application": str(tmp_path / "app.pam"),
                     "date": "1995-10-15 14:30:43",
+                    "panel": {"date_begins": begins},
                     "links": {"ring": "ring", "modbus": ["plc"]},
                 }
             },
@@ -180,5 +284,5 @@ def test_only_a_fatal_error_is_in_the_fatal_error_panel(fieldrig_rig: RigMaker, 
     assert rig.get("pam", "errors") == "0080E001\n0200FFF2"
     assert [answer[2:].hex(" ", 2) for answer in answers] == [
         "0000 0000 0000 0000 0000 0000 0000",
-        "0002 0ff2 169f 27ac 0000 0000 0000",  # 1995-10-15, 2:30:44 PM
+        f"0002 0ff2 {date_and_time} 0000 0000 0000",  # 1995-10-15, 2:30:44 PM
     ]

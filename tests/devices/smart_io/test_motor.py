@@ -20,7 +20,7 @@ from fieldrig_devices.pamring.frames import (
     Severity,
     Trouble,
 )
-from fieldrig_devices.smart_io.motor import DcMotor, MotorTimes, State
+from fieldrig_devices.smart_io.motor import DcMotor, MotorLimits, State
 
 TIMEOUT, LOWER, UPPER, LOST, UNEXPECTED, DOES_NOT_STOP = 0x1, 0x2, 0x4, 0x2000, 0x4000, 0x8000
 """Bits of Table 12-3."""
@@ -308,7 +308,7 @@ def test_position_and_outputs_are_right_for_any_sequence_of_orders_and_pulses(
     """The motor coasts by one pulse, and never moves at rest.  A number is as many pulses while it is driven."""
     clock = VirtualClock()
     driven: list[int] = [0]
-    motor = DcMotor(clock, MotorTimes(500 * MS, 50 * MS), 1, driven.append, lambda: False, lambda: None)
+    motor = DcMotor(clock, MotorLimits(500 * MS, 50 * MS), 1, driven.append, lambda: False, lambda: None)
     true_position, last = 0, 1
 
     def turn() -> None:
@@ -340,7 +340,7 @@ def test_position_and_outputs_are_right_for_any_sequence_of_orders_and_pulses(
 def test_a_motor_ends_where_it_was_sent_for_good() -> None:
     clock = VirtualClock()
     driven: list[int] = []
-    motor = DcMotor(clock, MotorTimes(500 * MS, 50 * MS), 0, driven.append, lambda: False, lambda: None)
+    motor = DcMotor(clock, MotorLimits(500 * MS, 50 * MS), 0, driven.append, lambda: False, lambda: None)
     motor.order(Motor.POSITION, (0x7FFF_FFFF,))
     motor.order(Motor.RELATIVE_MOVE, (1,))
     assert driven == [-1], "positions are numbers of 32 bits with a sign"

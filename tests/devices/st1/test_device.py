@@ -191,3 +191,17 @@ def test_a_broken_ring_stops_the_axis(bench: DeviceBench) -> None:
     again.run(200)
     assert (again.get("speed"), again.get("power"), again.get("ring")) == (0.0, False, "carrier")
     assert again.get("errors") == "CHANGE_IN_CD COMMUNICATION_FAILURE"
+
+
+@pytest.mark.manual("PAMS-108")
+@pytest.mark.parametrize(("inactive_ms", "seen"), [(50, ["none", "inactive"]), (200, ["none", "none"])])
+def test_the_time_until_the_ring_is_inactive_is_a_setting(inactive_ms: int, seen: list[str]) -> None:
+    bench = DeviceBench(ring_inactive_ms=inactive_ms)
+    bench.rig.add_fault("ring0", {"what": "break", "after": "axis"})
+    found = []
+    for _ in range(2):
+        bench.run(45)
+        found.append(bench.get("ring"))
+    assert found == seen
+    bench.run(200)
+    assert bench.get("ring") == "inactive"

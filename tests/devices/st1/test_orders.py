@@ -134,6 +134,8 @@ def test_power_on_makes_the_position_0_without_a_motion(bench: ProgramBench) -> 
     motor = bench.motor
     number = bench.move(Move.POWER_ON)
     assert (bench.position, bench.motor, bench.report.number) == (0.0, motor, number)
+    bench.move(Move.POWER_ON, 0.75)  # the PAM's other reading: its INITIAL_POSITION
+    assert (bench.position, bench.motor) == (0.75, motor)
 
 
 @pytest.mark.manual("PAML-056", "PAMS-012")
@@ -246,3 +248,14 @@ def test_power_off_takes_the_deceleration_of_the_axis(bench: ProgramBench) -> No
     bench.move(Move.POWER_OFF, deceleration=50.0)
     bench.run_to(1100)
     assert bench.speed == pytest.approx(5.0)
+
+
+@pytest.mark.manual("PAML-057")
+def test_a_stop_ends_also_what_a_set_point_during_an_earlier_stop_would_begin(bench: ProgramBench) -> None:
+    bench.move(Move.RUN, 10.0)
+    bench.run_to(1000)
+    bench.move(Move.STOP, deceleration=10.0)
+    bench.point(1.0, SetPointMode.SPEED)
+    bench.move(Move.STOP, deceleration=10.0)
+    bench.wait(5000)
+    assert bench.speed == 0.0

@@ -27,10 +27,17 @@ class Downloads:
     """The downloads and online changes of one controller."""
 
     def __init__(
-        self, clock: Clock, background: Background, plc: "Plc", dialect: str, on_change: Callable[[], None]
+        self,
+        clock: Clock,
+        background: Background,
+        plc: "Plc",
+        dialect: str,
+        resource: str,
+        on_change: Callable[[], None],
     ) -> None:
         """`on_change` is called when an online change has happened."""
-        self._clock, self._beside, self._plc, self._dialect = clock, Beside[Compiled](background), plc, dialect
+        self._clock, self._beside, self._plc = clock, Beside[Compiled](background), plc
+        self._dialect, self._resource = dialect, resource
         self._on_change = on_change
         self._is_changing = False
         """True while a compiled program waits for the end of a cycle."""
@@ -84,7 +91,7 @@ class Downloads:
     def _compile(
         self, files: tuple[SourceFile, ...], previous: Compiled | None, load: Callable[[Compiled], None]
     ) -> None:
-        order = Order(files, self._dialect, HostFacts.of(self._plc.host), previous)
+        order = Order(files, self._dialect, HostFacts.of(self._plc.host), previous, self._resource)
 
         def on_done(found: Compiled | str) -> None:
             if isinstance(found, Compiled):

@@ -35,18 +35,20 @@ def check(
     *,
     library_files: Collection[str] | None = None,
     limits: Limits = MAX_4,
+    resource: str = "",
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> tuple[Program, list[Mistake]]:
     """Check the files of a project with those of its libraries.
 
     `library_files` are the names of units that belong to libraries, by default the standard library's and the host's;
-    the project may redefine their names.  The program may be used if no mistake is more than a note.  Mistakes are
-    in the order of files and lines.  `on_progress` is called after each body.
+    the project may redefine their names. `resource` is the one that runs, if there are several. The program may be used
+    if no mistake is more than a note. Mistakes are in the order of files and lines. `on_progress` is called after each
+    body.
     """
     if library_files is None:
         library_files = [*(name for name, _ in sources(dialect.name)), *(known.name for known in host.libraries)]
     project = Project(host, dialect, limits)
-    declarations = Declarations(project, frozenset(library_files))
+    declarations = Declarations(project, frozenset(library_files), resource)
     declarations.declare(units)
     links = configured.apply(project, declarations.config_blocks, declarations.variables.incomplete)
     Tasks(project).configure(declarations.configurations)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import calls, inheritance, methods
+from fieldrig_devices.iec.check import access, calls, inheritance, methods
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
@@ -58,7 +58,10 @@ def _resolve(of: "Expressions", node: tree.Call) -> Resolved | None:
     if methods.is_super(context, called):
         body = inheritance.body_above(context)
         if body is None:
-            context.say(called, "SUPER^() without EXTENDS", "a call in a function block that extends another one")
+            what = (
+                "SUPER() has no function block above" if isinstance(called, tree.Name) else "SUPER^() without EXTENDS"
+            )
+            context.say(called, what, "a call in a function block that extends another one")
         return None if body is None else (None, body)
     if isinstance(called, tree.Name):
         if context.find(called.text) is None:
@@ -82,11 +85,15 @@ def _resolve(of: "Expressions", node: tree.Call) -> Resolved | None:
         if meaning.kind is PouKind.PROGRAM and meaning.instance is not None:
             return Cell(meaning.instance, meaning.instance.type), meaning
         hint = f"declare an instance in VAR: fb{meaning.name} : {meaning.name};"
-        context.say(called, f"{meaning.name} is a function block, not an instance", "an instance", hint)
+        what = "class" if meaning.kind is PouKind.CLASS else "function block"
+        context.say(called, f"{meaning.name} is a {what}, not an instance", "an instance", hint)
         return None
     if isinstance(meaning, Place):
         if isinstance(meaning.type, BlockType) and meaning.type.pou is not None:
-            return meaning, meaning.type.pou
+            if meaning.type.pou.kind is not PouKind.CLASS:
+                return meaning, meaning.type.pou
+            _say_class(of, called, meaning.type.pou)
+            return None
         if meaning.type is not UNKNOWN:
             context.say(
                 called, f"{text(called)} is {a(meaning.type)} and cannot be called", "an instance, program or function"
@@ -94,6 +101,15 @@ def _resolve(of: "Expressions", node: tree.Call) -> Resolved | None:
     elif meaning is not None:
         context.say(called, f"{text(called)} cannot be called", "an instance, program or function")
     return None
+
+
+def _say_class(of: "Expressions", called: tree.Expression, pou: Pou) -> None:
+    """A class has methods instead of a body (IEC 61131-3:2013, 6.6.5.3)."""
+    open_methods = (method for method in pou.methods.values() if not method.is_accessor)
+    names = [method.name.rpartition(".")[2] for method in open_methods if access.is_open(of.context.project, method)]
+    hint = f"write {text(called)}.{names[0]}(...)" if names else f"give {pou.name} a METHOD PUBLIC"
+    what = f"{text(called)} is an instance of the class {pou.name} and cannot be called"
+    of.context.say(called, what, "a call of one of its methods", hint)
 
 
 def _say_unknown(of: "Expressions", node: tree.Call, called: tree.Name) -> None:

@@ -5,7 +5,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import constants, methods, places, references
+from fieldrig_devices.iec.check import access, constants, methods, places, references
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.context import Context, place_of
 from fieldrig_devices.iec.check.sizes import Sizes
@@ -38,6 +38,8 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
     if method is not None:
         return _method_value(of, node, *method)
     if not isinstance(node.called, tree.Name):
+        if of.meaning(node.called) is None:
+            return None
         context.say(node, f"the call of {text(node.called)} has no result", "a function", _pin_hint(text(node.called)))
         return None
     name = node.called.text
@@ -45,9 +47,9 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
     if found is None or isinstance(found, Variable):
         function = called_function(context, name)
         if function is not None:
-            return call(of, function, node)
+            return _function_value(of, node, function)
     if isinstance(found, Pou) and found.kind is PouKind.FUNCTION:
-        return call(of, found, node)
+        return _function_value(of, node, found)
     if found is not None:
         hint = _pin_hint(name) if isinstance(found, Variable) else f"declare an instance: x : {name};"
         context.say(node, f"{name} is not a function", "a function", hint)
@@ -60,6 +62,15 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
     functions = [known for known, pou in context.project.pous.items() if pou.kind is PouKind.FUNCTION]
     hint = context.project.reports.closest(name, functions)
     context.say(node, f"the function {name} is not declared", "" if hint else "a declared or standard function", hint)
+    return None
+
+
+def _function_value(of: "Expressions", node: tree.Call, function: Pou) -> Expression | None:
+    if function.result is not None:
+        return call(of, function, node)
+    if of.context.project.dialect.has_void_functions:  # otherwise its declaration has the message
+        expected = f"a function with a type, FUNCTION {function.name} : INT"
+        of.context.say(node, f"the function {function.name} has no result", expected)
     return None
 
 
@@ -88,10 +99,12 @@ def note_call(context: Context, pou: Pou, node: tree.Node) -> None:
 
 def call(of: "Expressions", pou: Pou, node: tree.Call, instance: Place | None = None) -> CallFunction | None:
     """Check a call of a FUNCTION or a method with its arguments, which may be given by position or by name."""
+    if not access.allows_call(of, node, instance, pou):
+        return None
     note_call(of.context, pou, node)
     source = of.context.project.sources[pou]
     matched = match_arguments(of, node, pou, source.inputs, source.outputs)
-    if matched is None or (pou.result is None and not pou.is_method):
+    if matched is None:
         return None
     inputs = _inputs(of, matched, source.inputs)
     outputs = [(variable, of.target(given)) for variable, given, _ in matched.outputs]

@@ -57,7 +57,7 @@ def _complete(
         return
     made = location(node.location, found.type, context) if found.type is not UNKNOWN else None
     if made is not None:
-        links.setdefault(found, []).append(Link(node.name, made))
+        links.setdefault(found, []).append(Link(node.name, found, made))
     open_ones.pop(found, None)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import inheritance, initials, interfaces, properties
+from fieldrig_devices.iec.check import access, classes, inheritance, initials, interfaces, properties, resources
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import UNKNOWN, Entity, Pending, PouSource, Project, Start
 from fieldrig_devices.iec.check.sizes import DEEPEST, Sizes
@@ -16,8 +16,12 @@ from fieldrig_devices.iec.types import ALIASES, LONG_ALIASES, OF_EDITION_3, Bloc
 
 
 class Declarations:
-    def __init__(self, project: Project, library_files: frozenset[str]) -> None:
-        self._project, self._library_files = project, library_files
+    def __init__(self, project: Project, library_files: frozenset[str], resource: str = "") -> None:
+        """`resource` is the one that runs, if the project has several."""
+        self._project, self._library_files, self._resource = project, library_files, resource
+        self._chosen = ""
+        self._foreign: list[tuple[tree.Variables, str]] = []
+        """The global variables of other resources."""
         self.specs = TypeSpecs(project)
         self.variables = Variables(project, self.specs)
         self.configurations: list[tuple[tree.Configuration, str]] = []
@@ -39,6 +43,7 @@ class Declarations:
 
         The libraries come first, so that the project may redefine a name of theirs, for itself alone.
         """
+        self._chosen = resources.chosen(self._project, units, self._resource)
         self._objects()
         objects = set(self._project.names)
         self._part([unit for unit in units if unit.file in self._library_files])
@@ -57,14 +62,15 @@ class Declarations:
         for unit in units:
             for node in unit.declarations:
                 self._declare(node, unit.file)
+        self._foreign_lists()
         self.specs.resolve_all()
         self._type_defaults(structures)
         added = list(self._project.sources.values())[sources:]
         for source in added:
             self.variables.add_to_pou(source)
         for source in added:
-            if source.tree.implements:
-                interfaces.check(self._project, self.specs, source)
+            interfaces.check(self._project, self.specs, source)
+            classes.check(self._project, source)
 
     # ---- names
 
@@ -90,9 +96,23 @@ class Declarations:
             case tree.Variables():
                 self._list(node, file)
             case tree.Configuration():
-                self.configurations.append((node, file))
-                for block in node.blocks:
-                    self._list(block, file)
+                for part in resources.parts(node):
+                    self._configuration(part, file)
+
+    def _configuration(self, node: tree.Configuration, file: str) -> None:
+        if node.resource and self._project.key(node.resource) != self._chosen:
+            self._foreign += [(block, file) for block in node.blocks]
+            return
+        self.configurations.append((node, file))
+        for block in node.blocks:
+            self._list(block, file)
+
+    def _foreign_lists(self) -> None:
+        """Declare the global variables of the resources that do not run, except for names that have a meaning."""
+        for block, file in self._foreign:
+            free = [node for node in block.variables if self._project.key(node.name) not in self._project.names]
+            self._list(replace(block, variables=tuple(free)), file)
+        self._foreign.clear()
 
     def _is_free(self, name: str, shown: str, node: tree.Node, file: str) -> bool:
         """POUs, types, global variables and enumeration values share one space of names (PD-357)."""
@@ -132,7 +152,7 @@ class Declarations:
             for action in above.actions:
                 self._action(action, source, level, home)
             for method in above.methods:
-                self._method(method, source, level, home)
+                self._method(method, source, level, home, above)
             if level:
                 inheritance.add_body(source, above, level, home)
         for block in node.blocks:
@@ -153,7 +173,7 @@ class Declarations:
         pou.actions[name] = Pou(pou.kind, f"{pou.name}.{node.name}", file, pou.variables, type=pou.type, owner=pou)
         source.actions[name] = node, level
 
-    def _method(self, node: tree.Method, outer: PouSource, level: int, file: str) -> None:
+    def _method(self, node: tree.Method, outer: PouSource, level: int, file: str, home: tree.Pou) -> None:
         """Declare a method as a function that works with an instance; one that is overridden has a further name."""
         project, pou = self._project, outer.pou
         name = project.key(node.name)
@@ -174,7 +194,10 @@ class Declarations:
             made = Pou(PouKind.FUNCTION, f"{pou.name}.{title}", file, owner=pou, is_accessor=bool(node.accessor))
             versions.append((level, made))
             name = f"{name}@{level}" if name in pou.methods else name
-            own = tree.Pou(PouKind.FUNCTION, node.name, node.result, blocks, node.body, place=node.place)
+            own = tree.Pou(
+                PouKind.FUNCTION, node.name, node.result, blocks, node.body, modifiers=node.modifiers, place=node.place
+            )
+            access.guard(project, made, node.modifiers, home, level)
             pou.methods[name] = project.pous[f"{project.key(pou.name)}.{name}"] = made
             project.sources[made] = PouSource(made, own, outer.is_library, outer=outer, level=level)
 

@@ -19,11 +19,16 @@ def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tup
     found = [(node, file)]
     while node.extends:
         above = known.get(project.key(node.extends))
-        if above is None or above[0].kind is not PouKind.FUNCTION_BLOCK:
+        if above is None or not _may_extend(node, above[0]):
             what = f"{node.extends} is {a(above[0].kind.value)}" if above else f"{node.extends} is not declared"
             hint = "" if above else project.reports.closest(node.extends, known)
-            project.reports.say(file, node.place, what, f"a function block that {node.name} extends", hint)
+            expected = "class" if node.kind is PouKind.CLASS else "function block"
+            project.reports.say(file, node.place, what, f"a {expected} that {node.name} extends", hint)
             break
+        if "FINAL" in above[0].modifiers:
+            project.reports.say(
+                file, node.place, f"{node.extends} is FINAL and cannot be extended", "an instance of it in VAR"
+            )
         if any(above[0] is other for other, _ in found):
             project.reports.say(file, node.place, f"{node.name} extends itself", "another function block")
             break
@@ -32,8 +37,15 @@ def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tup
     return Lineage(found)
 
 
+def _may_extend(node: tree.Pou, above: tree.Pou) -> bool:
+    """A class extends a class; a function block extends a function block or a class."""
+    return above.kind is PouKind.CLASS or (above.kind is PouKind.FUNCTION_BLOCK and node.kind is above.kind)
+
+
 def add_body(source: PouSource, above: tree.Pou, level: int, file: str) -> None:
     """Make the body of a function block that is extended an action, for SUPER^()."""
+    if above.kind is PouKind.CLASS:
+        return
     pou, name = source.pou, body_name(level)
     title = f"{pou.name}.{above.name}@{level}"
     pou.actions[name] = Pou(pou.kind, title, file, pou.variables, type=pou.type, owner=pou)

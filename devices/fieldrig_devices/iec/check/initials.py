@@ -110,7 +110,10 @@ def _field_type(kind: StructType | BlockType, name: str) -> Type | None:
 
 
 def _array(node: tree.Initial, kind: ArrayType, context: Context) -> InitialValue | None:
-    """All elements have a start value or none (PD-361).  Several dimensions are filled from one flat list."""
+    """All elements have a start value or none (PD-361), unless the dialect fills the rest.
+
+    Several dimensions are filled from one flat list.
+    """
     elements: Sequence[tree.Initial | tree.Repeated] = node.elements if isinstance(node, tree.ArrayInitial) else (node,)
     counts, inner = [kind.count], kind.element
     is_nested = any(isinstance(getattr(part, "value", part), tree.ArrayInitial) for part in elements)
@@ -121,11 +124,18 @@ def _array(node: tree.Initial, kind: ArrayType, context: Context) -> InitialValu
     flat = _flat(elements, inner, wanted, context)
     if flat is None:
         return None
+    if len(flat) < wanted and context.project.dialect.fills_arrays:
+        return _nested(flat, counts)
     if len(flat) != wanted:
         context.say(
             node, f"{len(flat)} start values for {wanted} elements", "a value for every element or for none (PD-361)"
         )
         return None
+    return _nested(flat, counts)
+
+
+def _nested(flat: list[InitialValue], counts: Sequence[int]) -> list[InitialValue]:
+    """Return the rows of an array of several dimensions, of which the last one may be incomplete."""
     for count in reversed(counts[1:]):
         flat = [flat[place : place + count] for place in range(0, len(flat), count)]
     return flat

@@ -6,6 +6,7 @@ There are no variables of an interface: which code a call runs is known when a p
 from collections.abc import Iterator
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import access
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import PouSource, Project
 from fieldrig_devices.iec.check.properties import name_to_write
@@ -21,7 +22,10 @@ Form = tuple[Type | None, tuple[tuple[str, Section, Type], ...]]
 
 def check(project: Project, specs: TypeSpecs, source: PouSource) -> None:
     """Report what a function block lacks of the interfaces that it implements."""
+    if source.line is None:
+        return
     pou, place = source.pou, source.tree.place
+    is_abstract = "ABSTRACT" in source.tree.modifiers
     for interface, file in _all(project, source):
         context = Context(project, source, file)
         for method in interface.methods:
@@ -29,19 +33,28 @@ def check(project: Project, specs: TypeSpecs, source: PouSource) -> None:
             is_writer = method.accessor == "SET"
             name = name_to_write(method.name) if is_writer else method.name
             found = pou.methods.get(project.key(name))
+            if found is None and is_abstract:
+                continue  # what extends it has the code
             if found is None:
                 missing = (
                     f"{pou.name} has no {what} {method.name}{f' with {method.accessor}' if method.accessor else ''}"
                 )
                 project.reports.say(pou.file, place, missing, f"all of {interface.name}")
-            elif not is_writer and _form(project, found) != _wanted(project, specs, method, context):
+            elif access.is_hidden(project, found):
+                hidden = f"the {what} {method.name} of {pou.name} is {project.guards[found].word}"
+                project.reports.say(pou.file, place, hidden, f"PUBLIC for the interface {interface.name}")
+            elif not is_writer and form(project, found) != _wanted(project, specs, method, context):
                 differs = f"the {what} {method.name} of {pou.name} differs from that of {interface.name}"
                 project.reports.say(pou.file, place, differs, "the same result and the same arguments")
 
 
 def _all(project: Project, source: PouSource) -> Iterator[tuple[tree.Interface, str]]:
-    """Yield the interfaces of a function block, and those that they extend; a message for one that is not declared."""
-    open_names = list(source.tree.implements)
+    """Yield the interfaces of a function block and of those that it extends, with the interfaces that these extend.
+
+    An interface that is not declared gets a message.
+    """
+    line = source.line.trees if source.line is not None else []
+    open_names = [name for above, _ in line for name in above.implements]
     known: set[str] = set()
     while open_names:
         name = open_names.pop(0)
@@ -57,7 +70,8 @@ def _all(project: Project, source: PouSource) -> Iterator[tuple[tree.Interface, 
         open_names += found[0].extends
 
 
-def _form(project: Project, method: Pou) -> Form:
+def form(project: Project, method: Pou) -> Form:
+    """Return what a call of a method needs to know of it."""
     arguments = [variable for variable in method.variables.values() if variable.section in _ARGUMENTS]
     result = method.result.type if method.result is not None else None
     return result, tuple((project.key(variable.name), variable.section, variable.type) for variable in arguments)

@@ -16,7 +16,10 @@ Found = tuple[Place | None, Pou]
 
 
 def is_this(context: Context, node: tree.Expression) -> bool:
-    """True for `THIS^`, the instance whose code runs, and for `SUPER^`, which is the same as far as variables go."""
+    """True for `THIS^`, the instance whose code runs, and for `SUPER^`, which is the same as far as variables go.
+
+    The standard writes both without ^.
+    """
     return is_super(context, node) or _is_word(context, node, "THIS")
 
 
@@ -25,8 +28,14 @@ def is_super(context: Context, node: tree.Expression) -> bool:
 
 
 def _is_word(context: Context, node: tree.Expression, word: str) -> bool:
-    is_word = isinstance(node, tree.Dereference) and isinstance(node.of, tree.Name) and node.of.text.upper() == word
-    return is_word and context.project.dialect.has_methods and context.block is not None
+    dialect, named = context.project.dialect, node
+    if isinstance(node, tree.Dereference):
+        named = node.of
+    elif not dialect.has_classes:
+        return False
+    if not isinstance(named, tree.Name) or named.text.upper() != word or not dialect.has_methods:
+        return False
+    return context.block is not None and (named is not node or context.find(word) is None)
 
 
 def find(of: "Expressions", called: tree.Expression) -> Found | None:

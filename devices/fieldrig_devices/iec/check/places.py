@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import check_functions, methods
+from fieldrig_devices.iec.check import access, check_functions, methods
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
 from fieldrig_devices.iec.check.operators import integer_of, plain
@@ -13,6 +13,7 @@ from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.program import (
     AddressOf,
+    Binary,
     Bit,
     Cell,
     Component,
@@ -21,6 +22,7 @@ from fieldrig_devices.iec.program import (
     Expression,
     Load,
     Located,
+    Operator,
     Parameter,
     Place,
     Pou,
@@ -45,6 +47,9 @@ if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
 
 Meaning = Place | Constant | Pou | EnumType
+
+PARTS: Final = {"B": Elementary.BYTE, "W": Elementary.WORD, "D": Elementary.DWORD, "L": Elementary.LWORD}
+"""The types of the parts of a value, by the letter behind %."""
 
 LOGICAL_ADDRESS: Final = "logadr"
 """The component of every configuration object that is its logical address (PD-025)."""
@@ -74,11 +79,15 @@ def _name(of: "Expressions", node: tree.Name) -> Meaning | None:
     context = of.context
     found = context.find(node.text)
     if type(found) is Variable:
+        if context.project.guards and not access.allows_variable(context, found, node):
+            return None
         return variable(context, found)
     if found is None:
         action = context.block.actions.get(context.key(node.text)) if context.block is not None else None
         if action is not None:
             return action
+        if node.text.upper() == "NULL" and context.project.dialect.has_references:
+            return Constant(0, Elementary.DWORD)
         context.say_unknown(node, node.text)
         return None
     assert not isinstance(found, Variable)
@@ -135,7 +144,7 @@ def _own(context: Context, node: tree.Member) -> Meaning | None:
     assert source is not None
     found = (source.outer or source).names.get(name)
     if found is not None:
-        return variable(context, found)
+        return variable(context, found) if access.allows_variable(context, found, node) else None
     action = context.block.actions.get(name) if context.block is not None else None
     if action is None:
         context.say(node, f"{text(node)} is not declared", "a variable, action or method of the function block")
@@ -192,10 +201,18 @@ def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning
             return action
         known = [pin for pin in pou.variables.values() if pin.section in (Section.INPUT, Section.OUTPUT)]
         pins = [pin.name for pin in known]
-        hint = context.project.reports.closest(node.name, pins) or f"it has {', '.join(pins[:8])}"
+        callable_names = [name for name in pou.methods if "@" not in name]
+        hint = context.project.reports.closest(node.name, [*pins, *callable_names]) or f"it has {', '.join(pins[:8])}"
         context.say(node, f"{pou.name} has no variable {node.name}", "an input or output", hint)
         return None
+    if pou.kind is PouKind.CLASS and not access.is_open(context.project, found):
+        word = context.project.guards[found].word
+        hint = "declare it in VAR PUBLIC, or write a method that returns it"
+        context.say(node, f"{found.name} is {word} in {pou.name}", "a variable in VAR PUBLIC", hint)
+        return None
     is_inside = pou.kind is PouKind.FUNCTION_BLOCK and found.section not in (Section.INPUT, Section.OUTPUT)
+    is_readable = context.project.dialect.reads_locals and not access.is_hidden(context.project, found)
+    is_inside = is_inside and not access.is_open(context.project, found) and not is_readable
     if is_inside or found.section in (Section.IN_OUT, Section.TEMP):
         context.say(
             node,
@@ -256,10 +273,28 @@ def _bit_of(of: "Expressions", node: tree.BitOf) -> Place | None:
     if not isinstance(kind, Elementary) or not kind.is_integer:
         of.context.say(node, f"{text(node.of)} is {a(owner.type)} and has no bits", "an integer or bit string")
         return None
+    if node.size:
+        return _part_of(of, node, owner, kind)
     if node.number >= kind.bits:
         of.context.say(node, f"{kind} has no bit {node.number}", f"0 to {kind.bits - 1}")
         return None
     return Bit(owner, node.number)
+
+
+def _part_of(of: "Expressions", node: tree.BitOf, owner: Place, kind: Elementary) -> Place | None:
+    """A byte or word of a larger value, which is in memory with its lowest byte first."""
+    part = PARTS[node.size]
+    count = kind.size // part.size
+    if count < 2 or node.number >= count:
+        expected = f"%{node.size}0 to %{node.size}{count - 1}" if count > 1 else "a smaller part"
+        of.context.say(node, f"{kind} has no part %{node.size}{node.number}", expected)
+        return None
+    if not has_cell(owner):
+        of.context.say(node, f"{text(node.of)} has no parts", "a variable", "copy it into a variable first")
+        return None
+    offset = Constant(node.number * part.size, Elementary.DWORD)
+    where = Binary(Operator.ADD, AddressOf(owner, Elementary.DWORD), offset, Elementary.DWORD)
+    return Target(where, part)
 
 
 def _index(of: "Expressions", node: tree.Index) -> Place | None:
@@ -350,17 +385,26 @@ def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str
                     return f"{text(node)} is an output and only its block writes it", "outputs are read: x := inst.Q;"
                 if found.is_constant:
                     return f"{text(node)} is a constant", ""
+                if _is_local(context, found, place):
+                    return f"{text(node)} belongs to its block", "from outside it can only be read"
                 return "", ""
             case Component(of=of) | Element(of=of) | Bit(of=of):
                 place = of
             case Located():
                 return (f"{text(node)} is an input", "inputs are only read") if place.area == "I" else ("", "")
-            case Target(AddressOf(place=of)):  # a component of a union
+            case Target(AddressOf(place=of)) | Target(Binary(left=AddressOf(place=of))):  # a part of a union or value
                 place = of
             case Parameter():
                 return ("", "") if place.is_writable else (f"the parameter {text(node)} can only be read", "")
             case _:
                 return "", ""
+
+
+def _is_local(context: Context, found: Variable, place: Component) -> bool:
+    """True for a variable of a function block that only the code of the block may write."""
+    kind = place.of.type
+    is_block = isinstance(kind, BlockType) and kind.pou is not None and kind.pou.kind is PouKind.FUNCTION_BLOCK
+    return is_block and found.section is Section.LOCAL and not access.is_open(context.project, found)
 
 
 def _variable_obstacle(context: Context, found: Variable) -> tuple[str, str]:

@@ -38,6 +38,16 @@ Entity = Variable | Constant | Pou | EnumType
 """The possible meanings of a name in an expression."""
 
 
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """An access specifier, and the function block or class that wrote it."""
+
+    word: str
+    level: int
+    """How many steps it is above the function block that has the variable or method."""
+    home: str
+
+
 @dataclass(slots=True)
 class Lineage:
     """The trees of a function block and of those that it extends, each with its file; the next one comes first."""
@@ -98,6 +108,8 @@ class Project:
     def __init__(self, host: Host, dialect: Dialect, limits: Limits) -> None:
         self.host, self.dialect, self.limits = host, dialect, limits
         self.reports = Reports()
+        self.guards: dict[Variable | Pou, Guard] = {}
+        """The variables and methods with an access specifier."""
         self.properties: set[str] = set()
         """The names of all properties."""
         self.interfaces: dict[str, tuple[tree.Interface, str]] = {}
@@ -186,6 +198,11 @@ class Project:
     def has_start(self, variable: Variable) -> bool:
         """True if the declaration gives a start value, which is the default of an argument."""
         return variable in self.starts or variable.initial is not None
+
+    def is_abstract(self, pou: Pou) -> bool:
+        """True for a class or function block that has no instances, because methods of it have no code."""
+        source = self.sources.get(pou)
+        return source is not None and "ABSTRACT" in source.tree.modifiers
 
     def named_type(self, name: str) -> Type | None:
         """Return the type of this name: elementary, declared, a kind of object, or a function block."""

@@ -48,7 +48,7 @@ def _text(node: tree.Node) -> str:
         case tree.Member():
             return f"{_text(node.of)}.{node.name}"
         case tree.BitOf():
-            return f"{_text(node.of)}.{node.number}"
+            return f"{_text(node.of)}.{f'%{node.size}' if node.size else ''}{node.number}"
         case tree.Index():
             return f"{_text(node.of)}[{', '.join(map(_text, node.indices))}]"
         case tree.Dereference():

@@ -121,7 +121,7 @@ class TypeSpecs:
 
     def _pou(self, name: str, spec: tree.NamedType, context: Context) -> Type:
         pou = self._project.pous.get(name)
-        if pou is not None and pou.type is not None and pou.kind is tree.PouKind.FUNCTION_BLOCK:
+        if pou is not None and pou.type is not None and pou.kind.has_instances:
             return pou.type
         if pou is not None:
             kind = pou.kind.value
@@ -199,8 +199,11 @@ class TypeSpecs:
                 context.say(part, f"{part.name} is declared twice in {title or 'the structure'}", "another name")
                 continue
             field_type = self.resolve(part.type, context)
-            if spec.is_union and block_of(field_type) is not None:
+            block = block_of(field_type)
+            if spec.is_union and block is not None:
                 context.say(part, f"the instance {part.name} in a UNION", "data without function blocks")
+            elif block is not None and self._project.is_abstract(block):
+                context.say(part, f"{part.name} is an instance of {block.name}, which is ABSTRACT", "another type")
             if spec.is_union and part.initial is not None:
                 context.say(part, f"{part.name} in a UNION has a start value", "a value that the program assigns")
             kind.fields[self._key(part.name)] = Field(part.name, field_type, comment=comment_of(part))

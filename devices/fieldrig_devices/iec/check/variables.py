@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import access
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import location
 from fieldrig_devices.iec.check.project import UNKNOWN, Pending, PouSource, Project, Start
@@ -13,6 +14,8 @@ from fieldrig_devices.iec.program import Space, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import ArrayType, InitialValue, ObjectType, Type
 
+IN_CLASSES: Final = frozenset({Section.LOCAL, Section.EXTERNAL, Section.CONFIG, Section.GLOBAL})
+"""The sections of a class, and those that have a message of their own in every POU."""
 INTERFACE: Final = frozenset({Section.INPUT, Section.OUTPUT, Section.IN_OUT})
 MAY_BE_CONSTANT: Final = frozenset({Section.LOCAL, Section.GLOBAL, Section.EXTERNAL})
 
@@ -58,14 +61,18 @@ class Variables:
             pou.result = Variable(name, kind, Space.FRAME, Section.OUTPUT, place=source.tree.place, file=pou.file)
             pou.result.initial = self.default(source.tree.result, kind)
             source.names[self._project.key(name)] = pou.result
-        for above, home in reversed(source.line.trees[1:] if source.line is not None else ()):
+        elif pou.kind is PouKind.FUNCTION and pou.owner is None and not self._project.dialect.has_void_functions:
+            context.say(source.tree, f"the function {pou.name} has no type", f"FUNCTION {pou.name} : INT")
+        line = source.line.trees if source.line is not None else []
+        for level in range(len(line) - 1, 0, -1):
+            above, home = line[level]
             for block in above.blocks:
                 for node in block.variables:
-                    self._add(node, block, source, Context(self._project, source, home))
+                    self._add(node, block, source, Context(self._project, source, home), above, level)
         for block in source.tree.blocks:
             self._check_block(block, source, context)
             for node in block.variables:
-                self._add(node, block, source, context)
+                self._add(node, block, source, context, source.tree, 0)
 
     def _check_block(self, block: tree.Variables, source: PouSource, context: Context) -> None:
         kind, section = source.pou.kind, block.section
@@ -77,10 +84,24 @@ class Variables:
             context.say(block, "RETAIN in a function", "a function keeps nothing between calls (PD-354)")
         if block.is_constant and section not in MAY_BE_CONSTANT:
             context.say(block, f"{section.value} CONSTANT", "CONSTANT behind VAR, VAR_GLOBAL or VAR_EXTERNAL")
+        if kind is PouKind.CLASS and section not in IN_CLASSES:
+            hint = "give a METHOD its VAR_INPUT and VAR_OUTPUT"
+            context.say(block, f"{section.value} in a class", "VAR, VAR PUBLIC or VAR_EXTERNAL", hint)
+        if block.access and (section is not Section.LOCAL or not kind.has_instances):
+            where = a(kind.value) if section is Section.LOCAL else section.value
+            context.say(block, f"{block.access} in {where}", "VAR PUBLIC in a class or function block")
         if section is Section.TEMP and (block.is_retain or block.is_persistent):
             context.say(block, "VAR_TEMP RETAIN", "variables that keep their value, in VAR RETAIN")
 
-    def _add(self, node: tree.Variable, block: tree.Variables, source: PouSource, context: Context) -> None:
+    def _add(
+        self,
+        node: tree.Variable,
+        block: tree.Variables,
+        source: PouSource,
+        context: Context,
+        home: tree.Pou,
+        level: int,
+    ) -> None:
         if block.section in (Section.CONFIG, Section.GLOBAL):
             return
         name = self._project.key(node.name)
@@ -94,6 +115,8 @@ class Variables:
             return
         made = self._make(node, block, self._space(block.section, source.pou.kind), block.section, source, context)
         source.names[name] = source.pou.variables[name] = made
+        if made.section is Section.LOCAL and home.kind.has_instances:
+            access.guard(self._project, made, (block.access,), home, level)
         if made.section in (Section.INPUT, Section.IN_OUT):
             source.inputs.append(made)
         elif made.section is Section.OUTPUT:
@@ -154,7 +177,10 @@ class Variables:
         block = block_of(made.type)
         if block is None:
             return
-        if source is not None and source.pou.kind is PouKind.FUNCTION and made.section is not Section.IN_OUT:
+        if made.section is not Section.IN_OUT and self._project.is_abstract(block):
+            hint = f"declare a {block.kind.value.lower()} that extends it"
+            context.say(node, f"{made.name} is an instance of {block.name}, which is ABSTRACT", "another type", hint)
+        elif source is not None and source.pou.kind is PouKind.FUNCTION and made.section is not Section.IN_OUT:
             context.say(
                 node,
                 f"the instance {made.name} of {block.name} in a function",
@@ -173,7 +199,7 @@ class Variables:
             )
         elif not node.numbers:
             self.incomplete[made] = node
-        elif source is not None and source.pou.kind is PouKind.FUNCTION_BLOCK:
+        elif source is not None and source.pou.kind.has_instances:
             hint = f"write AT %{node.area}* and the address of each instance in VAR_CONFIG"
             context.note(node, f"all instances of {source.pou.name} share the address of {made.name}", hint)
             made.location = location(node, made.type, context)

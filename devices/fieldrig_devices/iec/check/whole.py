@@ -65,7 +65,7 @@ def _instances(project: Project) -> None:
     for pou, source in project.sources.items():
         if any(variable.type.size > limit for variable in pou.variables.values()):
             continue  # the variable has its message
-        if pou.kind is PouKind.FUNCTION_BLOCK and pou.type is not None and pou.type.size > limit:
+        if pou.kind.has_instances and pou.type is not None and pou.type.size > limit:
             project.reports.say(
                 pou.file,
                 source.tree.place,

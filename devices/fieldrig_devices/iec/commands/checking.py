@@ -8,7 +8,7 @@ import typer
 from fieldrig.cli.common import AsJson, echo_json
 from fieldrig.exits import Exit
 from fieldrig_devices.iec.commands.compiling import DeviceOption, RigOption, compiled
-from fieldrig_devices.iec.commands.sources import DialectOption, Files, read_sources
+from fieldrig_devices.iec.commands.sources import DialectOption, Files, ResourceOption, read_sources
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 def check(
     files: Files,
     dialect: DialectOption = "epas-4",
+    resource: ResourceOption = "",
     rig: RigOption = None,
     device: DeviceOption = None,
     as_json: AsJson = False,
@@ -36,7 +37,7 @@ def check(
     from fieldrig_devices.languages.mistakes import CompileError
 
     try:
-        found = compiled(read_sources(files), dialect, rig, device)
+        found = compiled(read_sources(files), dialect, rig, device, resource)
     except CompileError as wrong:
         _show(wrong.mistakes, as_json)
         raise typer.Exit(Exit.WRONG) from wrong

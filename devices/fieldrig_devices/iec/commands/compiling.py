@@ -30,18 +30,22 @@ DeviceOption = Annotated[
 ]
 
 
-def compiled(sources: "Sequence[SourceFile]", dialect: str, rig: Path | None, device: str | None) -> "Compiled":
+def compiled(
+    sources: "Sequence[SourceFile]", dialect: str, rig: Path | None, device: str | None, resource: str = ""
+) -> "Compiled":
     """Compile a program.  CompileError with every mistake; ConfigError for a wrong rig file."""
     from fieldrig.clock import VirtualClock
     from fieldrig_devices.iec.compiler import compile_project
     from fieldrig_devices.iec.standalone import StandaloneHost
 
     rules = dialect_named(dialect)
+    if rig is not None and resource:
+        raise typer.BadParameter("--resource does not go with --rig, whose controller has the key resource")
     if rig is not None:
         return _holder(rig, device).compile_sources(sources)
     if device is not None:
         raise typer.BadParameter("--device needs --rig FILE")
-    return compile_project(sources, StandaloneHost(VirtualClock()), rules)
+    return compile_project(sources, StandaloneHost(VirtualClock()), rules, resource=resource)
 
 
 def _holder(rig: Path, device: str | None) -> "ProgramHolder":

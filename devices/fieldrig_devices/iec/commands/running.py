@@ -7,7 +7,7 @@ import typer
 
 from fieldrig.cli.common import AsJson, For, duration_ns
 from fieldrig.exits import Exit
-from fieldrig_devices.iec.commands.sources import DialectOption, Files, dialect_named, read_sources
+from fieldrig_devices.iec.commands.sources import DialectOption, Files, ResourceOption, dialect_named, read_sources
 from fieldrig_devices.languages.debugging.alone import Settings, Speed, Watched, run_and_show, set_all
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 def run(
     files: Files,
     dialect: DialectOption = "epas-4",
+    resource: ResourceOption = "",
     length: For = None,
     speed: Speed = 1.0,
     watched: Watched = None,
@@ -35,7 +36,7 @@ def run(
     --for. The exit code is 2 if the program does not compile, and 6 if a task was suspended by a fault.
     """
     limit_ns = None if length is None else duration_ns(length)
-    solo = _started(files, dialect_named(dialect), settings or [])
+    solo = _started(files, dialect_named(dialect), resource, settings or [])
 
     def is_failed() -> bool:
         return any("suspended" in event for event in solo.events)
@@ -43,7 +44,7 @@ def run(
     run_and_show(solo, watched or [], speed, limit_ns, as_json=as_json, is_failed=is_failed)
 
 
-def _started(files: Any, dialect: "Dialect", settings: Sequence[str]) -> "Solo":
+def _started(files: Any, dialect: "Dialect", resource: str, settings: Sequence[str]) -> "Solo":
     """Compile the program, set its variables, and start it."""
     from fieldrig.clock import VirtualClock
     from fieldrig_devices.iec.compiler import compile_project
@@ -54,7 +55,7 @@ def _started(files: Any, dialect: "Dialect", settings: Sequence[str]) -> "Solo":
     clock = VirtualClock()
     host = StandaloneHost(clock)
     try:
-        compiled = compile_project(read_sources(files), host, dialect)
+        compiled = compile_project(read_sources(files), host, dialect, resource=resource)
     except CompileError as wrong:
         for mistake in wrong.mistakes:
             typer.echo(str(mistake), err=True)

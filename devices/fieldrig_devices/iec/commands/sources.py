@@ -20,6 +20,12 @@ DialectOption = Annotated[
     str,
     typer.Option("--dialect", metavar="DIALECT", help=f"The language rules that apply: {', '.join(DIALECTS)}."),
 ]
+ResourceOption = Annotated[
+    str,
+    typer.Option(
+        "--resource", metavar="NAME", help="The RESOURCE that runs, if there are several.", show_default=False
+    ),
+]
 SUFFIXES: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto")
 
 

@@ -10,7 +10,7 @@ from fieldrig.errors import UsageError
 from fieldrig.exits import Exit
 from fieldrig.net import DEFAULT_ENDPOINT
 from fieldrig_devices.iec.commands.compiling import RigOption, compiled
-from fieldrig_devices.iec.commands.sources import DialectOption, read_sources
+from fieldrig_devices.iec.commands.sources import DialectOption, ResourceOption, read_sources
 
 
 def symbols(
@@ -25,6 +25,7 @@ def symbols(
     ] = None,
     rig: RigOption = None,
     dialect: DialectOption = "epas-4",
+    resource: ResourceOption = "",
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
     """Write the list of a program's variables and types in XML, as CODESYS does for HMIs and gateways.
@@ -38,7 +39,7 @@ def symbols(
     from fieldrig.store import replace_file
 
     if files:
-        data = _of_sources(files, dialect, rig, device)
+        data = _of_sources(files, dialect, rig, device, resource)
     elif device is not None:
         data = _of_device(device, endpoint)
     else:
@@ -48,12 +49,12 @@ def symbols(
     typer.echo(f"{output}: {len(data)} bytes")
 
 
-def _of_sources(files: list[Path], dialect: str, rig: Path | None, device: str | None) -> bytes:
+def _of_sources(files: list[Path], dialect: str, rig: Path | None, device: str | None, resource: str) -> bytes:
     from fieldrig_devices.iec.symbol_list import symbol_list
     from fieldrig_devices.languages.mistakes import CompileError
 
     try:
-        found = compiled(read_sources(files), dialect, rig, device)
+        found = compiled(read_sources(files), dialect, rig, device, resource)
     except CompileError as wrong:
         for mistake in wrong.mistakes:
             typer.echo(str(mistake), err=True)

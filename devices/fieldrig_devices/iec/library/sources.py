@@ -1,7 +1,8 @@
-"""The source text of the standard function blocks.
+"""The source text of the standard function blocks, and of functions with several results.
 
 The counters and bistables exist twice: CoDeSys names their inputs RESET, LOAD and SET1, edition 3 of the standard names
-them R, LD and S1.  Edition 3 also has counters for larger types: CTU_DINT and so on.
+them R, LD and S1. Edition 3 also has counters for larger types: CTU_DINT and so on, and functions for the parts of
+dates.
 """
 
 import re
@@ -25,7 +26,8 @@ def sources(dialect: str) -> tuple[tuple[str, str], ...]:
         return tuple((name, _text(name)) for name in ("standard.st", "counters.st", "util.st"))
     counters = _text("counters_edition_3.st")
     large = tuple((f"counters_{kind.name.lower()}.st", _counters_of(kind, counters)) for kind in LARGE)
-    return (("standard.st", _text("standard.st")), ("counters.st", counters), *large, ("util.st", _text("util.st")))
+    others = tuple((name, _text(name)) for name in ("standard.st", "dates_edition_3.st", "util.st"))
+    return (*others, ("counters.st", counters), *large)
 
 
 def _text(name: str) -> str:

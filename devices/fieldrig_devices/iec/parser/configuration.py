@@ -1,13 +1,12 @@
 """CONFIGURATION with its resource, tasks and programs.
 
-Source: PacDrive manual 596 to 610 for the model; IEC 61131-3 for the text.  A controller of this
-family is one resource.
+Source: PacDrive manual 596 to 610 for the model; IEC 61131-3 for the text.
 """
 
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.parser.cursor import UnexpectedError
-from fieldrig_devices.iec.parser.declarations import SECTIONS, Declarations
+from fieldrig_devices.iec.parser.declarations import BEHIND, SECTIONS, Declarations
 
 _STARTS = frozenset({"PROGRAM", "RESOURCE", "END_RESOURCE", "END_CONFIGURATION", *SECTIONS, token.END})
 
@@ -21,30 +20,36 @@ class Configurations(Declarations):
         self.gather()
         found = tree.Configuration("", place=self.places[opening], comments=self.taken())
         is_whole = self.kinds[opening] == "CONFIGURATION"
-        resources = 0
+        resources: list[tree.Configuration] = []
         if is_whole:
             self.i += 1
             found.name = self.name("the name of the configuration")
             self.accept(";")
         while self.kinds[self.i] not in ("END_CONFIGURATION", token.END):
             if self.kinds[self.i] == "RESOURCE":
-                resources += 1
-                if resources > 1:
-                    self.say(self.i, "there is a second RESOURCE", "one, because the controller is one resource")
-                self._resource(found)
+                resources.append(self._resource())
                 if not is_whole:
                     break
             elif not self._part(found):
                 break
         if is_whole:
             self._end("END_CONFIGURATION", opening, "CONFIGURATION")
+        if len(resources) == 1:
+            (only,) = resources
+            found.blocks += only.blocks
+            found.tasks += only.tasks
+            found.programs += only.programs
+            found.resource, found.processor = only.resource, only.processor
+        else:
+            found.resources = tuple(resources)
         self.gather_from(opening)
         found.after = self.taken()
         found.remark = self.remark()
         return found
 
-    def _resource(self, found: tree.Configuration) -> None:
+    def _resource(self) -> tree.Configuration:
         opening = self.i
+        found = tree.Configuration("", place=self.places[opening])
         self.i += 1
         found.resource = self.name("the name of the resource")
         if self.accept_word("ON"):
@@ -54,6 +59,7 @@ class Configurations(Declarations):
             if not self._part(found):
                 break
         self._end("END_RESOURCE", opening, "RESOURCE")
+        return found
 
     def _part(self, found: tree.Configuration) -> bool:
         """Read one part.  False if something else follows that another declaration begins with."""
@@ -62,7 +68,7 @@ class Configurations(Declarations):
         if self.kinds[at] in SECTIONS:
             found.blocks += (self.block_of_variables(),)
             return True
-        if self.kinds[at] in ("FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "ACTION", "METHOD", "RESOURCE"):
+        if self.kinds[at] in BEHIND or self.kinds[at] == "CONFIGURATION":
             return False
         front = self.taken()
         part: tree.TaskDeclaration | tree.ProgramInstance

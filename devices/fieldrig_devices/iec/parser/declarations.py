@@ -15,6 +15,9 @@ from fieldrig_devices.iec.parser.types import UNKNOWN, Types
 
 SECTIONS: Final = {section.value: section for section in tree.Section}
 _LONG: Final = frozenset({"LWORD", "LINT", "ULINT"})
+BEHIND: Final = frozenset({"FUNCTION", "FUNCTION_BLOCK", "CLASS", "TYPE", "ACTION", "METHOD", "RESOURCE"})
+"""Words that show that the END of a block of declarations is missing."""
+ACCESS: Final = frozenset({"PUBLIC", "PROTECTED", "PRIVATE", "INTERNAL"})
 _ENDS: Final = frozenset({"END_VAR", "END_STRUCT", "END_UNION", "END_TYPE"})
 
 _TYPES: Final = frozenset({token.NAME, "ARRAY", "POINTER", "REFERENCE", "REF_TO", "STRUCT", "UNION"})
@@ -49,7 +52,9 @@ class Declarations(Types):
         if word == "VAR_ACCESS":
             self.say(at, "VAR_ACCESS is not supported", "VAR_GLOBAL", "OPC UA and the symbol list show all variables.")
         section = SECTIONS.get(word, tree.Section.GLOBAL)
+        access = self._access()
         attributes = self._attributes()
+        access = access or self._access()
         variables = self.variables(is_path=section is tree.Section.CONFIG)
         if self.kinds[self.i] == "END_VAR":
             self.i += 1
@@ -60,9 +65,17 @@ class Declarations(Types):
             if self.kinds[self.i] in _ENDS:
                 self.i += 1
         comments = front + (self.taken() if not variables else ())
-        found = tree.Variables(section, variables, *attributes, place=self.places[at], comments=comments)
+        found = tree.Variables(section, variables, *attributes, access, place=self.places[at], comments=comments)
         found.remark = self.remark()
         return found
+
+    def _access(self) -> str:
+        """Read PUBLIC and the like, unless it is the name of a variable."""
+        word = self.texts[self.i].upper()
+        if word not in ACCESS or not self.dialect.has_methods or self.kinds[self.i + 1] in (":", ",", "AT"):
+            return ""
+        self.i += 1
+        return word
 
     def _attributes(self) -> tuple[bool, bool, bool]:
         """Read RETAIN, PERSISTENT and CONSTANT in any order."""
@@ -105,7 +118,7 @@ class Declarations(Types):
             return self.kinds[at + 1] != ":"
         if kind in SECTIONS:
             return True
-        if kind in ("PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "TYPE", "CONFIGURATION", "ACTION", "METHOD", "RESOURCE"):
+        if kind in BEHIND or kind in ("PROGRAM", "CONFIGURATION"):
             return True
         if kind.startswith("END_") or kind == token.END:
             return True

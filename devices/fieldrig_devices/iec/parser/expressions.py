@@ -311,6 +311,9 @@ class Expressions(Cursor):
             self.i += 1
             return tree.BitOf(of, int(self.texts[at]), place=place)
         text = self.texts[at]
+        if self.kinds[at] == token.PART:
+            self.i += 1
+            return tree.BitOf(of, int(text[2:]), text[1].upper().replace("X", ""), place=place)
         if not (text[:1].isalpha() or text[:1] == "_") or "#" in text:
             raise self.unexpected("the name of a component, or the number of a bit, behind the point")
         self.i += 1

@@ -12,7 +12,7 @@ from fieldrig_devices.iec.parser.configuration import Configurations
 from fieldrig_devices.iec.parser.cursor import UnexpectedError
 
 MODIFIERS: Final = frozenset({"PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "ABSTRACT", "FINAL", "OVERRIDE"})
-"""Words in front of the name of a method.  The access that they give is not checked."""
+"""Words in front of the name of a method."""
 
 
 class Methods(Configurations):

@@ -13,6 +13,7 @@ from fieldrig_devices.iec.parser.declarations import SECTIONS
 from fieldrig_devices.iec.parser.methods import Methods
 
 POUS: Final = {kind.value: kind for kind in tree.PouKind}
+_POU_ENDS: Final = frozenset(f"END_{word}" for word in POUS)
 _PARTS: Final = ("ACTION", "METHOD", "PROPERTY")
 _TOP: Final = frozenset(
     (*POUS, *_PARTS, "TYPE", "VAR_GLOBAL", "VAR_CONFIG", "CONFIGURATION", "RESOURCE", "INTERFACE", token.END)
@@ -106,6 +107,8 @@ class Units(Methods):
             hint = "Variables outside of a POU are declared in VAR_GLOBAL."
         elif kind.startswith("END_"):
             hint = f"There is no beginning for this {kind}."
+        elif word == "CLASS" and self.dialect.has_methods:
+            hint = "Classes need the dialect edition-3. Here a FUNCTION_BLOCK with methods does the same."
         elif word in _OOP:
             hint = f"{word} is not supported. Use a FUNCTION or a FUNCTION_BLOCK."
         elif kind in (token.NAME, "IF", "CASE", "FOR", "WHILE", "REPEAT"):
@@ -181,7 +184,7 @@ class Units(Methods):
         return found
 
     def _end_of_pou(self, word: str, kind: tree.PouKind, name: str, opening: int) -> None:
-        if self.kinds[self.i] in ("END_PROGRAM", "END_FUNCTION", "END_FUNCTION_BLOCK"):
+        if self.kinds[self.i] in _POU_ENDS:
             if self.kinds[self.i] != word:
                 hint = f"{kind.value} ends with {word}."
                 self.say(self.i, f"got {self.kinds[self.i]} at the end of {kind.value} {name}", word, hint)
@@ -198,7 +201,7 @@ class Units(Methods):
         self.say(self.i, f"got {self.shown(self.i)}", f"{word} for {kind.value} {name} in line {line}")
 
     def _modifiers(self, kind: tree.PouKind) -> tuple[str, ...]:
-        """Read words such as ABSTRACT in front of the name, which have no effect."""
+        """Read words such as ABSTRACT in front of the name."""
         found: list[str] = []
         while self.texts[self.i].upper() in _MODIFIERS and self.kinds[self.i + 1] == token.NAME:
             if self.begins_line(self.i + 1):
@@ -217,10 +220,12 @@ class Units(Methods):
         try:
             name = self.name(f"the name of the {kind.value}")
             extends = ""
-            if self.dialect.has_methods and kind is tree.PouKind.FUNCTION_BLOCK and self.accept_word("EXTENDS"):
-                extends = self.name("the name of a function block")
+            if self.dialect.has_methods and kind.has_instances and self.accept_word("EXTENDS"):
+                extends = self.name(
+                    "the name of a class" if kind is tree.PouKind.CLASS else "the name of a function block"
+                )
             implements: tuple[str, ...] = ()
-            if self.dialect.has_methods and kind is tree.PouKind.FUNCTION_BLOCK:
+            if self.dialect.has_methods and kind.has_instances:
                 implements = self._names_behind("IMPLEMENTS")
             if self.is_word("EXTENDS") or self.is_word("IMPLEMENTS"):
                 hint = "Blocks cannot be derived. Declare an instance of the other block in it."

@@ -33,7 +33,7 @@ def declaration(lines: Lines, of: tree.Declaration) -> None:
 
 
 def variables(lines: Lines, block: tree.Variables) -> None:
-    words = [block.section.value]
+    words = [block.section.value] + [block.access] * bool(block.access)
     words += ["RETAIN"] * block.is_retain + ["PERSISTENT"] * block.is_persistent + ["CONSTANT"] * block.is_constant
     lines.add(" ".join(words))
     with lines.indented():
@@ -152,7 +152,7 @@ def _pou(lines: Lines, pou: tree.Pou) -> None:
     for block in pou.blocks:
         lines.front(block)
         variables(lines, block)
-    if pou.blocks:
+    if pou.blocks and (pou.body != tree.StBody(()) or not (pou.methods or pou.actions)):
         lines.add("")
     body(lines, pou.body)
     _methods(lines, pou.methods)
@@ -298,6 +298,8 @@ def _configuration(lines: Lines, of: tree.Configuration) -> None:
                 _resource(lines, of)
             else:
                 _parts(lines, of)
+            for resource in of.resources:
+                _resource(lines, resource)
             lines.comments(of.after)
         lines.add("END_CONFIGURATION")
     else:

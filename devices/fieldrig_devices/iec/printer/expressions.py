@@ -25,8 +25,8 @@ def expression_text(of: tree.Expression, weakest: int = 0) -> str:
             return f"{operator}({inner})" if inner[0] in "+-" else f"{operator}{inner}"
         case tree.Member(inner_of, name):
             return f"{_place(inner_of)}.{name}"
-        case tree.BitOf(inner_of, number):
-            return f"{_place(inner_of)}.{number}"
+        case tree.BitOf(inner_of, number, size):
+            return f"{_place(inner_of)}.{f'%{size}' if size else ''}{number}"
         case tree.Index(inner_of, indices):
             return f"{_place(inner_of)}[{', '.join(map(expression_text, indices))}]"
         case tree.Dereference(inner_of):

@@ -29,6 +29,8 @@ class Variables(Statement):
     is_retain: bool = False
     is_persistent: bool = False
     is_constant: bool = False
+    access: str = ""
+    """PUBLIC, PROTECTED, PRIVATE or INTERNAL behind VAR; empty for the default of its POU."""
     name: str = field(default="", compare=False)
     """The name of a list of global variables; programs of today's tools may write `name.variable`."""
 
@@ -44,6 +46,12 @@ class PouKind(Enum):
     PROGRAM = "PROGRAM"
     FUNCTION = "FUNCTION"
     FUNCTION_BLOCK = "FUNCTION_BLOCK"
+    CLASS = "CLASS"
+
+    @property
+    def has_instances(self) -> bool:
+        """True if variables can be of this type."""
+        return self in (PouKind.FUNCTION_BLOCK, PouKind.CLASS)
 
 
 @dataclass(slots=True)
@@ -116,7 +124,7 @@ class ProgramInstance(Statement):
 
 @dataclass(slots=True)
 class Configuration(Statement):
-    """CONFIGURATION ... END_CONFIGURATION, with its one resource, or RESOURCE parts without a configuration."""
+    """CONFIGURATION ... END_CONFIGURATION with its one resource, or a RESOURCE without a configuration."""
 
     name: str
     blocks: tuple[Variables, ...] = ()
@@ -126,6 +134,8 @@ class Configuration(Statement):
     """The name of the resource; empty if the tasks belong to the configuration itself."""
     processor: str = ""
     """The name behind ON."""
+    resources: "tuple[Configuration, ...]" = ()
+    """The resources if there are several, without names of configurations; the fields above are not theirs then."""
 
 
 Declaration = TypeDeclaration | Pou | Interface | Variables | Configuration

@@ -49,10 +49,12 @@ class Member(Node):
 
 @dataclass(slots=True)
 class BitOf(Node):
-    """`of.5`: a single bit of an integer or bit string."""
+    """`of.5` or `of.%X5`: a bit of an integer or bit string; `of.%B1`, `of.%W0`: a byte or word of it."""
 
     of: "Expression"
     number: int
+    size: str = ""
+    """B, W, D or L; empty for a bit."""
 
 
 @dataclass(slots=True)

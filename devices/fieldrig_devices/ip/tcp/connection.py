@@ -73,6 +73,8 @@ class Connection:
         self.needs_resend = False
         """True if the segment at SND.UNA was lost and goes out again, before everything else."""
         self.needs_probe = False
+        self.is_held = False
+        """True while segments with data wait for room on the link."""
         self.needs_reset = False
         self.unacknowledged_segments = 0
         """Segments with data that arrived since our last acknowledgment."""

@@ -1,5 +1,7 @@
 """The sending path: the segments that a connection has to send now (RFC 9293, 3.8 and 3.10).
 
+Segments with data wait while the link has no room, so that a slow link has no long queue of them: the round trip stays
+short, connections take turns, and what else goes over the link is not late.
 Segments that are not full wait only where the peer's window would be filled in silly pieces (RFC 9293, 3.8.6.2.1).
 Left out: the algorithm of Nagle, because a stack sends once for all that its user sends within one event.
 """
@@ -16,10 +18,17 @@ MOST_WINDOW: Final = 0xFFFF
 """The window field is 16 bits wide, and the option to scale it is left out."""
 
 Emit = Callable[[Segment], None]
+HasRoom = Callable[[], bool]
 
 
-def output(connection: Connection, now_ns: int, emit: Emit) -> None:
-    """Send what may be sent now."""
+def always() -> bool:
+    """Return True, for a link that takes everything at once."""
+    return True
+
+
+def output(connection: Connection, now_ns: int, emit: Emit, has_room: HasRoom = always) -> None:
+    """Send what may be sent now.  `has_room` returns whether the link takes a further segment with data."""
+    connection.is_held = False
     if connection.needs_reset:
         connection.needs_reset = False
         emit(_segment(connection, connection.outgoing.highest, RST | ACK))
@@ -30,10 +39,11 @@ def output(connection: Connection, now_ns: int, emit: Emit) -> None:
     if connection.state in OPENING:
         _send_syn(connection, now_ns, emit)
     elif connection.state in SENDING:
-        if connection.needs_resend:
+        if connection.needs_resend and has_room():
             connection.needs_resend = False
             _resend(connection, now_ns, emit)
-        _send_data(connection, now_ns, emit)
+        _send_data(connection, now_ns, emit, has_room)
+        connection.is_held |= connection.needs_resend
     if connection.needs_ack and connection.state is not State.SYN_SENT:
         _send(connection, now_ns, emit, _segment(connection, connection.outgoing.highest, ACK))
     elif connection.needs_probe:
@@ -64,7 +74,7 @@ def _resend(connection: Connection, now_ns: int, emit: Emit) -> None:
     _send(connection, now_ns, emit, _segment(connection, start, ACK | (FIN if has_fin else PSH), data))
 
 
-def _send_data(connection: Connection, now_ns: int, emit: Emit) -> None:
+def _send_data(connection: Connection, now_ns: int, emit: Emit, has_room: HasRoom) -> None:
     outgoing = connection.outgoing
     if outgoing.in_flight == 0 and now_ns - connection.sent_ns > connection.round_trip.timeout_ns:
         connection.reno.idled()
@@ -75,6 +85,9 @@ def _send_data(connection: Connection, now_ns: int, emit: Emit) -> None:
         is_last = start + len(data) == outgoing.end_of_data
         has_fin = is_last and outgoing.has_ended and room > len(data)
         if not (has_fin or (data and _is_worth_sending(connection, len(data), is_last))):
+            return
+        if not has_room():
+            connection.is_held = True
             return
         connection.needs_probe = False
         flags = (ACK | PSH if is_last and data else ACK) | (FIN if has_fin else 0)

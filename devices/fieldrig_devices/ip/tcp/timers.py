@@ -36,7 +36,7 @@ def arm(connection: Connection, now_ns: int) -> None:
     elif outgoing.in_flight > 0:
         if connection.retransmit_ns is None:
             connection.retransmit_ns = now_ns + connection.round_trip.timeout_ns
-    elif outgoing.is_everything_sent:
+    elif outgoing.is_everything_sent or connection.is_held:  # the window is open: there is nothing to probe
         connection.retransmit_ns = None
     elif connection.retransmit_ns is None:
         connection.retransmit_ns = now_ns + min(

@@ -3,6 +3,9 @@
 Source: PacDrive manual 4539-4548, 4585-4601, 4933, 5079-5085 (digest PD-250, PD-258 to PD-260, PD-273).  With a
 RemoteIpAddress that no host can have, the call ends after the login.  Without UserName and Password it ends at once.
 The third failed login in a row and each further one are entries of the message logger, and are answered 10 s later.
+
+A caller such as pppd takes the line for lost if an echo of LCP is not answered within seconds.  So data of TCP wait
+in their connections while the line has enough to send, and a caller can have no more than `WINDOW` bytes under way.
 """
 
 import logging
@@ -17,6 +20,7 @@ from fieldrig_devices.ip.kernel_end import IpEnd
 from fieldrig_devices.ip.services import RelayedServices
 from fieldrig_devices.ip.stack import Stack
 from fieldrig_devices.max4.com1.parameters import LOCAL_IP_ADDRESS, Com1Parameters
+from fieldrig_devices.max4.com1.port import FULL
 from fieldrig_devices.ppp.link import LoginAttempt, PppLink
 from fieldrig_devices.ppp.phases import Phase
 from fieldrig_devices.ppp.settings import Login, PppSettings
@@ -24,6 +28,8 @@ from fieldrig_devices.ppp.settings import Login, PppSettings
 log = logging.getLogger(__name__)
 
 REPORTED_FAILURES: Final = 3
+WINDOW: Final = 8192
+"""Receive window of a connection: some 2 s of a line at 38400 bit/s, and many times what its round trip needs."""
 LOCAL: Final = IPv4Address(LOCAL_IP_ADDRESS)
 
 
@@ -99,6 +105,11 @@ class DialIn:
         self._link.receive(self._clock.now_ns(), data)
         self.wake()
 
+    def has_room(self) -> None:
+        if self._end is not None:
+            self._end.advance(self._clock.now_ns())
+        self.wake()
+
     def ended(self) -> None:
         self._send, self._hang_up, self._waiting = _drop, _do_nothing, _nothing
         self._link.down(self._clock.now_ns())
@@ -139,7 +150,14 @@ class DialIn:
     def _begin_ip(self) -> None:
         self._end_ip()
         link = self._link
-        end: IpEnd = Stack(link.local_address, link.mtu, self._transmit, secret=self._random.randbytes(16))
+        end: IpEnd = Stack(
+            link.local_address,
+            link.mtu,
+            self._transmit,
+            window=WINDOW,
+            secret=self._random.randbytes(16),
+            has_room=lambda: self._waiting() < FULL,
+        )
         if self._relayed is not None and isinstance(end, Stack):
             end = self._relayed.end_of(end, link.peer_address, link.mtu, self._transmit, self._waiting)
         self._end = end

@@ -44,12 +44,17 @@ CONNECT_NS: Final = 1 * S
 PASSED_NS: Final = 300 * MS
 """Time in which the modems have transmitted what the line has brought."""
 LEAVE_NS: Final = 10 * S
+FULL: Final = 1024
+"""The number of bytes that wait for the line from which on a call should send no further data."""
 
 
 class Call(Protocol):
     """The part of the controller that answers a call."""
 
     def received(self, data: bytes) -> None: ...
+
+    def has_room(self) -> None:
+        """Fewer than `FULL` bytes wait for the line again."""
 
     def ended(self) -> None:
         """The line is gone; nothing may be sent any more."""
@@ -69,7 +74,10 @@ class Com1:
         self._clock, self._answer = clock, answer
         self._format = None if baud is None else Format(baud)
         self._link = link
-        self._line = None if link is None else LineEnd(link, clock, self._format or Format(), baud is not None)
+        self._line: LineEnd | None = None
+        if link is not None:
+            self._line = LineEnd(link, clock, self._format or Format(), baud is not None, FULL)
+            self._line.on_room = self._on_room
         self._inputs = ModemInputs(cts=False, dsr=False, dcd=False, ri=False)
         self._reader = ResultReader()
         self._initialisation = Initialisation(clock, self._send, self._set_modem_state, self._on_initialised)
@@ -258,6 +266,10 @@ class Com1:
     def _send_in_call(self, data: bytes) -> None:
         if self.state in ONLINE:
             self._send(data)
+
+    def _on_room(self, has_room: bool) -> None:
+        if has_room and self._call is not None:
+            self._call.has_room()
 
     def _waiting(self) -> int:
         return self._line.waiting if self._line is not None else 0

@@ -1,7 +1,8 @@
 """The program file DEFAULT.PRG: the sources of a project, which the controller compiles when it loads them.
 
 The manual does not describe the file; ours is JSON: {"format": "IEC sources", "dialect": NAME, "files": [{"name": NAME,
-"text": TEXT}, ...]}.  The code of the controller is generated from it at each boot, so it needs no format of its own.
+"text": TEXT}, ...]}, with "resource": NAME if one of several resources runs. The code of the controller is generated
+from it at each boot, so it needs no format of its own.
 """
 
 import json
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Self
 
-from fieldrig.untrusted import MalformedError, field, items, read_json
+from fieldrig.untrusted import MalformedError, field, items, read_json, typed
 from fieldrig_devices.languages.source_file import SourceFile, decoded
 
 PROGRAM_FILE: Final = "\\DEFAULT.PRG"
@@ -26,10 +27,13 @@ class Container:
 
     files: tuple[SourceFile, ...]
     dialect: str
+    resource: str = ""
+    """The name of the RESOURCE that runs; empty if there is only one."""
 
     def encode(self) -> bytes:
         files = [{"name": source.name, "text": source.text} for source in self.files]
-        return json.dumps({"format": FORMAT, "dialect": self.dialect, "files": files}, indent=1).encode()
+        resource = {"resource": self.resource} if self.resource else {}
+        return json.dumps({"format": FORMAT, "dialect": self.dialect, **resource, "files": files}, indent=1).encode()
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
@@ -42,14 +46,15 @@ class Container:
                 SourceFile(field(file, "name", str), field(file, "text", str))
                 for file in items(field(found, "files", list), dict, MOST_FILES, "files")
             )
-            return cls(files, field(found, "dialect", str))
+            resource = typed(found.get("resource", ""), str)
+            return cls(files, field(found, "dialect", str), resource)
         except MalformedError as cause:
             raise ValueError(f"not a program file: {cause}") from cause
 
 
-def container_of(paths: Sequence[Path], dialect: str) -> Container:
+def container_of(paths: Sequence[Path], dialect: str, resource: str = "") -> Container:
     """Read the sources of a project.  ValueError, with the name, for a file that is too long."""
-    return Container(tuple(SourceFile(path.name, _text(path)) for path in paths), dialect)
+    return Container(tuple(SourceFile(path.name, _text(path)) for path in paths), dialect, resource)
 
 
 def _text(path: Path) -> str:

@@ -12,6 +12,7 @@ from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.limits import Limits
+from fieldrig_devices.iec.program import Program, Variable
 from fieldrig_devices.languages.beside import Refused, duration_of
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.max4.configuration.program_file import Container
@@ -57,7 +58,15 @@ def compile_container(
     if dialect is None:
         known = ", ".join(DIALECTS)
         raise CompileError([Mistake(1, 1, f"the dialect {container.dialect!r} is not known", known)])
-    compiled = compile_project(container.files, host, dialect, limits=limits, previous=previous, on_progress=report)
+    compiled = compile_project(
+        container.files,
+        host,
+        dialect,
+        limits=limits,
+        previous=previous,
+        resource=container.resource,
+        on_progress=report,
+    )
     _check_retain(compiled, SIZES[retain])
     return compiled
 
@@ -72,12 +81,13 @@ def _check_retain(compiled: Compiled, size: int) -> None:
         Mistake(
             variable.place.line,
             variable.place.column,
-            f"{variable.name} is at an address, and the controller keeps no area of inputs, outputs or markers",
-            "a RETAIN variable without AT",
+            f"{variable.name} is at an address of %{area}, and no inputs or outputs are kept over power-off",
+            "an address of %M for a RETAIN variable, or none",
             file=variable.file,
         )
         for variable in variables
-        if variable.is_retain and variable.location is not None
+        if variable.is_retain
+        for area in sorted(_areas(variable, program) - {"M"})
     ]
     if located:
         raise CompileError(located)
@@ -105,3 +115,10 @@ def _check_retain(compiled: Compiled, size: int) -> None:
             )
         ]
     )
+
+
+def _areas(variable: Variable, program: Program) -> set[str]:
+    """Return the areas that a variable has an address in; several if its instances have their own."""
+    if variable.location is not None:
+        return {variable.location.area}
+    return {link.where.area for link in program.links if link.variable is variable}

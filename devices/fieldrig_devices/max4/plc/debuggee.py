@@ -75,7 +75,7 @@ class PlcDebuggee(IecDebuggee):
     def download(self, files: Mapping[str, str], *, is_online: bool) -> None:
         controller = self._powered()
         sources = tuple(SourceFile(name, text) for name, text in files.items())
-        container = Container(sources, controller.settings.dialect)
+        container = Container(sources, controller.settings.dialect, controller.settings.resource)
 
         def on_done(problem: str) -> None:
             if not problem:

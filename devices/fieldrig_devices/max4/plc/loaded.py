@@ -25,12 +25,14 @@ class RetainingProgram(LoadedProgram):
         self._retain = self._retain_store()
 
     def _retain_store(self) -> RetainStore:
-        return RetainStore(self._ram, self._maps, RetainMap(leaves_of(self.compiled.program)), self.runtime.memory)
+        map, runtime = RetainMap(leaves_of(self.compiled.program)), self.runtime
+        return RetainStore(self._ram, self._maps, map, runtime.memory, runtime.markers)
 
     def warm(self) -> None:
         """Give all variables their start values, and RETAIN variables their retained ones (PD-056)."""
         super().cold()
         self._retain.restore()
+        self.runtime.give_markers()
 
     def cold(self) -> None:
         super().cold()

@@ -99,7 +99,7 @@ class Plc:
         """The sources that the rig file names, as they are at present; None if it names none."""
         settings = self._controller.settings
         try:
-            return container_of(settings.program, settings.dialect) if settings.program else None
+            return container_of(settings.program, settings.dialect, settings.resource) if settings.program else None
         except OSError as cause:
             raise ValueError(f"a source cannot be read: {cause.filename}: {cause.strerror}") from cause
 
@@ -255,7 +255,7 @@ class Plc:
     def compile_sources(self, files: Sequence[SourceFile]) -> Compiled:
         """Compile a program for this controller without loading it.  CompileError with every mistake."""
         settings = self._controller.settings
-        container = Container(tuple(files), settings.dialect)
+        container = Container(tuple(files), settings.dialect, settings.resource)
         return compile_container(container, self._host(), settings.retain, self._limits)
 
     def symbol_list(self) -> bytes:

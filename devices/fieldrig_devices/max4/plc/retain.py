@@ -3,6 +3,7 @@
 Source: PacDrive manual 990-1003, 6031-6034 (digest PD-048 to PD-056, PD-315).  The buffered memory contains the values
 only, as on the controller; names and types are in a list on the flash disk (`RetainMap`), by which the values find
 their variables again after the program has changed.  A pointer is never retained, because addresses may change.
+A variable at an address of %M is retained like any other; its value is in the area instead of a cell.
 """
 
 import json
@@ -14,6 +15,7 @@ from typing import Final, NamedTuple, Self
 
 from fieldrig.untrusted import MalformedError, items, read_json, typed
 from fieldrig_devices.iec import characters
+from fieldrig_devices.iec.layout import AREA_SIZE, AREAS
 from fieldrig_devices.iec.program import Program, Variable
 from fieldrig_devices.iec.types import (
     ArrayType,
@@ -48,6 +50,14 @@ class Leaf(NamedTuple):
     """An elementary type, or STRING(80), or WSTRING(80)."""
     variable: Variable | None = None
     """The variable that it is, or is part of."""
+    bit: int = -1
+    """The bit of a BOOL at an address such as %MX3.0."""
+
+    @property
+    def marker(self) -> int | None:
+        """The first byte in %M; None for a value in a cell."""
+        is_inside = AREAS["M"] <= self.address < AREAS["M"] + AREA_SIZE
+        return self.address - AREAS["M"] if is_inside else None
 
     @property
     def size(self) -> int:
@@ -71,23 +81,31 @@ def leaves_of(program: Program) -> list[Leaf]:
         leaf
         for variable in program.globals.values()
         if _is_kept(variable)
-        for leaf in _leaves(variable, variable.name, variable.offset, variable.type, variable.is_retain)
+        for leaf in _leaves(variable, variable.name, _address(variable, 0), variable.type, variable.is_retain)
     )
     return sorted(found, key=lambda leaf: leaf.address)
 
 
 def _is_kept(variable: Variable) -> bool:
-    return variable.location is None and not variable.is_constant and not variable.is_reference
+    if variable.is_constant or variable.is_reference:
+        return False
+    return variable.location.area == "M" if variable.location is not None else variable.offset >= 0
+
+
+def _address(variable: Variable, start: int) -> int:
+    """Return the address of a variable; `start` is that of the instance that it is in."""
+    where = variable.location
+    return start + variable.offset if where is None else AREAS[where.area] + where.byte
 
 
 def _leaves(source: Variable, path: str, address: int, type: Type, is_retain: bool) -> Iterator[Leaf]:
     match type:
         case BlockType(pou=pou) if pou is not None:
             for variable in pou.variables.values():
-                if _is_kept(variable) and variable.offset >= 0:
+                if _is_kept(variable):
                     inner = is_retain or variable.is_retain
                     name = f"{path}.{variable.name}"
-                    yield from _leaves(variable, name, address + variable.offset, variable.type, inner)
+                    yield from _leaves(variable, name, _address(variable, address), variable.type, inner)
         case ArrayType():
             if is_retain or _has_blocks(type.element):
                 for index in range(type.count):
@@ -97,7 +115,7 @@ def _leaves(source: Variable, path: str, address: int, type: Type, is_retain: bo
             for field in type.stored_fields:
                 yield from _leaves(source, f"{path}.{field.name}", address + field.offset, field.type, is_retain)
         case Elementary() if is_retain:
-            yield Leaf(path, address, type.value, source)
+            yield Leaf(path, address, type.value, source, -1 if source.location is None else source.location.bit)
         case EnumType() | SubrangeType() if is_retain:
             yield Leaf(path, address, type.base.value, source)
         case StringType() if is_retain:

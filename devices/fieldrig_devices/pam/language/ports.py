@@ -42,10 +42,12 @@ class PortVariable:
     bit: int = 0
     reserved: int = 1
     """Items that a Simatic DualPort has room for."""
+    given_crc: int | None = None
+    """The CRC of another compiler, if a master uses that."""
 
     @property
     def crc(self) -> int:
-        return crc_of(self.name)
+        return crc_of(self.name) if self.given_crc is None else self.given_crc
 
     @property
     def type(self) -> Type:

@@ -1,5 +1,6 @@
 """The reserved words and the symbolic values (appendix A of the manual, and the words of its chapters)."""
 
+from collections.abc import Mapping
 from typing import Final
 
 _STRUCTURE = """
@@ -22,3 +23,11 @@ SYMBOLIC: Final = frozenset(_SYMBOLIC.split())
 
 LABEL_KEYWORDS: Final = STRUCTURE | {"TIMEOUT"}
 """Words that end a list of statements or begin one, so that they are never the name of an object."""
+
+PREDECLARED: Final[Mapping[str, str]] = {
+    "PAMDISPLAY": "PAMDISPLAY",
+    "PamDisplay": "PAMDISPLAY",
+    "DualPort": "DUALPORT",
+    "RS422Port": "RS422PORT",
+}
+"""Objects that every application has, under the spellings of the manual, with their kinds."""

@@ -106,6 +106,8 @@ class ApplicationObjects:
         self._site = Site(kernel, port, options or Options())
         self._pipes = Pipes(self._site)
         self._shapes, self._volts = shapes, volts
+        self._followers: list[CamItem] = []
+        """Cams that take a change of their profile over at once."""
         self._fine_phases = FinePhases()
         self._groups: dict[str, int] = {}
         self._items: dict[str, list[Any]] = {}
@@ -173,14 +175,17 @@ class ApplicationObjects:
         ]
 
     def _build_profile(self, declared: Declared) -> list[ObjectItem]:
-        return [ProfileItem(declared, self._shapes(declared.reference("FILE")))]
+        return [ProfileItem(declared, self._shapes(declared.reference("FILE")), self._followers)]
 
     def _build_cam(self, declared: Declared) -> list[ObjectItem]:
         def find(name: str) -> ProfileItem:
             found: ProfileItem = self._items[name][0]
             return found
 
-        return [CamItem(declared, self._site, find(declared.reference("PROFILE")), find)]
+        item = CamItem(declared, self._site, find(declared.reference("PROFILE")), find)
+        if self._site.options.profiles_act_at_once:
+            self._followers.append(item)
+        return [item]
 
     def _build_converter(self, declared: Declared) -> list[ObjectItem]:
         destination = self._items[declared.reference("DESTINATION")][0]

@@ -28,6 +28,10 @@ ERROR_MASK: Final = 0xD0F8FFFF
 """The bits of the status word that are errors (PAMS-049)."""
 
 
+IN_RUN: Final = 4
+"""The bit of the status word for a run (table 12-4)."""
+
+
 class Axis(ObjectItem):
     travel_speed = AboveZero()
     acceleration = AboveZero()
@@ -51,6 +55,10 @@ class Axis(ObjectItem):
         self.on_stop: list[Callable[[], None]] = []
         """They are called before a stop, which ends what else moves the axis."""
         self.is_grouped = False
+        self._run_lasts = not site.options.run_is_ready_at_speed
+        self._runs = False
+        """True during a run that is complete only when it ends."""
+        self._shows_in_node = site.options.st1_nodes_have_errors
         self._status = self._error = 0
         self._ordered = self._done = 0
         self._own = self.initial_position
@@ -68,6 +76,11 @@ class Axis(ObjectItem):
         was_ready = self.is_ready
         self._status, self._error = report.status, report.error & ERROR_MASK
         self._done = report.number or self._done
+        if self._runs and self._done == self._ordered and not report.status & IN_RUN:
+            self._runs = False  # the node has ended the run by itself
+        if self._shows_in_node:
+            self.node.error_word = self._error
+            self.site.touched(self.node.name)
         if self.is_ready and not was_ready:
             own = report.set_point / self.units
             if abs(nearest(own - self._own, self.period)) > 1 / abs(self.units):
@@ -77,7 +90,7 @@ class Axis(ObjectItem):
 
     @property
     def is_ready(self) -> bool:
-        return self._done == self._ordered
+        return self._done == self._ordered and not self._runs
 
     @property
     def position(self) -> float:
@@ -117,6 +130,7 @@ class Axis(ObjectItem):
         if order.number:
             order = AxisOrder(number, order.move, order.value, order.speed, order.acceleration, order.deceleration)
             self._ordered = number
+            self._runs = self._run_lasts and order.move is Move.RUN and order.value != 0
         self.site.touched(self.name)
         return order
 
@@ -170,8 +184,9 @@ class Axis(ObjectItem):
         return self._limited(Move.RUN, speed, abs(speed))
 
     def _power_on(self) -> AxisOrder:
-        self._own = 0.0
-        return AxisOrder(1, Move.POWER_ON)
+        """Set the position to 0, or by the other reading to INITIAL_POSITION (1130, 6838)."""
+        self._own = self.initial_position if self.site.options.power_on_sets_initial_position else 0.0
+        return AxisOrder(1, Move.POWER_ON, nearest_units(self._own * self.units))
 
     def _power_off(self) -> AxisOrder:
         return self._limited(Move.POWER_OFF, 0.0, 0.0)

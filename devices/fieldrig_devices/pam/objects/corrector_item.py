@@ -22,12 +22,13 @@ class CorrectorItem(TransformerItem):
             is_repetitive=declared.word("TRIGGER_MODE") == "REPETITIVE",
             value_period=declared.number("VALUE_PERIOD") or None,
             is_input_sign_reversed=site.options.corrector_input_sign_reversed,
+            is_ended_by_trigger_off=site.options.trigger_off_ends_correction,
         )
         self.block = Corrector(settings, 1.0, 1.0, 0.0)
         self.flowed_in = 0
         """The basic cycle of the last value of the flow."""
         self.declare(declared)
-        trigger.watchers.append(self._on_trigger)
+        trigger.watchers.append(self._on_event if site.options.corrector_takes_both_edges else self._on_trigger)
 
     def declare(self, declared: Declared) -> None:
         self.correction_slope, self.correction_level = (
@@ -37,11 +38,15 @@ class CorrectorItem(TransformerItem):
         self.delay_compensation = declared.number("DELAY_COMPENSATION")
 
     def _on_trigger(self, is_true: bool, age_us: int) -> None:
+        if is_true:
+            self._on_event(is_true, age_us)
+
+    def _on_event(self, _is_true: bool, age_us: int) -> None:
         """Take the event at its instant: the age of the input, and the ways over the ring (PAML-513, G-47).
 
         A value of the flow works in the axis a delay after it has been computed, so an event belongs to an earlier one.
         """
-        if not is_true or not self.block.is_active:
+        if not self.block.is_active:
             return
         site, options = self.site, self.site.options
         self.block.slope, self.block.level = self.correction_slope, self.correction_level

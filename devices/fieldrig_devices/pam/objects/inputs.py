@@ -36,13 +36,14 @@ class BinaryInput(ObjectItem):
 
 
 class DigitalInput(ObjectItem):
-    """Consecutive inputs as a number; the lowest address is the lowest bit (G-07)."""
+    """Consecutive inputs as a number; the lowest address is the lowest bit, or by a setting the highest (G-07)."""
 
     def __init__(self, declared: Declared, site: Site, node: ApplicationNode) -> None:
         super().__init__(declared.name)
         self._site = site
         self._number = 0
         bits = declared.integer("BITS")
+        self._ordered = order_of_bits(bits, site)
         self._mask = (1 << bits) - 1
         self._inverted = 0 if declared.word("ACTIVE") == "HIGH" else self._mask
         node.add(lambda item: input_item(declared, item, bits), self._on_change)
@@ -51,7 +52,7 @@ class DigitalInput(ObjectItem):
         return self._number
 
     def _on_change(self, report: InputChanged) -> None:
-        self._number = (report.value & self._mask) ^ self._inverted
+        self._number = self._ordered((report.value & self._mask) ^ self._inverted)
         self._site.kernel.touched(self.name)
 
 
@@ -108,6 +109,13 @@ class KeyInput(Switched):
     def _on_change(self, report: InputChanged) -> None:
         self.is_on = bool(report.value)
         self._site.kernel.touched(self.name)
+
+
+def order_of_bits(bits: int, site: Site) -> Callable[[int], int]:
+    """Return what makes a number of the program from the bits of a frame, or the other way round."""
+    if not site.options.lowest_address_is_highest_bit:
+        return int
+    return lambda number: int(f"{number:0{bits}b}"[::-1], 2)
 
 
 def input_item(declared: Declared, item: int, bits: int) -> InputItem:

@@ -7,7 +7,7 @@ from fieldrig_devices.pamring.frames import NodeType, Trouble
 
 
 class NodeObject(ObjectItem):
-    """A node in programs.  Only a Smart-IO has an error word; that of an ST1 is its axis's (E-03)."""
+    """A node in programs.  Only a Smart-IO has an error word; a setting gives an ST1 that of its axis (E-03)."""
 
     def __init__(self, name: str, node: ApplicationNode) -> None:
         super().__init__(name)

@@ -1,9 +1,11 @@
 """Outputs of the nodes and of the PAM, and displays (section 2.5 of the language's digest)."""
 
+import math
 from collections.abc import Callable
 from typing import Final
 
 from fieldrig_devices.pam.objects.declared import Declared
+from fieldrig_devices.pam.objects.inputs import order_of_bits
 from fieldrig_devices.pam.objects.object_item import ObjectItem, Switched
 from fieldrig_devices.pam.objects.site import ApplicationNode, Site
 from fieldrig_devices.pam.pipes.converter import Mode, Taker
@@ -20,8 +22,8 @@ from fieldrig_devices.pamring.frames import (
 HIGHEST_MV: Final = 10_000
 """The range of an analog output of a Smart-IO, in both directions (PAML-103)."""
 HIGHEST_V: Final = 2.5
-STEPS: Final = 255
-"""Voltage and steps of an analog output of the PAM (PAML-106, G-12)."""
+LARGEST_STEP: Final = 255
+"""Voltage and largest code of an analog output of the PAM (PAML-106)."""
 
 Volts = Callable[[int, float], None]
 """Takes the address of an analog output of the PAM, and its voltage."""
@@ -42,13 +44,14 @@ class BinaryOutput(Switched):
 
 
 class DigitalOutput(ObjectItem):
-    """A number on consecutive outputs; the lowest address is the lowest bit, and higher bits are dropped."""
+    """A number on consecutive outputs; higher bits are dropped.  The bits are in the order of a digital input."""
 
     def __init__(self, declared: Declared, site: Site, node: ApplicationNode) -> None:
         super().__init__(declared.name)
         self._site, self._node = site, node
         self._number = 0
         bits = declared.integer("BITS")
+        self._ordered = order_of_bits(bits, site)
         is_active_high = declared.word("ACTIVE") == "HIGH"
         self._mask = (1 << bits) - 1
         self._inverted = 0 if is_active_high else self._mask
@@ -61,7 +64,7 @@ class DigitalOutput(ObjectItem):
         number = int(value) & self._mask
         if number != self._number:
             self._number = number
-            self._node.send(SetOutput(self._item, number ^ self._inverted))
+            self._node.send(SetOutput(self._item, self._ordered(number) ^ self._inverted))
             self._site.kernel.touched(self.name)
 
 
@@ -132,7 +135,7 @@ class SevenSegmentOutput(ObjectItem):
 
 
 class PamAnalogOutput(ObjectItem):
-    """V = (value + OFFSET) / UNITS_PER_VOLT, from 0 V to 2.5 V in steps of 8 bits; also the end of a pipe."""
+    """V = (value + OFFSET) / UNITS_PER_VOLT, from 0 V to 2.5 V in steps of 8 bits (G-12); also the end of a pipe."""
 
     def __init__(self, declared: Declared, site: Site, volts: Volts) -> None:
         super().__init__(declared.name)
@@ -141,6 +144,8 @@ class PamAnalogOutput(ObjectItem):
         self._address = declared.integer("ADDRESS")
         self._number = 0.0
         self._step = 0
+        self._steps = site.options.dac_steps
+        self._whole: Callable[[float], int] = math.floor if site.options.dac_truncates else round
 
     def value(self) -> int:
         return int(self._number)
@@ -159,7 +164,7 @@ class PamAnalogOutput(ObjectItem):
         if int(before) != int(value):
             self._site.kernel.touched(self.name)
         volts = min(max((value + self._offset) / self._units_per_volt, 0.0), HIGHEST_V)
-        step = round(volts / HIGHEST_V * STEPS)
+        step = min(self._whole(volts / HIGHEST_V * self._steps), LARGEST_STEP)
         if step != self._step:
             self._step = step
-            self._volts(self._address, step * HIGHEST_V / STEPS)
+            self._volts(self._address, step * HIGHEST_V / self._steps)

@@ -5,6 +5,7 @@ again as a flat list of steps, so that a shared block computes once and a cycle 
 """
 
 from collections.abc import Callable, Sequence
+from typing import Final
 
 from fieldrig_devices.pam.objects.axes_set import AxesSet
 from fieldrig_devices.pam.objects.axis import Axis
@@ -20,6 +21,7 @@ from fieldrig_devices.pam.pipes.converter import Converter, Destination
 from fieldrig_devices.pam.pipes.distributor import Distributor
 
 Step = Callable[[float], float]
+OVERRUN: Final = "02..F060"
 
 
 class ConverterItem(ObjectItem):
@@ -105,6 +107,11 @@ class Branch:
         self.flags = [*map(Flag, changing), Flag(pipe.converter)]
         self.correctors = tuple(item for item in pipe.transformers if isinstance(item, CorrectorItem))
 
+    def is_due(self, number: int) -> bool:
+        """Return whether the branch computes in a period of the network."""
+        distributor = self.distributor
+        return distributor is None or number % distributor.divisor == distributor.shift
+
 
 class Network:
     """The pipes of one source."""
@@ -141,6 +148,18 @@ class Network:
             steps.append(pipe.converter.block.pass_on)
             self._branches.append(Branch(pipe, shared[-1] if shared else None, steps))
 
+    @property
+    def most_blocks(self) -> int:
+        """The blocks that would compute in a period without distributors, with the source."""
+        return 1 + sum(len(branch.steps) for branch in self._branches)
+
+    @property
+    def due_blocks(self) -> int:
+        """The blocks that the PAM computes in this basic cycle, whether or not their values change."""
+        if self._left > 1:
+            return 0
+        return 1 + sum(len(branch.steps) for branch in self._branches if branch.is_due(self._number))
+
     def flow(self) -> None:
         self._left -= 1
         if self._left:
@@ -165,8 +184,7 @@ class Network:
         cycle = self._site.cycle
         self._show(self._flags)
         for branch in self._branches:
-            distributor = branch.distributor
-            if distributor is not None and number % distributor.divisor != distributor.shift:
+            if branch.distributor is not None and not branch.is_due(number):
                 continue
             for corrector in branch.correctors:
                 corrector.flowed_in = cycle
@@ -191,6 +209,9 @@ class Pipes:
         self._declared: dict[str, Declared] = {}
         self._pipes: list[Pipe] = []
         self._networks: dict[str, Network] = {}
+        self._most_blocks = max(1, site.options.blocks_per_ms * site.kernel.thirds // 3)
+        self._may_overrun = False
+        """True if the networks have more blocks than a basic cycle has time for."""
         site.periods_changed = self._hand_periods_on
 
     def declare(self, declared: Declared) -> None:
@@ -236,6 +257,7 @@ class Pipes:
         }
         for name, network in self._networks.items():
             network.lay_out([pipe for pipe in pipes if pipe.source.name == name])
+        self._may_overrun = sum(network.most_blocks for network in self._networks.values()) > self._most_blocks
 
     def _begin(self, pipe: Pipe, living: "dict[int, SourceItem | TransformerItem]") -> None:
         """Let the new blocks of a pipe begin."""
@@ -254,5 +276,9 @@ class Pipes:
                 period = transformer.block.outgoing_period
 
     def flow(self) -> None:
+        """Compute all networks that are due; too many blocks are a fatal error (PAML-412)."""
+        if self._may_overrun and sum(network.due_blocks for network in self._networks.values()) > self._most_blocks:
+            self._site.kernel.report(OVERRUN)
+            return
         for network in tuple(self._networks.values()):
             network.flow()

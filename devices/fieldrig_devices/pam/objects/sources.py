@@ -58,6 +58,7 @@ class GeneratorItem(SourceItem):
         self.block = block
         options = self.site.options
         block.takes_shorter_way = options.takes_shorter_way
+        block.run_is_ready_at_speed = options.run_is_ready_at_speed
         if declared.word("ANTI_DELAY", "YES") == "YES":
             block.lead_s = options.set_point_delay_periods * self.period
 
@@ -125,6 +126,7 @@ class PmpItem(GeneratorItem):
         super().__init__(declared, site)
         self.declare(declared)
         generator = PmpGenerator(self._limits(), declared.number("INITIAL_POSITION"), _period(declared))
+        generator.supersedes = site.options.pmp_supersedes
         self._set_up(declared, generator)
 
     def declare(self, declared: Declared) -> None:

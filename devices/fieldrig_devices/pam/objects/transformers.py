@@ -1,6 +1,7 @@
 """Amplifiers, cams, derivators, distributors and phasers in programs (sections 2.19 to 2.26 of the digest)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.object_item import ObjectItem
@@ -21,7 +22,10 @@ class AmplifierItem(TransformerItem):
 
     def __init__(self, declared: Declared, site: Site) -> None:
         super().__init__(declared, site)
-        self.block = Amplifier(0.0, 0.0, unwraps=site.options.amplifier_unwraps)
+        options = site.options
+        self.block = Amplifier(
+            0.0, 0.0, unwraps=options.amplifier_unwraps, limits_output=options.offset_slope_limits_output
+        )
         self.declare(declared)
 
     def declare(self, declared: Declared) -> None:
@@ -32,14 +36,21 @@ class AmplifierItem(TransformerItem):
 class ProfileItem(ObjectItem):
     """A shape with its amplitudes and offsets.  A cam takes them over when its PROFILE is written (PAML-444)."""
 
-    def __init__(self, declared: Declared, shape: Shape) -> None:
+    def __init__(self, declared: Declared, shape: Shape, followers: "Sequence[CamItem]" = ()) -> None:
+        """`followers` are cams that take a change of their profile over at once (E-05)."""
         super().__init__(declared.name)
-        self._shape = shape
+        self._shape, self._followers = shape, followers
         self.input_amplitude, self.output_amplitude = (
             declared.number("INPUT_AMPLITUDE"),
             declared.number("OUTPUT_AMPLITUDE"),
         )
         self.input_offset, self.output_offset = declared.number("INPUT_OFFSET"), declared.number("OUTPUT_OFFSET")
+
+    def set_parameter(self, name: str, value: Any) -> None:
+        super().set_parameter(name, value)
+        for cam in self._followers:
+            if cam.profile is self:
+                cam.set_parameter("PROFILE", self)
 
     def taken(self) -> Profile:
         """Return the profile as it is now."""

@@ -9,8 +9,8 @@ from typing import Final
 from fieldrig_devices.pam.panel.catalogue import origin_name
 from fieldrig_devices.pam.panel.codes import LISTED, Code, Kind
 
-MOST_LISTED: Final = 100
-"""Entries of the error list, whose size the manual does not give."""
+MOST_PRINTED: Final = 200
+"""Lines of the debugger that are kept."""
 
 _WORDS: Final = {
     Kind.MESSAGE: "Message",
@@ -46,11 +46,11 @@ def _shown(detail: int | float) -> str:
 class Messages:
     """The messages since power-on."""
 
-    def __init__(self, write: Callable[[bytes], None]) -> None:
-        """`write` sends text to the debugger's serial line."""
+    def __init__(self, write: Callable[[bytes], None], most_listed: int) -> None:
+        """`write` sends text to the debugger's serial line; the error list has the latest `most_listed` entries."""
         self._write = write
-        self.listed: deque[Message] = deque(maxlen=MOST_LISTED)
-        self.printed: deque[str] = deque(maxlen=2 * MOST_LISTED)
+        self.listed: deque[Message] = deque(maxlen=most_listed)
+        self.printed: deque[str] = deque(maxlen=MOST_PRINTED)
         self.fatal: Message | None = None
         """The first fatal error."""
 

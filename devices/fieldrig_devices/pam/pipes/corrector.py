@@ -7,7 +7,7 @@ it is "is" minus "must be"; a setting reverses the latter.  Corrections add up i
 from dataclasses import dataclass
 from typing import Literal
 
-from fieldrig_devices.motion.profile import Limits, Profile, keep, move
+from fieldrig_devices.motion.profile import Limits, Profile, change_speed, keep, move
 from fieldrig_devices.pam.pipes.block import Block, nearest
 
 State = Literal["standby", "wait event", "wait correction", "in correction"]
@@ -26,6 +26,8 @@ class Settings:
     value_period: float | None = None
     is_input_sign_reversed: bool = False
     """True if the correction with the reference INPUT is "must be" minus "is" as well."""
+    is_ended_by_trigger_off: bool = False
+    """True if `trigger_off` brakes a running correction; False if it completes."""
 
 
 class Corrector(Block):
@@ -44,6 +46,8 @@ class Corrector(Block):
         self._must_be = 0.0
         self._corrected = 0.0
         self._way: Profile = keep(0.0)
+        self._distance = 0.0
+        """The way of the running correction."""
         self._periods = 0
         self._flow: tuple[float, ...] = ()
         self._is_armed = False
@@ -71,10 +75,15 @@ class Corrector(Block):
             self.state = "wait event"
 
     def trigger_off(self) -> None:
-        """Disable the corrector; a running correction is completed (G-33)."""
+        """Disable the corrector; a running correction is completed, or braked by the other reading (G-33)."""
         self._is_armed = False
         if self.state != "in correction":
             self.state = "standby"
+        elif self.settings.is_ended_by_trigger_off:
+            moved, speed, _ = self._way.values_at(self._periods * self.period_s)
+            self._corrected += moved
+            way = change_speed(speed, 0.0, Limits(self.level, self.slope, self.slope))
+            self._follow(way, way.values_at(way.duration_s)[0])
 
     def start_correction(self, value: float | None = None) -> None:
         """Correct by the computed value or by another one; only in the mode ON_REQUEST (PAML-509, PAML-510)."""
@@ -118,13 +127,15 @@ class Corrector(Block):
         seconds = self._periods * self.period_s
         if seconds < self._way.duration_s:
             return self._way.values_at(seconds)[0]
-        self._corrected += self.correction
+        self._corrected += self._distance
         self.state = "wait event" if self._is_armed else "standby"
-        return self.correction
+        return self._distance
+
+    def _follow(self, way: Profile, distance: float) -> None:
+        self._way, self._distance, self._periods = way, distance, 0
 
     def _begin(self) -> None:
-        self._way = move(self.correction, 0.0, Limits(self.level, self.slope, self.slope))
-        self._periods = 0
+        self._follow(move(self.correction, 0.0, Limits(self.level, self.slope, self.slope)), self.correction)
         self.state = "in correction"
         self.triggered = not self.settings.is_repetitive
 

@@ -1,5 +1,6 @@
 """The part that the TMP and the PMP generator share: a position that a motion leads on, and its life in a pipe."""
 
+import math
 from abc import ABC, abstractmethod
 
 from fieldrig_devices.pam.pipes.block import nearest, wrapped
@@ -20,11 +21,19 @@ class Generator(ABC):
         """Time by which the flow is ahead of the position, with ANTI_DELAY (PAML-635)."""
         self.takes_shorter_way = False
         """True if an absolute move in a periodic system takes the shorter way round (G-14)."""
+        self.run_is_ready_at_speed = True
+        """True if a run is carried out when its speed is reached, False if it is only when it ends (G-38)."""
+        self._ready_s = 0.0
+        """Time from the beginning of the present motion until the command is carried out."""
 
     @property
     def ready(self) -> bool:
-        """True if the last command has been carried out; a run is, when its speed is reached (G-38)."""
-        return True
+        """True if the last command has been carried out."""
+        return self._seconds >= self._ready_s
+
+    def _run_is_ready_s(self, speed: float, duration_s: float) -> float:
+        """Return the time from the beginning of a run until it is carried out."""
+        return duration_s if self.run_is_ready_at_speed or not speed else math.inf
 
     @property
     def outgoing_period(self) -> float | None:
@@ -60,7 +69,7 @@ class Generator(ABC):
         """Begin at INITIAL_POSITION with this period in seconds, as the pipe is activated (PAML-607)."""
         self.period_s, self.is_active = period_s, True
         self._rest()
-        self._base, self._periods = self.initial_position, 0
+        self._base, self._periods, self._ready_s = self.initial_position, 0, 0.0
 
     def stop(self) -> None:
         self.is_active = False

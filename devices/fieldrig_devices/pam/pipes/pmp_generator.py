@@ -36,16 +36,22 @@ class _Piece:
 
 
 class JerkProfile:
-    """Pieces of constant jerk from position 0, at rest or at a speed; behind them the speed remains."""
+    """Pieces of constant jerk from position 0, at rest or in motion; behind them the speed remains."""
 
-    def __init__(self, speed: float = 0.0) -> None:
+    def __init__(self, speed: float = 0.0, acceleration: float = 0.0) -> None:
         self.pieces: list[_Piece] = []
         self.duration_s = 0.0
-        self._end = (0.0, speed, 0.0)
+        self._end = (0.0, speed, acceleration)
 
     @property
     def distance(self) -> float:
         return self._end[0]
+
+    def relax(self, jerk: float) -> None:
+        """Bring the acceleration to 0."""
+        acceleration = self._end[2]
+        self._add(abs(acceleration) / jerk, -math.copysign(jerk, acceleration))
+        self._end = (*self._end[:2], 0.0)
 
     def ramp(self, speed: float, acceleration: float, jerk: float) -> None:
         """Go from the present speed to another with an acceleration that is a trapezoid, or a triangle if short."""
@@ -148,17 +154,20 @@ def _largest(fits: Callable[[float], bool]) -> float:
 class PmpGenerator(Generator):
     """A command while a motion runs is ignored (PAML-603); one argument is a single move, two go there and back.
 
-    A run changes the speed with the limits of FIRST_TRAVEL_SPEED; a move out of a run stops first.
+    A run changes the speed with the limits of FIRST_TRAVEL_SPEED; a move out of a run stops first, and so does one that
+    replaces another motion by the other reading (E-18).
     """
 
     def __init__(self, limits: PmpLimits, initial_position: float, position_period: float | None) -> None:
         super().__init__(initial_position, position_period)
         self.limits = limits
+        self.supersedes = False
+        """True if a command replaces a running motion."""
         self._way = JerkProfile()
 
     @property
-    def ready(self) -> bool:
-        return self._seconds >= self._way.duration_s
+    def _is_busy(self) -> bool:
+        return self._seconds < self._way.duration_s and not self.supersedes
 
     @property
     def speed(self) -> float:
@@ -183,11 +192,11 @@ class PmpGenerator(Generator):
 
         Without a way for the first, the last is a single move.
         """
-        if not self.is_active or not self.ready or (last is not None and first * last > 0):
+        if not self.is_active or self._is_busy or (last is not None and first * last > 0):
             return
         if not first:
             first, last = last or 0.0, None
-        way = JerkProfile(self.speed)
+        way = self._moving()
         way.ramp(0.0, self.limits.acceleration, self.limits.jerk)
         first -= way.distance
         if first and last is None:
@@ -198,10 +207,17 @@ class PmpGenerator(Generator):
 
     def run(self, speed: float) -> None:
         """Go on at a speed; 0 ends the motion."""
-        if self.is_active and self.ready:
-            way = JerkProfile(self.speed)
+        if self.is_active and not self._is_busy:
+            way = self._moving()
             way.ramp(speed, self.limits.acceleration, self.limits.jerk)
-            self._follow(way)
+            self._follow(way, self._run_is_ready_s(speed, way.duration_s))
 
-    def _follow(self, way: JerkProfile) -> None:
+    def _moving(self) -> JerkProfile:
+        """Return the beginning of a motion that follows the present one: its acceleration ends."""
+        way = JerkProfile(self.speed, self.acceleration)
+        way.relax(self.limits.jerk)
+        return way
+
+    def _follow(self, way: JerkProfile, ready_s: float | None = None) -> None:
         self._base, self._way, self._periods = self._absolute, way, 0
+        self._ready_s = way.duration_s if ready_s is None else ready_s

@@ -13,10 +13,6 @@ class TmpGenerator(Generator):
         self._way: Profile = keep(0.0)
 
     @property
-    def ready(self) -> bool:
-        return self._seconds >= self._way.duration_s
-
-    @property
     def speed(self) -> float:
         return self._way.values_at(self._seconds)[1] if self.is_active else 0.0
 
@@ -37,8 +33,10 @@ class TmpGenerator(Generator):
         self._follow(move(distance, self.speed, self.limits))
 
     def run(self, speed: float) -> None:
-        self._follow(change_speed(self.speed, speed, self.limits))
+        way = change_speed(self.speed, speed, self.limits)
+        self._follow(way, self._run_is_ready_s(speed, way.duration_s))
 
-    def _follow(self, way: Profile) -> None:
+    def _follow(self, way: Profile, ready_s: float | None = None) -> None:
         if self.is_active:
             self._base, self._way, self._periods = self._absolute, way, 0
+            self._ready_s = way.duration_s if ready_s is None else ready_s

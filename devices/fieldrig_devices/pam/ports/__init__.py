@@ -21,9 +21,9 @@ from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from typing import Protocol
 
-from fieldrig_devices.pam.language.check.symbols import PREDECLARED
 from fieldrig_devices.pam.language.items import Program
 from fieldrig_devices.pam.language.ports import PortPlan, ports_of
+from fieldrig_devices.pam.language.words import PREDECLARED
 from fieldrig_devices.pam.ports.memory import ByteOrder, Memory
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.panel import SERIAL_PANEL, panel_cells
@@ -135,9 +135,11 @@ class Ports:
         if self._serial is not None:
             self._serial.receive(data)
 
-    def fail(self, origin: int, number: int, when: datetime, tag: int = 0, info: int = 0) -> None:
+    def fail(
+        self, origin: int, number: int, when: datetime, tag: int = 0, info: int = 0, *, is_low_first: bool = False
+    ) -> None:
         """Write the fatal error panel; `tag` 1 says that `info` is a node, and 2 that it is a peripheral."""
         for port in self._ports:
             port.fail()
         panel = next((port.panel for port in self._ports if port.panel is not None), SERIAL_PANEL)
-        self.memory.write(panel // 2, panel_cells(origin, number, when, tag, info))
+        self.memory.write(panel // 2, panel_cells(origin, number, when, tag, info, is_low_first=is_low_first))

@@ -5,11 +5,13 @@ reals is 02..FFF3; the functions of Python's math module raise it as ValueError 
 """
 
 import math
+import sys
 from collections.abc import Callable, Mapping
 from typing import Any, Final, NoReturn
 
 from fieldrig_devices.languages.faults import RunError
 from fieldrig_devices.pam.runtime.lower.operands import HIGH, LOW
+from fieldrig_devices.pam.runtime.readings import Readings
 
 INTEGER_FAULT: Final = "02..FFF2"
 REAL_FAULT: Final = "02..FFF3"
@@ -66,7 +68,7 @@ def _whole(function: Callable[[float], int]) -> Callable[[float], float]:
 
 
 _OF_PYTHON: Final = "exp log10 sqrt cos sin tan acos asin atan cosh sinh tanh"
-FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
+_FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
     "overflow": overflow,
     "invalid": invalid,
     "signed": signed,
@@ -79,3 +81,48 @@ FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
     "ln": math.log,
     **{name: getattr(math, name) for name in _OF_PYTHON.split()},
 }
+
+
+def functions(readings: Readings) -> Mapping[str, Callable[..., Any]]:
+    """Return the functions by their names in generated code."""
+    found = dict(_FUNCTIONS)
+    if readings.zero_to_zero_is_error:
+        found["power"] = _power_without_zero_to_zero
+    if not readings.math_error_is_fatal:
+        found |= {name: _going_on(found[name], limit) for name, limit in _LIMITS.items()}
+    return found
+
+
+def _power_without_zero_to_zero(base: float, exponent: float) -> float:
+    if base == exponent == 0:
+        raise ValueError("0 ^ 0")
+    return power(base, exponent)
+
+
+def _going_on(function: Callable[..., float], limit: Callable[..., float]) -> Callable[..., float]:
+    """Return a function that has a result where the original has none."""
+
+    def going_on(*arguments: float) -> float:
+        try:
+            return function(*arguments)
+        except (ValueError, OverflowError):
+            return limit(*arguments)
+
+    return going_on
+
+
+def _limit_of_power(base: float, exponent: float) -> float:
+    if base == 0 or (base < 0 and exponent % 1):
+        return 0.0
+    return -_LARGEST if base < 0 and exponent % 2 else _LARGEST
+
+
+_LARGEST: Final = sys.float_info.max
+_LIMITS: Final[Mapping[str, Callable[..., float]]] = {
+    **dict.fromkeys(("sqrt", "acos", "asin"), lambda _: 0.0),
+    **dict.fromkeys(("ln", "log10"), lambda _: -_LARGEST),
+    **dict.fromkeys(("exp", "cosh"), lambda _: _LARGEST),
+    "sinh": lambda value: math.copysign(_LARGEST, value),
+    "power": _limit_of_power,
+}
+"""Results where an error does not stop the program: 0 outside the domain, and the largest real beyond the range."""

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.pam.runtime.lower.lowered import ExceptionSite
+from fieldrig_devices.pam.runtime.watches import is_polled_event
 
 if TYPE_CHECKING:
     from fieldrig_devices.pam.runtime.sequence import TaskItem
@@ -12,12 +13,15 @@ class Armed:
     """An exception with its time-out.
 
     Its event is remembered while the sequence is suspended, and wakes its task (PAML-376, G-21).  An exception that has
-    fired is armed again when its event has been false (G-44).
+    fired is armed again when its event has been false (G-44), unless exceptions occur once only.
     """
 
     def __init__(self, task: "TaskItem", site: ExceptionSite, deadline: int | None) -> None:
         self._task, self.site, self.deadline = task, site, deadline
+        self._is_polled = is_polled_event(site.formula, task.readings)
         self._is_armed = True
+        self._is_over = False
+        """True if the exception has occurred and is not armed again."""
         self.is_latched = False
 
     def begin(self) -> None:
@@ -35,22 +39,22 @@ class Armed:
         if now is None:
             return
         if not now:
-            self._is_armed = True
+            self._is_armed = not self._is_over
         elif self._is_armed and not self.is_latched:
             self.is_latched = True
             self._task.on_exception()
 
     def poll(self) -> None:
-        if self.site.formula.is_polled:
+        if self._is_polled and not self._is_over:
             self._task.schedule.enter(self._task, self._task.schedule.cycle + 1)
 
     @property
     def is_late(self) -> bool:
-        return self.deadline is not None and self._task.schedule.cycle >= self.deadline
+        return not self._is_over and self.deadline is not None and self._task.schedule.cycle >= self.deadline
 
     @property
     def has_occurred(self) -> bool:
-        if self.site.formula.is_polled:
+        if self._is_polled:
             self.look()
             self.poll()
         return self.is_latched or self.is_late
@@ -59,7 +63,9 @@ class Armed:
         """Consume the event; return True if it was the time-out."""
         is_timeout = not self.is_latched
         self.is_latched = False
-        if is_timeout:
+        if self._task.readings.exceptions_occur_once:
+            self._is_over, self._is_armed = True, False
+        elif is_timeout:
             self.deadline = None
         else:
             self._is_armed = self._task.value(self.site.formula) is False

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from fieldrig_devices.pam.language.check.symbols import PREDECLARED
+from fieldrig_devices.pam.language.words import PREDECLARED
 from fieldrig_devices.pam.runtime.item import Item, Pending, RoutineRef, Value
 from fieldrig_devices.pam.runtime.lower.uses import Argument, Fixed, Use, Verb
 from fieldrig_devices.pam.runtime.watches import UnansweredError

@@ -64,10 +64,13 @@ class Compiled:
         return Values(TABLES)
 
 
-def compile_application(text: str, file: str, read: Reader = no_files, *, is_debugged: bool = False) -> Compiled:
+def compile_application(
+    text: str, file: str, read: Reader = no_files, *, ignores_case: bool = False, is_debugged: bool = False
+) -> Compiled:
     """Compile an application; CompileError with all mistakes if it has any.
 
-    `read` returns the text of an included file.  With `is_debugged` the code for breakpoints is made in advance.
+    `read` returns the text of an included file.  With `ignores_case` names are the same in any case, and with
+    `is_debugged` the code for breakpoints is made in advance.
     """
     texts = {file: text}
 
@@ -77,7 +80,7 @@ def compile_application(text: str, file: str, read: Reader = no_files, *, is_deb
             texts[name] = found
         return found
 
-    program, found = checked(text, file, reading)
+    program, found = checked(text, file, reading, ignores_case=ignores_case)
     found += too_large(program, found) or wrong_counts(program, found)
     mistakes = [mistake for mistake in found if not mistake.is_note]
     if mistakes:

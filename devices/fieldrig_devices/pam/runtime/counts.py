@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 
 from fieldrig_devices.languages.mistakes import Mistake
-from fieldrig_devices.pam.language.check.symbols import PREDECLARED
 from fieldrig_devices.pam.language.items import Actions, BooleanEquation, Program, Task
 from fieldrig_devices.pam.language.tokens import mistake
 from fieldrig_devices.pam.language.tree import Node, Reduction, Reference, StartTask
+from fieldrig_devices.pam.language.words import PREDECLARED
 from fieldrig_devices.pam.runtime.layout import Layout
 from fieldrig_devices.pam.runtime.walk import nodes
 

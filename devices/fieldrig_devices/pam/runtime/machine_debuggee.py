@@ -1,6 +1,7 @@
 """The application of a PAM in a rig, for the debugging service: start and stop hold and release its programs."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from fieldrig.background import Background, Report
 from fieldrig_devices.languages.beside import Beside, Refused, duration_of
@@ -11,12 +12,12 @@ from fieldrig_devices.pam.runtime.debuggee import PamDebuggee
 from fieldrig_devices.pam.runtime.runtime import Runtime
 
 
-def prepare(files: Mapping[str, str], report: Report) -> Compiled | Refused:
+def prepare(files: Mapping[str, str], report: Report, *, ignores_case: bool = False) -> Compiled | Refused:
     """Compile an application in a process of its own; the first file includes the others."""
     name, text = next(iter(files.items()))
     report("compiling", 0, 1)
     try:
-        return compile_application(text, name, files.get, is_debugged=True)
+        return compile_application(text, name, files.get, ignores_case=ignores_case, is_debugged=True)
     except CompileError as wrong:
         return Refused(tuple(wrong.mistakes))
 
@@ -30,11 +31,14 @@ class MachineDebuggee(PamDebuggee):
         present: Callable[[], Runtime | None],
         on_reset: Callable[[], None],
         on_download: Callable[[Compiled], None],
+        *,
+        ignores_case: bool,
     ) -> None:
         """`present` returns the application once it has been started; `on_download` takes another one and resets."""
         super().__init__()
         self._beside, self._present = Beside[Compiled](background), present
         self._on_reset, self._on_download = on_reset, on_download
+        self._prepare = partial(prepare, ignores_case=ignores_case)
         self._problem = ""
 
     @property
@@ -69,7 +73,7 @@ class MachineDebuggee(PamDebuggee):
         if not files:
             raise ValueError("a download has no file: expected the source file of an application first")
         self._problem = ""
-        self._beside.compile(prepare, dict(files), duration_of(files.values()), self._on_compiled)
+        self._beside.compile(self._prepare, dict(files), duration_of(files.values()), self._on_compiled)
 
     def cancel(self) -> None:
         """Drop what is being compiled."""

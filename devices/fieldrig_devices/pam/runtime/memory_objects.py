@@ -8,11 +8,11 @@ from collections import defaultdict
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from fieldrig_devices.pam.language.check.symbols import PREDECLARED
 from fieldrig_devices.pam.language.functions import INQUIRIES, VALUES
 from fieldrig_devices.pam.language.items import Declaration
 from fieldrig_devices.pam.language.objects import KINDS
 from fieldrig_devices.pam.language.tree import Number
+from fieldrig_devices.pam.language.words import PREDECLARED
 from fieldrig_devices.pam.runtime.compiler import Compiled
 from fieldrig_devices.pam.runtime.item import Item, Kernel, Pending, RoutineRef, Value
 from fieldrig_devices.pam.runtime.layout import START

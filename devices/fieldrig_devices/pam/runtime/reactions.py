@@ -96,7 +96,7 @@ class ActionsItem(Unit):
         self.runner = Runner(runtime, name, frame)
         self._reactions: list[tuple[Event | Condition, str]] = [
             (
-                Event(self.watches, reaction.formula, item, self.wake)
+                Event(self.watches, reaction.formula, item, self.wake, runtime.readings)
                 if reaction.is_event
                 else Condition(self, reaction.formula),
                 reaction.routine,
@@ -108,6 +108,11 @@ class ActionsItem(Unit):
         for trigger, _ in self._reactions:
             trigger.begin()
 
+    def forget_events(self) -> None:
+        for trigger, _ in self._reactions:
+            if isinstance(trigger, Event):
+                trigger.forget()
+
     def serve(self) -> None:
         """Run the actions whose events have occurred, and those whose states are true (PAML-261, PAML-262)."""
         if not self._runtime.is_working or self.runner.is_held():
@@ -115,13 +120,13 @@ class ActionsItem(Unit):
         self.runner.run()  # goes on after a breakpoint
         for trigger, routine in self._reactions:
             if isinstance(trigger, Event):
-                is_due, is_again = trigger.take(), trigger.is_polled
+                times, is_again = trigger.take(), trigger.is_polled
             else:
-                is_due = trigger.holds()
-                is_again = is_due or trigger.is_polled
+                times = int(trigger.holds())
+                is_again = times > 0 or trigger.is_polled
             if is_again:
                 self.schedule.enter(self, self.schedule.cycle + 1)
-            if is_due:
+            for _ in range(times):
                 self.runner.add(routine, self.item)
                 self.runner.run()
                 if self._runtime.is_stopped:

@@ -21,6 +21,7 @@ from fieldrig_devices.pam.runtime.lower.formulas import Formula
 from fieldrig_devices.pam.runtime.lower.lowered import SequenceCode, routine_name
 from fieldrig_devices.pam.runtime.processor import Limits, Processor
 from fieldrig_devices.pam.runtime.reactions import ActionsItem, Runner
+from fieldrig_devices.pam.runtime.readings import Readings
 from fieldrig_devices.pam.runtime.schedule import Schedule
 from fieldrig_devices.pam.runtime.sequence import TaskItem
 from fieldrig_devices.pam.runtime.services import Services
@@ -45,8 +46,15 @@ def silent(_code: str, _details: Sequence[int], _text: str) -> None:
 class Runtime:
     """The programs of an application.  Implements `item.Kernel`; `start` connects it to the objects."""
 
-    def __init__(self, program: Compiled, on_message: OnMessage = silent, limits: Limits | None = None) -> None:
+    def __init__(
+        self,
+        program: Compiled,
+        on_message: OnMessage = silent,
+        limits: Limits | None = None,
+        readings: Readings | None = None,
+    ) -> None:
         self.program, self._on_message, self._limits = program, on_message, limits or Limits()
+        self.readings = readings or Readings()
         self.thirds = program.thirds
         """BASIC_PAM_CYCLE in thirds of a millisecond."""
         self._flags = [0, 0]
@@ -65,8 +73,8 @@ class Runtime:
         self._objects: Objects | None = None
         self._parts: list[Part] = []
         self.services = Services(self)
-        self.gates: dict[int, Gate] = {}
-        """The gates of CONDITION DUPL_START by the numbers of their sequences."""
+        self.gates: dict[tuple[str, str], Gate] = {}
+        """The gates of CONDITION DUPL_START (`TaskItem.gate_of`)."""
         self.tasks: list[TaskItem] = []
         self.actions: list[ActionsItem] = []
         self._by_name: dict[tuple[str, int], TaskItem] = {}
@@ -131,7 +139,8 @@ class Runtime:
         items = self.items
         for part in self._parts:
             items |= part.items
-        scope = self.scope = {"M": self.cells, "W": self._flags, **arithmetic.FUNCTIONS, **self.services.functions()}
+        numbers = arithmetic.functions(self.readings)
+        scope = self.scope = {"M": self.cells, "W": self._flags, **numbers, **self.services.functions()}
         scope |= Binding(self, items, self.watches.functions).of(code.uses.table)
         formulas = compiled(code.formulas.source, self.program.names, self.program.rules, "<formulas>")
         functions = bind(formulas, scope)
@@ -154,7 +163,8 @@ class Runtime:
         code = self.program.code
         actions = {group.name: group for group in code.actions}
         tasks = {task.name: task for task in code.tasks}
-        for name in code.order:
+        order_of_names = sorted(code.order, key=tasks.__contains__) if self.readings.actions_first else code.order
+        for name in order_of_names:
             for item in self.active(name):
                 order = len(self.schedule.units)
                 if name in tasks:
@@ -211,9 +221,15 @@ class Runtime:
 
     def _run_programs(self) -> None:
         self.run_routines()
-        self.equations.evaluate()
+        if not self.readings.equations_last:
+            self.equations.evaluate()
         if not self.is_working:
             self._finish_power_on()
+        self._serve_units()
+        if self.readings.equations_last and not self.is_stopped:
+            self.equations.evaluate()
+
+    def _serve_units(self) -> None:
         while not self.is_stopped:
             unit = self.schedule.next()
             if unit is None:
@@ -229,6 +245,8 @@ class Runtime:
         self.report(POWER_ON_COMPLETED)
         self.report(WORKING)
         for unit in self.schedule.units.values():
+            if self.readings.events_at_start == "none":
+                unit.forget_events()
             self.schedule.enter(unit, self.schedule.cycle)
 
     def has_stopped(self) -> bool:

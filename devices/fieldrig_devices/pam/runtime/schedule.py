@@ -30,6 +30,10 @@ class Unit(ABC):
         """Look at the events from now on."""
 
     @abstractmethod
+    def forget_events(self) -> None:
+        """Drop the events that have occurred, and take no notice of what is true now."""
+
+    @abstractmethod
     def serve(self) -> None:
         """Do what is due in this basic cycle."""
 

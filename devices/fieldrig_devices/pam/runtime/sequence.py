@@ -31,7 +31,6 @@ from fieldrig_devices.pam.runtime.watches import Event
 if TYPE_CHECKING:
     from fieldrig_devices.pam.runtime.runtime import Runtime
 
-WORKSPACE: Final = "03..E02C"
 BUSY: Final = "03..E033"
 
 
@@ -46,7 +45,7 @@ class TaskItem(Unit):
         super().__init__(runtime.schedule, order, code.cycles)
         self._runtime, self.code, self.item, self._frame = runtime, code, item, frame
         self.name = code.name if code.count == 1 else f"{code.name}[{item + 1}]"
-        self.watches = runtime.watches
+        self.watches, self.readings = runtime.watches, runtime.readings
         self.task = Task(runtime.code)
         self.sequence: SequenceCode | None = None
         """The sequence that is alive."""
@@ -62,13 +61,16 @@ class TaskItem(Unit):
         """The basic cycle in which an exception has occurred last."""
         self.is_doomed = False
         """True if the sequence has to end because of an error of its own."""
+        self.is_out_of_order = False
+        """True if such an error keeps the task from starting another sequence."""
         self.answers: list[Value | Pending | None] = []
         self.on_end: list[Callable[[], None]] = []
         """Called when the sequence that is alive has ended."""
         self.goal: Goal | None = None
         """The end of a step of the debugger."""
         self.events = [
-            (Event(runtime.watches, event.formula, item, self.wake), event.sequence) for event in code.events
+            (Event(self.watches, event.formula, item, self.wake, self.readings), event.sequence)
+            for event in code.events
         ]
 
     # ---- states
@@ -89,13 +91,17 @@ class TaskItem(Unit):
         for event, _ in self.events:
             event.begin()
 
+    def forget_events(self) -> None:
+        for event, _ in self.events:
+            event.forget()
+
     def start(self, sequence: SequenceCode) -> bool:
         """Let a sequence become active; False if its workspace is too small."""
-        if sequence.used > sequence.workspace:
+        if sequence.used > sequence.workspace and self.readings.checks_workspaces:
             sizes = f"Allocated: {sequence.workspace} Used: {sequence.used}"
             text = f"rt_kernel S{sequence.number:03} WORKSPACE {sizes}"  # manual line 12655
             details = sequence.number, sequence.workspace, sequence.used
-            self._runtime.stop_by(WORKSPACE, details, text, sequence)
+            self._runtime.stop_by(f"03..{self.readings.workspace_error}02C", details, text, sequence)
             return False
         self.sequence, self.next_sequence, self.is_doomed = sequence, None, False
         self.task.start(sequence.routine, self._frame, self.item)
@@ -105,7 +111,7 @@ class TaskItem(Unit):
         """Let the sequence be dead: it has ended, or it is aborted."""
         if self.sequence is None:
             return
-        gate = self._runtime.gates.get(self.sequence.number)
+        gate = self._runtime.gates.get(self.gate_of(self.sequence))
         self.sequence = None
         self.task.stop()
         self.leave_wait()
@@ -118,6 +124,10 @@ class TaskItem(Unit):
         ended, self.on_end = self.on_end, []
         for on_end in ended:
             on_end()
+
+    def gate_of(self, sequence: SequenceCode) -> tuple[str, str]:
+        """Return the key of the gate at which a sequence waits for its turn."""
+        return self.code.name, sequence.name if self.readings.duplicates_of == "sequence" else ""
 
     def leave_wait(self) -> None:
         if self.wait is not None:
@@ -133,15 +143,16 @@ class TaskItem(Unit):
             self._take_events()
         if self.sequence is None:
             return
-        if self.exception is not None and self.exception.has_occurred:
-            self._fire(self.exception)
+        exception = self.exception
+        if exception is not None and exception.has_occurred and (self.readings.exceptions_wake or self._has_waited()):
+            self._fire(exception)
         if self._is_ready():
             self._run()
 
     def _take_events(self) -> None:
         """Start the sequence of an event, if no other is alive; an event that comes too early is lost (PAML-293)."""
         for event, sequence in self.events:
-            if event.take() and not self.is_alive:
+            if event.take() and not self.is_alive and not self.is_out_of_order:
                 self.timed_out = False
                 self.start(self.code.sequences[sequence])
             if event.is_polled:
@@ -149,8 +160,14 @@ class TaskItem(Unit):
 
     def _is_ready(self) -> bool:
         """Return whether the sequence goes on now."""
-        if self.sequence is None:
+        if self.sequence is None or not self._has_waited():
             return False
+        if self.next_sequence is not None:
+            self._change_sequence()
+        return self.sequence is not None
+
+    def _has_waited(self) -> bool:
+        """Return whether the sequence waits for nothing; leave a wait that is over."""
         if self._blocked is not None:
             if not self._blocked.is_over():
                 return False
@@ -160,9 +177,7 @@ class TaskItem(Unit):
             if not self.wait.is_over():
                 return False
             self.leave_wait()
-            if self.next_sequence is not None:
-                self._change_sequence()
-        return self.sequence is not None
+        return True
 
     def _change_sequence(self) -> None:
         """Abort the sequence and start the one that takes its place."""
@@ -222,6 +237,7 @@ class TaskItem(Unit):
                 self.start(self.code.sequences[sequence])
             case Entry(pc=pc):
                 self.leave_wait()
+                self.next_sequence = None
                 assert self.sequence is not None
                 self.task.start(self.sequence.routine, self._frame, self.item)
                 self.task.go_to(pc)
@@ -241,7 +257,7 @@ class TaskItem(Unit):
             self.end()  # aborted first (PAML-375)
         item = self.item if site.is_indexed else 0
         other = self._runtime.task_item(site.task, item)
-        if other is None:  # of a component that is not there
+        if other is None or other.is_out_of_order:  # the component is not there, or the task has ended by an error
             return None
         if other.is_alive:
             self.fail(BUSY)
@@ -255,6 +271,7 @@ class TaskItem(Unit):
         """Report an error of the sequence, which ends it (PAML-326, PAML-353)."""
         self._runtime.report(error, (self.sequence.number if self.sequence is not None else 0,))
         self.is_doomed = True
+        self.is_out_of_order = self.readings.error_stops_task
 
     def disarm(self) -> None:
         if self.exception is not None:

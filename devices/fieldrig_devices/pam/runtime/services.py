@@ -124,7 +124,7 @@ class Services:
         assert task.sequence is not None
         if task.code.duplicates is None:
             return False
-        gate = self._runtime.gates.setdefault(task.sequence.number, Gate(task.code.duplicates))
+        gate = self._runtime.gates.setdefault(task.gate_of(task.sequence), Gate(task.code.duplicates))
         return False if gate.enter(task) else self._wait(GateWait(task, gate))
 
     # ---- other sequences

@@ -9,6 +9,7 @@ from typing import Any
 from fieldrig_devices.languages.faults import CAUGHT
 from fieldrig_devices.pam.runtime.item import Value
 from fieldrig_devices.pam.runtime.lower.formulas import Formula
+from fieldrig_devices.pam.runtime.readings import Readings
 
 OnChange = Callable[[], None]
 
@@ -75,39 +76,64 @@ class Event:
     """An expression that causes something each time it becomes true (PAML-261).
 
     It is evaluated at each change, so that a short one is not missed, and is served in the cycles of its owner (G-17).
+    If events are sampled, it is evaluated in these cycles only.
     """
 
-    __slots__ = ("_formula", "_item", "_on_event", "_was", "_watches", "is_latched")
+    __slots__ = (
+        "_counts_first",
+        "_formula",
+        "_is_counted",
+        "_is_sampled",
+        "_item",
+        "_on_event",
+        "_times",
+        "_was",
+        "_watches",
+        "is_polled",
+    )
 
-    def __init__(self, watches: Watches, formula: Formula, item: int, on_event: OnChange) -> None:
+    def __init__(self, watches: Watches, formula: Formula, item: int, on_event: OnChange, readings: Readings) -> None:
         self._watches, self._formula, self._item, self._on_event = watches, formula, item, on_event
+        self._is_counted, self._is_sampled = readings.events == "counted", readings.events == "sampled"
+        self.is_polled = self._is_sampled or is_polled_event(formula, readings)
+        self._counts_first = readings.events_at_start == "all"
         self._was = False
-        self.is_latched = False
+        self._times = 0
 
     def begin(self) -> None:
+        """Look at the expression from now on.  Its present value is an event only if all that are true count."""
+        if self._counts_first:
+            self.look()
+        else:
+            self.forget()
+        if not self._is_sampled:
+            self._watches.add(self._formula, self._item, self.look)
+
+    def forget(self) -> None:
         """Take the present value as the one from which the event begins."""
         self._was = bool(self._watches.value(self._formula, self._item))
-        self._watches.add(self._formula, self._item, self.look)
-
-    @property
-    def is_polled(self) -> bool:
-        return self._formula.is_polled
+        self._times = 0
 
     def look(self) -> None:
         found = self._watches.value(self._formula, self._item)
         if found is None:
             return
         if found and not self._was:
-            self.is_latched = True
+            self._times = self._times + 1 if self._is_counted else 1
             self._on_event()
         self._was = bool(found)
 
-    def take(self) -> bool:
-        """Return whether the event has occurred since the last call."""
-        if self._formula.is_polled:
+    def take(self) -> int:
+        """Return how often the event counts since the last call."""
+        if self.is_polled:
             self.look()
-        occurred, self.is_latched = self.is_latched, False
-        return occurred
+        times, self._times = self._times, 0
+        return times
+
+
+def is_polled_event(formula: Formula, readings: Readings) -> bool:
+    """Return whether the owner of an event or exception has to look at it in each of its cycles."""
+    return formula.is_polled if readings.common_variables_cause_events else formula.is_polled_as_event
 
 
 def _raise(fault: BaseException, _formula: Formula) -> None:

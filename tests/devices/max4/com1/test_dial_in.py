@@ -151,3 +151,34 @@ def test_a_change_of_com1_user_ends_the_call() -> None:
     bench.set("Com1User", 0).go(2000)
     assert bench.link is not None
     assert bench.link.phase is Phase.DEAD
+
+
+LONG_PAGE = b"GET /PARAMS.HTM HTTP/1.1\r\nHost: 190.200.100.100\r\nConnection: close\r\n\r\n"
+
+
+def test_an_echo_of_lcp_does_not_wait_behind_pages() -> None:
+    """A caller with pppd takes the line for lost after some seconds without an answer."""
+    bench = DialInBench().call()
+    idle_ms = bench.echo_ms()
+    pages = [bench.connect(80) for _ in range(6)]
+    for connection, _ in pages:
+        connection.send(LONG_PAGE)
+    waits_ms = [bench.go(500).echo_ms() for _ in range(8)]
+    assert any(connection.is_open for connection, _ in pages), "the pages were too short for this test"
+    assert idle_ms < 100
+    assert max(waits_ms) < 1200  # 1024 bytes and two packets of 1500 at 3840 bytes a second
+    assert min(len(arrived) for _, arrived in pages) > 1000  # they take turns
+
+
+def test_a_caller_that_sends_much_has_no_more_than_2_s_of_it_under_way() -> None:
+    bench = DialInBench(ftp={"user_name": "lab", "password": "secret"}).call()
+    control, heard = bench.connect(21)
+    bench.ask(control, heard, "USER lab")
+    bench.ask(control, heard, "PASS secret")
+    port = int(bench.ask(control, heard, "EPSV").split("|")[3])
+    data, _ = bench.connect(port)
+    bench.ask(control, heard, "STOR LONG.TXT")
+    data.send(bytes(40_000))
+    for _ in range(50):
+        bench.go(100)
+        assert data.outgoing.in_flight <= 8192

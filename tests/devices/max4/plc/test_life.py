@@ -154,10 +154,99 @@ def test_too_many_retained_variables_are_refused_with_the_place(tmp_path: Path) 
     PlcBench(tmp_path, text + COUNTER.replace("RETAIN", "") + TASK, retain="ups")
 
 
-def test_a_retained_variable_at_an_address_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="a RETAIN variable without AT") as caught:
-        PlcBench(tmp_path, "VAR_GLOBAL RETAIN\n  w AT %MW3 : WORD;\nEND_VAR\n" + COUNTER + TASK)
+MARKERS = """
+TYPE Tank : STRUCT level : REAL := 1.5; name : STRING(5) := 'oil'; END_STRUCT END_TYPE
+VAR_GLOBAL RETAIN
+  wKept AT %MW3 : WORD := 7;
+  bKept AT %MX0.9 : BOOL;
+  lBoth AT %MD20 : DINT := -5;
+  pair AT %MB60 : Tank;
+  list AT %MW100 : ARRAY[1..3] OF INT;
+END_VAR
+VAR_GLOBAL wPlain AT %MW4 : WORD := 3; END_VAR
+FUNCTION_BLOCK Hours
+VAR RETAIN total AT %M* : DINT := 10; END_VAR
+total := total + 1;
+END_FUNCTION_BLOCK
+VAR_CONFIG PLC_PRG.a.total AT %MD30 : DINT; PLC_PRG.b.total AT %MD31 : DINT; END_VAR
+PROGRAM PLC_PRG
+VAR RETAIN own AT %MB50 : USINT := 200; lCell : DINT; END_VAR
+VAR a, b : Hours; END_VAR
+wKept := wKept + 1; wPlain := wPlain + 1; lBoth := lBoth - 1; own := own + 1; lCell := lCell + 1;
+pair.level := pair.level + 1.0; pair.name := 'water'; list[2] := list[2] - 2; bKept := NOT bKept;
+a(); b(); b();
+END_PROGRAM
+"""
+MARKED = ("wKept", "bKept", "lBoth", "pair.level", "pair.name", "list[2]", "PLC_PRG.own", "PLC_PRG.a.total")
+MORE_MARKED = ("PLC_PRG.b.total", "PLC_PRG.lCell", "wPlain")
+
+
+def marked(bench: PlcBench) -> list[object]:
+    return [bench.value(name) for name in (*MARKED, *MORE_MARKED)]
+
+
+@pytest.mark.manual("PD-056", "PD-351", "PD-364")
+def test_retained_variables_at_addresses_of_the_markers_survive_power_off_and_a_warm_start(tmp_path: Path) -> None:
+    bench = PlcBench(tmp_path, MARKERS + TASK).run(187)
+    assert marked(bench) == [17, False, -15, 11.5, "water", -20, 210, 20, 30, 10, 13]
+    bench.do("reset").run(100)
+    assert marked(bench) == [17, False, -15, 11.5, "water", -20, 210, 20, 30, 10, 3]
+    power_cycle(bench)
+    bench.do("start").run(5)
+    assert marked(bench) == [20, True, -18, 14.5, "water", -26, 213, 23, 36, 13, 6]
+    bench.do("cold start").run(5)
+    assert marked(bench) == [8, True, -6, 2.5, "water", -2, 201, 11, 12, 1, 4]
+
+
+@pytest.mark.manual("PD-364")
+def test_a_retained_marker_leaves_the_other_bits_and_bytes_of_the_area_cleared(tmp_path: Path) -> None:
+    text = """VAR_GLOBAL RETAIN bKept AT %MX5.3 : BOOL; END_VAR
+    VAR_GLOBAL wAll AT %MW5 : WORD; wNext AT %MW6 : WORD; END_VAR
+    PROGRAM PLC_PRG wAll := 16#FFFF; wNext := 16#FFFF; END_PROGRAM"""
+    store = MemoryStore()
+    PlcBench(tmp_path, text + task_of("PLC_PRG", 10), store=store).run(187)
+    again = PlcBench(tmp_path, text + task_of("PLC_PRG", 10), store=store, autostart=False).run(100)
+    assert (again.value("bKept"), again.value("wAll"), again.value("wNext")) == (True, 8, 0)
+
+
+@pytest.mark.parametrize("ms", range(150, 160))
+def test_a_kill_leaves_markers_and_other_variables_of_the_same_cycle(tmp_path: Path, ms: int) -> None:
+    text = """VAR_GLOBAL RETAIN a AT %MD5 : DINT; b : DINT; END_VAR
+    PROGRAM PLC_PRG a := a + 1; b := 3 * a; END_PROGRAM"""
+    store = MemoryStore()
+    bench = PlcBench(tmp_path, text + task_of("PLC_PRG", 1), store=store).run(ms)
+    before = bench.value("a")
+    again = PlcBench(tmp_path, text + task_of("PLC_PRG", 1), store=store, autostart=False).run(100)
+    a, b = again.value("a"), again.value("b")
+    assert isinstance(a, int)
+    assert b == 3 * a
+    assert a + 1 >= int(before) > 50
+
+
+def test_a_variable_keeps_its_value_when_it_gets_an_address(tmp_path: Path) -> None:
+    bench = PlcBench(tmp_path, COUNTER + TASK).run(187)
+    bench.write(COUNTER.replace("lKept :", "lKept AT %MD7 :") + TASK).do("online change").run(10)
+    power_cycle(bench)
+    assert bench.value("lKept") == 18
+
+
+@pytest.mark.parametrize("where", ["%IW3", "%QW3"])
+def test_a_retained_input_or_output_is_refused_with_the_place(tmp_path: Path, where: str) -> None:
+    with pytest.raises(ConfigError, match="no inputs or outputs are kept over power-off") as caught:
+        PlcBench(tmp_path, f"VAR_GLOBAL RETAIN\n  w AT {where} : WORD;\nEND_VAR\n" + COUNTER + TASK)
     assert f"{tmp_path / 'plc.st'}:2:" in str(caught.value)
+    assert f"w is at an address of {where[:2]}" in str(caught.value)
+
+
+def test_a_retained_output_of_one_instance_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="total is at an address of %Q"):
+        PlcBench(
+            tmp_path,
+            MARKERS.replace("AT %M*", "AT %Q*")
+            .replace("b.total AT %MD31", "b.total AT %QD31")
+            .replace("a.total AT %MD30", "a.total AT %QD30")
+            + TASK,
+        )
 
 
 def test_a_changed_program_gets_the_values_that_have_the_same_name_and_type(tmp_path: Path) -> None:
@@ -465,3 +554,15 @@ def test_compiling_at_the_start_counts_as_progress_of_the_process(tmp_path: Path
     assert "check 100 %" in steps
     assert "lower 100 %" in steps
     assert "compile 100 %" in steps
+
+
+@pytest.mark.parametrize(("resource", "count"), [("One", 10), ("Two", 5)])
+def test_the_controller_runs_the_resource_of_its_key(tmp_path: Path, resource: str, count: int) -> None:
+    text = """PROGRAM PLC_PRG VAR n : INT; END_VAR n := n + 1; END_PROGRAM
+    CONFIGURATION c
+    RESOURCE One ON PLC TASK T(INTERVAL := T#10ms); PROGRAM p WITH T : PLC_PRG; END_RESOURCE
+    RESOURCE Two ON PLC TASK T(INTERVAL := T#20ms); PROGRAM p WITH T : PLC_PRG; END_RESOURCE
+    END_CONFIGURATION"""
+    assert PlcBench(tmp_path, text, resource=resource).run(187).value("PLC_PRG.n") == count
+    with pytest.raises(ConfigError, match="there are the resources One, Two"):
+        PlcBench(tmp_path, text)

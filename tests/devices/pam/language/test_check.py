@@ -1,5 +1,7 @@
 """The checker: each rule with a program that breaks it, and programs of the manual's kinds that are right."""
 
+import re
+
 import pytest
 from pam_programs import HEADER, MACHINE, in_sequence, mistakes_of
 
@@ -48,11 +50,72 @@ def test_right_statements(statements: str) -> None:
     assert said(in_sequence(statements)) == ""
 
 
+@pytest.mark.parametrize("statements", RIGHT)
+def test_right_statements_stay_right_if_names_are_the_same_in_any_case(statements: str) -> None:
+    upper = re.sub(r"\[\w+[+*]?\]", lambda index: index[0].lower(), statements.upper())
+    for text in (statements, upper):
+        assert checked(in_sequence(text), "x", ignores_case=True)[1] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "minds", "ignores"),
+    [
+        ("axi_belt <- stop;", "axi_belt is not declared here", ""),
+        ("pamdisplay <- 1.5;", "pamdisplay is not declared here", ""),
+        ("EXCEPTION IFV_Go ENTRY Out; EXCEPTION_ENTRY out;", "there is no entry Out", ""),
+        ("END_SEQUENCE SEQUENCE seq_test;", "", "TSK_Test has the sequence SEQ_Test already"),
+    ],
+)
+def test_names_in_another_case(text: str, minds: str, ignores: str) -> None:
+    for ignores_case, expected in ((False, minds), (True, ignores)):
+        found = "\n".join(map(str, checked(in_sequence(text), "x", ignores_case=ignores_case)[1]))
+        assert expected in found
+        assert bool(expected) is bool(found)
+
+
 @pytest.mark.manual("PAML-245")
 def test_the_present_item_in_a_multiple_task() -> None:
     statements = "AXI_Station[i] <- run(1); IFV_Each[i] <- SBI_Mark[i] + SBI_Start; XEQ_SEQUENCE SEQ_Other[i];"
     assert said(in_sequence(statements, specs="NODES_GROUP = NGR_Stations;", index="[i]")) == ""
     assert "[i] is used where there is no present item" in said(in_sequence("AXI_Station[i] <- run(1);"))
+
+
+@pytest.mark.manual("PAML-590")
+@pytest.mark.parametrize(
+    ("domain", "expected"),
+    [
+        ("VALUE_PERIOD = 360;", ""),
+        ("", "a PHASER is not complete; expected VALUE_PERIOD = ..."),
+        ("VALUE_RANGE = 0 1;", "got VALUE_RANGE; expected a parameter of PHASER"),
+    ],
+)
+def test_a_phaser_is_for_periodic_systems(domain: str, expected: str) -> None:
+    phaser = f"PHASER PHA_a; PHASE = 0; PHASE_SLOPE = MAX; STANDBY_VALUE = 0; {domain} END"
+    found = said(MACHINE + phaser)
+    assert found.partition("pam:")[2].partition(": ")[2].startswith(expected) if expected else found == ""
+
+
+ONE = """NODES_GROUP NGR_One; NUMBER = 1; END
+NODE NOD_One; NODES_GROUP = NGR_One; ADDRESS = 9; TYPE = SMART_IO; END
+BINARY_INPUT SBI_One; NODE = NOD_One; ADDRESS = 101; ACTIVE = HIGH; PERIOD = 10; DEBOUNCE = 2; END
+INTERNAL FLAG_VAR IFV_One; NUMBER = 1; END
+"""
+
+
+@pytest.mark.manual("PAML-006", "PAML-224")
+@pytest.mark.parametrize(
+    ("statements", "specs", "index"),
+    [
+        ("IFV_One <- SBI_One;", "", ""),  # manual line 2666: NUMBER = 1 is single
+        ("IFV_One <- SBI_One;", "NUMBER = 1;", ""),
+        ("IFV_One[i] <- SBI_One[i];", "NUMBER = 1;", "[i]"),
+        ("IFV_One[all] <- SBI_One[all+];", "", ""),
+    ],
+)
+def test_one_item_needs_no_index(statements: str, specs: str, index: str) -> None:
+    text = in_sequence(statements, specs=specs, index=index)
+    assert said(text.replace("TASK TSK_Test", f"{ONE}TASK TSK_Test")) == ""
+    assert "[i] is used where" in said(in_sequence("IFV_One[i] <- set;").replace("TASK TSK", f"{ONE}TASK TSK"))
 
 
 WRONG = [

@@ -54,6 +54,30 @@ def test_the_listing_of_simatic() -> None:
     assert len(plan.outputs) == 7
 
 
+@pytest.mark.manual("PAMS-095", "PAMS-096", "PAMS-057")
+def test_the_map_of_the_listing_of_simatic() -> None:
+    """The first byte of each variable and the one behind the room that it reserves."""
+    plan = plan_of(SIMATIC)
+    places = [
+        (variable.address, variable.address + (2 * variable.reserved if "WORD" in variable.kind else 6))
+        for variable in plan.variables
+        if variable.reserved == 48
+    ]
+    assert places == [
+        (0x106, 0x10C), (0x10C, 0x112), (0x122, 0x182), (0x182, 0x188),
+        (0x906, 0x90C), (0x90C, 0x912), (0x922, 0x982), (0x982, 0x988),
+    ]  # fmt: skip
+    singles = [(variable.address, variable.bit) for variable in plan.variables if variable.reserved == 1]
+    assert singles == [(0x104, 0), (0x105, 3), (0x120, 0), (0x904, 5), (0x905, 5), (0x920, 0)]
+    cells = ("FIFO_IN_START", "FIFO_IN_HEAD", "FIFO_IN_TAIL", "FIFO_OUT_START", "FIFO_OUT_HEAD", "FIFO_OUT_TAIL")
+    assert [plan.numbers(name)[0] for name in cells] == [0, 0x100, 0x102, 0x800, 0x900, 0x902]
+    flags = ("PAM_READY", "DUALPORT_READY", "HOST_READY")
+    assert [plan.numbers(name) for name in flags] == [[0xFEE, 3], [0xFEE, 4], [0x104, 4]]
+    assert (plan.numbers("WATCH_DOG"), plan.numbers("PERIOD")) == ([0xFFE], [10])
+    timeouts = ("MASTER_READY_TIMEOUT", "MASTER_CONFIGURATION_TIMEOUT", "MASTER_INACTIVITY_TIMEOUT")
+    assert [plan.timeout_ms(name) for name in timeouts] == [20_000, None, 500]
+
+
 @pytest.mark.manual("PAMS-099", "PAMS-101")
 def test_the_listing_of_rs422() -> None:
     plan = plan_of(RS422)
@@ -65,6 +89,11 @@ def test_the_listing_of_rs422() -> None:
     ]
     assert {variable.period for variable in plan.variables} == {20}
     assert plan.timeout_ms("PAM_WATCHDOG_MESSAGE_PERIOD") == 500
+
+
+@pytest.mark.parametrize("text", [VME, SIMATIC, RS422])
+def test_the_listings_compile_if_names_are_the_same_in_any_case(text: str) -> None:
+    assert checked(HEADER + GROUP + text, "x", ignores_case=True)[1] == []
 
 
 @pytest.mark.parametrize("text", [VME, SIMATIC, RS422])
@@ -209,6 +238,9 @@ def test_rs422_has_its_own_parameters() -> None:
         "RS422Port:PAM_WATCHDOG_MESSAGE_PERIOD <- 9;",
     ):
         assert mistakes_of(HEADER + GROUP + RS422 + SEQUENCE.format(statement)) == []
+    for name in ("MASTER_READY_TIMEOUT", "MASTER_CONFIGURATION_TIMEOUT"):
+        (refused,) = mistakes_of(HEADER + GROUP + RS422 + SEQUENCE.format(f"RS422Port:{name} <- 9;"))
+        assert "cannot be changed by a program" in str(refused)
     wrong = mistakes_of(in_sequence("DualPort:PAM_WATCHDOG_MESSAGE_PERIOD <- 5;"))
     assert "a DUALPORT has no parameter PAM_WATCHDOG_MESSAGE_PERIOD" in str(wrong[0])
 

@@ -204,6 +204,19 @@ def test_identical_axes_get_their_set_points_in_one_frame() -> None:
     ]
 
 
+@pytest.mark.manual("PAML-165")
+def test_an_axis_without_power_stays_in_its_group_until_the_application_removes_it() -> None:
+    bench = connected(axes(3, "YES"))
+    bench.do("AXI_2", "power_off")
+    forget(bench)
+    at(bench, 2)
+    assert bench.port.sent == [(GROUP, position(2))]
+    forget(bench)
+    bench.do("CNV_All", "disconnect", bench.item("AXI_2"))
+    assert bench.port.sent[0] == (2, EndOfPipe(SetPointMode.POSITION))
+    assert bench.port.sent[1:] == [*((n, Group(0)) for n in (1, 2, 3)), *((n, Group(1)) for n in (1, 3))]
+
+
 @pytest.mark.manual("PAML-063")
 @pytest.mark.manual("PAMS-031")
 def test_grouped_axes_are_always_motionless() -> None:

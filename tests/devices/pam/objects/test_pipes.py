@@ -139,6 +139,20 @@ def test_a_shared_block_computes_once_in_a_period(bench: Bench) -> None:
 
 
 @pytest.mark.manual("PAML-608")
+@pytest.mark.manual("PAML-412")
+@pytest.mark.parametrize(
+    ("is_distributed", "blocks_per_ms", "is_overrun"),
+    [(False, 7, False), (False, 6, True), (True, 6, False), (True, 5, True)],
+)
+def test_pipes_that_take_too_long_are_a_fatal_error(is_distributed: bool, blocks_per_ms: int, is_overrun: bool) -> None:
+    bench = machine(blocks_per_ms=blocks_per_ms)
+    bench.connect("CNV_Values", "AMP_Gear", *(["DIS_First"] * is_distributed), "TMP_Master")
+    bench.connect("CNV_Others", "AMP_Half", *(["DIS_Second"] * is_distributed), "TMP_Master")
+    bench.connect("CNV_Probe", "DER_Speed", "TMP_Master")
+    bench.cycle(10)
+    assert bench.kernel.reports[:1] == [("02..F060", ())] * is_overrun
+
+
 @pytest.mark.manual("PAML-540")
 @pytest.mark.manual("PAML-542")
 @pytest.mark.manual("PAML-414")

@@ -42,6 +42,19 @@ def test_the_curve_passes_all_points_without_a_step_of_its_second_derivative(poi
         assert third < 200  # a step of the second derivative would give thousands
 
 
+@pytest.mark.manual("PAML-448")
+def test_many_points_need_more_digits_than_few() -> None:
+    def roughest(count: int, digits: int) -> float:
+        xs = [number / count for number in range(count + 1)]
+        shape = shape_of(lines(*((x, round(x - math.sin(2 * math.pi * x) / (2 * math.pi), digits)) for x in xs)))
+        return max(abs(bend(shape, x)) for x in xs[1:-1])
+
+    smooth = 2 * math.pi  # the largest second derivative of this curve
+    assert roughest(10, 3) == pytest.approx(smooth, rel=0.2)
+    assert roughest(200, 3) > 5 * smooth
+    assert roughest(200, 7) == pytest.approx(smooth, rel=0.2)
+
+
 @pytest.mark.manual("PAML-447")
 def test_a_shape_that_ends_where_it_begins_is_natural() -> None:
     shape = shape_of(lines(*HUMP))

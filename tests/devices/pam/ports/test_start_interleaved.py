@@ -66,9 +66,23 @@ class Patience:
 
 @pytest.mark.manual("PAMS-067")
 @settings(max_examples=30)
-@given(turns, begins, st.sampled_from([0, 1, 0xFFFF]), st.sampled_from(["pam", "master"]))
-def test_vme(turns: list[int], begin: int, stale: int, cleared_by: Literal["pam", "master"]) -> None:
-    options = PortOptions(command_cleared_by=cleared_by)
+@given(
+    turns,
+    begins,
+    st.sampled_from([0, 1, 0xFFFF]),
+    st.sampled_from(["pam", "master"]),
+    st.sampled_from(["as_inputs", "first"]),
+    st.sampled_from([0, 1]),
+)
+def test_vme(
+    turns: list[int],
+    begin: int,
+    stale: int,
+    cleared_by: Literal["pam", "master"],
+    reply: Literal["as_inputs", "first"],
+    first: Literal[0, 1],
+) -> None:
+    options = PortOptions(command_cleared_by=cleared_by, def_out_reply=reply, first_item=first)
     bench = PortBench(SHORT_VME, options)
     bench.memory.write(0, [stale] * 2048)
     master = VmeMaster(bench.variables, options)
@@ -80,12 +94,13 @@ def test_vme(turns: list[int], begin: int, stale: int, cleared_by: Literal["pam"
 
 @pytest.mark.manual("PAMS-091")
 @settings(max_examples=30)
-@given(turns, begins, st.sampled_from([0, 0xFFFF]))
-@example([0, 0, 0, 0, 1], 2, 0xFFFF)
-def test_simatic(turns: list[int], begin: int, stale: int) -> None:
-    bench = PortBench(SHORT_SIMATIC)
+@given(turns, begins, st.sampled_from([0, 0xFFFF]), st.sampled_from(["even", "odd"]))
+@example([0, 0, 0, 0, 1], 2, 0xFFFF, "even")
+def test_simatic(turns: list[int], begin: int, stale: int, byte: Literal["even", "odd"]) -> None:
+    options = PortOptions(fifo_index_byte=byte)
+    bench = PortBench(SHORT_SIMATIC, options)
     bench.memory.write(0, [stale] * 2048)
-    meet(bench, S5Master(bench.plans[0]).start_up({"DWI_MachPressure": 7}), turns, begin)
+    meet(bench, S5Master(bench.plans[0], options).start_up({"DWI_MachPressure": 7}), turns, begin)
     # A host that has read the cell of PAM_READY before power-on, and writes it after, brings DUALPORT_READY back.  It
     # goes on too early then, so the PAM may be some steps behind.
     bench.cycles(3)

@@ -114,7 +114,7 @@ def test_a_breakpoint_in_an_action_and_in_a_routine(session: Session) -> None:
     session.breakpoints(line("w <- w + a;"))
     session.solo.write("SBI_a", "false")
     session.solo.write("SBI_b", "1")
-    session.solo.runtime.task_item("TSK_a", 0).events[0][0].is_latched = False  # type: ignore[union-attr]
+    session.solo.runtime.task_item("TSK_a", 0).events[0][0].take()  # type: ignore[union-attr]
     session.run(5)
     assert [frame.routine for frame in session.solo.stack(2)] == ["RTN_Add", "ACT_a.1"]
     assert session.solo.threads()[1].state is ProgramState.PAUSED
@@ -240,12 +240,14 @@ def test_a_fault_is_shown_with_its_place(session: Session) -> None:
 class Rig:
     """A PAM with a debuggee, whose application can be replaced."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, ignores_case: bool = False) -> None:
         self.clock = VirtualClock()
         self.solo = Solo(compile_application(PROGRAM, "a.pam"))
         self.resets = 0
         background = VirtualBackground(self.clock)
-        self.debuggee = MachineDebuggee(background, lambda: self.solo.runtime, self.reset, self.load)
+        self.debuggee = MachineDebuggee(
+            background, lambda: self.solo.runtime, self.reset, self.load, ignores_case=ignores_case
+        )
         self.service = DebugService(self.clock, self.debuggee)
         self.debuggee.attach(self.solo.runtime)
 
@@ -278,6 +280,15 @@ def test_a_download_with_mistakes_leaves_the_application() -> None:
     rig.clock.advance_to(1000 * MS)
     assert rig.debuggee.problem.startswith(f"a.pam:{line('n <- n + 1;')}:1: m is not declared here")
     assert rig.solo.runtime is before
+
+
+@pytest.mark.parametrize(("ignores_case", "is_loaded"), [(False, False), (True, True)])
+def test_a_download_is_compiled_as_the_application_was(ignores_case: bool, is_loaded: bool) -> None:
+    rig = Rig(ignores_case=ignores_case)
+    before = rig.solo.runtime
+    rig.debuggee.download({"a.pam": PROGRAM.replace("n <- n + 1;", "N <- n + 1;")}, is_online=False)
+    rig.clock.advance_to(1000 * MS)
+    assert (rig.solo.runtime is not before) is is_loaded
 
 
 def test_start_stop_and_reset_of_a_machine() -> None:

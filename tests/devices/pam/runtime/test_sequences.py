@@ -270,6 +270,21 @@ def test_each_item_of_a_multiple_task_has_its_own_sequence() -> None:
     assert bench.objects.orders == ["SBO_Each[2] <- set", "AXI_Each[2] <- run(6)"]
 
 
+@pytest.mark.manual("PAML-002")
+def test_two_drilling_machines_behave_alike_with_their_own_drills() -> None:
+    bench = PamBench(
+        "TASK TSK_Drill; SPECS NODES_GROUP = NGR_Both; CYCLES = 1; END_SPECS"
+        " EVENTS ON_EVENT fe[i] XEQ_SEQUENCE SEQ_Drill[i]; END_EVENTS"
+        " SEQUENCE SEQ_Drill[i]; AXI_Each[i] <- relative_move(depth[i]); END_SEQUENCE END_TASK",
+        header=OBJECTS + "COMMON WORD_VAR depth; NODES_GROUP = NGR_Both; END\n",
+    )
+    bench["depth"] = [40, 65]
+    bench.run()
+    bench["fe"] = [True, True]
+    bench.run()
+    assert bench.objects.orders == ["AXI_Each[1] <- relative_move(40)", "AXI_Each[2] <- relative_move(65)"]
+
+
 @pytest.mark.manual("PAML-005", "PAML-006", "PAML-007")
 def test_components_that_are_missing_are_left_out() -> None:
     text = (
@@ -376,3 +391,16 @@ def test_sequences_that_wait_cost_nothing() -> None:
     bench["f"] = True
     bench.run(1500)
     assert served == [108, 1108]
+
+
+@pytest.mark.manual("PAML-224")
+def test_one_item_is_used_with_and_without_an_index() -> None:
+    statements = "one <- 5; n <- one; one[all] <- 6; at <- one;"
+    bench = PamBench("INTERNAL WORD_VAR one; NUMBER = 1; END\n" + sequence(statements, specs="NUMBER = 1;"))
+    bench["SBI_a"] = True
+    bench.run()
+    bench["SBI_a"] = False
+    bench.run()
+    bench["SBI_a"] = True
+    bench.run()
+    assert (bench["n"], bench["at"]) == (5, 6)

@@ -39,7 +39,7 @@ class Kinds:
                 return self._member(self.of(of), name)
             case tree.Index(of, indices):
                 return self._element(self.of(of), len(indices))
-            case tree.BitOf():
+            case tree.BitOf(size=""):
                 return BOOL
             case tree.Unary("NOT", operand) | tree.Unary(_, operand):
                 return self.of(operand)

@@ -43,6 +43,7 @@ def check_declaration(declaration: Declaration, names: Names) -> None:
             kind.rpartition(" ")[2],
             declaration.place,
             _has_items(values, names),
+            _has_one_item(values, names),
             declaration,
         )
     )
@@ -58,6 +59,15 @@ def _has_items(values: Mapping[str, Parameter], names: Names) -> bool:
             owner = names.symbols.get(found.name)
             return owner is not None and owner.is_multiple
     return False
+
+
+def _has_one_item(values: Mapping[str, Parameter], names: Names) -> bool:
+    number = _number(values, "NUMBER")
+    if number is not None:
+        return number == 1
+    found = [values[name].values[0] for name in ("NODES_GROUP", *ITEMS_FROM) if name in values]
+    owners = [names.symbols.get(owner.name) for owner in found if isinstance(owner, Reference)]
+    return any(owner is not None and owner.has_one_item for owner in owners)
 
 
 def check_parameters(

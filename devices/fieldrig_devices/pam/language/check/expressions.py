@@ -63,6 +63,8 @@ def indexed(
         if index is not None:
             names.wrong(reference.place, f"{symbol.name} has one item only", f"{symbol.name} without [{index}]")
         return
+    if index is None and symbol.has_one_item:
+        return
     if index is None:
         hint = "[i] is the present item, [all] means each of them, [all+] is OR and [all*] is AND."
         names.wrong(reference.place, f"{symbol.name} has several items", "an index", hint)

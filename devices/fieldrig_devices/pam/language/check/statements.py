@@ -111,8 +111,18 @@ def _assign(statement: tree.Assign, names: Names, context: Context) -> None:
     ):
         known = sorted(EXECUTIVE.get(symbol.kind, {}))
         names.wrong(value.place, f"{with_article(symbol.kind)} has no function {value.name}", listed(known))
+    elif symbol.kind == "PAMDISPLAY" and (axis := _axis(value, names, context)) is not None:
+        indexed(axis[0], axis[1], names, context)  # manual line 8766: the display shows its position
     else:
         need(value, VALUES[symbol.kind], names, context)
+
+
+def _axis(value: tree.Expression, names: Names, context: Context) -> tuple[tree.Reference, Symbol] | None:
+    """Return an expression that is nothing but an axis."""
+    if not isinstance(value, tree.Reference) or value.name in context.formals:
+        return None
+    symbol = names.symbols.get(value.name)
+    return (value, symbol) if symbol is not None and symbol.kind == "AXIS" else None
 
 
 def _execute(statement: tree.Execute, names: Names, context: Context) -> None:

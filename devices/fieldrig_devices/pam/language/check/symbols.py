@@ -6,20 +6,13 @@ from typing import Final
 
 from fieldrig_devices.languages.mistakes import Mistake
 from fieldrig_devices.pam.language.functions import EXECUTIVE, INQUIRIES, MATHEMATICS, REPLACED, Type
-from fieldrig_devices.pam.language.items import Declaration, Routine, Task
+from fieldrig_devices.pam.language.items import Declaration, Parameter, Routine, Task
 from fieldrig_devices.pam.language.items import Sequence as SequenceItem
 from fieldrig_devices.pam.language.objects import KINDS, SPECS
 from fieldrig_devices.pam.language.tokens import mistake
-from fieldrig_devices.pam.language.tree import Place, Reference
-from fieldrig_devices.pam.language.words import STRUCTURE, SYMBOLIC
+from fieldrig_devices.pam.language.tree import Number, Place, Reference
+from fieldrig_devices.pam.language.words import PREDECLARED, STRUCTURE, SYMBOLIC
 
-PREDECLARED: Final[Mapping[str, str]] = {
-    "PAMDISPLAY": "PAMDISPLAY",
-    "PamDisplay": "PAMDISPLAY",
-    "DualPort": "DUALPORT",
-    "RS422Port": "RS422PORT",
-}
-"""Objects that every application has, under the spellings of the manual, with their kinds."""
 _FURTHER: Final = """
     BIT BLOC_SIZE BREAKING CORRECTION_VALUE EDGE_NONE ERROR LENGTH LOCATION MASTER_TIMEOUT Pi RS422PORT
     RS422_WATCHDOG_TIMEOUT ST1_CMD SUBSET anti_delay enable_stroke_limits inquire_value modify_value output_amplitude
@@ -50,6 +43,8 @@ class Symbol:
     """The kind of the object, without INTERNAL or COMMON."""
     place: Place
     is_multiple: bool = False
+    has_one_item: bool = False
+    """True for an object whose NUMBER is 1, which is single (manual line 2666) and may have an index all the same."""
     declaration: Declaration | None = None
     routine: Routine | None = None
 
@@ -120,8 +115,13 @@ class Names:
 
 def is_multiple(task: Task) -> bool:
     """True if a task has several items: by its SPECS, or because its sequences have [i] (manual line 3355)."""
-    by_specs = any(parameter.name in ("NUMBER", "NODES_GROUP") for parameter in task.specs)
+    by_specs = any(parameter.name in ("NUMBER", "NODES_GROUP") and not _is_one(parameter) for parameter in task.specs)
     return by_specs or any(sequence.is_multiple for sequence in task.sequences)
+
+
+def _is_one(parameter: Parameter) -> bool:
+    value = parameter.values[0]
+    return isinstance(value, Number) and value.value == 1
 
 
 def is_port_input(symbol: Symbol) -> bool:

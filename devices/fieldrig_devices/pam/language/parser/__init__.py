@@ -8,8 +8,10 @@ from fieldrig_devices.pam.language.items import Item, Program
 from fieldrig_devices.pam.language.parser import declarations, ports, programs
 from fieldrig_devices.pam.language.parser.cursor import Cursor, UnexpectedError
 from fieldrig_devices.pam.language.preprocessor import Preprocessor, Reader, no_files
+from fieldrig_devices.pam.language.spelling import unified
 from fieldrig_devices.pam.language.tokens import LONGEST_SOURCE, Token, mistake, split
 from fieldrig_devices.pam.language.tree import Place
+from fieldrig_devices.pam.language.words import PREDECLARED
 
 _PROGRAMS: Final[Mapping[str, Callable[[Cursor], Item]]] = {
     "APPLICATION": declarations.application,
@@ -25,10 +27,13 @@ _ENDS: Final = ("END_TASK", "END_ACTIONS", "END_ROUTINES", "END_DUALPORT", "END_
 MOST_MISTAKES: Final = 500
 
 
-def parse(text: str, file: str, read: Reader = no_files) -> tuple[Program, list[Mistake]]:
+def parse(
+    text: str, file: str, read: Reader = no_files, *, ignores_case: bool = False
+) -> tuple[Program, list[Mistake]]:
     """Return the tree of an application, and every mistake and note in its order.
 
     `read` returns the text of an included file.  A program with mistakes has a tree as well, without the wrong items.
+    With `ignores_case` the tree has each name in its first spelling.
     """
     if len(text) > LONGEST_SOURCE:
         start = Place(file, 1, 1)
@@ -36,7 +41,8 @@ def parse(text: str, file: str, read: Reader = no_files) -> tuple[Program, list[
     preprocessor = Preprocessor(read)
     source = split(text, file)
     preprocessor.file(source)
-    cursor = Cursor([*preprocessor.tokens, Token("end", "the end of the text", source.tokens[-1].place)])
+    tokens = unified(preprocessor.tokens, PREDECLARED) if ignores_case else preprocessor.tokens
+    cursor = Cursor([*tokens, Token("end", "the end of the text", source.tokens[-1].place)])
     items: list[Item] = []
     while not cursor.is_at_end and len(cursor.mistakes) < MOST_MISTAKES:
         begin = cursor.i

@@ -6,7 +6,8 @@ from typing import Final
 from fieldrig_devices.pam.language.ports import PortPlan, PortVariable
 from fieldrig_devices.pam.ports.masters.definitions import each_item
 from fieldrig_devices.pam.ports.masters.script import Read, Script, Write, read, wait_for
-from fieldrig_devices.pam.ports.simatic.cells import EVEN_BYTE, Place, bit_place, item_place
+from fieldrig_devices.pam.ports.options import PortOptions
+from fieldrig_devices.pam.ports.simatic.cells import EVEN_BYTE, INDEX_SHIFTS, Place, bit_place, item_place
 from fieldrig_devices.pam.runtime.item import Value
 
 PAM_TIMEOUT_NS: Final = 200_000_000
@@ -17,9 +18,10 @@ MOST_ENTRIES: Final = 128
 
 
 class S5Master:
-    def __init__(self, plan: PortPlan, patience_ns: int = 5_000_000_000) -> None:
+    def __init__(self, plan: PortPlan, options: PortOptions | None = None, patience_ns: int = 5_000_000_000) -> None:
         """`plan` is the DUAL_PORT of the application; `patience_ns` limits each wait for the PAM."""
         self._patience_ns = patience_ns
+        self._shift = INDEX_SHIFTS[(options or PortOptions()).fifo_index_byte]
         self._variables = {variable.name: variable for variable in plan.variables}
         self._pam_ready, self._dualport_ready, self._host_ready = (
             bit_place(*plan.numbers(name)) for name in ("PAM_READY", "DUALPORT_READY", "HOST_READY")
@@ -63,25 +65,25 @@ class S5Master:
         if variable.kind == "FLAG_VAR":
             return True
         start, head_cell, tail_cell = self._fifos["FIFO_IN"]
-        head = (yield from read(head_cell)) & EVEN_BYTE
-        tail = (yield from read(tail_cell)) & EVEN_BYTE
+        head = yield from self._index(head_cell)
+        tail = yield from self._index(tail_cell)
         following = _following(head, start, head_cell)
         if following == tail:
             return False
         yield Write(start + head // 2, (item_place(variable, index).address,))
-        yield Write(head_cell, (following,))
+        yield Write(head_cell, (following << self._shift,))
         return True
 
     def take(self) -> Script[list[tuple[str, int, Value]]]:
         """Read the output FIFO and the cells in it; return the changes as name, item and value."""
         start, head_cell, tail_cell = self._fifos["FIFO_OUT"]
-        head = (yield from read(head_cell)) & EVEN_BYTE
-        tail = (yield from read(tail_cell)) & EVEN_BYTE
+        head = yield from self._index(head_cell)
+        tail = yield from self._index(tail_cell)
         found: list[tuple[str, int, Value]] = []
         while head != tail:
             address = yield from read(start + tail // 2)
             tail = _following(tail, start, head_cell)
-            yield Write(tail_cell, (tail,))
+            yield Write(tail_cell, (tail << self._shift,))
             word = yield from read(address // 2)
             for place, variable, index in self._cells.get(address // 2, ()):
                 value: Value = bool(word & place.mask) if variable.kind == "FLAG_VAR" else _signed(word)
@@ -99,6 +101,10 @@ class S5Master:
             self._missed = 0
             yield Write(self._watch_dog, (value | EVEN_BYTE,))
         return self._missed * CYCLE_NS <= PAM_TIMEOUT_NS
+
+    def _index(self, cell: int) -> Script[int]:
+        """Read HEAD or TAIL."""
+        return (yield from read(cell)) >> self._shift & EVEN_BYTE
 
     def _store(self, variable: PortVariable, index: int, value: Value) -> Script[None]:
         place = item_place(variable, index)

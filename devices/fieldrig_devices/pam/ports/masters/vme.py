@@ -10,10 +10,12 @@ from fieldrig_devices.pam.language.ports import PortVariable
 from fieldrig_devices.pam.ports.masters.definitions import UNKNOWN, Definitions
 from fieldrig_devices.pam.ports.masters.script import MasterError, Pause, Read, Script, Write, read, wait_for
 from fieldrig_devices.pam.ports.options import PortOptions
+from fieldrig_devices.pam.ports.vme.crcs import with_crcs
 from fieldrig_devices.pam.ports.vme.layout import (
     ACKNOWLEDGE,
     BLOCK_SIZE,
     COMMAND,
+    DEF_OUT_REPLY,
     HEAD,
     IN_HEADER,
     MAX_BLOCKS,
@@ -27,7 +29,9 @@ from fieldrig_devices.pam.ports.vme.layout import (
     Answer,
     Command,
     class_codes,
+    index_on_wire,
     input_block,
+    item_on_wire,
     value_of,
 )
 from fieldrig_devices.pam.runtime.item import Value
@@ -52,7 +56,8 @@ class VmeMaster:
         options = options or PortOptions()
         self._patience_ns = patience_ns
         self._clears_command = options.command_cleared_by == "master"
-        self._known = Definitions(variables, class_codes(options.class_codes))
+        self._def_out_reply, self._first_item = DEF_OUT_REPLY[options.def_out_reply], options.first_item
+        self._known = Definitions(with_crcs(variables, options), class_codes(options.class_codes))
         self._headers: dict[int, Header] = {}
         self._head = self._tail = self._missed = 0
 
@@ -121,7 +126,7 @@ class VmeMaster:
             if answer != Answer.ACK_OK:
                 self._known.mistakes.append(f"the PAM does not know the output {variable.name}")
                 continue
-            code, number = yield Read(PAM_PARAMETERS + 2, 2)
+            code, number = yield Read(self._def_out_reply, 2)
             self._known.take_output(key, code, number)
         yield from self.command(Command.END_DEF_OUT)
 
@@ -144,9 +149,8 @@ class VmeMaster:
         tail = yield from read(IN_HEADER + TAIL)
         if following == tail:
             return False
-        for place, word in enumerate(
-            input_block(key, index, variable.kind, value), header.body + self._head * header.size
-        ):
+        block = input_block(key, index_on_wire(variable, index, self._first_item), variable.kind, value)
+        for place, word in enumerate(block, header.body + self._head * header.size):
             yield Write(place, (word,))
         yield Write(IN_HEADER + HEAD, (following,))
         self._head = following
@@ -162,10 +166,10 @@ class VmeMaster:
             block = yield Read(header.body + self._tail * header.size, header.size)
             self._tail = (self._tail + 1) % header.blocks
             yield Write(OUT_HEADER + TAIL, (self._tail,))
-            key, index = block[1] << 16 | block[0], block[2]
-            variable = self._known.output(key)
+            variable = self._known.output(block[1] << 16 | block[0])
             if variable is None:
                 continue
+            index = item_on_wire(variable, block[2], self._first_item)
             value = value_of(variable.kind, tuple(block[3:]))
             if self._known.keep(variable, index, value):
                 found.append((variable.name, index, value))

@@ -1,7 +1,7 @@
 """The PAM's end of the Simatic S5 DualPort, called once per basic cycle (chapter 14).
 
-Where the manual is silent: a word that is announced in the input FIFO has the value that it has at the end of the
-PERIOD, and a change that finds the output FIFO full is in its cell, but not announced.
+A word that is announced in the input FIFO gets the value that its cell has at the end of the PERIOD.  A change that
+finds the output FIFO full is in its cell.  `PortOptions` chooses whether it is announced when there is room.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,6 +14,7 @@ from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.panel import BEFORE_WATCH_DOG
 from fieldrig_devices.pam.ports.simatic.cells import (
     EVEN_BYTE,
+    INDEX_SHIFTS,
     AddressFifo,
     Place,
     bit_place,
@@ -38,10 +39,11 @@ class State(Enum):
     WAIT_HOST = "waiting for the host"
     RUN = "running"
     RUN_NO_MASTER = "running without a master"
+    RUN_ALONE = "running without its DualPort"
     FATAL = "fatal error"
 
 
-_RUNNING: Final = frozenset({State.RUN, State.RUN_NO_MASTER})
+_RUNNING: Final = frozenset({State.RUN, State.RUN_NO_MASTER, State.RUN_ALONE})
 
 
 class SimaticPort:
@@ -49,7 +51,7 @@ class SimaticPort:
         self, plan: PortPlan, memory: Memory, kernel: Kernel, is_active: IsActive, options: PortOptions
     ) -> None:
         self._words, self._kernel = memory.words, kernel
-        self._sets_first = options.pam_ready == "set_first"
+        self._options = options
         self.status = PortStatus("DualPort", plan, kernel)
         self.items: Mapping[str, Sequence[PortItem]] = items_of(plan.variables, kernel, is_active, self._push)
         self.state = State.PRESET
@@ -60,7 +62,8 @@ class SimaticPort:
         self._pam_ready, self._dualport_ready, self._host_ready = (
             bit_place(*plan.numbers(name)) for name in ("PAM_READY", "DUALPORT_READY", "HOST_READY")
         )
-        self._in, self._out = AddressFifo(memory, plan, "FIFO_IN"), AddressFifo(memory, plan, "FIFO_OUT")
+        shift = INDEX_SHIFTS[options.fifo_index_byte]
+        self._in, self._out = (AddressFifo(memory, plan, name, shift) for name in ("FIFO_IN", "FIFO_OUT"))
         inputs = [item for variable in plan.inputs for item in self.items[variable.name]]
         self._outputs = [item for variable in plan.outputs for item in self.items[variable.name]]
         self._places = {item: item_place(item.variable, item.index) for item in (*inputs, *self._outputs)}
@@ -68,6 +71,10 @@ class SimaticPort:
         self._input_words = {self._places[item].address: item for item in inputs if item.variable.kind == "WORD_VAR"}
         self._announced: dict[PortItem, None] = {}
         """Input words that are updated at the end of the period, in the order of the FIFO."""
+        self._waiting: dict[PortItem, None] = {}
+        """Outputs that wait for room in the output FIFO, to be announced."""
+        watched = {State.RUN, State.RUN_NO_MASTER} if options.lost_master == "resumes" else {State.RUN}
+        self._watched: frozenset[State] = frozenset(watched)
         self._deadline_ns: int | None = None
         self._now_ns = self._heard_ns = self._round = self._cycles = 0
         self._is_overrun = False
@@ -86,6 +93,7 @@ class SimaticPort:
         self._now_ns = now_ns
         self.status.set_error(False)
         self._announced.clear()
+        self._waiting.clear()
         self._round = self._cycles = 0
         self._is_overrun = False
         set_flag(self._words, self._host_ready, False)
@@ -96,7 +104,11 @@ class SimaticPort:
             item.preset()
         for item in self._outputs:
             self._write(item)
-        if self._sets_first:
+        if self._options.without_master:
+            self._kernel.report("07..M01E")
+            self._enter(State.RUN_ALONE)
+            return
+        if self._options.pam_ready == "set_first":
             set_flag(self._words, self._pam_ready, True)
         self._kernel.report("07..M01B")
         self._enter(State.SYNC, "MASTER_READY_TIMEOUT")
@@ -104,9 +116,9 @@ class SimaticPort:
     def poll(self, now_ns: int) -> None:
         """Take the steps of this basic cycle: start-up and watchdog."""
         self._now_ns = now_ns
-        if self.state is State.RUN:
+        if self.may_run:
             self._cycles += 1
-            if self._cycles % WATCHDOG_CYCLES == 0:
+            if self._cycles % WATCHDOG_CYCLES == 0 and self.state in self._watched:
                 self._watch()
         elif self.state is State.SYNC and not flag_of(self._words, self._pam_ready):
             self._synchronise()
@@ -135,7 +147,10 @@ class SimaticPort:
             self._announced.clear()
 
     def give(self) -> None:
-        """Do nothing: outputs are written when they change."""
+        """Announce the changes that wait for room; all others are announced when they happen."""
+        while self._waiting and self._announce(next(iter(self._waiting))):
+            del self._waiting[next(iter(self._waiting))]
+            self._is_overrun = bool(self._waiting)
 
     # ---- start-up
 
@@ -182,13 +197,18 @@ class SimaticPort:
 
     def _push(self, item: PortItem) -> None:
         """Write a change of an output to its cell, and announce the cell."""
-        if not self.may_run or not item.is_served:
+        if not self.may_run or self.state is State.RUN_ALONE or not item.is_served:
             return
         self._write(item)
-        is_written = self._out.put(self._places[item].address)
+        is_written = not self._waiting and self._announce(item)
+        if not is_written and self._options.full_output_fifo == "waits":
+            self._waiting[item] = None
         if not is_written and not self._is_overrun:
             self._kernel.report("07..E008")
         self._is_overrun = not is_written
+
+    def _announce(self, item: PortItem) -> bool:
+        return self._out.put(self._places[item].address)
 
     def _write(self, item: PortItem) -> None:
         place = self._places[item]
@@ -204,6 +224,11 @@ class SimaticPort:
         if word & EVEN_BYTE == EVEN_BYTE:
             self._words[self._watch_dog] = word & ~EVEN_BYTE
             self._heard_ns = self._now_ns
+            if self.state is State.RUN_NO_MASTER:
+                self._enter(State.RUN)
+                self.status.set_error(False)
+            return
+        if self.state is State.RUN_NO_MASTER:
             return
         limit_ns = self.status.duration_ns("MASTER_INACTIVITY_TIMEOUT")
         if limit_ns is not None and self._now_ns - self._heard_ns > limit_ns:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from enum import IntEnum
 from typing import Final
 
+from fieldrig_devices.pam.language.ports import ALL_ITEMS, PortVariable
 from fieldrig_devices.pam.ports.options import ClassCodes
 from fieldrig_devices.pam.runtime.item import Value
 
@@ -49,6 +50,10 @@ class Answer(IntEnum):
     BAD_CRC = 5
 
 
+DEF_OUT_REPLY: Final = {"as_inputs": PAM_PARAMETERS + 2, "first": PAM_PARAMETERS}
+"""The word with the class of an output in the answer to DEF_OUT; the number of items follows it."""
+
+
 def class_codes(codes: ClassCodes) -> Mapping[str, int]:
     return {"FLAG_VAR": codes.flag, "WORD_VAR": codes.word, "LONG_VAR": codes.long, "REAL_VAR": codes.real}
 
@@ -71,6 +76,18 @@ def value_of(kind: str, words: tuple[int, ...]) -> Value:
     """Return the value in the last four words of a block."""
     (found,) = _WIRE[kind].unpack_from(_VALUE.pack(*words))
     return bool(found) if kind == "FLAG_VAR" else found
+
+
+def index_on_wire(variable: PortVariable, item: int, first: int) -> int:
+    """Return the index of an item in a block, where `first` is that of the first item of a multiple variable."""
+    return item + first if variable.is_multiple and item >= 0 else item
+
+
+def item_on_wire(variable: PortVariable, index: int, first: int) -> int:
+    """Return the item that an index in a block means; `variable.number` or more if there is none."""
+    if not variable.is_multiple or index == ALL_ITEMS:
+        return index
+    return index - first if index >= first else variable.number
 
 
 def input_block(key: int, index: int, kind: str, value: Value) -> tuple[int, ...]:

@@ -1,10 +1,10 @@
 """The PAM's end of the VME DualPort, called once per basic cycle (chapter 13).
 
-Where the manual is silent: a change that finds the output FIFO full is lost, and reported once until there is room
-again; the queue of a period takes as many blocks as a FIFO; nothing but a reset ends the loss of the master.
+Where the manual is silent, `PortOptions` chooses.  An output FIFO that is full is reported once until there is room.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 from fieldrig_devices.pam.language.ports import ALL_ITEMS, PortPlan, PortVariable
@@ -12,12 +12,15 @@ from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.panel import VME_PANEL
 from fieldrig_devices.pam.ports.variables import IsActive, PortItem, PortStatus, addressed, items_of
+from fieldrig_devices.pam.ports.vme.crcs import with_crcs
 from fieldrig_devices.pam.ports.vme.fifo import Fifo
 from fieldrig_devices.pam.ports.vme.layout import (
     BLOCKS,
     IN_HEADER,
     OUT_HEADER,
     WATCHDOG,
+    index_on_wire,
+    item_on_wire,
     output_block,
     value_of,
 )
@@ -26,7 +29,6 @@ from fieldrig_devices.pam.runtime.item import Kernel, Value
 
 WATCHDOG_NS: Final = 10_000_000
 """Period of the watchdog (PAMS-081)."""
-QUEUE_SIZE: Final = BLOCKS
 
 _MESSAGES: Final[Mapping[State, str]] = {
     State.SYNC: "07..M01C",
@@ -35,7 +37,8 @@ _MESSAGES: Final[Mapping[State, str]] = {
     State.WAIT_START: "07..M011",
 }
 _CONFIGURING: Final = frozenset({State.CONFIG_IN, State.CONFIG_OUT, State.INIT, State.WAIT_START})
-_RUNNING: Final = frozenset({State.RUN, State.RUN_NO_MASTER})
+_SENDING: Final = frozenset({State.RUN, State.RUN_NO_MASTER})
+_RUNNING: Final = _SENDING | {State.RUN_ALONE}
 
 
 class VmePort:
@@ -44,7 +47,8 @@ class VmePort:
     def __init__(
         self, plan: PortPlan, memory: Memory, kernel: Kernel, is_active: IsActive, options: PortOptions
     ) -> None:
-        self._memory, self._kernel = memory, kernel
+        plan = replace(plan, variables=with_crcs(plan.variables, options))
+        self._memory, self._kernel, self._options = memory, kernel, options
         self.status = PortStatus("DualPort", plan, kernel)
         self.inputs = list(plan.inputs)
         self._outputs = {variable.crc: variable for variable in plan.outputs}
@@ -52,6 +56,11 @@ class VmePort:
         self.state = State.PRESET
         self.may_run = False
         """True when the application runs, or may begin to."""
+        self._is_sending = False
+        self._limited = _CONFIGURING if options.is_start_limited else _CONFIGURING - {State.WAIT_START}
+        """The states in which MASTER_CONFIGURATION_TIMEOUT counts."""
+        watched = {State.RUN, State.RUN_NO_MASTER} if options.lost_master == "resumes" else {State.RUN}
+        self._watched: frozenset[State] = frozenset(watched)
         self._in, self._out = Fifo(memory, IN_HEADER), Fifo(memory, OUT_HEADER)
         self._start_up = StartUp(memory, self, options)
         self._keys: dict[str, int] = {}
@@ -61,6 +70,8 @@ class VmePort:
         self._deadline_ns: int | None = None
         self._now_ns = self._watchdog_ns = self._heard_ns = 0
         self._is_overrun = False
+        self._waiting: dict[PortItem, None] = {}
+        """Outputs whose changes wait for room in the output FIFO."""
 
     # ---- for the PAM
 
@@ -74,6 +85,7 @@ class VmePort:
         self.status.set_error(False)
         self._keys.clear()
         self._is_overrun = False
+        self._waiting.clear()
         for queue in self._queues.values():
             queue.clear()
         for items in self.items.values():
@@ -82,14 +94,18 @@ class VmePort:
         self._in.reset()
         self._out.reset()
         self._start_up.begin()
-        self.enter(State.SYNC)
+        if self._options.without_master:
+            self._kernel.report("07..M01F")
+            self.enter(State.RUN_ALONE)
+        else:
+            self.enter(State.SYNC)
 
     def poll(self, now_ns: int) -> None:
         """Take the steps of this basic cycle: start-up, commands and watchdog."""
         self._now_ns = now_ns
         if self.may_run:
             self._start_up.poll()
-            if now_ns >= self._watchdog_ns and self.state is State.RUN:
+            if now_ns >= self._watchdog_ns and self.state in self._watched:
                 self._watch()
         elif self.state is State.SYNC:
             if self._start_up.synchronise() and self.state is State.SYNC:
@@ -97,7 +113,7 @@ class VmePort:
         elif self.state in _CONFIGURING:
             if self.state is State.INIT and self._start_up.is_reading:
                 self._initialise()
-            if self._start_up.poll() and self.state in _CONFIGURING:
+            if self._start_up.poll() and self.state in self._limited:
                 self._wait("MASTER_CONFIGURATION_TIMEOUT")
         if self._deadline_ns is not None and now_ns >= self._deadline_ns:
             self.fail()
@@ -123,7 +139,10 @@ class VmePort:
                 self._update(queue)
 
     def give(self) -> None:
-        """Do nothing: outputs are written when they change."""
+        """Write the changes that wait for room; all others are written when they happen."""
+        while self._waiting and self._write(next(iter(self._waiting))):
+            del self._waiting[next(iter(self._waiting))]
+            self._is_overrun = bool(self._waiting)
 
     # ---- start-up
 
@@ -132,13 +151,13 @@ class VmePort:
         return self._in.is_empty
 
     def enter(self, state: State) -> None:
-        self.state, self.may_run = state, state in _RUNNING
+        self.state, self.may_run, self._is_sending = state, state in _RUNNING, state in _SENDING
         if state in _MESSAGES:
             self._kernel.report(_MESSAGES[state])
         self._deadline_ns = None
         if state is State.SYNC:
             self._wait("MASTER_READY_TIMEOUT")
-        elif state in _CONFIGURING:
+        elif state in self._limited:
             self._wait("MASTER_CONFIGURATION_TIMEOUT")
         elif state is State.RUN:
             self._watchdog_ns, self._heard_ns = self._now_ns + WATCHDOG_NS, self._now_ns
@@ -146,7 +165,10 @@ class VmePort:
     def configure(self, crc: int, key: int) -> PortVariable | None:
         variable = self._outputs.get(crc)
         if variable is None:
-            self._kernel.report("07..E028", (crc, key, 0))
+            is_fatal = self._options.bad_output_crc == "fatal"
+            if is_fatal:
+                self.fail()
+            self._kernel.report("07..F028" if is_fatal else "07..E028", (crc, key, 0))
             return None
         self._keys[variable.name] = key  # its value is 0 since the start-up has begun
         return variable
@@ -160,34 +182,37 @@ class VmePort:
             block = self._in.get()
             if block is None:
                 return
-            variable = self._variable(block)
-            if variable is not None:
-                for item in addressed(self.items[variable.name], block[2]):
+            found = self._addressed(block)
+            if found is not None:
+                variable, index = found
+                for item in addressed(self.items[variable.name], index):
                     item.preset(value_of(variable.kind, block[3:]))
 
     # ---- inputs
 
-    def _variable(self, block: tuple[int, ...]) -> PortVariable | None:
-        """Return the input of a block; one with a wrong key or index is reported (PAMS-075)."""
-        key, index = block[0], block[2]
+    def _addressed(self, block: tuple[int, ...]) -> tuple[PortVariable, int] | None:
+        """Return the input and the item of a block; a wrong key or index is reported (PAMS-075)."""
+        key = block[0]
         if not 1 <= key <= len(self.inputs):
             self._kernel.report("07..E029", (key, NO_KEY, 0))
             return None
         variable = self.inputs[key - 1]
+        index = item_on_wire(variable, block[2], self._options.first_item)
         if index >= variable.number and not (index == ALL_ITEMS and variable.is_multiple):
-            self._kernel.report("07..E02A", (key, variable.compiler_id, index))
+            self._kernel.report("07..E02A", (key, variable.compiler_id, block[2]))
             return None
-        return variable
+        return variable, index
 
     def _queue(self, block: tuple[int, ...], number: int) -> None:
-        variable = self._variable(block)
-        if variable is None:
+        found = self._addressed(block)
+        if found is None:
             return
-        queue = self._queues[variable.period]
-        if len(queue) >= QUEUE_SIZE:
-            self._kernel.report("07..E02B", (variable.period, QUEUE_SIZE, number))
+        variable, index = found
+        queue, size = self._queues[variable.period], self._options.period_queue
+        if len(queue) >= size:
+            self._kernel.report("07..E02B", (variable.period, size, number))
             return
-        queue.append((variable, block[2], value_of(variable.kind, block[3:])))
+        queue.append((variable, index, value_of(variable.kind, block[3:])))
 
     def _update(self, queue: list[tuple[PortVariable, int, Value]]) -> None:
         """Take the last value of each item over, so that a period raises one event (PAMS-079)."""
@@ -202,14 +227,21 @@ class VmePort:
 
     def _push(self, item: PortItem) -> None:
         """Write a change of an output that the master knows."""
-        variable = item.variable
-        key = self._keys.get(variable.name, NO_KEY)
-        if not self.may_run or key == NO_KEY or not item.is_served:
+        key = self._keys.get(item.variable.name, NO_KEY)
+        if not self._is_sending or key == NO_KEY or not item.is_served:
             return
-        is_written = self._out.put(output_block(key, item.index, variable.kind, item.value()))
+        is_written = not self._waiting and self._write(item)
+        if not is_written and self._options.full_output_fifo == "waits":
+            self._waiting[item] = None
         if not is_written and not self._is_overrun:
             self._kernel.report("07..E008")
         self._is_overrun = not is_written
+
+    def _write(self, item: PortItem) -> bool:
+        """Write the value of an output; return False if there is no room."""
+        variable = item.variable
+        index = index_on_wire(variable, item.index, self._options.first_item)
+        return self._out.put(output_block(self._keys[variable.name], index, variable.kind, item.value()))
 
     # ---- watchdog
 
@@ -219,6 +251,11 @@ class VmePort:
         if words[WATCHDOG] == 1:
             words[WATCHDOG] = 0
             self._heard_ns = self._now_ns
+            if self.state is State.RUN_NO_MASTER:
+                self.enter(State.RUN)
+                self.status.set_error(False)
+            return
+        if self.state is State.RUN_NO_MASTER:
             return
         limit_ns = self.status.duration_ns("MASTER_INACTIVITY_TIMEOUT")
         if limit_ns is not None and self._now_ns - self._heard_ns > limit_ns:

@@ -14,6 +14,7 @@ from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.vme.layout import (
     ACKNOWLEDGE,
     COMMAND,
+    DEF_OUT_REPLY,
     PAM_PARAMETERS,
     SYNCHRO,
     VME_PARAMETERS,
@@ -38,6 +39,7 @@ class State(Enum):
     WAIT_START = "waiting for START"
     RUN = "running"
     RUN_NO_MASTER = "running without a master"
+    RUN_ALONE = "running without its DualPort"
     FATAL = "fatal error"
 
 
@@ -45,6 +47,7 @@ class Owner(Protocol):
     """The port, as its start-up sees it."""
 
     state: State
+    may_run: bool
 
     @property
     def inputs(self) -> list[PortVariable]:
@@ -67,6 +70,8 @@ class StartUp:
         self._words, self._owner = memory.words, owner
         self._is_cleared_by_master = options.command_cleared_by == "master"
         self._class_codes = class_codes(options.class_codes)
+        self._def_out_reply = DEF_OUT_REPLY[options.def_out_reply]
+        self._after_rejected_start = State.RUN if options.rejected_start == "served" else State.RUN_ALONE
         self._round = self._sent = 0
         self._is_answered = self._is_reading = False
 
@@ -148,8 +153,8 @@ class StartUp:
         variable = self._owner.configure(crc, high << 16 | low)
         if variable is None:
             return Answer.BAD_CRC
-        self._words[PAM_PARAMETERS + 2] = self._class_codes[variable.kind]
-        self._words[PAM_PARAMETERS + 3] = variable.number
+        self._words[self._def_out_reply] = self._class_codes[variable.kind]
+        self._words[self._def_out_reply + 1] = variable.number
         return Answer.ACK_OK
 
     def _end_def_out(self) -> Answer:
@@ -170,11 +175,11 @@ class StartUp:
 
     def _start(self) -> Answer:
         """Start the application, even if the configuration is not complete (PAMS-076)."""
-        state = self._owner.state
-        if state in (State.RUN, State.RUN_NO_MASTER):
+        if self._owner.may_run:
             return Answer.CDE_REJECTED
-        self._owner.enter(State.RUN)
-        return Answer.ACK_OK if state is State.WAIT_START else Answer.CDE_REJECTED
+        is_complete = self._owner.state is State.WAIT_START
+        self._owner.enter(State.RUN if is_complete else self._after_rejected_start)
+        return Answer.ACK_OK if is_complete else Answer.CDE_REJECTED
 
     def _give(self, *values: int) -> None:
         for place, value in enumerate(values, PAM_PARAMETERS):

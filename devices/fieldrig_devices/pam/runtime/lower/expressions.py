@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fieldrig_devices.pam.language import tree
-from fieldrig_devices.pam.language.check.symbols import PREDECLARED
 from fieldrig_devices.pam.language.functions import INQUIRIES, MATHEMATICS, VALUES, Type
 from fieldrig_devices.pam.language.objects import KINDS, PORT_PARAMETERS
+from fieldrig_devices.pam.language.words import PREDECLARED
 from fieldrig_devices.pam.runtime.layout import Layout
 from fieldrig_devices.pam.runtime.lower.formulas import Formula, Formulas
 from fieldrig_devices.pam.runtime.lower.operands import HIGH, LOW, Emitter, Operand
@@ -17,6 +17,8 @@ from fieldrig_devices.pam.runtime.walk import nodes
 COMPARE: Final = {"=": "==", "<>": "!=", "<": "<", "<=": "<=", ">": ">", ">=": ">="}
 WORDS: Final = ("error_code", "status")
 """Inquiries that answer 32 bits without a sign."""
+_ASKED: Final = {"ENCODER": "value", "AXIS": "position"}
+"""The inquiries that the names of these objects stand for; that of an axis does so behind `PamDisplay <-` only."""
 LARGEST_REAL: Final = 1.7976931348623157e308
 
 
@@ -84,8 +86,8 @@ class Expressions:
                 return self._joined(reference, at)
             return Operand(cell("base" if reference.index == "i" else "", cells.first), cells.type)
         kind = self.kind(reference.name)
-        if kind == "ENCODER":
-            return self._asked(reference, reference, "value", "real", [], at)
+        if kind in _ASKED:
+            return self._asked(reference, reference, _ASKED[kind], "real", [], at)
         if reference.index in ("all+", "all*"):
             return self._joined(reference, at)
         called = self.uses.name(Use(Verb.VALUE, reference.name, reference.index))

@@ -43,6 +43,8 @@ class Formula:
     objects: tuple[str, ...]
     """Objects that report their changes to the run time."""
     is_polled: bool
+    is_polled_as_event: bool
+    """The same without COMMON variables, for the reading in which these never cause an event."""
 
     @property
     def function(self) -> str:
@@ -63,8 +65,8 @@ class Formulas:
     texts: list[str] = field(default_factory=list)
 
     def add(self, expression: Expression, lines: Sequence[str], kind: Type, kinds: Kinds) -> Formula:
-        cells, objects, is_polled = _dependencies(expression, kinds)
-        formula = Formula(len(self.table), expression.place, kind, cells, objects, is_polled)
+        cells, objects, asks, has_common = _dependencies(expression, kinds)
+        formula = Formula(len(self.table), expression.place, kind, cells, objects, asks or has_common, asks)
         self.table.append(formula)
         self.texts.append("".join([f"def {formula.function}(base):\n", *(f"    {line}\n" for line in lines)]))
         return formula
@@ -74,27 +76,28 @@ class Formulas:
         return "".join(self.texts)
 
 
-def _dependencies(expression: Expression, kinds: Kinds) -> tuple[tuple[CellRange, ...], tuple[str, ...], bool]:
+def _dependencies(expression: Expression, kinds: Kinds) -> tuple[tuple[CellRange, ...], tuple[str, ...], bool, bool]:
+    """Return the cells and objects, and whether there are answers to ask for and COMMON variables to look at."""
     cells: dict[CellRange, None] = {}
     objects: dict[str, None] = {}
-    is_polled = False
+    asks = has_common = False
     reduced = {id(inner) for node in nodes(expression) if isinstance(node, Reduction) for inner in nodes(node.operand)}
     for node in nodes(expression):
         match node:
             case ParameterOf():
-                is_polled = True
+                asks = True
             case Inquiry(subject=Reference(name=name), function=function) if function not in MATHEMATICS:
                 forms = INQUIRIES[kinds.kind(name)][function]
-                is_polled |= (kinds.kind(name), function) in PENDING or any(form.answer == "real" for form in forms)
+                asks |= (kinds.kind(name), function) in PENDING or any(form.answer == "real" for form in forms)
                 objects[name] = None
             case Reference(name=name, index=index):
                 variable = kinds.layout.cells.get(name)
                 if variable is None:
-                    is_polled |= kinds.kind(name) == "ENCODER"
+                    asks |= kinds.kind(name) == "ENCODER"
                     objects[name] = None
                 elif variable.is_common:
-                    is_polled = True
+                    has_common = True
                 else:
                     is_present = index == "i" and id(node) not in reduced
                     cells[CellRange(variable.first, variable.count, is_present)] = None
-    return tuple(cells), tuple(objects), is_polled
+    return tuple(cells), tuple(objects), asks, has_common

@@ -1,0 +1,112 @@
+"""Small programs of the kind that courses and libraries contain, with results that were worked out by hand.
+
+The first line of a program names its dialects, and the last ones its results: `(* sum = 15 *)` is a variable of PLC_PRG
+after the last cycle, and `(* fault: array bounds *)` the fault that stops the program.
+"""
+
+import re
+from ast import literal_eval
+from pathlib import Path
+
+import pytest
+from iec_program import IecBench, program, refused
+
+from fieldrig_devices.iec.dialect import CODESYS, DIALECTS, EDITION_3, EPAS_4, Dialect
+
+FILES = sorted((Path(__file__).parent / "programs").glob("*.st"))
+HEAD = re.compile(r"\(\* dialects: ([\w, -]+?)(?:; cycles: (\d+), every (\d+) ms)? \*\)")
+RESULT = re.compile(r"^\(\* ([\w.\[\]]+) = (.+) \*\)$", re.MULTILINE)
+FAULT = re.compile(r"^\(\* fault: (.+) \*\)$", re.MULTILINE)
+WORDS = {"TRUE": True, "FALSE": False}
+
+
+def dialects_of(file: Path) -> list[str]:
+    head = HEAD.match(file.read_text(encoding="ascii"))
+    assert head is not None, file
+    return head[1].split(", ")
+
+
+CASES = [(file, dialect) for file in FILES for dialect in dialects_of(file)]
+
+
+@pytest.mark.parametrize(("file", "dialect"), CASES, ids=lambda case: case.stem if isinstance(case, Path) else case)
+def test_a_small_program_has_the_results_that_were_worked_out(file: Path, dialect: str) -> None:
+    text = file.read_text(encoding="ascii")
+    head, fault = HEAD.match(text), FAULT.search(text)
+    assert head is not None
+    bench = IecBench(text, DIALECTS[dialect])
+    for number in range(int(head[2] or 1)):
+        bench.host.ms = number * int(head[3] or 0)
+        bench.cycle()
+    if fault is not None:
+        assert bench.thread.fault is not None
+        assert bench.thread.fault.code == fault[1]
+        return
+    assert bench.thread.fault is None, bench.thread.fault
+    results = RESULT.findall(text)
+    assert results
+    for name, shown in results:
+        wanted = WORDS[shown] if shown in WORDS else literal_eval(shown)
+        found = bench[name]
+        assert type(found) is type(wanted), name
+        assert found == (pytest.approx(wanted, rel=1e-6) if isinstance(wanted, float) else wanted), name
+
+
+# ---- what the programs above do only where a dialect allows it
+
+
+VOID = "FUNCTION Raise VAR_IN_OUT x : INT; END_VAR x := x + 1; END_FUNCTION "
+
+
+@pytest.mark.parametrize(
+    ("dialect", "body", "expected"),
+    [
+        (EPAS_4, "Raise(n);", "main.st:1:1: the function Raise has no type; expected FUNCTION Raise : INT"),
+        (EDITION_3, "n := Raise(n);", "the function Raise has no result; expected a function with a type"),
+        (CODESYS, "n := 1 + Raise(x := n);", "the function Raise has no result"),
+    ],
+)
+def test_a_function_without_a_type_has_no_result(dialect: Dialect, body: str, expected: str) -> None:
+    """Before, it was called nowhere, and nothing was said."""
+    found = refused(VOID + program("n : INT;", body), dialect)
+    assert any(expected in message for message in found), found
+    assert sum("note:" not in message for message in found) == 1, found
+
+
+@pytest.mark.parametrize(
+    ("dialect", "body", "expected"),
+    [
+        (EPAS_4, "b := w.%B0;", "%B0 is a part of a value; expected the number of a bit"),
+        (EDITION_3, "b := w.%B2;", "WORD has no part %B2; expected %B0 to %B1"),
+        (EDITION_3, "w := w.%W0;", "WORD has no part %W0; expected a smaller part"),
+        (EDITION_3, "x := b.%X8;", "BYTE has no bit 8; expected 0 to 7"),
+        (EDITION_3, "b := r.%B0;", "r is a REAL and has no bits"),
+        (EDITION_3, "k.%B0 := b;", "k is a constant"),
+    ],
+)
+def test_a_part_that_a_value_does_not_have_is_refused(dialect: Dialect, body: str, expected: str) -> None:
+    declarations = "w : WORD; b : BYTE; r : REAL; x : BOOL; END_VAR VAR CONSTANT k : ARRAY[0..0] OF WORD;"
+    found = refused(program(declarations, body.replace("k.", "k[0].")), dialect)
+    assert any(expected in message or "is a constant" in message for message in found), found
+
+
+BLOCK = "FUNCTION_BLOCK Tank VAR level : INT; END_VAR level := level + 1; END_FUNCTION_BLOCK "
+
+
+def test_a_variable_of_an_instance_can_be_read_but_not_written_from_outside() -> None:
+    found = refused(BLOCK + program("t : Tank;", "t.level := 5;"), CODESYS)
+    assert any("t.level belongs to its block" in message for message in found), found
+    found = refused(BLOCK + program("t : Tank; n : INT;", "n := t.level;"), EDITION_3)
+    assert any("level is a VAR of Tank and not known outside" in message for message in found), found
+
+
+def test_an_array_of_epas_has_all_start_values_or_none() -> None:
+    found = refused(program("a : ARRAY[1..3] OF INT := 1, 2;", ""), EPAS_4)
+    assert any("2 start values for 3 elements" in message for message in found), found
+    bench = IecBench(
+        program("a : ARRAY[1..2, 1..3] OF INT := [1, 2, 3, 4]; b : ARRAY[1..2] OF T := [5];", "").join(
+            ["TYPE T : INT := 9; END_TYPE ", ""]
+        ),
+        EDITION_3,
+    )
+    assert [bench[name] for name in ("a[2,1]", "a[2,2]", "b[1]")] == [4, 0, 5]
