@@ -64,6 +64,7 @@ def test_the_files_to_check_exist() -> None:
     assert all(path.suffix in prose.PROSE_OF for path in prose.checked())
 
 
+@pytest.mark.long
 def test_only_what_changed_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = tmp_path / "page.md"
     page.write_text("The port is taken.\n")

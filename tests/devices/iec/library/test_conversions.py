@@ -158,6 +158,7 @@ def test_other_names_of_the_types_are_known() -> None:
     assert name_of(E.DT, TEXT) == "DT_TO_STRING"
 
 
+@pytest.mark.long
 @settings(max_examples=1_000)
 @given(st.data())
 def test_every_value_has_a_result_in_range(data: st.DataObject) -> None:

@@ -2,6 +2,7 @@
 
 import re
 
+import pytest
 from hypothesis import given, settings
 from iec_trees import EXPRESSIONS, INITIALS, STATEMENTS, UNITS
 
@@ -26,18 +27,21 @@ def unit_of(*statements: tree.AnyStatement, blocks: tuple[tree.Variables, ...] =
     return tree.Unit("random.st", (pou,))
 
 
+@pytest.mark.long
 @settings(deadline=None)
 @given(EXPRESSIONS)
 def test_a_printed_expression_is_parsed_to_the_same_tree(expression: tree.Expression) -> None:
     assert_survives(unit_of(tree.Assign(tree.Name("x"), expression)))
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=50)
 @given(STATEMENTS)
 def test_a_printed_statement_is_parsed_to_the_same_tree(statement: tree.AnyStatement) -> None:
     assert_survives(unit_of(tree.Empty(), statement))
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=50)
 @given(INITIALS)
 def test_a_printed_start_value_is_parsed_to_the_same_tree(initial: tree.Initial) -> None:
@@ -45,6 +49,7 @@ def test_a_printed_start_value_is_parsed_to_the_same_tree(initial: tree.Initial)
     assert_survives(unit_of(blocks=(tree.Variables(tree.Section.LOCAL, (variable,)),)))
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=15)
 @given(UNITS)
 def test_a_printed_file_is_parsed_to_the_same_tree(unit: tree.Unit) -> None:
