@@ -7,6 +7,7 @@ from typing import Any
 from fieldrig_devices.motion.profile import Limits, Profile, change_speed, keep, move
 from fieldrig_devices.pam.language.compiler import checked
 from fieldrig_devices.pam.objects.application import ApplicationObjects
+from fieldrig_devices.pam.objects.axes_set import COMPARED
 from fieldrig_devices.pam.runtime.item import RoutineRef
 from fieldrig_devices.pamring.frames import (
     Answer,
@@ -22,8 +23,8 @@ from fieldrig_devices.pamring.frames import (
     SetPointMode,
 )
 
-IN_RUN = 4
-"""The bit of an axis's status for a run (table 12-4)."""
+SYNCHRONISED, IN_RUN = 1, 4
+"""The bits of an axis's status for a pipe and for a run (table 12-4)."""
 
 
 class Kernel:
@@ -68,7 +69,7 @@ class St1:
         self._runs = False
         self.number = self.done = 0
         self.limits = Limits(math.inf, math.inf, math.inf)
-        self.registers: dict[int, int] = {}
+        self.registers = dict.fromkeys(COMPARED, 0)
         """The register 0 is that of the main resolver."""
 
     @property
@@ -87,6 +88,8 @@ class St1:
                 if self.mode is None:
                     self.base, self.way = 0.0, keep(0.0)
                 self.mode, self.pipe = SetPointMode.POSITION, value
+            case SetPoint(SetPointMode.SPEED):
+                self.mode = SetPointMode.SPEED
             case EndOfPipe():
                 self.base, self.way, self.cycles = self.position, keep(0.0), 0
                 self.mode, self.pipe = None, 0.0
@@ -122,7 +125,8 @@ class St1:
         self.cycles += 1
         if self.done != self.number and self.cycles * self._cycle_s >= self.way.duration_s:
             self.done = self.number
-            self._send(AxisReport(1 | (IN_RUN if self._runs else 0), 0, self.done, round(self.own)))
+            status = (SYNCHRONISED if self.mode is not None else 0) | (IN_RUN if self._runs else 0)
+            self._send(AxisReport(status, 0, self.done, round(self.own)))
 
 
 class Bench:

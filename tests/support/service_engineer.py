@@ -3,6 +3,7 @@
 import subprocess
 from pathlib import Path
 
+from asyncua.sync import Client as OpcUaClient
 from pppd import ECHO_REQUEST, echo_message, ping_socket, reply_in
 from pppd_call import pppd_call
 from pymodbus.client import ModbusTcpClient
@@ -13,6 +14,7 @@ USER, PASSWORD = "service", "pacdrive"
 TERMINATED = 5  # pppd(8), EXIT STATUS
 OFFLINE, ONLINE = 6, 7  # Com1UserState
 MAP_IDENTIFIER = 0x4D34  # register 0
+WAITING = 1  # AxisState of an axis that may be switched on
 PING = bytes.fromhex("1234 0001") + bytes(range(256))
 PAGE = '<html><body>Cycle <pac value="MAx-4.Com1UserState">.</body></html>\n'
 PATIENCE_S = "200"
@@ -31,7 +33,7 @@ def put(file: Path, host: str) -> None:
 
 
 def reach_every_service(rig: AskedRig, folder: Path) -> None:
-    """Call, ping, fetch a page, replace one by FTP and see it served, read Modbus, and hang up."""
+    """Call, ping, fetch a page, replace one by FTP and see it served, read Modbus and OPC UA, and hang up."""
     mine = folder / "MINE.HTM"
     mine.write_text(PAGE)
     with pppd_call(folder) as call:
@@ -48,4 +50,6 @@ def reach_every_service(rig: AskedRig, folder: Path) -> None:
         assert f"Cycle {ONLINE}." in curl(f"http://{CONTROLLER}/MINE.HTM")
         with ModbusTcpClient(CONTROLLER, port=502, timeout=60, retries=0) as client:
             assert client.read_holding_registers(0, count=1).registers == [MAP_IDENTIFIER]
+        with OpcUaClient(f"opc.tcp://{CONTROLLER}:4840", timeout=60) as visitor:
+            assert visitor.get_node("ns=2;s=infeed.AxisState").read_value() == WAITING
         assert call.hang_up() == TERMINATED, call.output()

@@ -25,7 +25,7 @@ class Dialect:
     """AND_THEN and OR_ELSE."""
     has_continue: bool = False
     has_line_comments: bool = False
-    """Comments from // to the end of the line."""
+    """Comments from // to the end of the line, and from /* to */."""
     nests_comments: bool = False
     """(* (* *) *) is one comment (PD-362)."""
     has_jumps_in_st: bool = False
@@ -47,6 +47,10 @@ class Dialect:
     """`w.%X3`, `w.%B1`, `d.%W0`: bits, bytes and words of a larger value (edition 3, 6.5.5)."""
     reads_locals: bool = False
     """`x := inst.local`: variables of an instance can be read from outside, as CODESYS V3 allows."""
+    indexes_pointers: bool = False
+    """`p[2]` is what is two elements behind the target of a pointer, and `s[0]` the first character of a string."""
+    has_static_variables: bool = False
+    """VAR_STAT, whose variables a function or method keeps between its calls."""
     fills_arrays: bool = False
     """An array may have fewer start values than elements; the others begin as usual (PD-361: all or none)."""
     has_void_functions: bool = False
@@ -103,6 +107,7 @@ EDITION_3: Final = Dialect(
     has_methods=True,
     has_classes=True,
     has_partial_access=True,
+    has_static_variables=True,
     fills_arrays=True,
     has_void_functions=True,
     allows_time_fractions=True,
@@ -122,6 +127,7 @@ CODESYS: Final = replace(
     name="codesys",
     has_classes=False,
     reads_locals=True,
+    indexes_pointers=True,
     mixes_integers=True,
     allows_calls_without_brackets=True,
 )

@@ -41,6 +41,8 @@ class Symbols:
     def __init__(self, program: Program, files: Collection[str]) -> None:
         """`files` are those of the project; variables of libraries are found by their names only."""
         self._known = {name: _of_variable(variable) for name, variable in program.globals.items()}
+        self._static = {name: symbol for name, symbol in self._known.items() if "." in name}
+        """The variables of VAR_STAT, whose names begin with that of their unit."""
         self._roots = [self._known[name] for name, variable in program.globals.items() if variable.file in files]
 
     def children(self, path: str = "") -> list[Symbol]:
@@ -51,6 +53,9 @@ class Symbols:
         return parts(symbol) if symbol is not None else []
 
     def find(self, path: str) -> Symbol | None:
+        for name, static in self._static.items():
+            if path.lower().startswith(name) and path[len(name) : len(name) + 1] in ("", ".", "["):
+                return below(static, path[len(name) :])
         first = _PART.match(path)
         symbol = self._known.get((first[1] or "").lower()) if first is not None and path[:1] != "." else None
         return below(symbol, path[first.end() :]) if symbol is not None and first is not None else None

@@ -72,10 +72,11 @@ _BLANKS: Final = " \t\r\f\v"
 _PATTERN: Final = re.compile(
     r"""[ \t\r\f\v]*+(?:
       ([^\W\d]\w*+)(?!\#)
-    | (:=|\+=|-=|\*=(?!\))|<=|>=|<>|=>|==|!=|&&|\|\||=<|::=|:[ ]=|\.\.|\*\*(?!\))|[;,.:=+\-*&<>)\[\]^]|\((?!\*)|/(?!/))
+    | (:=|\+=|-=|\*=(?!\))|<=|>=|<>|=>|==|!=|&&|\|\||=<|::=|:[ ]=|\.\.|\*\*(?!\))
+      |[;,.:=+\-*&<>)\[\]^]|\((?!\*)|/(?![/*]))
     | (\n)
     | ([0-9](?:_?[0-9])*+(?![\w#]|\.[0-9]))
-    | (\(\*.*?\*\)|//[^\n]*+)
+    | (\(\*.*?\*\)|//[^\n]*+|/\*.*?\*/)
     | ('(?:[^'$\n]|\$[^\n])*+')
     | ("(?:[^"$\n]|\$[^\n])*+")
     | ((?:L?T|L?TIME)\#[-+]?\w*(?:\.[0-9]\w*)*
@@ -87,7 +88,7 @@ _PATTERN: Final = re.compile(
     | ([0-9]+\#\w*)
     | (%[IQM](?:[XBWDL](?:\*|[0-9]+(?:\.[0-9]+)*)|\*|[0-9]+(?:\.[0-9]+)*)(?!\w))
     | (\{[^{}]*+\})
-    | (\(\*.*+)
+    | ((?:\(\*|/\*).*+)
     | (['"‘’“”´`](?:[ \t\r]*+(?:\)++|[^ \t\r\n]))*?(?=[ \t\r]*+\)*+[ \t\r]*+;?+[ \t\r]*+(?:\n|\Z|\(\*|//)))
     | ([0-9]\w*+(?:\.[0-9]\w*+)?|%\w*(?:\.[0-9]+)*|.)
     )""",
@@ -151,6 +152,7 @@ def keywords(dialect: Dialect) -> frozenset[str]:
         ("METHOD", "END_METHOD", "PROPERTY", "END_PROPERTY", "END_GET", "END_SET"): dialect.has_methods,
         ("INTERFACE", "END_INTERFACE"): dialect.has_methods,
         ("CLASS", "END_CLASS"): dialect.has_classes,
+        ("VAR_STAT",): dialect.has_static_variables,
     }
     return KEYWORDS.union(word for words, is_allowed in allowed.items() if is_allowed for word in words)
 
@@ -247,7 +249,7 @@ class _Scanner:
                 self._keep(text)
                 return self._after(text, position) if "\n" in text else None
         elif group == _OPEN_COMMENT:
-            self._say(position, "the comment is not closed", "*) at its end")
+            self._say(position, "the comment is not closed", f"{'*)' if text[0] == '(' else '*/'} at its end")
             self._found.is_cut = True
         elif group == _OPEN_STRING:
             self._open_string(text, position)
@@ -292,6 +294,13 @@ class _Scanner:
             self._keep(text.rstrip())
             return None
         end = position + len(text)
+        if text[0] == "/":
+            kept = text
+            if not self._dialect.has_line_comments:
+                self._say(position, "/* does not begin a comment", "(* ... *)", "Write the comment as (* ... *).")
+                kept = f"(*{text[2:-2].replace('*)', '* )').replace('(*', '( *')}*)"
+            self._keep(kept)
+            return self._after(text, position) if "\n" in text else None
         if "(*" in text[2:]:
             end = self._nested(text, position)
             if end < 0:

@@ -20,8 +20,11 @@ from fieldrig_devices.ip.tcp.connection import Key
 
 log = logging.getLogger(__name__)
 
-MOST_WAITING: Final = 16_384
-"""Bytes that may wait for the line; further packets of the kernel are dropped, as in any router."""
+MOST_WAITING: Final = 8192
+"""Bytes that may wait for the line; further packets of the kernel are dropped, as in any router.
+
+They are some 2 s of a line at 38400 bit/s, behind which an echo of LCP waits as well.
+"""
 GONE: Final = "the link is gone"
 
 

@@ -13,7 +13,7 @@ _ON_MODULES: Final = ("BINARY_INPUT", "BINARY_OUTPUT", "DIGITAL_INPUT", "DIGITAL
 _ON_KEYBOARD: Final = ("LED_OUTPUT", "D7SEG_OUTPUT", "KEY_INPUT")
 
 
-def rig_file(program: Program, application: str, *, is_virtual: bool) -> str:
+def rig_file(program: Program, application: str, *, is_virtual: bool, ignores_case: bool = False) -> str:
     """Return the text of a rig file that runs an application, whose file is named relative to the rig file.
 
     A Smart-IO gets the modules and the keyboard that the application uses; an ST1 has the defaults of its kind.
@@ -22,6 +22,7 @@ def rig_file(program: Program, application: str, *, is_virtual: bool) -> str:
     wires = "virtual" if is_virtual else "hub"
     names = [name for _, names in _devices(program) for name in names]
     after = "" if is_virtual else f"\n    after: [{', '.join(names)}]"
+    readings = "\n    programs: {ignores_case: true}" if ignores_case else ""
     head = f"""\
 # The nodes that {application} declares, on the ring of a PAM.
 time: {"virtual" if is_virtual else "real"}
@@ -32,7 +33,7 @@ devices:
   pam:
     kind: pam{after}
     links: {{ring: pamring, wires: wires}}
-    application: {application}
+    application: {application}{readings}
 """
     return head + "".join(text for text, _ in _devices(program))
 

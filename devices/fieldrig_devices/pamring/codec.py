@@ -32,7 +32,7 @@ ORDERS: Final = (
     Row(0x01, frames.Identify, ""),
     Row(0x02, frames.Run, ""),
     Row(0x03, frames.Group, "B"),
-    Row(0x04, frames.SetOutput, "Hq"),
+    Row(0x04, frames.SetOutput, "HqI"),
     Row(0x05, frames.Blink, "H?"),
     Row(0x06, frames.Display, "HI"),
     Row(0x08, frames.AxisOrder, "IBqqqq", {"move": frames.Move}),
@@ -49,7 +49,7 @@ ORDERS: Final = (
     Row(0x18, frames.AxisItem, "Hqq"),
 )
 MOTOR_ORDER: Final = 0x07
-"""The kind of a `MotorOrder`: item, order, and any number of values of 64 bits."""
+"""The kind of a `MotorOrder`: item, order, number, and any number of values of 64 bits."""
 SET_POINT: Final = 0x09
 """The kind of a `SetPoint`: mode, value."""
 
@@ -58,16 +58,16 @@ REPORTS: Final = (
     Row(0x82, frames.Accepted, "H"),
     Row(0x83, frames.Refused, "H"),
     Row(0x84, frames.Running, ""),
-    Row(0x85, frames.InputChanged, "HqI"),
+    Row(0x85, frames.InputChanged, "HqII"),
     Row(0x87, frames.AxisReport, "IIIq"),
-    Row(0x88, frames.MotorReport, "H?I"),
+    Row(0x88, frames.MotorReport, "H?II"),
 )
 ANSWER: Final = 0x86
 """The kind of an `Answer`: request, whether there is a value, value."""
 TROUBLE: Final = 0x89
 """The kind of a `Trouble`: severity, code, D2, D3, error word."""
 
-_MOTOR_ORDER: Final = struct.Struct("<BHB")
+_MOTOR_ORDER: Final = struct.Struct("<BHBI")
 _ANSWER: Final = struct.Struct("<BI?q")
 _TROUBLE: Final = struct.Struct("<BBHIII")
 _SET_POINT: Final = struct.Struct("<BBq")
@@ -105,14 +105,14 @@ def _decoder(row: Row) -> Callable[[bytes], Any]:
 
 
 def _encode_motor_order(order: frames.MotorOrder) -> bytes:
-    return _MOTOR_ORDER.pack(MOTOR_ORDER, order.item, order.order) + b"".join(map(_VALUE.pack, order.values))
+    head = _MOTOR_ORDER.pack(MOTOR_ORDER, order.item, order.order, order.number)
+    return head + b"".join(map(_VALUE.pack, order.values))
 
 
 def _decode_motor_order(data: bytes) -> frames.MotorOrder:
-    _, item, order = _MOTOR_ORDER.unpack_from(data)
-    return frames.MotorOrder(
-        item, frames.Motor(order), tuple(value for (value,) in _VALUE.iter_unpack(data[_MOTOR_ORDER.size :]))
-    )
+    _, item, order, number = _MOTOR_ORDER.unpack_from(data)
+    values = tuple(value for (value,) in _VALUE.iter_unpack(data[_MOTOR_ORDER.size :]))
+    return frames.MotorOrder(item, frames.Motor(order), values, number)
 
 
 def _encode_set_point(order: frames.SetPoint) -> bytes:

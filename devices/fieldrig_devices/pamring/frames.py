@@ -143,11 +143,13 @@ class Run:
 class SetOutput:
     """An output's value: levels as bits, millivolts, or the state of an LED.
 
-    A key takes its state as well, which stays until the key changes it (PAML-092).
+    A key takes its state as well, which stays until the key changes it (PAML-092).  It answers with its state and the
+    `number` of the order, 1 to 65535, which is 0 for outputs.
     """
 
     item: int
     value: int
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,9 +183,12 @@ class Motor(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class MotorOrder:
+    """An order with its `number`, 1 to 65535; those that leave `ready` alone have the number 0 (PAML-129)."""
+
     item: int
     order: Motor
     values: tuple[int, ...] = ()
+    number: int = 0
 
 
 class Move(IntEnum):
@@ -205,7 +210,8 @@ class AxisOrder:
 
     The value of POWER_ON and POSITION is the new name of the position.  The node clips the limits to its own.  It
     reports an order as done by its `number`, 1 to 65535.  Orders that leave `ready` alone (POSITION, UPDATE_STATUS)
-    have the number 0, which is never reported (PAML-059).
+    have the number 0, which is never reported (PAML-059).  A POSITION during another order has a number: that order
+    is then reported as done by it.
     """
 
     number: int
@@ -302,11 +308,13 @@ class InputChanged:
 
     `age_us` is the age of the change when the frame was laid into the buffer.
     Only inputs with a time stamp (201 of an ST1) give an age other than 0.
+    `number` is that of the last order that a key has taken, and 0 for other inputs.
     """
 
     item: int
     value: int
     age_us: int = 0
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -333,11 +341,15 @@ class AxisReport:
 
 @dataclass(frozen=True, slots=True)
 class MotorReport:
-    """The state of a DC motor after a change."""
+    """The state of a DC motor after a change, and after each order.
+
+    `number` is that of the last order that the motor has taken, whose state this is.
+    """
 
     item: int
     is_ready: bool
     error: int
+    number: int = 0
 
 
 class Severity(IntEnum):

@@ -41,7 +41,7 @@ class NodeItem:
     def lose_ring(self, holds: bool) -> None:
         """React to the silence of the ring; `holds` is true if outputs hold their values."""
 
-    def set(self, value: int) -> bool:
+    def set(self, value: int, number: int = 0) -> bool:
         return False
 
     def blink(self, on: bool) -> bool:
@@ -50,7 +50,7 @@ class NodeItem:
     def display(self, character: int) -> bool:
         return False
 
-    def move(self, order: Motor, values: Sequence[int]) -> bool:
+    def move(self, order: Motor, values: Sequence[int], number: int = 0) -> bool:
         return False
 
     def read(self) -> int | None:
@@ -129,6 +129,7 @@ class KeyInput(NodeItem):
         self, clock: Clock, terminals: Terminals, item: KeyItem, name: str, send: Send, *, is_pulsed: bool
     ) -> None:
         self._item, self._send, self._active = item.item, send, int(item.is_active_high)
+        self._number = 0
         period_ns = item.period_ms * MS
         debounce = item.debounce if item.is_on_binary_input else 1
         self._scan = InputScan(clock, terminals, [name], period_ns, debounce, self._on_change)
@@ -144,15 +145,18 @@ class KeyInput(NodeItem):
         self._scan.stop()
         self._key.stop()
 
-    def set(self, value: int) -> bool:
+    def set(self, value: int, number: int = 0) -> bool:
+        """Take the state of a program, and answer: what was reported before is older than it."""
+        self._number = number
         self._key.write(bool(value))
+        self._report()
         return True
 
     def _on_change(self) -> None:
         self._key.put(self._scan.value == self._active)
 
     def _report(self) -> None:
-        self._send(InputChanged(self._item, int(self._key.value)))
+        self._send(InputChanged(self._item, int(self._key.value), number=self._number))
 
 
 class Outputs(NodeItem):
@@ -169,7 +173,7 @@ class Outputs(NodeItem):
     def close(self) -> None:
         self._put(self._inactive)
 
-    def set(self, value: int) -> bool:
+    def set(self, value: int, number: int = 0) -> bool:
         if self.is_of_motor:
             return False
         self._put(value)
@@ -201,7 +205,7 @@ class Analog(NodeItem):
         if not holds:
             self._put(0)
 
-    def set(self, value: int) -> bool:
+    def set(self, value: int, number: int = 0) -> bool:
         self._put(min(max(value, -MOST_MV), MOST_MV))
         return True
 
@@ -214,7 +218,7 @@ class Led(NodeItem):
     def close(self) -> None:
         self._lamp.clear()
 
-    def set(self, value: int) -> bool:
+    def set(self, value: int, number: int = 0) -> bool:
         self._lamp.set(bool(value))
         return True
 
@@ -279,6 +283,8 @@ class MotorDrive(NodeItem):
     ) -> None:
         self._item, self._parts, self._troubles, self._send = item.item, parts, troubles, send
         self._told: frozenset[FaultCode] = frozenset()
+        self._number = 0
+        self._last: MotorReport | None = None
         readings = settings.readings
         own = MotorLimits(
             item.timeout_ms * MS, settings.motor_rest_ms * MS, readings.zero_at == "rest", readings.stray_pulses
@@ -302,8 +308,15 @@ class MotorDrive(NodeItem):
     def lose_ring(self, holds: bool) -> None:
         self.motor.halt()
 
-    def move(self, order: Motor, values: Sequence[int]) -> bool:
-        return self.motor.order(order, values)
+    def move(self, order: Motor, values: Sequence[int], number: int = 0) -> bool:
+        """Carry out an order, and report the state after it.
+
+        Reports during the order still have the number of the one before, so none of them counts for this one.
+        """
+        is_taken = self.motor.order(order, values)
+        self._number = number or self._number
+        self._report()
+        return is_taken
 
     def carry_out(self, order: Motor, values: Sequence[int]) -> bool:
         """Carry out an order with as many of the values as it takes."""
@@ -318,7 +331,10 @@ class MotorDrive(NodeItem):
             details = (self._item, int(fault))
             self._troubles.set(fault in errors, MOTOR, details, self._node_bits.get(fault, 0))
         self._told = errors
-        self._send(MotorReport(self._item, self.motor.is_ready, self.motor.error_word))
+        report = MotorReport(self._item, self.motor.is_ready, self.motor.error_word, self._number)
+        if report != self._last:
+            self._last = report
+            self._send(report)
 
 
 def _up() -> int:

@@ -13,6 +13,7 @@ The manual names the functions and the errors; what follows is how we read them 
 - A pulse at rest is an unexpected move.  When there were more of them than BRAKING, the position is lost until it is
   named again.
 - The position is lost, too, when a motor that does not stop has been coasting for TIMEOUT, as it may turn either way.
+  An order that waits for the stop ends with this error.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -255,6 +256,7 @@ class DcMotor:
         elif self.state is State.COASTING:
             self._wait(self._own.rest_ns, self._on_rest)
             if self._clock.now_ns() - self._off_ns > self._own.timeout_ns:
+                self._next = Goal(0)
                 self._tell(is_ready=True, more=(FaultCode.DOES_NOT_STOP, FaultCode.POSITION_LOST))
         else:
             self._stray += 1

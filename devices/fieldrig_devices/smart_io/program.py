@@ -53,10 +53,10 @@ from fieldrig_devices.smart_io.settings import SmartIoSettings
 from fieldrig_devices.smart_io.troubles import NODE, NODE_BITS, FaultCode
 
 _ORDERS: Final[Mapping[type[Any], Callable[[NodeItem, Any], bool]]] = {
-    SetOutput: lambda item, order: item.set(order.value),
+    SetOutput: lambda item, order: item.set(order.value, order.number),
     Blink: lambda item, order: item.blink(order.on),
     Display: lambda item, order: item.display(order.character),
-    MotorOrder: lambda item, order: item.move(order.order, order.values),
+    MotorOrder: lambda item, order: item.move(order.order, order.values, order.number),
 }
 Scanned = InputItem | CounterItem | KeyItem
 _BEFORE_RUN: Final = (FaultCode.HEAP, FaultCode.UNKNOWN_TYPE)

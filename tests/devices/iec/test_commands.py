@@ -177,6 +177,28 @@ def test_run_says_what_it_expects(tank: Path, more: tuple[str, ...], message: st
     assert (done.exit_code, message in " ".join(done.output.replace("│", "").split())) == (2, True), done.output
 
 
+def test_run_needs_a_program_and_not_only_functions(tmp_path: Path) -> None:
+    done = iec("run", saved(tmp_path / "only.st", "FUNCTION f : INT\nf := 1;\nEND_FUNCTION\n"), "--for", "1s")
+    assert (done.exit_code, "there is no program to run" in str(done.exception)) == (1, True)
+
+
+def test_run_takes_the_resource_that_is_named(tmp_path: Path) -> None:
+    file = saved(tmp_path / "two.st", RESOURCES)
+    done = iec("run", file, "--for", "100ms", "--resource", "Two", "--json")
+    assert json.loads(done.stdout)["PLC_PRG.n"] == 6  # from 0 to 100 ms
+    done = iec("check", file)
+    assert (done.exit_code, "there are the resources One, Two" in done.stderr) == (2, True)
+    assert iec("check", file, "--resource", "One").exit_code == 0
+
+
+RESOURCES = """PROGRAM PLC_PRG VAR n : INT; END_VAR n := n + 1; END_PROGRAM
+CONFIGURATION c
+RESOURCE One ON PLC TASK T(INTERVAL := T#10ms); PROGRAM p WITH T : PLC_PRG; END_RESOURCE
+RESOURCE Two ON PLC TASK T(INTERVAL := T#20ms); PROGRAM p WITH T : PLC_PRG; END_RESOURCE
+END_CONFIGURATION
+"""
+
+
 def test_run_lists_the_mistakes_of_a_program(tmp_path: Path) -> None:
     done = iec("run", saved(tmp_path / "wrong.st", WRONG), "--for", "1s")
     assert (done.exit_code, "wrong.st:3:6: " in done.stderr, "wrong.st:4:6: " in done.stderr) == (2, True, True)

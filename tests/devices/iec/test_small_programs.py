@@ -15,7 +15,7 @@ from fieldrig_devices.iec.dialect import CODESYS, DIALECTS, EDITION_3, EPAS_4, D
 
 FILES = sorted((Path(__file__).parent / "programs").glob("*.st"))
 HEAD = re.compile(r"\(\* dialects: ([\w, -]+?)(?:; cycles: (\d+), every (\d+) ms)? \*\)")
-RESULT = re.compile(r"^\(\* ([\w.\[\]]+) = (.+) \*\)$", re.MULTILINE)
+RESULT = re.compile(r"^\(\* ([\w.\[\],]+) = (.+) \*\)$", re.MULTILINE)
 FAULT = re.compile(r"^\(\* fault: (.+) \*\)$", re.MULTILINE)
 WORDS = {"TRUE": True, "FALSE": False}
 
@@ -110,3 +110,44 @@ def test_an_array_of_epas_has_all_start_values_or_none() -> None:
         EDITION_3,
     )
     assert [bench[name] for name in ("a[2,1]", "a[2,2]", "b[1]")] == [4, 0, 5]
+
+
+COUNTED = """
+FUNCTION Next : INT
+VAR_STAT n : INT := 10; END_VAR
+n := n + 1; Next := n;
+END_FUNCTION
+FUNCTION_BLOCK Ticket
+VAR_STAT sold : INT; END_VAR
+VAR_OUTPUT number : INT; END_VAR
+METHOD Sell VAR_STAT calls : INT; END_VAR calls := calls + 1; sold := sold + 1; number := sold; END_METHOD
+END_FUNCTION_BLOCK
+"""
+
+
+def test_static_variables_exist_once_and_keep_their_values_over_an_online_change() -> None:
+    text = COUNTED + program("a, b : Ticket; n : INT;", "a.Sell(); b.Sell(); n := Next();")
+    bench = IecBench(text, CODESYS)
+    bench.cycle(2)
+    names = ("a.number", "b.number", "n", "Next.n", "Ticket.sold", "Ticket.Sell.calls")
+    assert [bench[name] for name in names] == [3, 4, 12, 12, 4, 4]
+    changed = text.replace("VAR_STAT n : INT", "VAR_STAT more : INT; n : INT").replace("sold : INT;", "sold : DINT;")
+    changed = changed.replace("number := sold", "number := DINT_TO_INT(sold)")
+    bench.runtime.change(bench.compile(changed, previous=bench.compiled))
+    bench.cycle()
+    assert [bench[name] for name in ("n", "Next.more", "Ticket.sold")] == [13, 0, 2]
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("b := s[4];", "the index 4 is outside the array; expected 0 to 3"),
+        ("p['a'] := 1;", "the index is a STRING"),
+        ("k[0] := 1;", "k is not a variable"),
+    ],
+)
+def test_a_wrong_index_of_a_string_or_pointer_is_refused(body: str, expected: str) -> None:
+    declarations = "s : STRING(3); b : BYTE; p : POINTER TO INT; END_VAR VAR CONSTANT k : STRING := 'x';"
+    found = refused(program(declarations, body), CODESYS)
+    assert any(expected in message for message in found), found
+    assert any("not an array" in message for message in refused(program(declarations, "b := s[1];"), EDITION_3))

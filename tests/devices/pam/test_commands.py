@@ -165,3 +165,17 @@ def test_rig_writes_the_nodes_that_an_application_declares(tmp_path: Path) -> No
     code, output = run("rig", tmp_path / "labeller.pam")
     assert code == 0
     assert "after: [nod_belt, nod_knife, nod_web, nod_stack, nod_panel, nod_guide]" in output
+
+
+def test_names_in_another_case(tmp_path: Path) -> None:
+    file, rig_file = tmp_path / "mixed.pam", tmp_path / "rig.yaml"
+    file.write_text(HEADER + "INTERNAL FLAG_VAR IFV_Go; TASK TSK_a; POWERON ifv_go <- set; END_POWERON END_TASK\n")
+    orders = [["check"], ["doc"], ["run", "--for", "1ms"], ["rig", "--virtual", "--out", str(rig_file)]]
+    for command, *options in orders:
+        assert run(command, file, *options)[0] == 2
+        assert run(command, file, *options, "--ignore-case")[0] == 0
+    with Rig(load(rig_file)) as rig:
+        rig.run_until(S)
+        assert rig.get("pam", "IFV_Go") is True
+    file.write_text(HEADER + GROUP + VME + "TASK TSK_a; POWERON pamdisplay <- 1; END_POWERON END_TASK\n")
+    assert [run("headers", file, "--into", tmp_path, *options)[0] for options in ([], ["--ignore-case"])] == [2, 0]

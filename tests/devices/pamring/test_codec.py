@@ -10,12 +10,15 @@ from hypothesis import strategies as st
 from fieldrig_devices.pamring import codec
 from fieldrig_devices.pamring.frames import (
     AxisOrder,
+    InputChanged,
     InputItem,
     Motor,
     MotorOrder,
+    MotorReport,
     Move,
     Order,
     Report,
+    SetOutput,
     SetPoint,
     SetPointMode,
     Severity,
@@ -27,7 +30,11 @@ LAYOUTS = {row.form: row.layout for row in (*codec.ORDERS, *codec.REPORTS)}
 I64 = st.integers(-(1 << 63), (1 << 63) - 1)
 OWN: dict[Any, st.SearchStrategy[Any]] = {
     "MotorOrder": st.builds(
-        MotorOrder, st.integers(0, 0xFFFF), st.sampled_from(Motor), st.lists(I64, max_size=3).map(tuple)
+        MotorOrder,
+        st.integers(0, 0xFFFF),
+        st.sampled_from(Motor),
+        st.lists(I64, max_size=3).map(tuple),
+        st.integers(0, 0xFFFF_FFFF),
     ),
     "Trouble": st.builds(
         Trouble,
@@ -94,7 +101,10 @@ def test_the_reports_of_a_cycle_come_back_one_by_one(reports: list[bytes]) -> No
             AxisOrder(7, Move.RELATIVE_MOVE, 1 << 32, 2, 3, 4),
             "08 07000000 04 0000000001000000 0200000000000000 0300000000000000 0400000000000000",
         ),
-        (MotorOrder(9, Motor.RUN, (-1,)), "07 0900 03 ffffffffffffffff"),
+        (MotorOrder(9, Motor.RUN, (-1,), 258), "07 0900 03 02010000 ffffffffffffffff"),
+        (SetOutput(6, -1, 5), "04 0600 ffffffffffffffff 05000000"),
+        (InputChanged(6, 1, 300, 5), "85 0600 0100000000000000 2c010000 05000000"),
+        (MotorReport(9, True, 0x2000, 258), "88 0900 01 00200000 02010000"),
         (Trouble(Severity.WARNING, 0x00E, (0x10002, 5), 0x10), "89 01 0e00 02000100 05000000 10000000"),
     ],
 )

@@ -76,11 +76,11 @@ def test_a_key_that_is_active_low_is_pressed_while_its_level_is_low() -> None:
 def test_a_program_sets_a_key_until_the_key_changes_it() -> None:
     bench = SmartIoBench()
     bench.configure(START, DEPORTED)
-    bench.order(SetOutput(7, 1), SetOutput(9, 1))
-    assert bench.port.take() == [], "the PAM knows what it has written"
+    bench.order(SetOutput(7, 1, number=21), SetOutput(9, 1, number=22))
+    assert bench.port.take() == [InputChanged(7, 1, number=21), InputChanged(9, 1, number=22)]
     bench.wire("start", True)
     bench.run(50)
     bench.wire("start", False)
     bench.wire("button", True)
     bench.run(50)
-    assert bench.port.take() == [InputChanged(9, 0), InputChanged(7, 0)]
+    assert bench.port.take() == [InputChanged(9, 0, number=22), InputChanged(7, 0, number=21)]

@@ -13,6 +13,7 @@ from fieldrig_devices.pamring.frames import (
     InputItem,
     Motor,
     MotorItem,
+    MotorOrder,
     MotorReport,
     OutputItem,
     Read,
@@ -248,6 +249,28 @@ def test_a_motor_that_does_not_stop_is_error_11(bench: SmartIoBench) -> None:
     assert bench.motor() == MotorReport(MOTOR, True, DOES_NOT_STOP | LOST)
     assert [trouble.details for trouble in bench.troubles()] == [(MOTOR, 0x0F), (MOTOR, 0x11)]
     assert bench.get("error_word") == DOES_NOT_STOP | LOST
+
+
+@pytest.mark.manual("PAML-129")
+def test_an_order_that_waits_for_a_motor_that_does_not_stop_ends_with_its_error(bench: SmartIoBench) -> None:
+    bench.move(Motor.RUN, 1)
+    bench.pulse(3)
+    bench.move(Motor.RUN, -1)
+    bench.pulse(52)  # 520 ms
+    assert bench.motor() == MotorReport(MOTOR, True, DOES_NOT_STOP | LOST)
+    bench.run(500)
+    assert outputs(bench) == (False, False), "what is ready does not begin"
+
+
+@pytest.mark.manual("PAML-129")
+def test_the_state_after_an_order_is_reported_with_its_number(bench: SmartIoBench) -> None:
+    bench.port.take()
+    bench.order(MotorOrder(MOTOR, Motor.RUN, (1,), 7))
+    assert bench.port.take() == [MotorReport(MOTOR, False, 0), MotorReport(MOTOR, False, 0, 7)]
+    bench.order(MotorOrder(MOTOR, Motor.RUN, (1,), 8))
+    assert bench.port.take() == [MotorReport(MOTOR, False, 0, 8)], "although it goes on as before"
+    bench.order(MotorOrder(MOTOR, Motor.POSITION, (5,)))
+    assert bench.port.take() == [], "it leaves ready alone"
 
 
 @pytest.mark.manual("PAML-128")

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, check_functions, methods
+from fieldrig_devices.iec.check import access, check_functions, constants, methods
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
 from fieldrig_devices.iec.check.operators import integer_of, plain
@@ -18,6 +18,7 @@ from fieldrig_devices.iec.program import (
     Cell,
     Component,
     Constant,
+    Convert,
     Element,
     Expression,
     Load,
@@ -304,6 +305,9 @@ def _index(of: "Expressions", node: tree.Index) -> Place | None:
         if found is None:
             return None
         kind = found.type
+        if _is_indexed(of.context, kind) and value is not None:
+            found = _behind(of.context, found, value, index)
+            continue
         if not isinstance(kind, ArrayType):
             what = f"{text(node.of)} is {a(kind)}, not an array"
             if position:
@@ -320,6 +324,35 @@ def _index(of: "Expressions", node: tree.Index) -> Place | None:
         if not isinstance(kind.element, SCALAR):
             of.context.project.elements.append(found)
     return found
+
+
+def _is_indexed(context: Context, kind: Type) -> bool:
+    """True for pointers and strings in the dialects in which they have elements."""
+    return context.project.dialect.indexes_pointers and isinstance(kind, PointerType | StringType)
+
+
+def _behind(context: Context, found: Place, value: Expression, node: tree.Node) -> Place | None:
+    """The element of a pointer or string, whose number counts from 0."""
+    kind = found.type
+    if isinstance(kind, StringType):
+        part = Elementary.WORD if kind.is_wide else Elementary.BYTE
+        number = _subscript(context, value, ArrayType(0, kind.length, part), node)
+        start: Expression = AddressOf(found, Elementary.DWORD)
+    else:
+        assert isinstance(kind, PointerType)
+        part = kind.to  # type: ignore[assignment]
+        number = _subscript(context, value, ArrayType(Elementary.DINT.low, Elementary.DINT.high, part), node)
+        start = Convert(check_functions.address(context, Load(found), node), Elementary.DWORD)
+    if number is None:
+        return None
+    steps = Binary(
+        Operator.MUL,
+        constants.converted(number, Elementary.DINT),
+        Constant(part.size, Elementary.DINT),
+        Elementary.DINT,
+    )
+    offset = constants.converted(steps, Elementary.DWORD)
+    return Target(Binary(Operator.ADD, start, offset, Elementary.DWORD), part)
 
 
 def _subscript(context: Context, value: Expression, kind: ArrayType, node: tree.Node) -> Expression | None:

@@ -280,4 +280,5 @@ def block_of(kind: Type) -> Pou | None:
 def comment_of(node: tree.Variable) -> str:
     """The comment of a declaration without its brackets."""
     shown = node.remark or (node.comments[-1] if node.comments else "")
-    return shown.removeprefix("(*").removesuffix("*)").removeprefix("//").strip()
+    text = shown.removeprefix("(*").removesuffix("*)").removeprefix("//")
+    return text.removeprefix("/*").removesuffix("*/").strip()

@@ -14,7 +14,7 @@ from fieldrig_devices.iec.program import Space, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import ArrayType, InitialValue, ObjectType, Type
 
-IN_CLASSES: Final = frozenset({Section.LOCAL, Section.EXTERNAL, Section.CONFIG, Section.GLOBAL})
+IN_CLASSES: Final = frozenset({Section.LOCAL, Section.STATIC, Section.EXTERNAL, Section.CONFIG, Section.GLOBAL})
 """The sections of a class, and those that have a message of their own in every POU."""
 INTERFACE: Final = frozenset({Section.INPUT, Section.OUTPUT, Section.IN_OUT})
 MAY_BE_CONSTANT: Final = frozenset({Section.LOCAL, Section.GLOBAL, Section.EXTERNAL})
@@ -113,6 +113,9 @@ class Variables:
         if block.section is Section.EXTERNAL:
             source.names[name] = self._external(node, block, context)
             return
+        if block.section is Section.STATIC:
+            source.names[name] = self._static(node, block, source, context)
+            return
         made = self._make(node, block, self._space(block.section, source.pou.kind), block.section, source, context)
         source.names[name] = source.pou.variables[name] = made
         if made.section is Section.LOCAL and home.kind.has_instances:
@@ -121,6 +124,16 @@ class Variables:
             source.inputs.append(made)
         elif made.section is Section.OUTPUT:
             source.outputs.append(made)
+
+    def _static(self, node: tree.Variable, block: tree.Variables, source: PouSource, context: Context) -> Variable:
+        """Make a variable that exists once, wherever its function, method or function block is called.
+
+        It is a global variable whose name no other one can have.
+        """
+        made = self._make(node, block, Space.GLOBAL, Section.STATIC, None, context)
+        made.name = f"{source.pou.name}.{node.name}"
+        self._project.globals[self._project.key(made.name)] = made
+        return made
 
     def _space(self, section: Section, kind: PouKind) -> Space:
         return Space.FRAME if kind is PouKind.FUNCTION or section is Section.TEMP else Space.INSTANCE

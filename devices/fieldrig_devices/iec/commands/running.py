@@ -47,6 +47,7 @@ def run(
 def _started(files: Any, dialect: "Dialect", resource: str, settings: Sequence[str]) -> "Solo":
     """Compile the program, set its variables, and start it."""
     from fieldrig.clock import VirtualClock
+    from fieldrig.errors import UsageError
     from fieldrig_devices.iec.compiler import compile_project
     from fieldrig_devices.iec.solo import Solo
     from fieldrig_devices.iec.standalone import StandaloneHost
@@ -60,6 +61,8 @@ def _started(files: Any, dialect: "Dialect", resource: str, settings: Sequence[s
         for mistake in wrong.mistakes:
             typer.echo(str(mistake), err=True)
         raise typer.Exit(Exit.WRONG) from wrong
+    if not compiled.program.tasks:
+        raise UsageError("there is no program to run", "expected PROGRAM name ... END_PROGRAM in the source")
     solo = Solo(clock, host, compiled)
     set_all(solo, settings)
     solo.start()

@@ -5,7 +5,7 @@ that it does not use.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import Final
 
@@ -19,7 +19,8 @@ DRAWN: Final = frozenset({"r_trig", "f_trig"})
 def needed(libraries: Sequence[Unit], project: Sequence[Unit], texts: Iterable[str]) -> list[Unit]:
     """Return the libraries with those types and POUs that the texts of the project name, and what these need.
 
-    A type or POU that the project declares takes the place of one of a library.  Global variables all stay.
+    A type or POU that the project declares takes the place of one of a library, and one of a later library that of an
+    earlier one, so that a controller may have its own.  Global variables all stay.
     """
     own = {name for name, _ in _named(project)}
     known = {name: declared for name, declared in _named(libraries) if name not in own}
@@ -36,7 +37,7 @@ def needed(libraries: Sequence[Unit], project: Sequence[Unit], texts: Iterable[s
         used |= found
         open_words = {word for name in found for word in _words(known[name])}
     used |= {known[name].name.casefold() for name in used}
-    return [replace(unit, declarations=tuple(_kept(unit.declarations, used))) for unit in libraries]
+    return [replace(unit, declarations=tuple(_kept(unit.declarations, used, known))) for unit in libraries]
 
 
 def _named(units: Sequence[Unit]) -> Iterator[tuple[str, Pou | TypeDeclaration]]:
@@ -52,9 +53,12 @@ def _values(declared: Pou | TypeDeclaration) -> Iterator[str]:
         yield from (value.name.casefold() for value in declared.type.values)
 
 
-def _kept(declarations: Iterable[Declaration], used: set[str]) -> Iterator[Declaration]:
+def _kept(
+    declarations: Iterable[Declaration], used: set[str], known: Mapping[str, Pou | TypeDeclaration]
+) -> Iterator[Declaration]:
     for declared in declarations:
-        if not isinstance(declared, Pou | TypeDeclaration) or declared.name.casefold() in used:
+        name = declared.name.casefold() if isinstance(declared, Pou | TypeDeclaration) else None
+        if name is None or (name in used and known[name] is declared):
             yield declared
 
 

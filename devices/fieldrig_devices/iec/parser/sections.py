@@ -141,7 +141,8 @@ class Bodies(Instructions):
         """Read ENTRY ... END_ENTRY and the like.  False if something else follows."""
         at = self.i
         word = self.texts[at].upper()
-        if word not in ("ENTRY", "ACTIVE", "EXIT") or self.kinds[at + 1] in ("(", ";"):
+        is_use = self.kinds[at + 1] in ("(", ";") and self.places[at + 1].line == self.places[at].line
+        if word not in ("ENTRY", "ACTIVE", "EXIT") or (is_use and word != "EXIT"):
             return False
         field = word.lower()
         if getattr(found, field) is not None:

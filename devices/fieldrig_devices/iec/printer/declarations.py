@@ -13,10 +13,10 @@ def declaration(lines: Lines, of: tree.Declaration) -> None:
     match of:
         case tree.Pou():
             _pou(lines, of)
+            _remark(lines, of)
         case tree.Interface():
             _interface(lines, of)
-            if of.remark:
-                lines.append(f" {of.remark}")
+            _remark(lines, of)
             return
         case tree.Variables():
             variables(lines, of)
@@ -25,8 +25,13 @@ def declaration(lines: Lines, of: tree.Declaration) -> None:
             _type(lines, of)
         case tree.Configuration():
             _configuration(lines, of)
-            if of.remark:
-                lines.append(f" {of.remark}")
+            _remark(lines, of)
+
+
+def _remark(lines: Lines, of: tree.Statement) -> None:
+    """Add the comment behind the END of something, whose other comments are printed in front of that END."""
+    if of.remark:
+        lines.append(f" {of.remark}")
 
 
 # ---- variables and types
@@ -185,7 +190,7 @@ def _methods(lines: Lines, methods: tuple[tree.Method, ...]) -> None:
             lines.add("")
             lines.front(method)
             _method(lines, method)
-            lines.behind(method)
+            _remark(lines, method)
         before = method
     _end_of_property(lines, before)
 
@@ -201,7 +206,7 @@ def _accessor(lines: Lines, method: tree.Method, before: tree.Method | None) -> 
     lines.add(method.accessor)
     _inside(lines, method)
     lines.add(f"END_{method.accessor}")
-    lines.behind(method)
+    _remark(lines, method)
 
 
 def _end_of_property(lines: Lines, before: tree.Method | None) -> None:

@@ -12,6 +12,7 @@ from fieldrig_devices.iec.tree.types import Initial, TypeSpec, Variable
 class Section(Enum):
     LOCAL = "VAR"
     TEMP = "VAR_TEMP"
+    STATIC = "VAR_STAT"
     INPUT = "VAR_INPUT"
     OUTPUT = "VAR_OUTPUT"
     IN_OUT = "VAR_IN_OUT"

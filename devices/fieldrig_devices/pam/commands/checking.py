@@ -14,6 +14,10 @@ if TYPE_CHECKING:
 
 File = Annotated[Path, argument("FILE", "The source file of the application; it may include others beside it.")]
 
+IgnoresCase = Annotated[
+    bool, typer.Option("--ignore-case", help="Take names as the same in any case (programs.ignores_case of the rig).")
+]
+
 
 def read_text(path: Path) -> str:
     """Return the text of a source file."""
@@ -23,21 +27,21 @@ def read_text(path: Path) -> str:
         return decoded(path.read_bytes())
 
 
-def compiled(file: Path) -> "Compiled":
+def compiled(file: Path, *, ignores_case: bool) -> "Compiled":
     """Compile an application, or list its mistakes and exit."""
     from fieldrig_devices.languages.mistakes import CompileError
     from fieldrig_devices.pam.application_files import reader_beside
     from fieldrig_devices.pam.runtime.compiler import compile_application
 
     try:
-        return compile_application(read_text(file), str(file), reader_beside(file))
+        return compile_application(read_text(file), str(file), reader_beside(file), ignores_case=ignores_case)
     except CompileError as wrong:
         for mistake in wrong.mistakes:
             typer.echo(str(mistake), err=True)
         raise typer.Exit(Exit.WRONG) from wrong
 
 
-def check(file: File, as_json: AsJson = False) -> None:
+def check(file: File, as_json: AsJson = False, ignores_case: IgnoresCase = False) -> None:
     """Check an application, and list all its mistakes at once.
 
     \b
@@ -50,7 +54,7 @@ def check(file: File, as_json: AsJson = False) -> None:
     from fieldrig_devices.pam.language.compiler import checked
     from fieldrig_devices.pam.runtime.compiler import too_large, wrong_counts
 
-    program, found = checked(read_text(file), str(file), reader_beside(file))
+    program, found = checked(read_text(file), str(file), reader_beside(file), ignores_case=ignores_case)
     found += too_large(program, found) or wrong_counts(program, found)
     mistakes = [mistake for mistake in found if not mistake.is_note]
     if as_json:

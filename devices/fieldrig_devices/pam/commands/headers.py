@@ -7,7 +7,7 @@ import typer
 
 from fieldrig.cli.common import argument, writing
 from fieldrig.exits import Exit
-from fieldrig_devices.pam.commands.checking import read_text
+from fieldrig_devices.pam.commands.checking import IgnoresCase, read_text
 
 File = Annotated[Path, argument("FILE", "The source file of the application.")]
 
@@ -15,6 +15,7 @@ File = Annotated[Path, argument("FILE", "The source file of the application.")]
 def headers(
     file: File,
     into: Annotated[Path, typer.Option("--into", metavar="FOLDER", help="Folder of the include files.")] = Path(),
+    ignores_case: IgnoresCase = False,
 ) -> None:
     """Write the include files for the VME master of an application in C.
 
@@ -30,7 +31,7 @@ def headers(
     from fieldrig_devices.pam.ports.options import PortOptions
     from fieldrig_devices.pam.ports.vme.headers import headers as texts
 
-    program, found = checked(read_text(file), str(file), reader_beside(file))
+    program, found = checked(read_text(file), str(file), reader_beside(file), ignores_case=ignores_case)
     mistakes = [mistake for mistake in found if not mistake.is_note]
     for mistake in mistakes:
         typer.echo(str(mistake), err=True)

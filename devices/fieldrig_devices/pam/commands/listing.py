@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from fieldrig.cli.common import writing
-from fieldrig_devices.pam.commands.checking import File, compiled
+from fieldrig_devices.pam.commands.checking import File, IgnoresCase, compiled
 
 
 def doc(
@@ -14,6 +14,7 @@ def doc(
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FILE", help="Write the listing to a file, such as packer.doc.")
     ] = None,
+    ignores_case: IgnoresCase = False,
 ) -> None:
     """List the names of an application with their compiler IDs, and its sequences with their numbers and workspaces.
 
@@ -27,7 +28,7 @@ def doc(
     from fieldrig.store import replace_file
     from fieldrig_devices.pam.runtime.listing import listing
 
-    text = listing(compiled(file))
+    text = listing(compiled(file, ignores_case=ignores_case))
     if out is None:
         typer.echo(text, nl=False)
         return

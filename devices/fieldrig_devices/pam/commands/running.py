@@ -6,7 +6,7 @@ import typer
 
 from fieldrig.cli.common import AsJson, For, duration_ns
 from fieldrig_devices.languages.debugging.alone import Settings, Speed, Watched, run_and_show, set_all
-from fieldrig_devices.pam.commands.checking import File, compiled
+from fieldrig_devices.pam.commands.checking import File, IgnoresCase, compiled
 
 NO_NODES: Final = "No node is behind the objects: inputs have the values of --set, and axes are ready at once."
 
@@ -18,6 +18,7 @@ def run(
     watched: Watched = None,
     settings: Settings = None,
     as_json: AsJson = False,
+    ignores_case: IgnoresCase = False,
 ) -> None:
     """Run an application alone, without nodes, and show its variables, inputs and outputs.
 
@@ -34,7 +35,7 @@ def run(
     from fieldrig_devices.pam.runtime.solo import Solo
 
     limit_ns = None if length is None else duration_ns(length)
-    solo = Solo(compiled(file))
+    solo = Solo(compiled(file, ignores_case=ignores_case))
     set_all(solo, settings or [])
     typer.echo(NO_NODES, err=True)
     solo.start()

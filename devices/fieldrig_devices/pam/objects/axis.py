@@ -5,6 +5,7 @@ knows the destination of its orders, and the own part exactly only when they are
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 from fieldrig_devices.pam.objects.declared import Declared
@@ -28,6 +29,8 @@ ERROR_MASK: Final = 0xD0F8FFFF
 """The bits of the status word that are errors (PAMS-049)."""
 
 
+SYNCHRONISED: Final = 1
+"""The bit of the status word for a pipe that drives the axis (table 12-4)."""
 IN_RUN: Final = 4
 """The bit of the status word for a run (table 12-4)."""
 
@@ -60,7 +63,8 @@ class Axis(ObjectItem):
         """True during a run that is complete only when it ends."""
         self._shows_in_node = site.options.st1_nodes_have_errors
         self._status = self._error = 0
-        self._ordered = self._done = 0
+        self.ordered = self._done = 0
+        """The numbers of the last order, and of the last that is done."""
         self._own = self.initial_position
         node.add(self._axis_item)
         node.axis_receiver = self.on_report
@@ -76,21 +80,27 @@ class Axis(ObjectItem):
         was_ready = self.is_ready
         self._status, self._error = report.status, report.error & ERROR_MASK
         self._done = report.number or self._done
-        if self._runs and self._done == self._ordered and not report.status & IN_RUN:
+        if self._runs and self._done == self.ordered and not report.status & IN_RUN:
             self._runs = False  # the node has ended the run by itself
         if self._shows_in_node:
             self.node.error_word = self._error
             self.site.touched(self.node.name)
         if self.is_ready and not was_ready:
-            own = report.set_point / self.units
-            if abs(nearest(own - self._own, self.period)) > 1 / abs(self.units):
-                self._own = wrapped(own, self.period)
+            self._correct(report)
             self.site.events += self.watchers
         self.site.touched(self.name)
 
+    def _correct(self, report: AxisReport) -> None:
+        """Make the own part exact, unless a pipe has begun or ended since the report, which changes the part."""
+        if bool(report.status & SYNCHRONISED) is not (self.pipe is not None and self.pipe.mode != "TORQUE"):
+            return
+        own = report.set_point / self.units
+        if abs(nearest(own - self._own, self.period)) > 1 / abs(self.units):
+            self._own = wrapped(own, self.period)
+
     @property
     def is_ready(self) -> bool:
-        return self._done == self._ordered and not self._runs
+        return self._done == self.ordered and not self._runs
 
     @property
     def position(self) -> float:
@@ -128,14 +138,15 @@ class Axis(ObjectItem):
         """Return the order of an executive function, as if it were sent, with its number in this PAM."""
         order: AxisOrder = getattr(self, f"_{function}")(*arguments)
         if order.number:
-            order = AxisOrder(number, order.move, order.value, order.speed, order.acceleration, order.deceleration)
-            self._ordered = number
-            self._runs = self._run_lasts and order.move is Move.RUN and order.value != 0
+            order = replace(order, number=number)
+            self.ordered = number
+            if order.move is not Move.POSITION:
+                self._runs = self._run_lasts and order.move is Move.RUN and order.value != 0
         self.site.touched(self.name)
         return order
 
     def _send(self, function: str, *arguments: float) -> None:
-        self.node.send(self.carry_out(function, arguments, self.site.next_number()))
+        self.node.send(self.carry_out(function, arguments, self.site.next_number((self.ordered,))))
 
     def do_absolute_move(self, position: float) -> None:
         self._send("absolute_move", position)
@@ -167,7 +178,7 @@ class Axis(ObjectItem):
 
     def halt(self) -> None:
         """Stop the motion of the axis's own part alone, without an end of what else moves it."""
-        self.node.send(self.carry_out("halt", (), self.site.next_number()))
+        self.node.send(self.carry_out("halt", (), self.site.next_number((self.ordered,))))
 
     def _absolute_move(self, position: float) -> AxisOrder:
         position = float(position)
@@ -202,9 +213,11 @@ class Axis(ObjectItem):
         return self._limited(Move.STOP, 0.0, 0.0)
 
     def _position(self, position: float) -> AxisOrder:
+        """Name the position; a report that is older has the old name, so a present order ends under a new number."""
         part = self.pipe.part if self.pipe is not None else 0.0
         self._own = wrapped(position - part, self.period)
-        return AxisOrder(0, Move.POSITION, nearest_units(position * self.units))
+        is_done = self._done == self.ordered
+        return AxisOrder(0 if is_done else 1, Move.POSITION, nearest_units(position * self.units))
 
     def _update_status(self) -> AxisOrder:
         return AxisOrder(0, Move.UPDATE_STATUS)

@@ -1,5 +1,6 @@
 """Encoders: registers of an ST1, read on request or by a sampler (section 2.7 of the language's digest)."""
 
+from collections.abc import Callable
 from typing import Any
 
 from fieldrig_devices.pam.objects.declared import Declared
@@ -35,6 +36,19 @@ class Encoder(ObjectItem):
         """The position at the last reading."""
         return wrapped(self._count / self.pulses_per_unit + self._offset, self.position_period)
 
+    def _read(self, then: Callable[[], None], least_cycles: int = 0) -> None:
+        """Read the register, and read again if a program has written another ADDRESS meanwhile."""
+        address = self.address
+
+        def take(raw: int | None) -> None:
+            if self.address != address:
+                self._read(then)
+            else:
+                self._on_answer(raw)
+                then()
+
+        self._site.read(self._node, address, take, least_cycles)
+
     def _on_answer(self, raw: int | None) -> None:
         self._pending -= 1
         if raw is not None:
@@ -61,7 +75,7 @@ class Encoder(ObjectItem):
         """Return the last reading, and ask for the next: a sampler keeps the encoder fresh (PAML-143)."""
         if self._pending == 0:
             self._pending += 1
-            self._site.read(self._node, self.address, self._on_answer)
+            self._read(lambda: None)
         return self.position
 
     def begin_sampling(self) -> None:
@@ -93,12 +107,11 @@ class Encoder(ObjectItem):
             return found
         answer = Pending()
 
-        def take(raw: int | None) -> None:
-            self._on_answer(raw)
+        def give() -> None:
             answer.value = getattr(self, attribute)
 
         self._pending += 1
-        self._site.read(self._node, self.address, take, self._site.options.read_cycles)
+        self._read(give, self._site.options.read_cycles)
         return answer
 
     def do_position(self, position: float) -> None:

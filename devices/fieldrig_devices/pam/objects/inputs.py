@@ -5,7 +5,7 @@ from functools import partial
 
 from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.object_item import ObjectItem, Switched
-from fieldrig_devices.pam.objects.site import ApplicationNode, Site
+from fieldrig_devices.pam.objects.site import LAST_NUMBER, ApplicationNode, Site
 from fieldrig_devices.pamring.frames import CounterItem, InputChanged, InputItem, KeyItem, KeyMode, SetOutput
 
 Watcher = Callable[[bool, int], None]
@@ -86,6 +86,8 @@ class KeyInput(Switched):
     def __init__(self, declared: Declared, site: Site, node: ApplicationNode) -> None:
         super().__init__(declared.name)
         self._site, self._node = site, node
+        self._written = self._written_in = 0
+        """The number and the basic cycle of the last order."""
         self._item = node.add(
             lambda item: KeyItem(
                 item,
@@ -103,10 +105,15 @@ class KeyInput(Switched):
 
     def set_value(self, value: float) -> None:
         self.is_on = bool(value)
-        self._node.send(SetOutput(self._item, int(self.is_on)))
+        self._written, self._written_in = self._written % LAST_NUMBER + 1, self._site.cycle
+        self._node.send(SetOutput(self._item, int(self.is_on), self._written))
         self._site.kernel.touched(self.name)
 
     def _on_change(self, report: InputChanged) -> None:
+        """Take a change, unless it is from before the last order; an order that is lost counts for a while only."""
+        waits = self._site.cycle - self._written_in < self._site.options.read_timeout_cycles
+        if waits and report.number != self._written:
+            return
         self.is_on = bool(report.value)
         self._site.kernel.touched(self.name)
 

@@ -6,7 +6,7 @@ from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.inputs import BinaryInput, CounterInput
 from fieldrig_devices.pam.objects.object_item import ObjectItem, has_error
 from fieldrig_devices.pam.objects.outputs import BinaryOutput
-from fieldrig_devices.pam.objects.site import ApplicationNode, Site
+from fieldrig_devices.pam.objects.site import LAST_NUMBER, ApplicationNode, Site
 from fieldrig_devices.pam.objects.whole import whole_count
 from fieldrig_devices.pam.runtime.item import Pending
 from fieldrig_devices.pamring.frames import Motor, MotorItem, MotorOrder, MotorReport
@@ -14,6 +14,8 @@ from fieldrig_devices.pamring.frames import Motor, MotorItem, MotorOrder, MotorR
 POSITION_TIMEOUT: Final = 0x000008
 """DCM_INQ_POS_TIMEOUT in the error code of a motor (PAMS-053)."""
 POSITION_TIMEOUT_CODE: Final = 0x12
+POSITION_LOST: Final = 0x002000
+"""The error that outlives the next order: it ends when the position is named."""
 DIRECTIONS: Final = {"INC": 1, "DEC": -1}
 
 
@@ -32,11 +34,16 @@ class DcMotor(ObjectItem):
         self._site, self._node = site, node
         self._is_ready = True
         self._error = 0
+        self._ordered = 0
+        """The number of the last order that ends."""
         parts = (outputs[0].item, outputs[1].item, inputs[0].item, inputs[1].item)
         timeout_ms, braking = declared.integer("TIMEOUT"), declared.integer("BRAKING")
         self._item = node.add(lambda item: MotorItem(item, *parts, timeout_ms, braking), self._on_report, MotorReport)
 
     def _on_report(self, report: MotorReport) -> None:
+        """Take the state of the motor, unless it is that of before the last order."""
+        if report.number != self._ordered:
+            return
         self._is_ready, self._error = report.is_ready, report.error
         self._site.kernel.touched(self.name)
 
@@ -73,7 +80,7 @@ class DcMotor(ObjectItem):
         self._move(Motor.RUN, DIRECTIONS[direction])
 
     def do_stop(self) -> None:
-        self._move(Motor.STOP)
+        self._begin(Motor.STOP)
 
     def do_zero_position(self, direction: str, level: str) -> None:
         self._move(Motor.ZERO_POSITION, DIRECTIONS[direction], int(level == "HIGH"))
@@ -96,10 +103,15 @@ class DcMotor(ObjectItem):
     _limits: tuple[int, int] | None = None
 
     def _move(self, order: Motor, *values: int) -> None:
-        """Send an order that ends; the node reports its end."""
+        """Send an order to move, which ends the errors of the last one."""
+        self._error &= POSITION_LOST
+        self._begin(order, *values)
+
+    def _begin(self, order: Motor, *values: int) -> None:
+        """Send an order that ends; the node reports its end with the number of the order."""
+        self._ordered = self._ordered % LAST_NUMBER + 1
         self._is_ready = False
-        self._error = 0
-        self._send(order, *values)
+        self._node.send(MotorOrder(self._item, order, values, self._ordered))
         self._site.kernel.touched(self.name)
 
     def _send(self, order: Motor, *values: int) -> None:

@@ -1,6 +1,6 @@
 """The parts that all objects of an application share: its nodes on the ring, requests to them, and the run time."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -92,9 +92,11 @@ class Site:
         for dependent in self.dependents.get(name, ()):
             self.kernel.touched(dependent)
 
-    def next_number(self) -> int:
-        """Return the number of the next order to axes."""
+    def next_number(self, used: Collection[int]) -> int:
+        """Return the number of the next order to axes, none of those that `used` for their last ones."""
         self._number = self._number % LAST_NUMBER + 1
+        while self._number in used:
+            self._number = self._number % LAST_NUMBER + 1
         return self._number
 
     def read(

@@ -186,7 +186,8 @@ class ZeroPositioner(ObjectItem):
         return self._way.values_at(now_s)[0] - self._way.values_at(max(now_s - back_s, 0.0))[0]
 
     def _on_axis(self) -> None:
-        if self._is_waiting_for_axis:
+        """Go on when the order of the phase is done; the end of a run before it may be noticed in the same cycle."""
+        if self._is_waiting_for_axis and self._axis.is_ready:
             self._is_waiting_for_axis = False
             self._next()
 

@@ -49,3 +49,11 @@ def test_names_of_unused_blocks_are_free() -> None:
     )
     bench.call(0)
     assert bench.read("blink") == 1
+
+
+def test_a_library_of_the_controller_may_have_a_name_of_the_standard_library() -> None:
+    own = parse("TYPE Ton : (low, high); END_TYPE", "controller")[0]
+    found = needed([*LIBRARIES, own], [parse("VAR_GLOBAL x : TON; END_VAR", "own.st")[0]], ["x : TON"])
+    assert [
+        (unit.file, node) for unit in found for node in unit.declarations if getattr(node, "name", "") in ("TON", "Ton")
+    ] == [("controller", own.declarations[0])]

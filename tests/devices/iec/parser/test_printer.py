@@ -1,6 +1,7 @@
 """A tree that is printed and parsed again is the same tree, and printing it again gives the same text."""
 
 import re
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -80,3 +81,44 @@ def test_a_comment_in_front_of_an_action_stays_there() -> None:
     assert isinstance(program, tree.Pou)
     assert program.actions[0].comments == ("(* what Reset does *)",)
     assert_survives(unit)
+
+
+ENDS = """\
+FUNCTION_BLOCK f
+METHOD m
+(* in m *)
+END_METHOD (* behind m *)
+END_FUNCTION_BLOCK (* behind f *)
+
+PROGRAM a
+b := 1; /* one */
+END_PROGRAM // behind a
+"""
+
+
+def test_comments_at_the_ends_of_units_and_methods_stay_once() -> None:
+    unit, mistakes = parse(ENDS, "a.st", EDITION_3)
+    assert mistakes == []
+    printed = print_unit(unit)
+    assert [printed.count(f"{what} *)") for what in ("in m", "behind m", "behind f")] == [1, 1, 1]
+    assert printed.endswith("b := 1; /* one */\nEND_PROGRAM // behind a\n")
+    assert print_unit(parse(printed, "a.st", EDITION_3)[0]) == printed
+
+
+@pytest.mark.parametrize("section", ["entry", "active", "exit"])
+def test_a_section_of_a_step_may_begin_with_an_empty_statement(section: str) -> None:
+    step = tree.Step("a", True, (), None, None, None)
+    setattr(step, section, tree.StBody((tree.Empty(),)))
+    assert_survives(tree.Unit("a.st", (tree.Pou(tree.PouKind.PROGRAM, "p", None, (), tree.SfcBody((step,), ())),)))
+
+
+PROGRAMS = sorted((Path(__file__).parents[1] / "programs").glob("*.st"))
+
+
+@pytest.mark.parametrize("file", PROGRAMS[::6], ids=lambda file: file.stem)
+def test_a_comment_between_any_two_words_survives(file: Path) -> None:
+    text = re.sub(r"\(\*.*?\*\)", "", file.read_text(encoding="ascii"))
+    for found in re.finditer(r"(?<=[\s;,()])(?=\S)|$", text):
+        unit, mistakes = parse(f"{text[: found.start()]} (*here*) {text[found.start() :]}", "a.st", EDITION_3)
+        if not mistakes:  # within an instruction of a list there is none
+            assert print_unit(unit).count("(*here*)") == 1, text[: found.start()]

@@ -176,3 +176,17 @@ def test_a_sampler_of_an_axis_gives_its_set_position(bench: Bench) -> None:
     bench.cycle()
     assert bench.ask("SMP_Axis", "value") == 5
     assert bench.port.sent == []
+
+
+@pytest.mark.manual("PAML-142")
+def test_an_answer_of_the_register_before_is_not_a_reading_of_another_address(bench: Bench) -> None:
+    pending = bench.ask("ENC_Belt", "position")
+    bench.item("ENC_Belt").set_parameter("ADDRESS", 1)
+    answer(bench, 16384)
+    bench.cycle(7)
+    assert (pending.value, bench.sent(7)) == (None, [Read(1, 0), Read(2, 1)])
+    assert not bench.ask("ENC_Belt", "ready")
+    answer(bench, 8192)
+    bench.cycle(7)
+    assert pending.value == pytest.approx(45, abs=1e-6)
+    assert bench.ask("ENC_Belt", "ready")

@@ -116,13 +116,34 @@ def test_a_counter_counts(bench: Bench) -> None:
 def test_a_program_writes_a_key_until_the_key_changes(bench: Bench) -> None:
     key = bench.item("KEY_Slow")
     key.do("set")
-    assert (key.value(), bench.sent(41)) == (True, [frames.SetOutput(6, 1)])
+    assert (key.value(), bench.sent(41)) == (True, [frames.SetOutput(6, 1, number=1)])
     key.do("invert")
     assert key.value() is False
-    bench.change(41, 6, 1)
+    bench.objects.on_report(41, frames.InputChanged(6, 1, number=2))
     assert key.value() is True
     key.do("reset")
-    assert bench.sent(41)[-1] == frames.SetOutput(6, 0)
+    assert bench.sent(41)[-1] == frames.SetOutput(6, 0, number=3)
+
+
+@pytest.mark.manual("PAML-092")
+def test_a_key_that_the_node_has_pressed_before_does_not_undo_what_a_program_has_written(bench: Bench) -> None:
+    key = bench.item("KEY_Slow")
+    key.do("reset")
+    bench.change(41, 6, 1)  # pressed before the order
+    assert key.value() is False
+    bench.objects.on_report(41, frames.InputChanged(6, 0, number=1))
+    assert key.value() is False
+
+
+def test_a_key_whose_node_has_lost_an_order_is_heard_again_after_the_time_out_of_a_reading(bench: Bench) -> None:
+    key = bench.item("KEY_Slow")
+    key.do("reset")
+    bench.cycle(99)
+    bench.change(41, 6, 1)
+    assert key.value() is False
+    bench.cycle()
+    bench.change(41, 6, 1)
+    assert key.value() is True
 
 
 @pytest.mark.manual("PAML-101")
@@ -203,12 +224,12 @@ def test_analog_outputs_of_the_pam(bench: Bench, volts: dict[int, float], name: 
 @pytest.mark.parametrize(
     ("function", "arguments", "order"),
     [
-        ("absolute_move", (100.7,), frames.MotorOrder(11, frames.Motor.ABSOLUTE_MOVE, (100,))),
-        ("relative_move", (-5,), frames.MotorOrder(11, frames.Motor.RELATIVE_MOVE, (-5,))),
-        ("run", ("DEC",), frames.MotorOrder(11, frames.Motor.RUN, (-1,))),
-        ("stop", (), frames.MotorOrder(11, frames.Motor.STOP)),
+        ("absolute_move", (100.7,), frames.MotorOrder(11, frames.Motor.ABSOLUTE_MOVE, (100,), number=1)),
+        ("relative_move", (-5,), frames.MotorOrder(11, frames.Motor.RELATIVE_MOVE, (-5,), number=1)),
+        ("run", ("DEC",), frames.MotorOrder(11, frames.Motor.RUN, (-1,), number=1)),
+        ("stop", (), frames.MotorOrder(11, frames.Motor.STOP, number=1)),
         ("position", (7,), frames.MotorOrder(11, frames.Motor.POSITION, (7,))),
-        ("zero_position", ("INC", "LOW"), frames.MotorOrder(11, frames.Motor.ZERO_POSITION, (1, 0))),
+        ("zero_position", ("INC", "LOW"), frames.MotorOrder(11, frames.Motor.ZERO_POSITION, (1, 0), number=1)),
         ("stroke_limits", (-10, 500), frames.MotorOrder(11, frames.Motor.STROKE_LIMITS, (-10, 500))),
         ("disable_stroke_limits", (), frames.MotorOrder(11, frames.Motor.DISABLE_STROKE_LIMITS)),
     ],
@@ -226,11 +247,30 @@ def test_a_motor_is_ready_when_its_node_says_so(bench: Bench) -> None:
     assert bench.ask("DCM_Width", "ready")
     bench.do("DCM_Width", "absolute_move", 100)
     assert not bench.ask("DCM_Width", "ready")
-    bench.objects.on_report(41, frames.MotorReport(11, is_ready=True, error=0x4))
+    bench.objects.on_report(41, frames.MotorReport(11, is_ready=True, error=0x4, number=1))
     assert bench.ask("DCM_Width", "ready")
     assert bench.ask("DCM_Width", "error")
     assert [bench.ask("DCM_Width", "error_code", mask) for mask in (0x7, 0x3)] == [True, False]
     assert bench.ask("DCM_Width", "error_code") == 0x4
+
+
+@pytest.mark.manual("PAML-129")
+def test_a_state_from_before_an_order_is_not_that_of_the_order(bench: Bench) -> None:
+    bench.do("DCM_Width", "run", "INC")
+    bench.do("DCM_Width", "absolute_move", 100)
+    bench.objects.on_report(41, frames.MotorReport(11, is_ready=True, error=0x1, number=1))
+    assert [bench.ask("DCM_Width", name) for name in ("ready", "error")] == [False, False]
+    bench.objects.on_report(41, frames.MotorReport(11, is_ready=True, error=0x4, number=2))
+    assert [bench.ask("DCM_Width", name) for name in ("ready", "error_code")] == [True, 0x4]
+
+
+@pytest.mark.manual("PAMS-053")
+def test_an_order_to_move_ends_all_errors_but_the_lost_position_and_a_stop_ends_none(bench: Bench) -> None:
+    bench.objects.on_report(41, frames.MotorReport(11, is_ready=True, error=0x6000))
+    bench.do("DCM_Width", "stop")
+    assert bench.ask("DCM_Width", "error_code") == 0x6000
+    bench.do("DCM_Width", "run", "INC")
+    assert bench.ask("DCM_Width", "error_code") == 0x2000
 
 
 @pytest.mark.manual("PAML-128")
@@ -285,7 +325,7 @@ def test_an_address_is_decimal_without_a_number_sign(address: str) -> None:
 NUMBERS = st.integers(-(2**31), 2**32)
 REPORTS = st.one_of(
     st.builds(frames.InputChanged, st.integers(0, 14), NUMBERS, st.integers(0, 2**32 - 1)),
-    st.builds(frames.MotorReport, st.integers(0, 14), st.booleans(), NUMBERS),
+    st.builds(frames.MotorReport, st.integers(0, 14), st.booleans(), NUMBERS, st.integers(0, 2)),
     st.builds(frames.AxisReport, NUMBERS, NUMBERS, st.integers(0, 65535), NUMBERS),
     st.builds(frames.Answer, st.integers(0, 5), st.none() | NUMBERS),
     st.builds(frames.Trouble, st.sampled_from(frames.Severity), NUMBERS, st.tuples(NUMBERS, NUMBERS), NUMBERS),

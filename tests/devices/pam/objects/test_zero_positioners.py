@@ -6,7 +6,7 @@ from pam_programs import HEADER
 
 from fieldrig_devices.motion.profile import Limits
 from fieldrig_devices.pam.objects.options import Options
-from fieldrig_devices.pamring.frames import AxisOrder, InputChanged, Move, Read
+from fieldrig_devices.pamring.frames import AxisOrder, AxisReport, InputChanged, Move, Read
 from fieldrig_devices.pamring.registers import Parameter, parameter_address
 
 TURN = 1 << 32
@@ -214,3 +214,14 @@ def test_a_positioner_of_each_axis() -> None:
     bench.change(2, SENSOR, 1)
     bench.cycle()
     assert moves(bench, 2) == [Move.RUN, Move.RELATIVE_MOVE]
+
+
+@pytest.mark.manual("PAML-204")
+def test_an_edge_and_the_end_of_the_run_in_one_cycle_are_not_the_end_of_the_move_after_it() -> None:
+    bench = started(COARSE)
+    run = [order for order in bench.sent(1) if isinstance(order, AxisOrder)][-1]
+    bench.objects.on_report(1, InputChanged(SENSOR, 1))
+    bench.objects.on_report(1, AxisReport(4, 0, run.number, 0))
+    bench.cycle()
+    assert moves(bench) == [Move.RUN, Move.RELATIVE_MOVE]
+    assert not bench.ask("ZEP_Main", "ready")

@@ -1,13 +1,16 @@
 """Passages about programs with two readings: each test shows both (docs/pam-readings.md)."""
 
 import sys
-from dataclasses import replace
+from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
 import pytest
 from pam_bench import PamBench, sequence, started
 
+from fieldrig_devices.pam.runtime.processor import Limits
 from fieldrig_devices.pam.runtime.readings import Readings
+from fieldrig_devices.pam.settings import PamSettings, ProgramReadings
 
 LARGEST = sys.float_info.max
 OTHER = "SEQUENCE SEQ_x; n <- n + 1; END_SEQUENCE\n"
@@ -23,6 +26,15 @@ def pulse(bench: PamBench, name: str, times: int = 1) -> None:
     for _ in range(times):
         bench[name] = True
         bench[name] = False
+
+
+def test_a_rig_file_has_every_reading_with_its_default() -> None:
+    settings = ProgramReadings()
+    keys = {field.name for kind in (Readings, Limits) for field in fields(kind)}
+    assert ProgramReadings.model_fields.keys() == {*keys, "ignores_case"}
+    assert PamSettings(application=Path(__file__), programs=settings).readings() == Readings()
+    other = PamSettings(application=Path(__file__), programs=ProgramReadings(exceptions_wake=False, events="counted"))
+    assert other.readings() == reading(exceptions_wake=False, events="counted")
 
 
 # ---- events and conditions
