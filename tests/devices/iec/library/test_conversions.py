@@ -208,6 +208,13 @@ def test_text_of_a_value_is_read_as_the_value(data: st.DataObject) -> None:
     assert convert(convert(value, kind, text), text, kind) == value
 
 
+@pytest.mark.parametrize("kind", [kind for kind in E if kind not in (E.REAL, E.LREAL, E.LDATE, E.LDT)], ids=str)
+def test_text_of_an_end_of_a_type_is_read_as_the_value(kind: E) -> None:
+    text = WIDE if kind is E.WCHAR else TEXT
+    for value in _ends(kind):
+        assert convert(convert(value, kind, text), text, kind) == value
+
+
 @given(st.floats(width=32, allow_nan=False, allow_infinity=False, allow_subnormal=False))
 def test_text_of_a_real_number_has_seven_digits(value: float) -> None:
     text = convert(value, E.REAL, TEXT)
