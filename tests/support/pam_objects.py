@@ -7,6 +7,7 @@ from typing import Any
 from fieldrig_devices.motion.profile import Limits, Profile, change_speed, keep, move
 from fieldrig_devices.pam.language.compiler import checked
 from fieldrig_devices.pam.objects.application import ApplicationObjects
+from fieldrig_devices.pam.objects.axes_set import COMPARED
 from fieldrig_devices.pam.runtime.item import RoutineRef
 from fieldrig_devices.pamring.frames import (
     Answer,
@@ -68,7 +69,7 @@ class St1:
         self._runs = False
         self.number = self.done = 0
         self.limits = Limits(math.inf, math.inf, math.inf)
-        self.registers: dict[int, int] = {}
+        self.registers = dict.fromkeys(COMPARED, 0)
         """The register 0 is that of the main resolver."""
 
     @property

@@ -171,10 +171,6 @@ class ObjectReadings(Settings):
     largest_torque_nm: float = Field(
         default=_OBJECTS.largest_torque_nm, gt=0, description="torque of a motor at the largest torque limit, in Nm"
     )
-    deviating_axes: list[int] = Field(
-        default=[],
-        description="addresses of ST1 nodes whose parameters differ, so that OPTIMIZE groups them with no other",
-    )
 
 
 class ProgramReadings(Settings):
@@ -292,8 +288,7 @@ class PamSettings(Settings):
         return RingLimits(thirds=thirds, **ring, **times)
 
     def options(self) -> Options:
-        readings = self.objects.model_dump()
-        return Options(**{**readings, "deviating_axes": frozenset(self.objects.deviating_axes)})
+        return Options(**self.objects.model_dump())
 
     def limits(self) -> Limits:
         return Limits(**self.programs.model_dump(include=_names(Limits)))

@@ -26,11 +26,12 @@ class Member:
         self.ratio = 1.0
         self.group = 0
         self.pipe: PipeInput | None = None
-        self.parameters: dict[int, int | None] = {}
+        self.parameters: dict[int, int] = {}
         """The parameters of the ST1 that decide whether axes are identical, once they are known."""
 
     @property
     def is_known(self) -> bool:
+        """True if the node has reported all of them; otherwise the axis is in no group."""
         return len(self.parameters) == len(COMPARED)
 
 
@@ -172,15 +173,15 @@ class AxesSet(ObjectItem):
                 self._site.read(member.axis.node, address, partial(self._on_parameter, member, address))
 
     def _on_parameter(self, member: Member, address: int, value: int | None) -> None:
-        member.parameters[address] = value
+        if value is not None:
+            member.parameters[address] = value
         if member.is_known and self._mode is not None:
             self._regroup()
 
     def _identical(self) -> list[list[Member]]:
-        found: dict[tuple[float | None, ...], list[Member]] = {}
-        deviating = self._site.options.deviating_axes
+        found: dict[tuple[float, ...], list[Member]] = {}
         for member in self.members:
-            if member.pipe is not None and member.is_known and member.axis.node.address not in deviating:
+            if member.pipe is not None and member.is_known:
                 parameters = (member.parameters[address] for address in COMPARED)
                 key = (member.axis.units, member.ratio, member.subset, *parameters)
                 found.setdefault(key, []).append(member)

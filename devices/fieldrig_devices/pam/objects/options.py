@@ -63,5 +63,3 @@ class Options:
     """Torque of a motor that the converter's mode TORQUE counts from (G-37)."""
     motor_turn: int = 1 << 32
     """Resolver units in a turn of the motor (PAML-045)."""
-    deviating_axes: frozenset[int] = frozenset()
-    """Addresses of ST1 nodes that join no group, though CKV, CKA, CKR, CKH and EQUIP may be equal (PAML-163)."""

@@ -6,7 +6,6 @@ import pytest
 from pam_objects import Bench
 from pam_programs import HEADER
 
-from fieldrig_devices.pam.objects.options import Options
 from fieldrig_devices.pamring.frames import (
     AxisOrder,
     AxisReport,
@@ -43,12 +42,12 @@ CONVERTER CNV_Speed; DESTINATION = AXS_All; MODE = SPEED; END
     )
 
 
-def analysed(text: str, other_ckv: int = 0, **settings: Any) -> Bench:
-    """A machine whose PAM has read the parameters of all axes, one of which may have another CKV."""
+def analysed(text: str, other_axis: int = 0, parameter: Parameter = Parameter.CKV, **settings: Any) -> Bench:
+    """A machine whose PAM has read the parameters of all axes; `other_axis` may have another one of them."""
     bench = Bench(text, **settings)
     bench.st1(*range(1, 33))
-    if other_ckv:
-        bench.nodes[other_ckv].registers[parameter_address(Parameter.CKV)] = 50
+    if other_axis:
+        bench.nodes[other_axis].registers[parameter_address(parameter)] = 50
     bench.cycle(3)
     forget(bench)
     return bench
@@ -187,7 +186,7 @@ def test_a_stop_of_one_axis_stops_the_set() -> None:
 @pytest.mark.manual("PAML-162")
 @pytest.mark.manual("PAML-163")
 def test_identical_axes_get_their_set_points_in_one_frame() -> None:
-    bench = analysed(axes(4, "YES"), other_ckv=4)
+    bench = analysed(axes(4, "YES"), other_axis=4)
     bench.connect("CNV_All", "TMP_Master")
     assert bench.port.sent == [(n, Group(1)) for n in (1, 2, 3)]
     bench.cycle()
@@ -220,13 +219,31 @@ def test_an_axis_without_power_stays_in_its_group_until_the_application_removes_
 @pytest.mark.manual("PAML-063")
 @pytest.mark.manual("PAMS-031")
 def test_grouped_axes_are_always_motionless() -> None:
-    bench = connected(axes(3, "YES"), options=Options(deviating_axes=frozenset({3})))
+    bench = connected(axes(3, "YES"), other_axis=3)
     seen: list[bool] = []
     bench.do("TMP_Master", "run", 10)
     bench.cycle(10)
     names = ("AXI_1", "AXI_2", "AXI_3", "AXS_All")
     bench.cycle(work=lambda: seen.extend(bench.ask(name, "pipe_motionless") for name in names))
     assert seen == [True, True, False, False]
+
+
+@pytest.mark.manual("PAML-163")
+@pytest.mark.parametrize("name", ["CKV", "CKA", "CKR", "CKH", "EQUIP"])
+def test_an_axis_with_another_parameter_is_in_no_group(name: str) -> None:
+    bench = analysed(axes(3, "YES"), other_axis=3, parameter=Parameter[name])
+    bench.connect("CNV_All", "TMP_Master")
+    assert [(n, order) for n, order in bench.port.sent if isinstance(order, Group)] == [(1, Group(1)), (2, Group(1))]
+
+
+@pytest.mark.manual("PAML-163")
+def test_axes_whose_nodes_do_not_answer_are_in_no_group() -> None:
+    bench = Bench(axes(4, "YES"))
+    bench.st1(1, 2)
+    bench.cycle(101)
+    bench.connect("CNV_All", "TMP_Master")
+    assert [n for n, order in bench.port.sent if isinstance(order, Group)] == [1, 2]
+    assert ("07..E021", (3,)) in bench.kernel.reports
 
 
 @pytest.mark.manual("PAML-163")

@@ -114,3 +114,27 @@ def test_an_axis_finds_its_zero(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
     rig.set("axis", "IN16", True)
     assert shown(rig, "shaft") == pytest.approx(100, abs=0.01)
     assert shown(rig, "axis") == 0
+
+
+def test_a_node_that_stands_still_while_its_optics_work_is_a_time_out_of_its_readings(
+    fieldrig_rig: RigMaker, tmp_path: Path
+) -> None:
+    rig = started(
+        fieldrig_rig,
+        tmp_path,
+        """
+    CONDITION SBI_Sensor;
+    AXI_Axis <- absolute_move(180);
+    PAMDISPLAY <- message(1, "shaft", ENC_Shaft);
+    CONDITION AXI_Axis ? ready;
+    PAMDISPLAY <- message(2, "done", AXI_Axis ? position);
+""",
+    )
+    rig.set("axis", "IN16", True)
+    rig.run_until(rig.now_ns + MS)
+    rig.add_fault("ring", {"what": "halt", "station": "axis"})
+    shown(rig, "shaft")
+    rig.run_until(rig.now_ns + 2 * S)
+    assert rig.get("pam", "state") == "running"
+    assert str(rig.get("pam", "messages")).count("E021") == 1
+    assert "done" not in str(rig.get("pam", "messages"))
