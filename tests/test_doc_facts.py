@@ -212,6 +212,7 @@ def said_by_tables(heading: str) -> dict[str, dict[str, Said]]:
 SECTIONS_WITH_KEYS = sorted({row.heading for row in key_rows()})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("heading", SECTIONS_WITH_KEYS)
 def test_tables_have_every_key_and_no_other(heading: str) -> None:
     said = said_by_tables(heading)
@@ -220,6 +221,7 @@ def test_tables_have_every_key_and_no_other(heading: str) -> None:
         assert said[name].keys() == {*model.model_fields, *sections}, f"{heading}: {name}"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("heading", SECTIONS_WITH_KEYS)
 def test_tables_have_the_right_defaults(heading: str) -> None:
     for name, keys in said_by_tables(heading).items():

@@ -86,6 +86,7 @@ def test_every_table_of_points_has_its_device() -> None:
     assert named_points().keys() == DEVICES.keys()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("table", DEVICES, ids=" ".join)
 def test_the_points_of_a_table_exist(table: tuple[str, str]) -> None:
     device = DEVICES[table]

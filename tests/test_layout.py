@@ -10,6 +10,7 @@ import pytest
 TESTS = Path(__file__).parent
 
 
+@pytest.mark.long
 def test_devices_stand_on_buses_and_buses_on_the_kernel() -> None:
     # In a process of its own: import-linter turns off all loggers that it finds.
     command = [str(Path(sys.prefix) / "bin" / "lint-imports"), "--no-logo", "--no-cache"]
@@ -17,6 +18,7 @@ def test_devices_stand_on_buses_and_buses_on_the_kernel() -> None:
     assert result.returncode == 0, result.stdout + result.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("mark", "folder"), [("vcan", "real"), ("ppp", "real"), ("docker", "docker"), ("real", "real")]
 )

@@ -31,6 +31,7 @@ def names_in(tree: ast.Module) -> Iterator[str]:
             yield node.target.id
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("question", "file", "name"), rows())
 def test_the_page_leads_to_what_exists(question: str, file: str, name: str | None) -> None:
     path = ROOT / file

@@ -1,5 +1,7 @@
 """One member can't make a bus hold an unlimited number of messages."""
 
+import pytest
+
 from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_bus.modbus.line_model import MOST_WANTED, LineModel
 from fieldrig_bus.modbus.message import ModbusRequest
@@ -8,6 +10,7 @@ from fieldrig_bus.serial.model import LONGEST_BACKLOG_NS, SerialModel
 from fieldrig_bus.wires import MOST_OF_A_MEMBER, Signal, WiresModel
 
 
+@pytest.mark.long
 def test_a_serial_line_takes_an_hour_ahead_and_no_more() -> None:
     model = SerialModel(Format(300))
     for member in ("io", "panel"):

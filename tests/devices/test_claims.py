@@ -300,6 +300,7 @@ def test_a_unit_may_be_served_outside_where_the_bus_leads_to_it(bus: dict[str, A
     assert (mistakes(data) == []) is is_right
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("file", sorted(CONFIGS.glob("*.yaml")), ids=lambda file: file.stem)
 def test_shipped_rigs_fit(file: Path) -> None:
     assert load(file).devices

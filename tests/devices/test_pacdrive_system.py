@@ -20,6 +20,7 @@ from fieldrig_devices.max4.configuration.limits import limits_of
 from fieldrig_devices.max4.configuration.version import Version
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-003")
 def test_controller_has_its_interfaces_all_at_once() -> None:
     """Ethernet, two serial ones, a field bus module, digital I/O and the drive bus; analog I/O has no object in the
@@ -129,6 +130,7 @@ class _Steady:
         pass
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-082", "PD-320")
 def test_system_clock_is_exact_and_tells_250_us_apart() -> None:
     bench = Bench("belt", measuring_inputs={"M_1": "panel.m1"}).boot().run(2_000).enable("belt")
@@ -150,6 +152,7 @@ def test_system_clock_is_exact_and_tells_250_us_apart() -> None:
     assert int(bench.get("Timer10")) == int(bench.get("Timer1")) // 10
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-086")
 def test_there_is_no_watchdog() -> None:
     """A real-time process that takes ten cycles for each of its own is reported, and nothing resets the controller."""
@@ -162,6 +165,7 @@ def test_there_is_no_watchdog() -> None:
     assert int(bench.get("Timer1")) > 10_000
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-090")
 def test_searching_from_leds_over_the_configuration_to_the_log() -> None:
     """Which unit, which axis, what and when: each step leads to the next."""
@@ -206,6 +210,7 @@ class Times(Bench):
             self.cycles.append(delivery.time_ns)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-131")
 def test_telegrams_take_their_time_at_4_mbaud() -> None:
     """A second AT has 21 bytes: address, status, service channel, and S-0-0051, 40, 84, 182 and 390.  With 16 bits of
@@ -217,6 +222,7 @@ def test_telegrams_take_their_time_at_4_mbaud() -> None:
     assert longer == pytest.approx(134 * 250, abs=250)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-139")
 @pytest.mark.parametrize("cycle_ms", [1, 4])
 def test_set_values_arrive_at_the_same_instant_of_each_cycle(cycle_ms: int) -> None:
@@ -240,6 +246,7 @@ def test_markers_inputs_and_outputs_have_64_kbyte_each(version: Version) -> None
     assert limits.data - limits.variables == 3 * 65_536, "they are taken off the data area"
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-396")
 def test_a_service_report_can_be_filled_in() -> None:
     """Controller, drive and motor say who they are; and what the form lists as causes can be seen."""

@@ -296,6 +296,7 @@ def test_a_rig_that_is_read_gives_the_same_trace(name: str, tmp_path: Path) -> N
 # ---- closed solutions
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("processes", ["one", pytest.param("each", marks=pytest.mark.system)])
 def test_card_and_motor_show_a_steady_torque_as_it_has_moved_them(tmp_path: Path, processes: str) -> None:
     data = whole(tmp_path, "motor", "card") | {"processes": processes}
@@ -359,6 +360,7 @@ def test_register_that_shows_a_moving_wire_is_read_as_it_is_now(tmp_path: Path) 
         assert int.from_bytes(answer.pdu[2:], "big") == round(pulled_counts(0.4))
 
 
+@pytest.mark.long
 def test_encoder_parameter_of_a_controller_is_read_as_it_is_now(tmp_path: Path) -> None:
     with Rig(from_dict(whole(tmp_path, "motor", "max4", "belt"))) as rig:
         rig.run_until(3_000 * MS)

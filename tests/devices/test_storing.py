@@ -20,6 +20,7 @@ def test_every_kind_that_asks_for_a_store_is_here() -> None:
     assert sorted(KINDS) == [name for name in found if "store" in kinds.constructor_parameters(kinds.find_device(name))]
 
 
+@pytest.mark.long
 @EVERY_KIND
 def test_a_full_disk_is_refused_in_the_words_of_the_protocol_and_the_old_is_kept(kind: str) -> None:
     store = FullStore()

@@ -10,13 +10,14 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, MutableMapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 from tests.driver import needs
 from tests.driver.outcome import Outcome, Tally, summary
-from tests.driver.stages import PLANS, REPORTS, STAGES, Stage
+from tests.driver.stages import BYTECODE, CHECKS, PLANS, REPORTS, STAGES, Stage
 
 PYTEST_FAILED = 1  # pytest's exit code for tests that failed, as opposed to a run that broke off
 AGAIN_LIMIT = 5  # more than a busy host explains
@@ -31,11 +32,22 @@ def main() -> int:
     plan = list(dict.fromkeys(stage for name in names for stage in PLANS.get(name) or [STAGES[name]]))
     in_ci = os.environ.get("CI", "").lower() in ("true", "1")
     os.environ["PATH"] = f"{Path(sys.prefix) / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    keep_bytecode(os.environ)
     REPORTS.mkdir(parents=True, exist_ok=True)
     _install(plan)
     began = time.monotonic()
-    outcomes = [run_stage(stage) for stage in plan]
+    checks = [stage for stage in plan if stage in CHECKS]
+    outcomes = [*run_checks(checks), *(run_stage(stage) for stage in plan if stage not in checks)]
     return summary(outcomes, time.monotonic() - began, in_ci)
+
+
+def keep_bytecode(environment: MutableMapping[str, str]) -> None:
+    """Let all processes of the tests share one folder of byte code, also where the user wants none beside the sources.
+
+    A run starts about a thousand processes of ours, and each would compile its modules again.
+    """
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
+    environment["PYTHONPYCACHEPREFIX"] = str(BYTECODE.resolve())
 
 
 def _install(plan: Sequence[Stage]) -> None:
@@ -43,6 +55,23 @@ def _install(plan: Sequence[Stage]) -> None:
     if wanted and needs.may_install():
         say(f"installing {', '.join(need.name for need in wanted)}")
         needs.install(wanted)
+
+
+def run_checks(checks: Sequence[Stage]) -> list[Outcome]:
+    """Run checks side by side, and say what each has to say when it is done."""
+
+    def run(check: Stage) -> tuple[float, subprocess.CompletedProcess[str]]:
+        began = time.monotonic()
+        done = subprocess.run(check.command(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+        return time.monotonic() - began, done
+
+    outcomes = []
+    with ThreadPoolExecutor() as pool:
+        for check, (seconds, done) in zip(checks, pool.map(run, checks), strict=True):
+            say(f"{check.name}: {check.about}")
+            sys.stdout.write(done.stdout)
+            outcomes.append(Outcome(check.name, done.returncode == 0, seconds))
+    return outcomes
 
 
 def run_stage(stage: Stage) -> Outcome:

@@ -11,9 +11,11 @@ import sys
 import token
 import tokenize
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from hashlib import sha256
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,6 +26,7 @@ from proselint.tools import LintFile
 
 ROOT = Path(__file__).parents[2]
 WORDS = Path(__file__).parent / "words.toml"
+CLEAN = ROOT / "build" / "prose-clean"
 
 CheckRegistry().register_many(proselint_checks)
 
@@ -80,15 +83,40 @@ class Rule(NamedTuple):
 
 def main(arguments: Sequence[str]) -> int:
     rules = rules_of(tomllib.loads(WORDS.read_text(encoding="utf-8")))
-    paths = [Path(argument) for argument in arguments] or list(checked())
-    wrong = 0
+    paths = [Path(argument).resolve() for argument in arguments] or list(checked())
+    clean = known_as_clean()
+    states = {path: state_of(path) for path in paths}
+    unknown = [path for path in paths if states[path] not in clean]
+    wrong: set[Path] = set()
     with ProcessPoolExecutor() as pool:
-        for path, found in zip(paths, pool.map(partial(findings_in, rules), paths, chunksize=8), strict=True):
-            wrong += len(found)
+        for path, found in zip(unknown, pool.map(partial(findings_in, rules), unknown, chunksize=8), strict=True):
             name = path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
             for finding in found:
+                wrong.add(path)
                 sys.stdout.write(f'{name}:{finding.line}: "{finding.text}": {finding.instead}\n')
+    if not arguments:
+        remember_as_clean(states[path] for path in paths if path not in wrong)
     return 1 if wrong else 0
+
+
+def state_of(path: Path) -> str:
+    """Return a digest of the kind of file, of its content, and of all that decides what is found in it."""
+    versions = f"{path.suffix} {version('proselint')} {sys.version_info[:2]}".encode()
+    parts = (versions, Path(__file__).read_bytes(), WORDS.read_bytes(), path.read_bytes())
+    return sha256(b"".join(sha256(part).digest() for part in parts)).hexdigest()
+
+
+def known_as_clean() -> set[str]:
+    """Return the states in which the last run over all files found nothing: most files are as they were then."""
+    try:
+        return set(CLEAN.read_text(encoding="ascii").split())
+    except (OSError, UnicodeDecodeError):
+        return set()
+
+
+def remember_as_clean(states: Iterable[str]) -> None:
+    CLEAN.parent.mkdir(parents=True, exist_ok=True)
+    CLEAN.write_text("".join(f"{state}\n" for state in sorted(states)), encoding="ascii")
 
 
 def findings_in(rules: Sequence[Rule], path: Path) -> list[Finding]:

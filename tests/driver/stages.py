@@ -16,6 +16,7 @@ from tests.driver import docker_daemon, needs, ppp, vcan
 from tests.driver.needs import Need
 
 REPORTS = Path("build") / "tests"
+BYTECODE = Path("build") / "bytecode"
 NODE = Path("tests") / "real" / "node"
 GUEST_LIMIT_S = 1200
 FOREIGN = "tests/real"
@@ -123,8 +124,10 @@ IN_MEMORY = "not system and not real and not docker"
 ON_ALL_CORES = ("-n", "auto", "--dist=worksteal", "--timeout-method=thread")
 UNIT = pytest_stage("unit", "in memory and in virtual time", IN_MEMORY, *ON_ALL_CORES)
 FEW_EXAMPLES = "--hypothesis-profile=quick"
+# What has become slow is named, so that it gets the mark `long`.
+SLOWEST = ("--durations=5", "--durations-min=0.5")
 QUICK = pytest_stage(
-    "quick", "in memory, but what takes long", f"{IN_MEMORY} and not long", *ON_ALL_CORES, FEW_EXAMPLES
+    "quick", "in memory, but what takes long", f"{IN_MEMORY} and not long", *ON_ALL_CORES, FEW_EXAMPLES, *SLOWEST
 )
 
 WHOLE = (

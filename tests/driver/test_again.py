@@ -46,3 +46,21 @@ def test_summary_names_what_needed_a_second_try(capsys: pytest.CaptureFixture[st
     assert f"second try, alone (look at them: a test should not need a quiet host):\n  {NAME}\n" in (
         capsys.readouterr().out
     )
+
+
+def test_checks_run_side_by_side_and_each_has_its_outcome(capfd: pytest.CaptureFixture[str]) -> None:
+    checks = [
+        Stage("types", "about types", lambda: python("print('all typed')")),
+        Stage("prose", "about prose", lambda: python("print('a finding'); raise SystemExit(1)")),
+    ]
+    assert [(outcome.stage, outcome.is_ok) for outcome in driver.run_checks(checks)] == [
+        ("types", True),
+        ("prose", False),
+    ]
+    assert capfd.readouterr().out == ("\n--- types: about types\nall typed\n\n--- prose: about prose\na finding\n")
+
+
+def test_byte_code_is_kept_where_the_user_wants_none_beside_the_sources() -> None:
+    environment = {"PYTHONDONTWRITEBYTECODE": "1", "HOME": "/"}
+    driver.keep_bytecode(environment)
+    assert environment == {"HOME": "/", "PYTHONPYCACHEPREFIX": str(Path("build/bytecode").resolve())}

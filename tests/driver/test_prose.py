@@ -1,6 +1,7 @@
 """The prose linter: what it reads of each kind of file, and what it reports."""
 
 import tomllib
+from pathlib import Path
 
 import pytest
 from tests.driver import prose
@@ -61,3 +62,20 @@ def test_the_words_of_the_guide_are_refused(word: str) -> None:
 
 def test_the_files_to_check_exist() -> None:
     assert all(path.suffix in prose.PROSE_OF for path in prose.checked())
+
+
+@pytest.mark.long
+def test_only_what_changed_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("The port is taken.\n")
+    monkeypatch.setattr(prose, "CLEAN", tmp_path / "build" / "clean")
+    monkeypatch.setattr(prose, "checked", lambda: [page])
+    clean = prose.state_of(page)
+    assert (prose.main([]), prose.known_as_clean()) == (0, {clean})
+    page.write_text("Nobody hears it.\n")
+    assert prose.state_of(page) != clean
+    assert (prose.main([]), prose.known_as_clean()) == (1, set())
+    prose.CLEAN.write_bytes(b"\xff")  # of an interrupted run
+    assert (prose.main([]), prose.known_as_clean()) == (1, set())
+    monkeypatch.setattr(prose, "known_as_clean", lambda: {prose.state_of(page)})
+    assert prose.main([]) == 0

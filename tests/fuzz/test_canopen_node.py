@@ -167,6 +167,7 @@ def play(eds: Path, count: int) -> None:
             told.check_dictionary(model)
 
 
+@pytest.mark.long
 def test_spoilt_frames_do_no_harm(eds: Path, fuzz_frames: int, caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.INFO)
     play(eds, fuzz_frames)
@@ -187,6 +188,7 @@ FAULTS = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("service", "name", "fault"), FAULTS)
 def test_fault_of_a_node_is_found(
     eds: Path, service: type, name: str, fault: object, monkeypatch: pytest.MonkeyPatch

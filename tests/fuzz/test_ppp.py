@@ -70,6 +70,7 @@ def play(bench: PppBench, chance: random.Random, count: int, login: str) -> None
         bench.line.clear()
 
 
+@pytest.mark.long
 def test_no_caller_gets_past_the_login(inputs_a_target: int, caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.INFO)
     bench = PppBench(replace(CONTROLLER_END, demanded=Login.of("lab", "another")))
@@ -79,6 +80,7 @@ def test_no_caller_gets_past_the_login(inputs_a_target: int, caplog: pytest.LogC
     assert caplog.records == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["controller", "caller", "plain"])
 def test_corrupted_frames_do_no_harm(name: str, inputs_a_target: int, caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.INFO)

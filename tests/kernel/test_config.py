@@ -599,6 +599,7 @@ def test_a_file_between_settles_it_for_those_that_extend_it(loaded: Loaded, tmp_
     assert loaded("extends: both.yaml\nseed: 4\n").seed == 4
 
 
+@pytest.mark.long
 def test_a_file_that_is_extended_on_two_ways_is_read_once(refused: Refused, base: Path) -> None:
     base.write_text(base.read_text().replace("node_id: 5", "node_id: 500"))
     last = base
@@ -686,6 +687,7 @@ def only_mistakes(act: Callable[[], RigConfig]) -> None:
         str(wrong).encode()  # half surrogates could not be printed
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(text=st.text() | st.text(alphabet="[]{}:,-?|>&*!%#'\"\\ \n\tabUx0<~.="))
 def test_garbage_is_a_mistake(garbage_file: Path, text: str) -> None:
@@ -693,6 +695,7 @@ def test_garbage_is_a_mistake(garbage_file: Path, text: str) -> None:
     only_mistakes(lambda: load(garbage_file))
 
 
+@pytest.mark.long
 @settings(max_examples=50, deadline=None)
 @given(data=st.binary())
 def test_bytes_are_a_mistake(garbage_file: Path, data: bytes) -> None:
@@ -700,6 +703,7 @@ def test_bytes_are_a_mistake(garbage_file: Path, data: bytes) -> None:
     only_mistakes(lambda: load(garbage_file))
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(data=st.data())
 def test_a_right_file_with_a_slip_is_right_or_a_mistake(garbage_file: Path, data: st.DataObject) -> None:
@@ -724,6 +728,7 @@ JSON_VALUES = st.recursive(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(
     rest=st.dictionaries(st.sampled_from(["time", "buses", "devices", "seed", "speed", "control", "name"]), JSON_VALUES)

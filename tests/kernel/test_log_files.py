@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from fieldrig import log_files
 from fieldrig.child import Child
 from fieldrig.log_files import LOG_BYTES, LONGEST_TEXT, OLD_LOGS, older
@@ -27,6 +29,7 @@ def chatter(log: Path, lines: int) -> None:
     subprocess.run([sys.executable, "-c", CHATTER, str(log), str(lines)], check=True)
 
 
+@pytest.mark.long
 def test_a_process_that_says_too_much_keeps_a_bounded_number_of_bounded_files(tmp_path: Path) -> None:
     log = tmp_path / "io.log"
     chatter(log, 3 * OLD_LOGS * LOG_BYTES // 2000)
@@ -35,6 +38,7 @@ def test_a_process_that_says_too_much_keeps_a_bounded_number_of_bounded_files(tm
     assert log.read_text().endswith("the end\n")
 
 
+@pytest.mark.long
 def test_nothing_is_lost_between_two_files(tmp_path: Path) -> None:
     log = tmp_path / "io.log"
     chatter(log, LOG_BYTES // 1500)

@@ -32,6 +32,7 @@ def make_tests(project: pytest.Pytester, body: str) -> None:
     project.makepyfile(f"import pytest\nmanual = pytest.mark.manual\n{body}")
 
 
+@pytest.mark.long
 def test_rows_shown_not_shown_and_set_aside_are_distinguished(project: pytest.Pytester) -> None:
     make_tests(
         project,
@@ -87,6 +88,7 @@ def test_that_no_test_shows_a_row_is_a_report_and_no_failure(project: pytest.Pyt
     assert outcome.ret == pytest.ExitCode.OK
 
 
+@pytest.mark.long
 def test_a_row_shown_in_a_worker_of_xdist_counts(project: pytest.Pytester) -> None:
     make_tests(project, "@manual('PD-010')\ndef test_shows_it(): pass")
     result = project.runpytest("-pxdist", "-n1", "--manual-rows")

@@ -156,6 +156,7 @@ def test_memory_is_kept_over_a_power_cycle() -> None:
             assert rig.get("one", "throws") == expected
 
 
+@pytest.mark.long
 def test_devices_that_answer_each_other_for_ever_are_named() -> None:
     squabblers = {name: {"kind": "rig_kinds:Squabbler", "links": WIRES} for name in ("ping", "pong")}
     with Rig(from_dict(dice_rig(devices=squabblers), HERE)) as rig, pytest.raises(RigError, match="ping, pong"):

@@ -28,6 +28,7 @@ def wrong(validator: Draft202012Validator, data: Any) -> list[str]:
     return sorted("/".join(map(str, error.absolute_path)) for error in validator.iter_errors(data))
 
 
+@pytest.mark.long
 def test_the_schema_is_one(validator: Draft202012Validator) -> None:
     Draft202012Validator.check_schema(validator.schema)
 
@@ -103,6 +104,7 @@ def test_no_device_has_a_setting_that_is_a_key_of_every_device(kind: kinds.Kind)
 FILES = {"register-table": "registers", "name-plate": "plates"}
 
 
+@pytest.mark.long
 def test_the_files_that_rig_files_name_have_schemas() -> None:
     assert names() == ["rig", *sorted(FILES)]
     assert schema_of("rig") == json_schema()
@@ -110,6 +112,7 @@ def test_the_files_that_rig_files_name_have_schemas() -> None:
         schema_of("register-tables")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "file"), [(name, file) for name, folder in FILES.items() for file in sorted((CONFIGS / folder).iterdir())]
 )

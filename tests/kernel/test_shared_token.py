@@ -131,6 +131,7 @@ def test_a_proof_is_that_of_rfc_2104_over_all_that_it_is_for() -> None:
     assert not is_proof("\u00e4", "secret", "nonce", "wires", "lamp")
 
 
+@pytest.mark.long
 def test_no_token_is_published_for_containers() -> None:
     folder = Path(__file__).parents[2] / "docker"
     part = _yaml(folder / "service.yaml")["services"]["part"]

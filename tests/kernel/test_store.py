@@ -146,6 +146,7 @@ def saved_twice(folder: Path) -> Path:
     return path
 
 
+@pytest.mark.long
 @settings(max_examples=300, deadline=None)
 @given(data=st.data())
 def test_any_flipped_bit_gives_the_previous_version(
@@ -159,6 +160,7 @@ def test_any_flipped_bit_gives_the_previous_version(
     assert FileStore(path, "node").load() == OLD
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(last=st.binary(max_size=200), previous=st.binary(max_size=200))
 def test_no_files_raise(tmp_path_factory: pytest.TempPathFactory, last: bytes, previous: bytes) -> None:

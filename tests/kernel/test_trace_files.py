@@ -32,6 +32,7 @@ ENTRIES = st.builds(
 )
 
 
+@pytest.mark.long
 @given(st.lists(ENTRIES))
 @settings(max_examples=50, deadline=None)
 def test_every_message_comes_back(entries: list[TraceEntry]) -> None:
@@ -41,6 +42,7 @@ def test_every_message_comes_back(entries: list[TraceEntry]) -> None:
     assert list(trace_jsonl.read(file)) == entries
 
 
+@pytest.mark.long
 @given(st.binary())
 @settings(max_examples=200, deadline=None)
 def test_no_bytes_do_more_than_be_refused(data: bytes) -> None:

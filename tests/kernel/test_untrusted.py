@@ -37,6 +37,7 @@ def test_any_bytes_are_read_or_refused(data: bytes) -> None:
     assert json.loads(data) == value
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "text",
     [

@@ -6,6 +6,7 @@ import pytest
 from tests.pictures.album import FOLDER, pictures
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", pictures())
 def test_a_picture_is_what_its_scene_draws(name: str) -> None:
     drawn = pictures()[name]()

@@ -175,7 +175,18 @@ def test_chat_dials_as_it_does_for_pppd(rig: ModemRig) -> None:
         ask(two, "AT&F E0 S0=1 S12=0")
         with (rig.run / "serial/com1").open("r+b", buffering=0) as one:
             done = subprocess.run(["chat", "-V", *script], stdin=one, stdout=one, timeout=60, check=False)
-        assert done.returncode == 0
-        assert two.read_until(b"CONNECT 33600\r\n").endswith(b"CONNECT 33600\r\n")
-        with rig.open("com1") as port:
-            hang_up(two, port)
+            assert done.returncode == 0
+            assert two.read_until(b"CONNECT 33600\r\n").endswith(b"CONNECT 33600\r\n")
+            with rig.open("com1") as port:
+                hang_up(two, port)
+
+
+def test_the_end_of_a_program_at_a_pty_ends_its_call(rig: ModemRig) -> None:
+    with rig.open("com2") as two:
+        ask(two, "AT&F E0 S0=1")
+        with rig.open("com1") as one:
+            ask(one, "AT&FE0DT200", b"CONNECT 33600\r\n")
+            assert two.read_until(b"CONNECT 33600\r\n").endswith(b"CONNECT 33600\r\n")
+        assert two.read_until(b"NO CARRIER\r\n").endswith(b"NO CARRIER\r\n")
+        with rig.open("com1") as one:
+            assert ask(one, "AT") == b"\r\nOK\r\n"  # in the command state, without echo as before

@@ -60,6 +60,7 @@ def trace_of(seed: int, processes: str) -> list[Line]:
     return lines
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_bytes_and_another_seed_others() -> None:
     first = trace_of(7, "one")
     assert len(first) > 1_000

@@ -141,8 +141,9 @@ def time(text: str, dialect: Dialect) -> int:
 def long_time(text: str, dialect: Dialect) -> int:
     """Return the nanoseconds of the part behind LTIME#."""
     sign, nanoseconds = _signed(text, dialect)
-    if nanoseconds > MOST_NANOSECONDS:
-        raise LiteralError(f"LTIME#{text} is too long", "at most LTIME#106751d23h47m16s854ms775us807ns")
+    if not -MOST_NANOSECONDS - 1 <= sign * nanoseconds <= MOST_NANOSECONDS:
+        expected = "LTIME#-106751d23h47m16s854ms775us808ns to LTIME#106751d23h47m16s854ms775us807ns"
+        raise LiteralError(f"LTIME#{text} is too long", expected)
     return sign * nanoseconds
 
 

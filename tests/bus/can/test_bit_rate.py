@@ -40,6 +40,7 @@ def heard(deliveries: list[Delivery[CanMessage]]) -> list[tuple[str, tuple[str, 
     return [(each.sender, tuple(each.receivers)) for each in deliveries if isinstance(each.message, CanFrame)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bit_per_s", [250_000, 800_000])
 def test_wrong_bit_rate_is_that_of_the_fault(bit_per_s: int) -> None:
     declared, faulty = bus(), bus()
@@ -120,6 +121,7 @@ def deaf(bench: HubBench) -> list[str]:
     return [member.name for member in bench.hub.model.members.values() if member.skew is not None]  # type: ignore[attr-defined]
 
 
+@pytest.mark.long
 def test_member_in_another_process_says_it_again_to_a_new_hub() -> None:
     with hub_bench(hub, "unix", 0) as bench:
         first = bench.join("a")

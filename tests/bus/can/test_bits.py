@@ -33,6 +33,7 @@ def frames(draw: st.DrawFn) -> CanFrame:
     return CanFrame(identifier, data, is_extended, is_fd=is_fd, is_bit_rate_switched=is_fd and draw(st.booleans()))
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(frames())
 def test_there_are_as_many_bits_as_the_length_says(frame: CanFrame) -> None:
@@ -43,6 +44,7 @@ def test_there_are_as_many_bits_as_the_length_says(frame: CanFrame) -> None:
     assert wire.ticks(len(wire.bits), 1000, 1) == (nominal - 3) * 1000 + switched
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(frames())
 def test_nowhere_before_the_end_of_frame_are_six_bits_equal(frame: CanFrame) -> None:
@@ -53,6 +55,7 @@ def test_nowhere_before_the_end_of_frame_are_six_bits_equal(frame: CanFrame) -> 
     assert wire.places[wire.acknowledge] == Place.ACK
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(frames())
 def test_places_tell_the_fields_apart(frame: CanFrame) -> None:

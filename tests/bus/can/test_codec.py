@@ -59,12 +59,14 @@ def frames(draw: st.DrawFn) -> CanFrame:
     return CanFrame(identifier, data, is_extended, is_fd=is_fd, is_bit_rate_switched=is_fd and draw(st.booleans()))
 
 
+@pytest.mark.long
 @settings(max_examples=300, deadline=None)
 @given(frames())
 def test_decode_is_the_inverse_of_encode(frame: CanFrame) -> None:
     assert decode(encode(frame)) == frame
 
 
+@pytest.mark.long
 @settings(max_examples=300, deadline=None)
 @given(st.binary(max_size=80))
 def test_any_bytes_are_a_sound_frame_or_refused(data: bytes) -> None:
@@ -115,6 +117,7 @@ def test_other_bytes_are_no_notice(text: str) -> None:
         decode(bytes.fromhex(text))
 
 
+@pytest.mark.long
 @settings(max_examples=300, deadline=None)
 @given(st.integers(0, 6), st.binary(max_size=14))
 def test_any_bytes_are_a_notice_or_refused(number: int, body: bytes) -> None:

@@ -3,6 +3,7 @@
 from random import Random
 from typing import Any, NamedTuple
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -87,6 +88,7 @@ def stepped(model: CanBusModel) -> list[Delivery[CanMessage]]:
     return deliveries
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(asked_frames, faults)
 def test_counters_keep_to_the_rules_and_time_never_runs_back(
@@ -96,6 +98,7 @@ def test_counters_keep_to_the_rules_and_time_never_runs_back(
     assert instants == sorted(instants)
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(asked_frames, faults)
 def test_it_does_not_matter_in_how_many_steps_it_is_collected(
@@ -104,6 +107,7 @@ def test_it_does_not_matter_in_how_many_steps_it_is_collected(
     assert stepped(model_with(asked_frames, faults)) == model_with(asked_frames, faults).collect(LATER)
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(asked_frames, faults)
 def test_a_frame_is_sent_or_counted_as_lost(asked_frames: list[Asked], faults: list[dict[str, Any]]) -> None:
@@ -116,6 +120,7 @@ def test_a_frame_is_sent_or_counted_as_lost(asked_frames: list[Asked], faults: l
     assert model.statistics(LATER)["waiting_frames"] == 0
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(asked_frames)
 def test_a_quarrel_of_two_about_one_identifier_loses_nothing(asked_frames: list[Asked]) -> None:
@@ -128,6 +133,7 @@ def test_a_quarrel_of_two_about_one_identifier_loses_nothing(asked_frames: list[
         ] == [asked.frame for asked in asked_frames if asked.member == member]
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(asked_frames, faults)
 def test_when_all_is_well_again_the_bus_recovers(asked_frames: list[Asked], faults: list[dict[str, Any]]) -> None:

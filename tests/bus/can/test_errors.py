@@ -124,6 +124,7 @@ def test_a_member_that_joins_hears_the_next_attempt_of_a_lone_node() -> None:
     assert counters(model, "a") == (127, 0, CanState.WARNING)
 
 
+@pytest.mark.long
 def test_frames_of_a_lone_node_are_kept_up_to_the_limit() -> None:
     model = bus("a")
     for _ in range(LONGEST_QUEUE + 5):

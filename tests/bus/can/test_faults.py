@@ -165,6 +165,7 @@ def received_by_a(seed: int) -> list[int]:
     return [message.identifier for _, _, message, party in heard(model) if party == ("a",)]
 
 
+@pytest.mark.long
 def test_chance_comes_from_the_seed() -> None:
     assert received_by_a(1) == received_by_a(1) != received_by_a(2)
     assert 70 < len(received_by_a(1)) < 130

@@ -260,6 +260,7 @@ def frames(draw: st.DrawFn) -> CanFrame:
     )
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(frames())
 def test_what_is_encoded_is_decoded(frame: CanFrame) -> None:
@@ -272,6 +273,7 @@ lines = st.one_of(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.lists(lines | st.text(max_size=20), max_size=20))
 def test_no_input_raises_and_every_command_is_answered(texts: list[str]) -> None:
@@ -288,6 +290,7 @@ def test_random_bytes_never_raise(data: bytes) -> None:
     Bench("S6\rO\r").adapter.receive(data)
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(st.lists(lines, max_size=10), st.lists(st.integers(0, 400), max_size=8))
 def test_segments_make_no_difference(texts: list[str], cuts: list[int]) -> None:

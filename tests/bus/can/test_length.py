@@ -97,6 +97,7 @@ identifiers = st.tuples(st.booleans(), st.integers(0, 0x1FFF_FFFF)).map(
 bytes_of_data = st.sampled_from([0x00, 0xFF, 0x0F, 0xF0, 0x1F, 0x07, 0xE0, 0x78, 0x87]) | st.integers(0, 255)
 
 
+@pytest.mark.long
 @settings(max_examples=500, deadline=None)
 @given(identifiers, st.lists(bytes_of_data, max_size=8))
 def test_classical_data_frames_bit_by_bit(identifier: tuple[int, bool], data: list[int]) -> None:
@@ -108,6 +109,7 @@ def test_classical_data_frames_bit_by_bit(identifier: tuple[int, bool], data: li
     assert shortest <= bits <= shortest + (shortest - 13 - 1) // 4  # published worst case: 8n + 47 + (34 + 8n - 1) / 4
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(identifiers, st.integers(0, 8))
 def test_remote_frames_bit_by_bit(identifier: tuple[int, bool], length: int) -> None:
@@ -115,6 +117,7 @@ def test_remote_frames_bit_by_bit(identifier: tuple[int, bool], length: int) -> 
     assert classical_bits(frame) == len(classical_wire(frame))
 
 
+@pytest.mark.long
 @settings(max_examples=500, deadline=None)
 @given(identifiers, st.sampled_from(FD_LENGTHS), st.booleans(), st.data())
 def test_fd_frames_bit_by_bit(

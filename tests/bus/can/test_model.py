@@ -290,6 +290,7 @@ def test_statistics_count_frames_bits_and_load() -> None:
     assert model.statistics(5 * S)["load_percent"] == 0
 
 
+@pytest.mark.long
 def test_a_full_bus_has_a_load_of_100_percent() -> None:
     model = bus("a", "b")
     model.submit(0, "a", SHORT)

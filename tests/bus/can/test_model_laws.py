@@ -63,6 +63,7 @@ def bits_of(delivery: Delivery[CanMessage]) -> int:
     return classical_bits(delivery.message)
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(in_time)
 def test_every_frame_arrives_once_and_first_in_first_out(asked_frames: list[Asked]) -> None:
@@ -73,6 +74,7 @@ def test_every_frame_arrives_once_and_first_in_first_out(asked_frames: list[Aske
         ]
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(in_time)
 def test_frames_never_overlap_and_the_winner_is_the_lowest_that_waits(asked_frames: list[Asked]) -> None:
@@ -89,6 +91,7 @@ def test_frames_never_overlap_and_the_winner_is_the_lowest_that_waits(asked_fram
         free_ns = delivery.time_ns + INTERMISSION_NS
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(asked_frames, st.integers(0, 4000))
 def test_the_bus_carries_no_more_bits_than_fit(asked_frames: list[Asked], until_us: int) -> None:
@@ -99,6 +102,7 @@ def test_the_bus_carries_no_more_bits_than_fit(asked_frames: list[Asked], until_
     assert all(each.time_ns <= until_us * US for each in deliveries)
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(in_time)
 def test_it_does_not_matter_in_how_many_steps_it_is_collected(asked_frames: list[Asked]) -> None:
@@ -111,6 +115,7 @@ def test_it_does_not_matter_in_how_many_steps_it_is_collected(asked_frames: list
     assert stepped == model_with(asked_frames).collect(FOREVER)
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(in_time)
 def test_the_order_in_which_members_tell_does_not_matter(asked_frames: list[Asked]) -> None:
@@ -119,6 +124,7 @@ def test_the_order_in_which_members_tell_does_not_matter(asked_frames: list[Aske
     assert model_with(by_member).collect(FOREVER) == model_with(asked_frames).collect(FOREVER)
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(asked_frames)
 def test_time_never_runs_back_even_with_late_submissions(asked_frames: list[Asked]) -> None:

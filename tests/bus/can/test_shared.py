@@ -195,6 +195,7 @@ words = st.sampled_from([0, 1, 0x7F, 0x80, 0x181, 0x7FF, 0x780, EXTENDED, EXACT,
 interests = st.none() | st.lists(st.tuples(words, words).map(list), max_size=3)
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.lists(interests, min_size=1, max_size=4), st.lists(frames, max_size=12))
 def test_each_end_hears_what_its_filters_let_pass(wanted: list[Any], arriving: list[CanFrame]) -> None:

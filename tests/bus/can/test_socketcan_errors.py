@@ -36,6 +36,7 @@ def test_a_restarted_controller_is_active() -> None:
     assert notice_of(0x100, bytes(8)) == BusState(CanState.ACTIVE, 0, 0)
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.integers(0, 0x1FFF_FFFF), st.binary(max_size=8))
 def test_any_error_frame_is_a_notice_or_none(word: int, data: bytes) -> None:

@@ -312,6 +312,7 @@ words = st.one_of(
 commands = st.lists(words, max_size=8).map(lambda each: "< " + " ".join(each) + " >")
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.lists(commands | st.text(max_size=20), max_size=20))
 def test_no_input_raises(texts: list[str]) -> None:
@@ -331,6 +332,7 @@ def test_random_bytes_never_raise(data: bytes) -> None:
     bench.session.receive(data)
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(st.lists(commands, max_size=6), st.lists(st.integers(0, 200), max_size=8))
 def test_segments_make_no_difference(texts: list[str], cuts: list[int]) -> None:

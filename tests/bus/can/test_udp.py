@@ -76,6 +76,7 @@ def test_what_is_no_message_is_a_value_error(what: str, by: str) -> None:
         from_wire(bytes.fromhex(datagram.replace(what, by, 1)))
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.binary(max_size=100))
 def test_random_bytes_are_a_value_error_or_a_frame(data: bytes) -> None:
@@ -83,6 +84,7 @@ def test_random_bytes_are_a_value_error_or_a_frame(data: bytes) -> None:
         from_wire(data)
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.sampled_from(sorted(FROM_PYTHON_CAN)), st.integers(0), st.binary(min_size=1, max_size=3))
 def test_spoilt_messages_are_a_value_error_or_a_frame(which: str, where: int, what: bytes) -> None:

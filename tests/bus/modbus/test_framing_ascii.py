@@ -98,6 +98,7 @@ def test_the_lrc_is_that_of_pymodbus(data: bytes) -> None:
 frames = st.lists(st.tuples(st.integers(0, 255), st.binary(min_size=1, max_size=253)), max_size=4)
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(frames, st.lists(st.integers(1, 60)))
 def test_frames_arrive_however_their_bytes_are_cut(sent: list[tuple[int, bytes]], cuts: list[int]) -> None:
@@ -110,6 +111,7 @@ def test_frames_arrive_however_their_bytes_are_cut(sent: list[tuple[int, bytes]]
     assert got == sent
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 2 * S), st.text(":0123456789ABCDEFabc\r\n", max_size=50))))
 def test_garbage_never_raises(chunks: list[tuple[int, str]]) -> None:

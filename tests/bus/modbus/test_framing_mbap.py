@@ -51,6 +51,7 @@ def test_a_length_that_no_message_has_puts_the_stream_out_of_step() -> None:
 messages = st.tuples(st.integers(0, 0xFFFF), st.integers(0, 255), st.binary(min_size=1, max_size=253))
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(st.lists(messages, max_size=5), st.lists(st.integers(1, 40)))
 def test_messages_arrive_however_their_bytes_are_cut(sent: list[tuple[int, int, bytes]], cuts: list[int]) -> None:

@@ -188,6 +188,7 @@ def test_a_request_tells_its_size(request_hex: str) -> None:
 frames = st.builds(lambda unit, pdu: (unit, pdu), st.integers(0, 255), st.binary(min_size=1, max_size=253))
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(st.lists(frames, max_size=4), st.lists(st.integers(1, 40), max_size=30), st.booleans())
 def test_frames_arrive_however_their_bytes_are_cut(
@@ -208,6 +209,7 @@ def test_frames_arrive_however_their_bytes_are_cut(
     assert framer.messages == len(sent)
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 100 * MS), st.binary(max_size=600))), st.booleans(), st.booleans())
 def test_garbage_never_raises_and_ends(chunks: list[tuple[int, bytes]], is_strict: bool, is_burst: bool) -> None:
@@ -252,6 +254,7 @@ def test_responses_that_were_read_together_are_separated(late: str) -> None:
     assert taken(framer) == [(7, bytes.fromhex(late)), (7, right)]
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.lists(st.binary(max_size=40) | st.sampled_from(RESPONSES).map(bytes.fromhex).map(lambda p: rtu_frame(7, p))))
 def test_any_bytes_make_frames_or_none(pieces: list[bytes]) -> None:

@@ -67,6 +67,7 @@ answers = st.sampled_from([ANSWER, bytes.fromhex("83 02"), bytes.fromhex("06 000
 frames = st.builds(rtu, st.sampled_from([7, 8]), answers) | st.builds(ascii_, st.sampled_from([7, 8]), answers)
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.booleans(), st.lists(st.tuples(requests | frames | st.binary(max_size=30), st.integers(0, 60)), max_size=20))
 def test_each_request_gets_at_most_one_matching_answer(

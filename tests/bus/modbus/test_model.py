@@ -302,6 +302,7 @@ steps = st.lists(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(steps, st.booleans())
 def test_deliveries_are_in_order_of_time_and_nothing_hangs(

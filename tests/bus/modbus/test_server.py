@@ -2,6 +2,7 @@
 
 import struct
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -86,6 +87,7 @@ pdus = st.one_of(
 lines = st.sampled_from([None, LineState(5, 1), LineState(5, 1, True)])
 
 
+@pytest.mark.long
 @settings(max_examples=300, deadline=None)
 @given(st.lists(pdus, min_size=1, max_size=5), lines)
 def test_every_answer_is_well_formed(requests: list[bytes], line: LineState | None) -> None:
@@ -125,6 +127,7 @@ def test_what_is_written_is_read(address: int, quantity: int, data: bytes) -> No
     assert plain.holding_registers.values == before
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.integers(0, SIZE), st.integers(0, 2100), st.binary(min_size=263, max_size=263))
 def test_bits_that_are_written_are_read(address: int, quantity: int, data: bytes) -> None:

@@ -114,6 +114,7 @@ def head(number: int, protocol: int, unit: int, pdu: bytes) -> bytes:
 frames = st.builds(head, st.integers(0, 4), st.integers(0, 1), st.integers(6, 8), st.binary(max_size=253))
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.lists(frames | st.binary(max_size=30), max_size=12).map(b"".join), st.lists(st.integers(0, 400), max_size=6))
 def test_any_stream_gives_at_most_one_answer_per_request(stream: bytes, cuts: list[int]) -> None:

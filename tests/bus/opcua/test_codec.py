@@ -32,6 +32,7 @@ messages: st.SearchStrategy[opc.OpcUaMessage] = st.one_of(
 )
 
 
+@pytest.mark.long
 @given(messages)
 def test_a_message_arrives_as_it_was_sent(message: opc.OpcUaMessage) -> None:
     codec.check_sent(message)

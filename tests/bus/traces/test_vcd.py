@@ -132,6 +132,7 @@ VALUES = st.one_of(
 WIRES = st.dictionaries(st.from_regex(r"[a-z_]{1,3}(\.[a-z0-9_]{1,3})?", fullmatch=True), VALUES, max_size=6)
 
 
+@pytest.mark.long
 @given(WIRES, st.data())
 def test_every_value_survives_at_its_instant(wires: dict[str, list[Any]], data: st.DataObject) -> None:
     sent: dict[str, list[tuple[int, Any]]] = {}

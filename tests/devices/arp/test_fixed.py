@@ -46,6 +46,7 @@ AND, OR, XOR = Computed("V1 & V2"), Computed("V1 | V2"), Computed("V1 ^ V2")
 ROOT, WHOLE = Computed("SQR(V1)"), Computed("INT(V1)")
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-052")
 @LAWS
 @given(a=RAW, b=RAW)
@@ -57,6 +58,7 @@ def test_sums_and_products_are_exact_truncated_and_held_within_the_range(a: int,
     assert MINUS(a) == clamped(-a)
 
 
+@pytest.mark.long
 @LAWS
 @given(a=RAW, b=RAW.filter(bool))
 def test_quotients_are_truncated_toward_zero(a: int, b: int) -> None:

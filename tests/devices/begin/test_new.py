@@ -31,11 +31,13 @@ def test_a_clone_has_the_examples_of_its_configs() -> None:
     assert folder() == CONFIGS
 
 
+@pytest.mark.long
 def test_every_rig_file_of_the_folder_belongs_to_an_example() -> None:
     written = {path for example in menu() for path in content_of(example)}
     assert {file.name for file in CONFIGS.glob("*.yaml")} <= {str(path) for path in written}
 
 
+@pytest.mark.long
 def test_the_menu_is_a_table_with_a_sentence_for_each_example() -> None:
     shown = new().stdout
     for example, about in menu().items():
@@ -72,6 +74,7 @@ def test_the_next_three_commands_are_named(tmp_path: Path, monkeypatch: pytest.M
     ]
 
 
+@pytest.mark.long
 def test_the_folder_has_the_name_of_the_example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     new("lab")
@@ -80,6 +83,7 @@ def test_the_folder_has_the_name_of_the_example(tmp_path: Path, monkeypatch: pyt
     assert (tmp_path / "level-sensor/level-sensor.yaml").is_file()
 
 
+@pytest.mark.long
 def test_no_file_is_overwritten_and_then_none_is_written(tmp_path: Path) -> None:
     (tmp_path / "registers").mkdir()
     table = tmp_path / "registers/pump-drive.yaml"
@@ -91,10 +95,12 @@ def test_no_file_is_overwritten_and_then_none_is_written(tmp_path: Path) -> None
     assert table.read_text() == "mine"
 
 
+@pytest.mark.long
 def test_examples_that_share_a_file_go_into_one_folder(tmp_path: Path) -> None:
     assert [new(example, tmp_path).exit_code for example in ("lab", "ring", "lab")] == [0, 0, 0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("taken", ["eds", "eds/io32.eds/x", "lab.yaml/x"])
 def test_a_folder_that_cannot_be_is_refused(tmp_path: Path, taken: str) -> None:
     """A file in the place of a folder is refused, and so is a folder in the place of a file."""
@@ -163,6 +169,7 @@ def test_any_bytes_make_a_node_or_are_refused(tmp_path: Path, data: bytes) -> No
         content_for(file)
 
 
+@pytest.mark.long
 def test_the_shell_is_told_of_the_examples() -> None:
     assert complete_example("la") == [("lab", menu()["lab"])]
     assert [name for name, _ in complete_example("")] == list(menu())

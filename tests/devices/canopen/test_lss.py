@@ -90,6 +90,7 @@ def test_slave_outside_of_a_range_is_not(bench: CanopenBench, step: int, request
     assert lss(bench, *IDENTIFY[:step], request_, *IDENTIFY[step + 1 :]) == []
 
 
+@pytest.mark.long
 def test_new_node_id_takes_effect_with_the_reset_of_communication(bench: CanopenBench) -> None:
     assert lss(bench, CONFIGURE, NODE_ID_7) == ["7E4#11 00 00 00 00 00 00 00"]
     lss(bench, WAIT)

@@ -225,6 +225,7 @@ def test_its_sdo_client_is_there_for_others(running: Bench) -> None:
     assert results == [b"\x5a"]
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(
     st.lists(

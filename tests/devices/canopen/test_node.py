@@ -219,6 +219,7 @@ def test_odd_file_names_are_quoted(tmp_path: Path) -> None:
 SIGNALS = {"6401:01": {"wire": "level", "scale": 0.5}, "6000:01.3": "bit"}
 
 
+@pytest.mark.long
 @settings(max_examples=50, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(["level", "bit"]), st.one_of(st.booleans(), st.integers(), st.floats()))))
 def test_no_signal_raises(values: list[tuple[str, Any]]) -> None:

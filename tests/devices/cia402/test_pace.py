@@ -105,6 +105,7 @@ def test_the_fast_form_shows_what_the_whole_cycle_shows(script: list[tuple[Event
             assert shown(whole.cycles(1)) == shown(paced.cycles(1))
 
 
+@pytest.mark.long
 def test_an_axis_at_its_speed_takes_the_short_cycle() -> None:
     bench = PacedBench()
     running(bench).cycles(300)
@@ -113,6 +114,7 @@ def test_an_axis_at_its_speed_takes_the_short_cycle() -> None:
     assert bench.short == before + 50
 
 
+@pytest.mark.long
 def test_a_new_target_a_lag_and_a_switch_end_the_short_cycle() -> None:
     for event in (write(0x60FF, 500_000), write(0x606D, 1), lag(100_000), switches(0x2), write(0x6040, 0x10F)):
         bench = PacedBench()

@@ -337,6 +337,7 @@ def test_lost_power_disables() -> None:
     assert (machine.state, machine.transition) == (DISABLED, 10)
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=200)
 @given(st.lists(st.tuples(st.integers(0, 0xFFFF), st.integers(0, 3)), max_size=40))
 def test_whatever_comes_power_is_on_in_two_states_only(course: list[tuple[int, int]]) -> None:

@@ -33,6 +33,7 @@ def test_both_edges_of_the_first_event(bench: Cia402Bench) -> None:
     assert 30_000 <= bench.get(0x60BB) <= 30_000 + STEP
 
 
+@pytest.mark.long
 def test_a_probe_that_is_disabled_keeps_its_values_and_is_ready_again(bench: Cia402Bench) -> None:
     turn(bench).put(0x60B8, 0x0011).cycles(100)
     value = bench.get(0x60BA)
@@ -92,6 +93,7 @@ def test_the_zero_of_the_encoder(bench: Cia402Bench) -> None:
     assert (bench.get(0x60B9), bench.get(0x60BB) % 70_000) == (0x0005, 0)
 
 
+@pytest.mark.long
 def test_an_axis_that_is_not_enabled_is_probed_too(bench: Cia402Bench) -> None:
     bench.put(0x60B8, 0x0011)
     assert bench.axis.is_awake

@@ -53,6 +53,7 @@ def test_no_range_is_that_of_32_bits(low: int, high: int) -> None:
     assert turn_of(low, high) == BITS_32
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=200)
 @given(
     st.integers(-(2**60), 2**60),
@@ -70,6 +71,7 @@ def test_a_position_is_found_less_than_a_turn_away(
     assert abs(found - near) < span
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=200)
 @given(COUNTS, COUNTS, COUNTS, st.integers(0, 255), st.integers(-(2**31), 2**31 - 1))
 def test_there_and_back(

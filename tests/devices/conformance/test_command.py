@@ -19,6 +19,7 @@ def conform(*arguments: object) -> Any:
     return CliRunner().invoke(app, ["conform", *map(str, arguments)])
 
 
+@pytest.mark.long
 def test_node_of_a_rig_file_passes_with_the_eds_and_values_that_the_file_names() -> None:
     done = conform("--rig", LAB, "--bus", "can0", "--node", 5, "--json")
     assert done.exit_code == Exit.OK, done.output

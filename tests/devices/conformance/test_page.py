@@ -12,6 +12,7 @@ def test_tables_are_those_of_a_run() -> None:
     assert table_in(CASES_PAGE) == case_table(), HINT
 
 
+@pytest.mark.long
 def test_published_figures_of_canopennode_add_up() -> None:
     verdicts = list(columns()["CANopenNode"].values())
     counts = [verdicts.count(verdict) for verdict in ("passed", "skipped", "failed", "warning")]

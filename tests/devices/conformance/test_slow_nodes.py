@@ -69,6 +69,7 @@ def test_node_that_is_always_slow_passes(slow: type[Slow], monkeypatch: pytest.M
     assert failures(conformed("SDO 0*", "Emergency 0[1-3]", fault="Slow")) == {}
 
 
+@pytest.mark.long
 def test_node_that_grows_slow_is_waited_for(slow: type[Slow], monkeypatch: pytest.MonkeyPatch) -> None:
     """One case fails because of the first late answer; after that, the time-out fits the node."""
     monkeypatch.setattr(Slow, "which", range(900, 1_000_000))

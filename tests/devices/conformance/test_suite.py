@@ -52,6 +52,7 @@ def test_there_are_the_127_cases_of_the_log() -> None:
     assert (cases[0].number, cases[7].number, cases[7].name, cases[-1].number) == ("1.0", "2.7", "SDO 07", "10.4")
 
 
+@pytest.mark.long
 def test_io_node_passes_at_least_115_cases_and_fails_none() -> None:
     report = conformed()
     assert failures(report) == {}
@@ -60,6 +61,7 @@ def test_io_node_passes_at_least_115_cases_and_fails_none() -> None:
     assert all(not result.notes for result in report.results)
 
 
+@pytest.mark.long
 def test_sensor_node_fails_none() -> None:
     report = conformed(eds=LEVEL_SENSOR)
     assert failures(report) == {}
@@ -102,6 +104,7 @@ def values(rig: Rig) -> dict[str, object]:
     return {key: rig.get("node", key) for key in rig.keys("node") if key != "time"}
 
 
+@pytest.mark.long
 def test_node_is_as_it_was() -> None:
     store = MemoryStore()
     objects = {"1017:00": 700, "1018:04": 77, "6206:01": 3}
@@ -117,6 +120,7 @@ def test_node_is_as_it_was() -> None:
         assert values(rig) == before
 
 
+@pytest.mark.long
 def test_what_was_changed_since_power_on_is_put_back_too() -> None:
     with Rig(from_dict(rig_of(), HERE)) as rig:
         for key, value in (("1017:00", 350), ("1800:03", 70), ("6200:02", 0xA5)):
@@ -164,6 +168,7 @@ def test_file_that_was_written_for_another_node_says_what_this_one_has(tmp_path:
     assert [entry.default for entry in description.members(0x1200)] == [b"\x05\x06\0\0", b"\x85\x05\0\0"]
 
 
+@pytest.mark.long
 def test_mapping_with_limits_of_its_length_is_refused_as_too_long_and_not_as_too_high(tmp_path: Path) -> None:
     eds = tmp_path / "limits.eds"
     number = "ParameterName=Number of mapped objects in PDO\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\n"

@@ -65,6 +65,7 @@ def test_position_is_told_in_increments_of_the_drive() -> None:
     assert found == [4_095_500_000]
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.integers(0, 4096 * 32768 - 1))
 def test_increments_lie_within_their_step(steps: int) -> None:
@@ -278,6 +279,7 @@ class Noisy:
             self.now_ns = max(self.now_ns, next_ns or 0)
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.binary(max_size=20) | st.binary(max_size=8).map(lambda data: b"\x40\x4c" + data), max_size=12))
 def test_garbage_at_the_drive_ends_in_a_name(replies: list[bytes]) -> None:

@@ -38,6 +38,7 @@ def test_a_part_is_no_memory(length: int) -> None:
         Eeprom.decode(kept().encode()[:length])
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, 255), st.integers(0, 255)), max_size=30))
 def test_no_order_of_changes_leads_astray(orders: list[tuple[int, int, int]]) -> None:

@@ -133,12 +133,14 @@ def plates(draw: st.DrawFn) -> NamePlate:
         return PLATE  # no torque constant that fits
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(plates())
 def test_what_is_read_is_what_was_written(plate: NamePlate) -> None:
     assert NamePlate.decode(plate.encode()) == plate
 
 
+@pytest.mark.long
 @settings(max_examples=20, deadline=None)
 @given(plate=plates())
 def test_file_holds_the_plate(plate: NamePlate, tmp_path_factory: pytest.TempPathFactory) -> None:

@@ -138,6 +138,7 @@ def test_shaft_that_moves_on_is_seen_where_it_is(plate: Path) -> None:
     assert bench.point("turns") == 1.5
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-175")
 def test_zero_pulse_comes_once_a_turn(plate: Path) -> None:
     bench = Bench(plate)

@@ -1,5 +1,6 @@
 """The start and end of a telegram, the effect of a damaged one, and the times of answers."""
 
+import pytest
 from hiperface_bench import EncoderBench, telegram
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -74,6 +75,7 @@ def test_answers_come_within_the_time_that_drives_wait() -> None:
     assert bench.clock.now_ns() - before_ns == 1 * MS
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(st.binary(min_size=1, max_size=12), st.integers(0, 40)), max_size=12))
 def test_garbage_never_raises_and_never_deafens(noise: list[tuple[bytes, int]]) -> None:
@@ -87,6 +89,7 @@ def test_garbage_never_raises_and_never_deafens(noise: list[tuple[bytes, int]]) 
     assert bench.heard()[1] & 0x7F == 0x50
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(st.sampled_from(sorted(REQUEST_DATA)), st.binary(max_size=20))
 def test_any_data_of_any_command_get_an_answer(command: int, data: bytes) -> None:

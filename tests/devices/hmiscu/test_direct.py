@@ -130,6 +130,7 @@ def test_a_warm_start_brings_the_configured_parameters_back() -> None:
     assert read() == 1_000
 
 
+@pytest.mark.long
 def test_pins_keep_their_type() -> None:
     bench = moving()
     with pytest.raises(ValueError, match="expected a whole number from 0 to 4294967295, got 4294967296"):
@@ -162,6 +163,7 @@ def test_two_pwm_channels_have_their_outputs_and_inputs() -> None:
     assert (bench.level("heater"), bench.level("fan")) == (0, 0)
 
 
+@pytest.mark.long
 def test_a_channel_with_another_name_is_also_found_by_its_usual_one() -> None:
     bench = DeviceBench(channel_0=PWM | {"variable": "Heater"})
     bench.set("PWM00.Duty", 7)

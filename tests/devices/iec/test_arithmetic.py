@@ -138,6 +138,7 @@ def same(found: Value, expected: float) -> bool:
     return type(found) is type(expected) and found == expected
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-367")
 @pytest.mark.parametrize("kind", sorted(BITS))
 @settings(max_examples=8, deadline=None)
@@ -151,6 +152,7 @@ def test_integers_wrap_around_in_their_type_after_every_operation(kind: str, dat
     run(kind, made, variables)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "width"), [("REAL", 32), ("LREAL", 64)])
 @settings(max_examples=25, deadline=None)
 @given(data=st.data())

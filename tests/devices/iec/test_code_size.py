@@ -20,6 +20,7 @@ def size_of(lines: int, limits: Limits = MAX_4) -> int:
     return compile_project([SourceFile("a.st", text)], StandaloneHost(VirtualClock()), limits=limits).code_size
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-311", "PD-032")
 def test_more_code_than_the_controller_has_room_for_is_refused() -> None:
     assert MAX_4.code == 2 * 1024 * 1024  # manual 6025

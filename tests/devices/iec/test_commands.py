@@ -82,6 +82,7 @@ def test_the_dialect_decides(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.long
 def test_a_program_is_checked_for_the_objects_of_a_controller() -> None:
     conveyor, rig = ROOT / "configs/programs/conveyor.st", ROOT / "configs/conveyor.yaml"
     alone = iec("check", conveyor)
@@ -99,6 +100,7 @@ def test_the_program_of_the_rig_file_itself_may_be_wrong(tmp_path: Path) -> None
     assert iec("check", tmp_path / "own.st", "--rig", rig).exit_code == 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("device", ["feeder", "sealer"])
 def test_a_program_is_compiled_for_a_controller_whose_settings_refer_to_it(device: str) -> None:
     """Their register tables name variables of the program, which is left out of the rig."""

@@ -246,6 +246,7 @@ def test_l21_a_timer_takes_a_bare_number_only_where_the_dialect_allows_it() -> N
     assert seen == [False, False, True, True]
 
 
+@pytest.mark.long
 def test_l49_a_function_is_an_operand() -> None:
     text = "FUNCTION Fct : INT VAR_INPUT x : INT; END_VAR Fct := x * x; END_FUNCTION\n"
     bench = IecBench(text + program("Result : INT;", "Result := Fct(7) + 3;"))

@@ -3,6 +3,7 @@
 from functools import reduce
 from operator import and_, or_, xor
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from iec_program import IecBench, program
@@ -21,6 +22,7 @@ def ran(text: str, name: str) -> Value:
     return bench[name]
 
 
+@pytest.mark.long
 @given(st.data())
 @settings(max_examples=5, deadline=None)
 def test_a_chain_of_a_thousand_terms_has_its_value(data: st.DataObject) -> None:
@@ -36,6 +38,7 @@ def test_a_chain_of_a_thousand_terms_has_its_value(data: st.DataObject) -> None:
     assert print_unit(parse(once, "b.st")[0]) == once
 
 
+@pytest.mark.long
 def test_a_long_sum_is_computed_from_left_to_right_with_its_calls() -> None:
     text = """VAR_GLOBAL called : DINT; END_VAR
     FUNCTION Next : DINT VAR_INPUT x : DINT; END_VAR called := called + 1; Next := called * x; END_FUNCTION
@@ -46,6 +49,7 @@ def test_a_long_sum_is_computed_from_left_to_right_with_its_calls() -> None:
     assert ran(text + program("a : DINT := 7; x : DINT;", f"x := {sum_};"), "x") == expected
 
 
+@pytest.mark.long
 def test_a_long_chain_in_a_condition_an_index_and_an_argument() -> None:
     ones = " + ".join(["one"] * 300)
     body = f"IF {' AND '.join(['TRUE_'] * 300)} THEN a[{ones}] := ABS({ones}); END_IF;"
@@ -77,6 +81,7 @@ def test_mixed_signs_keep_their_brackets() -> None:
     assert "(a + 1) * 2 - (3 - a) * (a - 1 + 2) * 3" in printed
 
 
+@pytest.mark.long
 def test_a_chain_beyond_the_limit_is_refused() -> None:
     _, mistakes = parse(program("x : INT;", "x := " + "x + " * 20_001 + "x;"), "a.st")
     assert [mistake.expected for mistake in mistakes] == ["at most 20000 operators in a row"]

@@ -42,6 +42,7 @@ def strategy(kind: str) -> st.SearchStrategy[Value]:
     return st.integers(-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if is_signed else st.integers(0, 2**bits - 1)
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(
     values=st.fixed_dictionaries({kind: strategy(kind) for kind in FORMATS}),
@@ -68,6 +69,7 @@ def test_pointers_see_the_bytes_of_all_types(values: dict[str, Value], at: int, 
     assert (BENCH["before"], BENCH["after"]) == (0, 0)
 
 
+@pytest.mark.long
 @settings(max_examples=25, deadline=None)
 @given(text=st.binary(min_size=1, max_size=20))
 def test_text_constants_of_any_characters_stay_texts(text: bytes) -> None:

@@ -101,6 +101,7 @@ END_PROGRAM
 """
 
 
+@pytest.mark.long
 @settings(max_examples=12, deadline=None)
 @given(budgets=st.lists(st.integers(1, 3_000), min_size=1, max_size=3), cycles=st.integers(1, 3))
 def test_slices_do_not_change_what_a_program_does(budgets: list[int], cycles: int) -> None:

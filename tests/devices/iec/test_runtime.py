@@ -70,6 +70,7 @@ def test_an_online_change_keeps_the_values_of_all_variables_that_stay() -> None:
     assert (bench["plain"], bench["hours.cycles"], bench["hours.total"]) == (105, 3, 3)
 
 
+@pytest.mark.long
 def test_many_online_changes_do_not_use_up_the_memory() -> None:
     bench = IecBench(program("a : ARRAY[1..1000] OF INT; n : INT;", "n := n + 1;"))
     compiled = bench.compiled

@@ -138,6 +138,7 @@ def test_arbitrary_packets_do_not_raise(packets: list[bytes]) -> None:
         peer.wait(1)
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=200)
 @given(
     st.lists(

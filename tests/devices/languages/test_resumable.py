@@ -104,6 +104,7 @@ def agree(done: list[int], expected: list[int], has_ended: bool) -> bool:
     return done == expected if has_ended else done[: len(expected)] == expected[: len(done)]
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(routines=PROGRAMS, budgets=st.lists(st.integers(1, 40), min_size=1, max_size=4))
 def test_slices_do_not_change_what_a_program_does(routines: Routines, budgets: list[int]) -> None:
@@ -116,6 +117,7 @@ def test_slices_do_not_change_what_a_program_does(routines: Routines, budgets: l
     assert agree(world.done, expected, has_ended and len(expected) < ENOUGH)
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(routines=PROGRAMS)
 def test_single_steps_do_the_same(routines: Routines) -> None:
@@ -128,6 +130,7 @@ def test_single_steps_do_the_same(routines: Routines) -> None:
     assert agree(world.done, expected, has_ended and len(expected) < ENOUGH)
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(routines=PROGRAMS, stops=st.sets(st.integers(100, 312), max_size=20), steps=st.integers(0, 3))
 def test_breakpoints_and_steps_between_slices_do_not_change_it_either(

@@ -48,6 +48,7 @@ def everything(axis: Axis) -> dict[str, object]:
     return {name: getattr(axis, name) for name in CHANGING}
 
 
+@pytest.mark.long
 @quick
 @given(
     st.floats(-0.01, 0.01), st.floats(-30, 30), st.floats(-2, 2), st.integers(-3000, 3000), st.sampled_from([0.0, 0.4])
@@ -65,6 +66,7 @@ def test_folded_cycle_is_the_sixteen_steps(e: float, v: float, i: float, way: in
     assert axis.set_increments == other.set_increments
 
 
+@pytest.mark.long
 @quick
 @given(
     st.floats(-0.1, 0.1), st.floats(-300, 300), st.floats(-20, 20), st.floats(-20, 20), st.integers(-8000, 8000),
@@ -94,6 +96,7 @@ def test_no_step_of_a_folded_cycle_meets_a_limit(e: float, v: float, i: float, t
     assert states(axis) == pytest.approx(states(other), rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.long
 @quick
 @given(
     st.sampled_from([PLANT, Plant(4e-4, 1e-4, elastic=Elastic(inertia=8e-4, stiffness=400.0, damping=0.02))]),
@@ -348,6 +351,7 @@ def test_changing_control_keeps_the_position() -> None:
 ELASTIC = Plant(4e-4, 1e-4, elastic=Elastic(inertia=8e-4, stiffness=400.0, damping=0.02))
 
 
+@pytest.mark.long
 def test_load_behind_a_coupling_swings_with_its_own_frequency() -> None:
     """The motor held by its brake: the load alone on the spring."""
     still = Plant(1e6, elastic=Elastic(8e-4, 400.0, 0.0))
@@ -361,6 +365,7 @@ def test_load_behind_a_coupling_swings_with_its_own_frequency() -> None:
     assert turns == pytest.approx((400.0 / 8e-4) ** 0.5 / tau, abs=1.5)
 
 
+@pytest.mark.long
 def test_coupling_carries_the_load_at_steady_speed() -> None:
     gains = Gains(30.0, 1.2e-3 * 150, 1.2e-3 * 150 / 0.05, 1.0)
     axis, other = make_axis(ELASTIC, gains), make_axis(ELASTIC, gains)

@@ -72,6 +72,7 @@ def test_positions_are_followed_after_that_only() -> None:
     assert bench.get("speed") == pytest.approx(200 * 250 * 60 / 1e6, rel=1e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("telegram", ["mdt", "mst"])
 def test_set_position_goes_on_over_a_telegram_that_did_not_come(telegram: str) -> None:
     """The motor keeps its steady speed meanwhile, and follows the present command value afterwards."""
@@ -119,6 +120,7 @@ def test_no_torque_without_mains_though_the_dc_circuit_is_charged() -> None:
     assert bench.states(1) == (3, 0x21)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-150")
 @pytest.mark.parametrize("sort", ["phase", "undervoltage", "communication"])
 def test_no_torque_while_the_supply_has_an_error(sort: str) -> None:
@@ -134,6 +136,7 @@ def test_no_torque_while_the_supply_has_an_error(sort: str) -> None:
     assert bench.get("torque_on") is True
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-150")
 def test_mains_that_fail_under_torque_are_a_missing_phase() -> None:
     """Our reading: reaction B, so the drive stops with what the DC circuit still holds, and stays without torque."""
@@ -151,6 +154,7 @@ def test_mains_that_fail_under_torque_are_a_missing_phase() -> None:
     assert bench.states() == (3, 0x21)
 
 
+@pytest.mark.long
 def test_dc_voltage_and_temperatures_are_those_of_the_instant() -> None:
     """Mains off at an instant: then volt = volt then * exp(-t / 110 s), at any instant, not in steps of 64 ms."""
     bench = DriveBench({}).up()
@@ -220,6 +224,7 @@ def test_lifting_enable_ramps_down_with_maximum_current() -> None:
     assert bench.get("brake_on")
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-152")
 def test_heavy_load_passes_stop_time_limit_and_is_still_stopped() -> None:
     bench = DriveBench({**HEAVY, "parameters": {"stop_time_limit_ms": 600}}).up().enable()
@@ -237,6 +242,7 @@ def test_heavy_load_passes_stop_time_limit_and_is_still_stopped() -> None:
     assert bench.code() == 2190
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-153", "PD-161")
 @pytest.mark.parametrize(("plate", "is_held"), [(BRAKE_PLATE, True), (PLAIN_PLATE, False)])
 def test_what_never_stops_in_time_is_left_to_its_brake(plate: str, is_held: bool) -> None:
@@ -253,6 +259,7 @@ def test_what_never_stops_in_time_is_left_to_its_brake(plate: str, is_held: bool
     assert bench.code() == 2190  # no further message
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-154")
 def test_reaction_b_opens_the_ready_contact_and_stops() -> None:
     bench = DriveBench(BRAKED).up().enable()
@@ -266,6 +273,7 @@ def test_reaction_b_opens_the_ready_contact_and_stops() -> None:
     ]
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-155")
 def test_reaction_b_has_one_stop_time_limit() -> None:
     bench = DriveBench({**HEAVY, "parameters": {"stop_time_limit_ms": 300}}).up().enable()
@@ -278,6 +286,7 @@ def test_reaction_b_has_one_stop_time_limit() -> None:
     assert bench.code() == 2106
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-156", "PD-100")
 def test_reaction_a_frees_the_motor_at_once() -> None:
     bench = DriveBench(BRAKED).up().enable()
@@ -297,6 +306,7 @@ def test_reaction_a_frees_the_motor_at_once() -> None:
     assert (bench.states(), bench.code()) == ((3, 0x21), 0)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-157")
 def test_brake_coasts_with_reaction_a() -> None:
     load = {"coulomb_nm": 3.0}
@@ -308,6 +318,7 @@ def test_brake_coasts_with_reaction_a() -> None:
     assert seen[2][0] - seen[1][0] == 52
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-158")
 def test_enable_coast_frees_the_motor() -> None:
     bench = DriveBench({"load": {"coulomb_nm": 0.5}, "parameters": {"enable_coast": True}}).up().enable()
@@ -322,6 +333,7 @@ def test_enable_coast_frees_the_motor() -> None:
     assert bench.states() == (3, 0x21)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-159", "PD-100")
 def test_overload_goes_back_to_where_it_came() -> None:
     bench = DriveBench(BRAKED).up().enable()
@@ -341,6 +353,7 @@ def test_overload_goes_back_to_where_it_came() -> None:
     assert (bench.states(), bench.code()) == ((3, 0x21), 0)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-160")
 def test_overload_position_not_reached_in_800_ms() -> None:
     bench = DriveBench(HEAVY).up().enable()
@@ -351,6 +364,7 @@ def test_overload_position_not_reached_in_800_ms() -> None:
     assert seen[1][0] == pytest.approx(800, abs=4)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-162")
 def test_inverter_enable_stops_and_prevents_a_start() -> None:
     bench = DriveBench({}).up().enable()
@@ -436,6 +450,7 @@ def test_position_is_right_though_the_shaft_turns_while_the_encoder_answers() ->
     assert off_by(bench) == pytest.approx(0, abs=2)
 
 
+@pytest.mark.long
 def test_name_plate_that_is_read_again_in_motion_leaves_the_position() -> None:
     bench = DriveBench({}).up().enable()
     bench.follow(lambda cycle: 8_000 * cycle)
@@ -447,6 +462,7 @@ def test_name_plate_that_is_read_again_in_motion_leaves_the_position() -> None:
     assert off_by(bench) == pytest.approx(0, abs=2)
 
 
+@pytest.mark.long
 def test_drive_is_not_enabled_while_its_name_plate_is_read() -> None:
     bench = DriveBench({}).up()
     ended: list[bool] = []
@@ -459,6 +475,7 @@ def test_drive_is_not_enabled_while_its_name_plate_is_read() -> None:
     assert (bench.states(), ended) == ((3, 0x21), [True])
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-007", "PD-170", "PD-177")
 def test_drive_configures_itself_from_the_name_plate() -> None:
     bench = DriveBench({}, {"motor": {"name_plate": SMALL_PLATE}}).up()
@@ -472,6 +489,7 @@ def test_drive_configures_itself_from_the_name_plate() -> None:
     assert bench.states(1) == bench.states(2) == (3, 0x21)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-007")
 def test_torque_is_limited_to_250_percent_of_the_amplifier() -> None:
     bench = DriveBench({**LOADED, "amplifier": {"continuous_current_a": 6.0}}).up().enable()
@@ -504,6 +522,7 @@ def test_bad_name_plate_is_1117_and_the_drive_is_not_enabled(drive: dict[str, ob
     assert not bench.command(99)
 
 
+@pytest.mark.long
 def test_motor_at_an_encoder_of_its_own() -> None:
     links = {"ring": "ring", "wires": "wires", "encoder": "line"}
     encoder = {
@@ -523,6 +542,7 @@ def test_motor_at_an_encoder_of_its_own() -> None:
     assert bench.get("turns", "sm") == pytest.approx(8.0, abs=1e-4)
 
 
+@pytest.mark.long
 def test_the_motor_at_the_cable_is_what_it_is_whatever_its_plate_says() -> None:
     """A plate of half the motor: the drive gives half the torque, which accelerates the whole inertia."""
     links = {"ring": "ring", "wires": "wires", "encoder": "line"}
@@ -576,6 +596,7 @@ def test_quitting_tries_to_read_the_name_plate_again() -> None:
     assert (bench.code(), bench.get("motor_type")) == (0, "SM-100/30/080/P1/45/M0")
 
 
+@pytest.mark.long
 def test_encoder_that_tells_its_plate_and_no_position_is_asked_again_by_quitting() -> None:
     bench = with_encoder()
     silent = bench.rig.add_fault("sm", {"what": "silent", "start_ms": 448})  # just before the last question
@@ -676,6 +697,7 @@ def test_low_24_v_is_shown_and_does_not_stop_it() -> None:
     assert (bench.code(), bench.states()) == (7134, (3, 0x21))
 
 
+@pytest.mark.long
 def test_stuck_brake_ends_as_a_following_error() -> None:
     bench = DriveBench({**BRAKED, "amplifier": {"continuous_current_a": 4.0}}).up()  # 16 N m against 24
     bench.rig.add_fault("d1", {"what": "stuck_brake"})
@@ -699,6 +721,7 @@ def test_enable_lost_by_fault() -> None:
     assert bench.states() == (3, 0x21)
 
 
+@pytest.mark.long
 def test_real_overload_switches_off() -> None:
     bench = DriveBench({"load": {"torque_nm": 0.0}}).up().enable()
     bench.rig.set("d1", "load_torque", 20.0)
@@ -707,6 +730,7 @@ def test_real_overload_switches_off() -> None:
     assert bench.states() == (4, 0x32)
 
 
+@pytest.mark.long
 def test_ring_failure_stops_the_drive() -> None:
     bench = DriveBench({}, {}).up().enable()
     at_speed(bench)
@@ -765,6 +789,7 @@ def test_stands_without_a_ring_and_keeps_looking() -> None:
     assert bench.get("axis_state") == 0
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-013")
 @pytest.mark.parametrize("cycle_ms", [1, 2, 4])
 def test_runs_at_every_cycle_of_the_ring(cycle_ms: int) -> None:
@@ -781,6 +806,7 @@ WORDS = st.tuples(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=25, deadline=None)
 @given(st.lists(WORDS, min_size=1, max_size=20))
 def test_no_command_upsets_it(words: list[tuple[int, int, int, int]]) -> None:
@@ -832,6 +858,7 @@ def test_another_operation_mode_has_its_following_error_and_the_first_has_none_a
         assert bench.get("following_error") == pytest.approx(error, rel=0.01, abs=2)
 
 
+@pytest.mark.long
 def test_load_behind_a_coupling_lags_and_swings_out() -> None:
     """20 Nm/rad between motor and load: the feedback of the load, S-0-0053, is another than that of the motor."""
     load = {"inertia_kg_m2": 0.002, "stiffness_nm_per_rad": 20.0, "damping_nm_s_per_rad": 0.02, "torque_nm": 2.0}
@@ -850,6 +877,7 @@ def test_load_behind_a_coupling_lags_and_swings_out() -> None:
     assert bench.get("load_position") - before == pytest.approx(tau, abs=2e-3)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-176")
 def test_work_warms_the_winding() -> None:
     """Holding 6.5 of 8 Nm warms the motor by 40 K times the square of that share, and by 63 % of it after 60 s."""

@@ -41,6 +41,7 @@ def test_drives_send_and_do_the_same_by_fold_and_by_steps(
 LOADS = pytest.mark.parametrize("load", [{}, {"gear_ratio": 7.5}, TWISTING], ids=["stiff", "geared", "twisting"])
 
 
+@pytest.mark.long
 @LOADS
 def test_drive_on_wires_takes_the_steps_only_to_publish_and_to_look(
     monkeypatch: pytest.MonkeyPatch, load: dict[str, float]
@@ -108,6 +109,7 @@ class Told:
         return is_refused
 
 
+@pytest.mark.long
 @LOADS
 @pytest.mark.parametrize(("part", "refuses"), [(-1.01, True), (-0.99, False), (0.99, False), (1.01, True)])
 @pytest.mark.parametrize("speed", [0.0, 0.1])

@@ -135,6 +135,7 @@ def test_a_point_refuses_what_does_not_fit(tmp_path: Path, name: str, value: Any
         bench.set(name, value)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["u16", "s16", "u32", "s32", "u64", "s64"])
 @settings(max_examples=30, deadline=None)
 @given(data=st.data())

@@ -31,6 +31,7 @@ def test_what_is_too_fast_is_slowed_down() -> None:
     assert [profile.duration_s, profile.at(0.8).speed] == pytest.approx([0.8, 1000.0])
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=200)
 @given(st.floats(0.01, 1e6), st.floats(0.0, 3000.0), st.booleans())
 def test_it_is_at_the_end_when_it_ends(way: float, speed: float, is_back: bool) -> None:

@@ -140,6 +140,7 @@ def test_doc_lists_sequences_and_identifiers(tmp_path: Path) -> None:
     assert run("doc", file)[0] == 2
 
 
+@pytest.mark.long
 def test_check_reports_an_application_without_room(tmp_path: Path) -> None:
     file = tmp_path / "a.pam"
     file.write_text(MACHINE + "".join(f"COMMON WORD_VAR CWV_{number};\n" for number in range(4_200)))
@@ -148,6 +149,7 @@ def test_check_reports_an_application_without_room(tmp_path: Path) -> None:
     assert "expected at most 262144 bytes" in output
 
 
+@pytest.mark.long
 def test_rig_writes_the_nodes_that_an_application_declares(tmp_path: Path) -> None:
     labeller = Path(__file__).parents[3] / "configs/programs/labeller.pam"
     for file in (labeller, *labeller.parent.glob("*.cam")):

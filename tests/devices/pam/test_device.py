@@ -167,6 +167,7 @@ def test_version_or_date_follows_the_name(fieldrig_rig: RigMaker, tmp_path: Path
     assert text in seen
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAML-011")
 def test_display_scrolls_the_significant_characters_of_the_name(rig: Rig) -> None:
     seen = set()
@@ -178,6 +179,7 @@ def test_display_scrolls_the_significant_characters_of_the_name(rig: Rig) -> Non
     assert "ONGN V1." in seen
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAML-106")
 def test_analog_output_of_the_front_drives_its_wire(rig: Rig) -> None:
     rig.run_until(2 * S)
@@ -196,6 +198,7 @@ def test_fault_of_a_program_is_fatal_and_the_led_blinks(fieldrig_rig: RigMaker, 
     assert rig.get("pam", "cycle") == stopped
 
 
+@pytest.mark.long
 def test_reset_begins_again(rig: Rig) -> None:
     rig.run_until(3 * S)
     rig.set("pam", "reset", True)
@@ -204,6 +207,7 @@ def test_reset_begins_again(rig: Rig) -> None:
     assert rig.get("pam", "state") == "running"
 
 
+@pytest.mark.long
 def test_without_power_nothing_is_shown(rig: Rig) -> None:
     rig.run_until(S)
     number = rig.add_fault("pam", {"what": "power_off"})
@@ -236,6 +240,7 @@ def test_overrun_of_a_workspace_ends_the_application(
     assert "WORKSPACE Allocated: 1 Used:" in str(rig.get("pam", "messages"))
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAMS-044")
 def test_debugger_prints_the_messages_of_the_display_and_no_monitored_value(
     fieldrig_rig: RigMaker, tmp_path: Path
@@ -253,6 +258,7 @@ def test_debugger_prints_the_messages_of_the_display_and_no_monitored_value(
     assert rig.get("pam", "messages") == printed
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAMS-056", "PAMS-059")
 @pytest.mark.parametrize(("begins", "date_and_time"), [("high", "169f 27ac"), ("low", "be85 b1e2")])
 def test_only_a_fatal_error_is_in_the_fatal_error_panel(

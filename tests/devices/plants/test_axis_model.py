@@ -60,6 +60,7 @@ def stepped(axis: Mechanics, state: State, reference: float, load: float, second
     return State(position, speed, reference + faded)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("axis", "state", "reference", "load"),
     [
@@ -87,6 +88,7 @@ def test_closed_solution_is_what_fine_steps_come_to(
         assert exact.torque == pytest.approx(near.torque)
 
 
+@pytest.mark.long
 @quick
 @given(axes(), states, torques, torques)
 def test_any_axis_is_what_fine_steps_come_to(axis: Mechanics, state: State, reference: float, load: float) -> None:
@@ -98,6 +100,7 @@ def test_any_axis_is_what_fine_steps_come_to(axis: Mechanics, state: State, refe
     assert exact.speed == pytest.approx(near.speed, abs=1e-2 * pace)
 
 
+@pytest.mark.long
 @quick
 @given(axes(), states, torques, torques, st.integers(1, 9))
 def test_two_steps_are_one(axis: Mechanics, state: State, reference: float, load: float, tenths: int) -> None:
@@ -119,6 +122,7 @@ def test_speed_never_grows_without_torque(axis: Mechanics, state: State) -> None
         assert then.speed * before.speed >= 0
 
 
+@pytest.mark.long
 @quick
 @given(axes(), states, torques, torques)
 def test_energy_is_what_the_torques_brought_less_what_friction_took(
@@ -137,6 +141,7 @@ def test_energy_is_what_the_torques_brought_less_what_friction_took(
     assert gained <= work + steps * h * h * 40 * (1 + largest) + 1e-9
 
 
+@pytest.mark.long
 @quick
 @given(axes(), states, torques, torques)
 def test_position_has_no_jumps_and_stays_between_the_stops(
@@ -205,6 +210,7 @@ magnitudes = st.one_of(
 )
 
 
+@pytest.mark.long
 @quick
 @given(
     st.builds(

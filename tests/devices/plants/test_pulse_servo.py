@@ -127,6 +127,7 @@ def test_a_drive_without_enable_does_not_move() -> None:
     assert bench.point("position") == pytest.approx(0.1 * tau)
 
 
+@pytest.mark.long
 def test_the_published_motion_is_within_its_tolerance() -> None:
     bench = Bench(tolerance_pulses=0.1, highest_turns_per_s=12.0)
     bench.output.send(0, 100_000, 2_000)
@@ -138,6 +139,7 @@ def test_the_published_motion_is_within_its_tolerance() -> None:
         assert off <= 0.1001
 
 
+@pytest.mark.long
 @given(
     st.lists(
         st.tuples(st.integers(1, 60_000), st.integers(0, 5_000), st.sampled_from((1, -1)), st.integers(0, 300 * MS)),

@@ -249,6 +249,7 @@ moves = st.lists(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(
     moves,

@@ -82,6 +82,7 @@ def test_pump_turns_only_while_its_run_wire_says_so(bench: Bench) -> None:
     assert bench.point("level") == pytest.approx(0.001 * 10 / 0.25, rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("step_ms", [3, 10, 700])
 def test_draining_follows_the_closed_solution_whatever_the_step(step_ms: int) -> None:
     bench = Bench(initial_level_m=2.0, step_ms=step_ms)
@@ -101,6 +102,7 @@ def test_input_counts_from_its_own_instant_and_not_from_the_next_step() -> None:
     assert bench.point("level") == pytest.approx(0.001 * 0.25 / 0.25, rel=1e-9)
 
 
+@pytest.mark.long
 def test_level_comes_to_rest_where_the_flows_are_equal() -> None:
     bench = Bench(step_ms=1000)
     bench.drive("pump.speed", 50)

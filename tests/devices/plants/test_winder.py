@@ -106,6 +106,7 @@ def test_load_cell_is_a_bridge(keys: dict[str, Any], tension: float, volt: float
     assert bench.number("load_cell") == cell.volt(0.0)
 
 
+@pytest.mark.long
 def test_line_draws_web_and_the_roll_follows() -> None:
     bench = Bench()
     bench.drive("w.reference", 2.0)
@@ -120,6 +121,7 @@ def test_line_draws_web_and_the_roll_follows() -> None:
     assert bench.number("encoder") == floor(bench.count)
 
 
+@pytest.mark.long
 def test_rewinder_takes_up_what_the_line_gives() -> None:
     bench = Bench(role="rewinder", initial_radius_m=0.05)
     bench.drive("w.reference", 2.0)
@@ -129,6 +131,7 @@ def test_rewinder_takes_up_what_the_line_gives() -> None:
     assert bench.number("tension") * bench.number("radius") == pytest.approx(10.0, rel=1e-2)
 
 
+@pytest.mark.long
 def test_brake_holds_the_roll_and_never_turns_it() -> None:
     bench = Bench(drive="brake")
     bench.drive("w.reference", 5.0)
@@ -141,6 +144,7 @@ def test_brake_holds_the_roll_and_never_turns_it() -> None:
     assert bench.number("torque") == 0.0
 
 
+@pytest.mark.long
 def test_dancer_publishes_its_place_in_volts() -> None:
     bench = Bench(dancer={**DANCER, "spring_n_per_m": 400.0})
     bench.drive("w.reference", 2.8)
@@ -230,6 +234,7 @@ moves = st.lists(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=40, deadline=None)
 @given(moves, st.sampled_from([0.0, 2.0]), st.booleans())
 def test_published_encoder_is_the_true_one(
@@ -244,6 +249,7 @@ def test_published_encoder_is_the_true_one(
             assert abs(bench.count - bench.number("position") * COUNTS_PER_RAD) <= 0.3
 
 
+@pytest.mark.long
 def test_rig_of_a_servo_that_drives_the_line_of_a_winder(fieldrig_rig: RigMaker) -> None:
     rig = fieldrig_rig(
         {

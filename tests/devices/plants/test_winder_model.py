@@ -27,6 +27,7 @@ def run(model: WinderModel, seconds: float, torque: float, dry: float = 0.0, lin
         model.step(0.001, torque, dry, line * 0.001)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("role", "sign"), [("unwinder", 1), ("rewinder", -1)])
 def test_steady_tension_is_torque_over_radius_and_friction_brakes_the_roll(role: str, sign: int) -> None:
     _, model = winder(role, viscous_nm_s_per_rad=0.1)
@@ -37,6 +38,7 @@ def test_steady_tension_is_torque_over_radius_and_friction_brakes_the_roll(role:
     assert model.speed * model.radius_m == pytest.approx(2.0, rel=2e-3)  # but for the strain
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("role", "sign"), [("unwinder", -1), ("rewinder", 1)])
 def test_radius_follows_the_wound_length(role: str, sign: int) -> None:
     settings, model = winder(role, modulus_pa=2e11)
@@ -101,6 +103,7 @@ def test_viscous_web_lets_no_energy_grow(role: str) -> None:
     assert energies[-1] < energies[0]
 
 
+@pytest.mark.long
 def test_dancer_with_a_spring_comes_to_rest_where_forces_are_equal() -> None:
     _, model = winder("unwinder", dancer={**DANCER, "spring_n_per_m": 400.0})
     run(model, 30, torque=14.0, line=1.0)
@@ -109,6 +112,7 @@ def test_dancer_with_a_spring_comes_to_rest_where_forces_are_equal() -> None:
     assert model.dancer_m == pytest.approx((200.0 - 2 * tension) / 400.0, rel=1e-2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("torque", "stop_m"), [(30.0, 0.0), (10.0, 0.3)])
 def test_dancer_without_a_spring_goes_to_the_stop_that_is_stronger(torque: float, stop_m: float) -> None:
     _, model = winder("unwinder", dancer={**DANCER, "initial_m": 0.15})
@@ -172,6 +176,7 @@ def test_web_is_threaded_without_tension() -> None:
     assert (model.stretch_m, model.tension(0.0)) == (0.0, 0.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("role", ROLES)
 @pytest.mark.parametrize("has_dancer", [False, True])
 def test_transient_is_what_fine_steps_of_another_method_come_to(role: str, has_dancer: bool) -> None:
@@ -208,6 +213,7 @@ def test_transient_is_what_fine_steps_of_another_method_come_to(role: str, has_d
     assert model.angle == pytest.approx(angle, abs=1e-4)
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(
     st.sampled_from(ROLES),

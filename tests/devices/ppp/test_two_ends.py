@@ -79,6 +79,7 @@ def test_end_that_comes_later_is_heard() -> None:
     assert line.phases == RUNNING
 
 
+@pytest.mark.long
 @given(st.integers(0, 2**32), st.sampled_from([0.0, 0.02, 0.1, 0.3]))
 @settings(max_examples=60, deadline=None)
 def test_bad_line_leads_to_a_link_or_to_an_end(seed: int, loss: float) -> None:

@@ -77,6 +77,7 @@ def can_be_sent(signal: Signal) -> bool:
     return True
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", DEVICES)
 @settings(max_examples=40)
 @given(steps=st.lists(st.tuples(SIGNALS.filter(can_be_sent), st.integers(0, 10**8)), max_size=8))

@@ -156,6 +156,7 @@ class Data:
         return 0
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(
     st.lists(

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+import pytest
 from ring_bench import RingBench
 
 from fieldrig.clock import MS, Timer, Watchdog
@@ -51,6 +52,7 @@ def test_a_master_that_stood_still_does_not_replay_its_cycles() -> None:
     assert [message.number for message in link.sent if isinstance(message, Mst)] == [1, 2, 3, 4]
 
 
+@pytest.mark.long
 def test_drives_may_be_slow_when_a_phase_begins() -> None:
     bench = RingBench(1, 2)
     bench.master.start()

@@ -35,6 +35,7 @@ def test_cp0_is_ten_master_sync_telegrams_that_come_round() -> None:
     assert begun[10].mst.hex() == "ff01"
 
 
+@pytest.mark.long
 def test_cp1_calls_each_drive_by_its_address() -> None:
     bench = RingBench(5, 9).up(1)
     # status 4000h: ready for power
@@ -50,6 +51,7 @@ def test_cp1_calls_each_drive_by_its_address() -> None:
     assert bench.master.phase == 1
 
 
+@pytest.mark.long
 def test_cp2_reads_what_the_drive_needs_over_the_service_channel() -> None:
     bench = RingBench(5).up(2)
     lines = telegrams(bench, 2)
@@ -144,6 +146,7 @@ def test_a_parameter_takes_some_cycles() -> None:
     assert 4 * 4 * MS <= when_ns - begin_ns <= 7 * 4 * MS
 
 
+@pytest.mark.long
 def test_telegrams_that_do_not_fit_into_the_cycle_keep_the_ring_down() -> None:
     bench = RingBench(*range(1, 41), cycle_ms=1).up()
     assert [event.code for event in bench.seen(Event.NO_ROOM)] == [bench.master.needed_ns() // 1000]
@@ -151,6 +154,7 @@ def test_telegrams_that_do_not_fit_into_the_cycle_keep_the_ring_down() -> None:
     assert bench.master.phase == 0
 
 
+@pytest.mark.long
 def test_a_drive_that_is_not_there_is_named() -> None:
     bench = RingBench(3, 1)
     bench.drives[1].node.link("ring0").on_receive(lambda _message: None, [["drive", 77]])
@@ -159,6 +163,7 @@ def test_a_drive_that_is_not_there_is_named() -> None:
     assert bench.master.phase == 0
 
 
+@pytest.mark.long
 def test_two_drives_of_one_address_do_not_come_up() -> None:
     bench = RingBench(3)
     bench.drives[3].node.link("ring0").on_receive(lambda _message: None, [["drive", 3], ["drive", 3]])
@@ -167,6 +172,7 @@ def test_two_drives_of_one_address_do_not_come_up() -> None:
     assert bench.master.wrong_fcs > 0 or bench.master.phase == 0
 
 
+@pytest.mark.long
 def test_a_drive_that_finds_its_operation_data_wrong_keeps_the_ring_down() -> None:
     bench = RingBench(3, 1)
     bench.drives[1].invalid = [47]
@@ -176,6 +182,7 @@ def test_a_drive_that_finds_its_operation_data_wrong_keeps_the_ring_down() -> No
     assert bench.master.phase == 0
 
 
+@pytest.mark.long
 def test_timing_that_can_not_be_is_found_in_cp2() -> None:
     bench = RingBench(3)
     table = bench.drives[3].table
@@ -231,6 +238,7 @@ def test_two_ats_in_a_row_bring_the_ring_down() -> None:
     assert bench.drives[3].phases[-1] == 0
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-140")
 def test_a_break_brings_all_drives_down_and_a_healed_ring_comes_up_again() -> None:
     bench = failing(RingBench(3, 1, 2).up(), what="break", after="drive0", duration_ms=100)
@@ -287,6 +295,7 @@ def test_a_wrong_phase_is_refused() -> None:
     assert bench.drives[3].slave.failures == 0
 
 
+@pytest.mark.long
 def test_a_request_on_a_ring_that_goes_down_is_answered() -> None:
     bench = RingBench(3).up()
     got: list[bytes | ServiceError] = []

@@ -301,6 +301,7 @@ def test_a_ring_that_goes_down_ends_everything() -> None:
     assert (client.control, client.is_idle) == (0, True)
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=300)
 @given(st.lists(st.tuples(st.integers(0, 0xFFFF), st.integers(0, 0xFFFF)), max_size=60))
 def test_no_words_of_a_master_bring_a_drive_down(words: list[tuple[int, int]]) -> None:
@@ -313,6 +314,7 @@ def test_no_words_of_a_master_bring_a_drive_down(words: list[tuple[int, int]]) -
             assert datum.minimum <= datum.number <= datum.maximum
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=200)
 @given(st.lists(st.tuples(st.integers(0, 7), st.integers(0, 0xFFFF)), max_size=80))
 def test_no_words_of_a_drive_bring_a_master_down(words: list[tuple[int, int]]) -> None:

@@ -137,6 +137,7 @@ def polled(edges: list[tuple[int, bool]], period: int, debounce: int, until: int
     return found
 
 
+@pytest.mark.long
 @given(
     edges=st.lists(st.tuples(st.integers(1, 200), st.booleans()), max_size=30, unique_by=lambda edge: edge[0]),
     period=st.integers(1, 20),

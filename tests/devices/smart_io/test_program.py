@@ -217,6 +217,7 @@ ORDERS = st.one_of(
 )
 
 
+@pytest.mark.long
 @given(st.lists(ITEMS, max_size=10), st.lists(ORDERS, max_size=20))
 def test_nothing_that_a_pam_sends_breaks_the_node(items: list[Configuration], orders: list[Order]) -> None:
     bench = SmartIoBench()
@@ -232,6 +233,7 @@ def test_nothing_that_a_pam_sends_breaks_the_node(items: list[Configuration], or
     assert bench.get("error_word") == 0, "all warnings of orders have ended"
 
 
+@pytest.mark.long
 def test_a_port_that_is_attached_again_is_used() -> None:
     bench = SmartIoBench()
     bench.configure(OutputItem(1, 105, 1, True))

@@ -104,6 +104,7 @@ def test_orders_switch_outputs_and_leds() -> None:
     assert (bench.rig.get("tools", "out105"), bench.rig.get("tools", "led6")) == (True, True)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAML-128")
 @pytest.mark.parametrize("output", ["edges", "segments"])
 def test_a_motor_with_its_plant_finds_zero_and_moves(output: str) -> None:
@@ -134,6 +135,7 @@ def test_an_item_that_can_not_be_is_an_error_of_the_start() -> None:
     assert ("04..E01A", (41, 99, 0)) in bench.pam.errors
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAMS-112")
 def test_a_break_is_on_the_displays_and_everything_stops() -> None:
     bench = Bench().started()

@@ -1,5 +1,6 @@
 """Whatever arrives from the ring, a node goes on, and its reports fit into frames."""
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from st1_bench import ProgramBench
@@ -39,6 +40,7 @@ events = st.lists(
 )
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=60)
 @given(events, st.booleans())
 def test_a_node_takes_any_order(given_events: list[tuple[object, int]], has_board: bool) -> None:

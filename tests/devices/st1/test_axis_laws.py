@@ -1,5 +1,6 @@
 """Laws of the axis: whatever it is ordered, its shaft moves without jumps and within its limits."""
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from st1_bench import ProgramBench
@@ -46,6 +47,7 @@ def give(bench: ProgramBench, command: Command) -> None:
             bench.move(move, *numbers)
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=50)
 @given(commands)
 def test_a_shaft_never_jumps_and_never_exceeds_its_limits(given_commands: list[tuple[Command, int]]) -> None:
@@ -62,6 +64,7 @@ def test_a_shaft_never_jumps_and_never_exceeds_its_limits(given_commands: list[t
                 assert abs(bench.speed - speed) <= TORQUE_GIVES * 1.01e-3
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=40)
 @given(commands)
 def test_an_event_moves_nothing(given_commands: list[tuple[Command, int]]) -> None:
@@ -74,6 +77,7 @@ def test_an_event_moves_nothing(given_commands: list[tuple[Command, int]]) -> No
         bench.cycle(cycles)
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=40)
 @given(commands)
 def test_every_order_is_done_in_the_end_and_the_axis_at_rest(given_commands: list[tuple[Command, int]]) -> None:

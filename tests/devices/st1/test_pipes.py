@@ -69,6 +69,7 @@ def test_an_axis_holds_the_last_set_point_where_no_cycle_comes(bench: ProgramBen
     assert (bench.position, bench.speed, bench.lag) == pytest.approx((0.099, 0.0, 0.0), abs=1e-6)
 
 
+@pytest.mark.long
 def test_set_points_that_come_late_and_all_at_once_do_not_make_an_axis_overshoot(bench: ProgramBench) -> None:
     """The pattern is that of processes on a busy host; the limit of the lag is one turn."""
     furthest, cycle = 0.0, 0

@@ -25,6 +25,7 @@ def move(number: int, turns: int) -> AxisOrder:
     return AxisOrder(number, Move.ABSOLUTE_MOVE, turns * TURN, 10 * TURN, 200 * TURN, 200 * TURN)
 
 
+@pytest.mark.long
 def test_the_motor_follows_the_set_position(bench: DeviceBench) -> None:
     bench.send(move(2, 3))
     lags = [abs(float(bench.run(1).get("lag"))) for _ in range(400)]
@@ -35,6 +36,7 @@ def test_the_motor_follows_the_set_position(bench: DeviceBench) -> None:
     assert bench.take(AxisReport)[-1].error == 0
 
 
+@pytest.mark.long
 def test_the_motor_follows_a_pipe(bench: DeviceBench) -> None:
     lags = []
     for cycle in range(400):
@@ -46,6 +48,7 @@ def test_the_motor_follows_a_pipe(bench: DeviceBench) -> None:
     assert float(bench.rig.get("motor", "speed")) == pytest.approx(10 * 6.283185307179586, rel=0.02)
 
 
+@pytest.mark.long
 def test_the_loop_rests_with_the_motor(bench: DeviceBench) -> None:
     bench.send(move(2, 1)).run(2000)
     bench.wires.clear()
@@ -67,6 +70,7 @@ def test_a_jammed_motor_gives_a_lag_error(bench: DeviceBench) -> None:
     assert bench.rig.get("motor", "reference") == 0.0
 
 
+@pytest.mark.long
 def test_a_motor_without_power_is_where_its_load_takes_it(bench: DeviceBench) -> None:
     bench.send(AxisOrder(2, Move.POWER_OFF)).run(50)
     bench.rig.set("motor", "load_torque", -1.0)

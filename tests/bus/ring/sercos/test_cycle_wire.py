@@ -40,6 +40,7 @@ def test_what_comes_back_is_what_was_left(sequence: int, instant_ns: int, ats: l
     assert decode_back(encode_back(sequence, instant_ns, ats)) == (sequence, instant_ns, ats)
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.binary(max_size=80))
 def test_anything_else_is_refused_or_read(data: bytes) -> None:

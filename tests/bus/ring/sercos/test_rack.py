@@ -2,6 +2,7 @@
 
 from typing import Any, cast
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -71,6 +72,7 @@ def test_each_hears_what_the_wire_says(cycles: list[tuple[bytes, bytes]], answer
     assert process.heard() == as_the_wire_says(message)
 
 
+@pytest.mark.long
 @settings(max_examples=300, deadline=None)
 @given(st.integers(0, 60), st.integers(0, 2), st.binary(max_size=40))
 def test_of_a_cycle_with_any_head_each_hears_what_the_wire_says(mst_end: int, is_more: int, rest: bytes) -> None:

@@ -33,6 +33,7 @@ def two_cards(*, second: dict[str, Any], **first: Any) -> Rig:
     return Rig(from_dict(config, Path()))
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-003")
 def test_a_variable_of_one_card_is_in_the_other_within_a_pass_and_a_frame() -> None:
     with two_cards(
@@ -76,6 +77,7 @@ def test_each_channel_has_words_of_its_own() -> None:
         assert [rig.get("b", f"V{10 * channel}") for channel in (1, 2, 3)] == [8, 9, 10]
 
 
+@pytest.mark.long
 def test_cards_without_exchange_say_nothing_to_each_other() -> None:
     with two_cards(second={}) as rig:
         rig.set("a", "V10", 1)
@@ -126,6 +128,7 @@ def test_a_card_may_make_the_sync() -> None:
     assert bench.after(10) == ["080#", "24A#00 00 00 00"]
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-003")
 def test_receptions_leave_the_card_s_own_pdos_to_the_master() -> None:
     bench = FaceBench(
@@ -157,6 +160,7 @@ def test_a_reception_that_is_too_short_is_reported() -> None:
     assert bench.card.V[7:9] == [0, 0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("word", "entry"),
     [
@@ -185,6 +189,7 @@ def test_a_card_that_waits_for_a_master() -> None:
     assert bench.start() == ["70A#00"]
 
 
+@pytest.mark.long
 def test_no_card_beyond_node_63_can_send(caplog: pytest.LogCaptureFixture) -> None:
     bench = FaceBench(send=[{"channel": 1, "words": ["V1"]}])
     bench.card.parameters.ram[0][5] = 64_000

@@ -16,6 +16,7 @@ def bench() -> FaceBench:
     return bench
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-010")
 @pytest.mark.parametrize(("node_id", "boot_up"), [(1, "701#00"), (10, "70A#00"), (127, "77F#00")])
 def test_node_id_is_parameter_5(node_id: int, boot_up: str) -> None:
@@ -58,6 +59,7 @@ def test_a_variable_is_written_at_once_and_holds_any_32_bits(bench: FaceBench) -
     assert bench.card.V[1] == -(1 << 31)
 
 
+@pytest.mark.long
 def test_there_is_no_v1001(bench: FaceBench) -> None:
     assert bench.sdo("40 03 20 FB 00 00 00 00") == "80 03 20 fb 11 00 09 06"
 

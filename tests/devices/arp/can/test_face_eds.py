@@ -99,6 +99,7 @@ def test_python_canopen_reads_and_writes_by_name(bench: FaceBench, node: Any) ->
     assert refused.value.code == 0x0609_0030
 
 
+@pytest.mark.long
 def test_python_canopen_hears_pdos_and_sends_them(bench: FaceBench, node: Any) -> None:
     node.tpdo.read()
     node.rpdo.read()

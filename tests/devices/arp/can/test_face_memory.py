@@ -73,6 +73,7 @@ def cuts(request: str, data: bytes | None, writes: tuple[str, ...] = ()) -> Iter
             return
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("request_", "new"), [(COMMAND_4, (*NEW[:3], OLD[3])), (SAVE_ALL, NEW), (SAVE_OURS, (*NEW[:3], OLD[3]))]
 )

@@ -27,6 +27,7 @@ def test_a_command_that_the_state_forbids_is_refused(bench: FaceBench, command: 
     assert bench.sdo(f"2F 00 21 00 {command} 00 00 00") == f"80 00 21 00 {DEVICE_STATE}"
 
 
+@pytest.mark.long
 def test_there_are_four_commands_that_are_write_only(bench: FaceBench) -> None:
     assert bench.sdo("2F 00 21 00 00 00 00 00") == "80 00 21 00 32 00 09 06"
     assert bench.sdo("2F 00 21 00 05 00 00 00") == "80 00 21 00 31 00 09 06"
@@ -73,6 +74,7 @@ def test_communication_parameters_alone_leave_flash_as_it_is(bench: FaceBench) -
     assert bench.card.asked == []
 
 
+@pytest.mark.long
 def test_a_wrong_signature_saves_nothing(bench: FaceBench) -> None:
     bench.sdo("23 01 23 0B C4 09 00 00")
     assert bench.sdo("23 10 10 01 53 41 56 45") == "80 10 10 01 20 00 00 08"

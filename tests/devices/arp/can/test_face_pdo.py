@@ -60,6 +60,7 @@ def test_what_a_master_maps_is_up_to_date_from_its_first_pdo_on(bench: FaceBench
     assert bench.refresh() == ["4CA#dd 05 00 00 01 00 00 00"]
 
 
+@pytest.mark.long
 def test_with_sync_the_card_tells_what_the_last_pass_saw(bench: FaceBench) -> None:
     bench.sdo("2F 01 18 02 01 00 00 00")
     bench.card.positions[1] = 1500

@@ -221,6 +221,7 @@ def test_module_that_never_comes_is_an_error(make: Make) -> None:
     assert cell.card.inputs(201) == [201]
 
 
+@pytest.mark.long
 def test_module_that_reboots_is_an_error_and_is_started_again(cell: Cell) -> None:
     other = cell.rig.attach("other").link("can0")
     cell.card.O[201] = 1
@@ -353,6 +354,7 @@ def test_bit_rate_is_parameter_6_as_it_was_at_the_start(kbaud: int) -> None:
     assert can.sent == [BitRate(kbaud * 1000)]
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-011")
 def test_card_with_another_bit_rate_than_its_bus_has_no_remote_io(make: Make) -> None:
     cell = make()

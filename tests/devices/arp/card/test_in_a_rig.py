@@ -100,6 +100,7 @@ def test_remote_inputs_and_outputs_are_the_programs(rig: Rig) -> None:
     assert rig.get("card", "I201") is True
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-046", "ARP-122")
 def test_a_card_that_is_reset_has_the_outputs_of_its_modules_at_0(rig: Rig) -> None:
     rig.set("io1", "6000:01", 1)
@@ -119,6 +120,7 @@ def test_the_motor_is_where_the_program_sent_it(rig: Rig) -> None:
     assert rig.get("motor", "position") == pytest.approx(3.14159265, abs=0.001)
 
 
+@pytest.mark.long
 def test_the_same_rig_gives_the_same_numbers(tmp_path: Path) -> None:
     seen = []
     for _ in range(2):

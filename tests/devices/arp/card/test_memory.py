@@ -191,6 +191,7 @@ def test_reserved_parameters_are_kept_and_do_nothing() -> None:
     assert bench.variable(1) == plain.variable(1) > 0
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-007", "ARP-016")
 def test_periods_are_taken_at_power_on_only() -> None:
     bench = CardBench(LOOP, {"general": {1: 4, 16: 40}}).run_for(100)
@@ -334,6 +335,7 @@ def test_ram_without_its_mark_is_e03_once_and_blank_afterwards() -> None:
     assert CardBench(LOOP, store=store).run_for(50).error == 0
 
 
+@pytest.mark.long
 @given(st.binary(min_size=4000, max_size=4000))
 @settings(max_examples=20, deadline=None)
 def test_no_value_in_the_ram_crashes_the_card(content: bytes) -> None:

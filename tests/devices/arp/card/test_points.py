@@ -118,6 +118,7 @@ def test_a_wrong_parameter_is_refused_with_its_range(key: str, value: float, rig
         CardBench(LOOP).set(key, value)
 
 
+@pytest.mark.long
 def test_every_point_can_be_read() -> None:
     bench = CardBench(LOOP, with_can=True).run_for(20)
     points = bench.card.points()

@@ -184,6 +184,7 @@ def test_new_resolution_and_new_limits_keep_the_reading() -> None:
     assert bench.loop().reading(1) == 150.0
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(
     st.floats(-1e5, 1e5),

@@ -54,6 +54,7 @@ def entering() -> AxesBench:
     return bench.loop(200)
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-101", "ARP-105", "ARP-068")
 def test_example_of_the_manual_runs_for_many_cycles() -> None:
     """A15, with a simulated slave: every sample is on the curve."""

@@ -206,6 +206,7 @@ def test_limits_of_the_counter_that_leave_no_turn_are_no_turn() -> None:
         assert outputs(armed(10, 20, turn=turn), (15, 25)) == [1, 0]
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.integers(0, 99), st.integers(1, 99), st.booleans(), st.lists(st.integers(-49, 49), max_size=30))
 def test_a_fast_axis_switches_as_one_that_is_looked_at_everywhere(

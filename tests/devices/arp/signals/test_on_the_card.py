@@ -39,6 +39,7 @@ class Bench:
         return [signal.value for signal in self.wires.sent if signal.name == f"c.{name}"]
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-092")
 def test_a10_a_slope_on_the_wire(tmp_path: Path) -> None:
     bench = Bench(tmp_path, "BEG M\nDAC 1, -5\nWAIT 0.1\nDAC 1, 5, 2\nLOOP:\nGOTO LOOP\nEND").run(3_000)

@@ -473,6 +473,7 @@ TABLES = st.fixed_dictionaries(
 )
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-121")
 @settings(max_examples=60, deadline=None)
 @given(

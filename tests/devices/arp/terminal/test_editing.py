@@ -55,6 +55,7 @@ def test_keys_go_to_the_card_also_while_they_type(bench: TerminalBench) -> None:
     assert [frame for frame in bench.press("4") if frame.startswith("194")] == ["194#08 00 00 00", "194#00 00 00 00"]
 
 
+@pytest.mark.long
 def test_values_from_the_card_do_not_disturb_what_is_typed(bench: TerminalBench) -> None:
     bench.press("4")
     bench.send("414#01 01 10 27 00 00")

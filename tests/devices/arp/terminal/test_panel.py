@@ -25,6 +25,7 @@ KEYS: dict[Model, dict[int, str]] = {
 MODELS: list[Model] = ["TR4", "TR5"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", MODELS)
 def test_model_has_its_keys_and_leds_and_no_others(model: Model) -> None:
     points = TerminalBench(model=model).terminal.points()
@@ -122,6 +123,7 @@ def test_press_of_a_key_that_is_not_there_says_which_are(model: Model, name: str
     assert bench.after(200) == []
 
 
+@pytest.mark.long
 def test_key_takes_true_or_false() -> None:
     bench = TerminalBench()
     with pytest.raises(ControlError, match="true or false"):

@@ -106,6 +106,7 @@ RAWS = st.integers(-999_999_999, 999_999_999)
 KEYS = st.lists(st.sampled_from([*"0123456789", "POINT", "MINUS", "DEL"]), max_size=20)
 
 
+@pytest.mark.long
 @given(PATTERNS, RAWS)
 @settings(max_examples=200, deadline=None)
 def test_field_is_as_wide_as_its_pattern_and_shows_the_value_or_stars(field: Pattern, raw: int) -> None:
@@ -120,6 +121,7 @@ def test_field_is_as_wide_as_its_pattern_and_shows_the_value_or_stars(field: Pat
         assert needed > field.width
 
 
+@pytest.mark.long
 @given(PATTERNS, KEYS)
 @settings(max_examples=200, deadline=None)
 def test_whatever_is_typed_fits_and_shows_as_it_was_typed(field: Pattern, keys: list[str]) -> None:
@@ -133,6 +135,7 @@ def test_whatever_is_typed_fits_and_shows_as_it_was_typed(field: Pattern, keys: 
         assert Decimal(field.show(raw).strip()) * 1000 == raw
 
 
+@pytest.mark.long
 @given(st.text(alphabet="#.A ", max_size=16))
 @settings(max_examples=200, deadline=None)
 def test_a_message_keeps_its_length_whatever_its_field_shows(message: str) -> None:

@@ -111,6 +111,7 @@ TEXTS = st.tuples(st.integers(0, 255), st.integers(0, 255), st.integers(1, 3), s
 NEAR = st.tuples(st.integers(0, 9), st.integers(0, 18), st.integers(1, 3), st.text("AB #.", max_size=16))
 
 
+@pytest.mark.long
 @given(st.lists(TEXTS | NEAR, max_size=8))
 @settings(max_examples=100, deadline=None)
 def test_screen_keeps_its_size_and_is_empty_again_when_all_is_erased(texts: list[tuple[int, int, int, str]]) -> None:

@@ -132,6 +132,7 @@ def test_program_that_shows_the_same_in_a_loop_costs_the_bus_nothing(started: Ce
     assert started.screen[0] == "L=   4"  # nor does it disturb the operator
 
 
+@pytest.mark.long
 def test_fast_changes_are_sent_at_the_pace_of_the_bus_and_the_last_one_stays(started: CellBench) -> None:
     started.program('MSG 1, "A"\nMSG 2, "B"')
     started.take()
@@ -166,6 +167,7 @@ def test_values_that_change_all_the_time_get_their_turns(started: CellBench) -> 
     assert len({frame[4:9] for frame in sent}) == 24  # places
 
 
+@pytest.mark.long
 def test_one_pass_takes_no_more_of_the_bus_than_eight_frames_or_nine(started: CellBench) -> None:
     started.program("\n".join(f"TERM {line}, {column}, 1, 1, V1" for line in (1, 2) for column in range(1, 11)), ms=0)
     sent = [len(started.after(20).take()) for _ in range(6)]
@@ -178,6 +180,7 @@ def test_text_that_takes_the_place_of_a_waiting_one_comes_after_its_message(star
     assert started.screen[0] == "SECOND"
 
 
+@pytest.mark.long
 def test_loader_of_all_500_messages_loses_none(started: CellBench) -> None:
     started.program("\n".join(f'MSG {number}, "MESSAGE {number:08}"' for number in range(1, 501)), ms=3_000)
     assert [started.rig.get("tr", f"message.{number}") for number in (1, 250, 251, 500)] == [

@@ -69,6 +69,7 @@ def test_message_comes_by_sdo_and_is_shown(bench: TerminalBench) -> None:
     assert bench.screen == ["", "", "", "AUTOMATIC CYCLE", "", "", "", ""]
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-114")
 def test_messages_251_to_500_are_in_the_second_object(bench: TerminalBench) -> None:
     assert bench.send("614#23 01 21 fa 4f 4b 21 21") == ["594#60 01 21 fa 00 00 00 00"]
@@ -194,6 +195,7 @@ def test_message_that_the_memory_does_not_take_is_a_hardware_error() -> None:
     assert (answer[:6], bench.get("message.1")) == ("594#60", "ABCD")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("text", ["x" * 17, "A\nB", "€"])
 def test_point_of_a_message_refuses_an_invalid_message(bench: TerminalBench, text: str) -> None:
     with pytest.raises(ControlError, match="up to 16 characters of ISO 8859-1"):

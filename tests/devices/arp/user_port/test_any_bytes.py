@@ -35,6 +35,7 @@ def good_bodies(wire: bytes) -> bool:
     return False
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.one_of(st.binary(max_size=300), st.just(b"~"), st.just(b"\x7d")), max_size=20))
 def test_noise_changes_nothing_and_is_not_answered(chunks: list[bytes]) -> None:
@@ -48,6 +49,7 @@ def test_noise_changes_nothing_and_is_not_answered(chunks: list[bytes]) -> None:
         assert bench.heard() == []
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(COMMANDS, st.binary(max_size=256), st.integers(0, 255)), max_size=12), st.booleans())
 def test_any_valid_frames_are_answered_once_each(requests: list[tuple[int, bytes, int]], enabled: bool) -> None:

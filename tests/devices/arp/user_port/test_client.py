@@ -104,6 +104,7 @@ def test_a_trace() -> None:
     assert card.sample(0.01) is None
 
 
+@pytest.mark.long
 def test_who_only_listens_shows_that_he_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fieldrig_devices.arp.user_port.line.KEEP_S", 0.0)
     bench = PortBench(COUNT, is_enabled=True, user_port={"baud": 1_000_000})
@@ -148,6 +149,7 @@ def test_a_bad_line_costs_time_and_nothing_else() -> None:
     assert card.upload() == LONG
 
 
+@pytest.mark.long
 def test_a_commit_whose_answer_is_lost_is_not_carried_out_twice() -> None:
     lost = list[bytes]()
 

@@ -50,6 +50,7 @@ def committed(data: bytes) -> PortBench:
 # ---- virtual time
 
 
+@pytest.mark.long
 def test_the_answer_comes_after_a_fixed_time_while_the_control_loops_go_on() -> None:
     bench = committed(LONG)
     begun_ns, cycles = bench.clock.now_ns(), bench.card.cycles
@@ -62,6 +63,7 @@ def test_the_answer_comes_after_a_fixed_time_while_the_control_loops_go_on() -> 
     assert (bench.access.program_name, bench.get("program.loading")) == ("LONG", 0)
 
 
+@pytest.mark.long
 def test_the_progress_is_sent_while_the_pc_waits_and_shown_by_a_point() -> None:
     bench = committed(LONG)
     shown = set()
@@ -76,6 +78,7 @@ def test_the_progress_is_sent_while_the_pc_waits_and_shown_by_a_point() -> None:
     assert len(shown) > 20  # hundredths
 
 
+@pytest.mark.long
 def test_the_client_is_told_of_the_progress() -> None:
     bench = PortBench(user_port=FAST_LINE)
     told: list[str] = []
@@ -84,6 +87,7 @@ def test_the_client_is_told_of_the_progress() -> None:
     assert "reading" in told
 
 
+@pytest.mark.long
 def test_a_commit_that_is_sent_again_meanwhile_is_not_carried_out_again() -> None:
     bench = committed(LONG)
     for number in (bench.sequence, bench.sequence + 1):  # the same frame, and another request
@@ -94,6 +98,7 @@ def test_a_commit_that_is_sent_again_meanwhile_is_not_carried_out_again() -> Non
     assert bench.send(COMMIT, sequence=bench.sequence + 1) == answers  # repeated, as its answer may be lost
 
 
+@pytest.mark.long
 def test_other_requests_are_answered_meanwhile() -> None:
     bench = committed(LONG)
     bench.run_for(10)
@@ -102,6 +107,7 @@ def test_other_requests_are_answered_meanwhile() -> None:
     assert bench.ok(0x10, struct.pack("<BHH", ord("V"), 1, 1)) != b""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", [0x01, ABORT])
 def test_a_hello_or_an_abort_ends_the_compilation(command: int) -> None:
     bench = committed(LONG)
@@ -113,6 +119,7 @@ def test_a_hello_or_an_abort_ends_the_compilation(command: int) -> None:
     assert (bench.heard(), bench.access.program_name) == ([], "program")
 
 
+@pytest.mark.long
 def test_a_program_that_was_started_meanwhile_is_not_replaced() -> None:
     bench = committed(LONG)
     bench.run_for(10)

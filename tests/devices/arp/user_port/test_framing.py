@@ -33,6 +33,7 @@ def test_both_implementations_make_the_same_frame(body: bytes) -> None:
     assert encode(body) == frame(body)
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.lists(BODIES, max_size=4), st.lists(st.integers(0, 1200), max_size=8), st.booleans())
 def test_bodies_come_out_whatever_the_pieces(sent: list[bytes], cuts: list[int], share_flags: bool) -> None:
@@ -45,6 +46,7 @@ def test_bodies_come_out_whatever_the_pieces(sent: list[bytes], cuts: list[int],
     assert heard == sent
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(BODIES, st.data())
 def test_a_damaged_frame_is_dropped_and_the_next_one_is_heard(body: bytes, data: st.DataObject) -> None:

@@ -189,6 +189,7 @@ def test_the_length_of_an_object_is_bounded(length: int) -> None:
 # ---- upload
 
 
+@pytest.mark.long
 def test_the_program_comes_back_as_it_was_downloaded() -> None:
     long = an_object("\n".join(f"V{number} == {number}.5 * V1 + SQR(V2)" for number in range(1, 200)), name="LONG")
     bench = PortBench()

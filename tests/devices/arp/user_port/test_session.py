@@ -179,6 +179,7 @@ def test_the_ten_seconds_have_an_exact_end(silent_ms: int, is_reported: bool) ->
     assert bool(bench.heard()) is is_reported
 
 
+@pytest.mark.long
 def test_a_pc_that_asks_now_and_then_is_there() -> None:
     bench = PortBench()
     bench.ok(0x30, struct.pack("<II", 10, 0))

@@ -22,6 +22,7 @@ def test_our_files_pass(path: Path) -> None:
     assert check_eds(path) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("right", "wrong", "said"), MISTAKES)
 def test_mistake_is_said_with_what_would_be_right(tmp_path: Path, right: str, wrong: str, said: str) -> None:
     assert right in TEXT

@@ -103,6 +103,7 @@ def test_dcf_without_its_values_means_the_eds(tmp_path: Path, bench: CanopenBenc
 TYPES = [number for number, data_type in DATA_TYPES.items() if data_type is not DOMAIN]
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(TYPES), st.binary(min_size=8, max_size=8)), min_size=1, max_size=8))
 def test_values_that_are_written_are_read_as_the_same_bytes(

@@ -271,6 +271,7 @@ def test_cancelled_requests_are_forgotten(bench: Bench) -> None:
     assert bench.results == []
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.booleans(), st.integers(0, 3), st.lists(st.binary(max_size=8), max_size=6))
 def test_whatever_comes_back_there_is_one_result(is_upload: bool, good: int, answers: list[bytes]) -> None:

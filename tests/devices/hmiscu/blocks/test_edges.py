@@ -172,6 +172,7 @@ def test_the_diagnosis_block_is_reset_by_execute() -> None:
     assert shown(bench.diag) == set()
 
 
+@pytest.mark.long
 @pytest.mark.manual("SCU-079")
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(["move", "velocity", "stop", "simple"]), st.booleans(), st.integers(1, 400))))

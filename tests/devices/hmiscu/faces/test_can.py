@@ -48,6 +48,7 @@ def test_outputs_follow_the_first_rpdo_and_inputs_send_the_first_tpdo(bench: Dev
     assert frames[-1].data == bytes.fromhex("04 00 01")
 
 
+@pytest.mark.long
 def test_outputs_take_their_error_values_when_the_node_is_stopped(bench: DeviceBench) -> None:
     bench.can.deliver(CanFrame(0x205, bytes.fromhex("01 00 00")))
     bench.run(10)
@@ -56,6 +57,7 @@ def test_outputs_take_their_error_values_when_the_node_is_stopped(bench: DeviceB
     assert bench.level("lamp") is False
 
 
+@pytest.mark.long
 def test_a_master_moves_the_axis_by_objects_and_reads_the_counters(bench: DeviceBench) -> None:
     # 2001h MoveRelative: 3 Velocity, 4 Distance, 5 Acceleration, 6 Deceleration, 2 Execute, 9 Done
     for subindex, value in ((3, 20_000), (4, 40_000), (5, 1_000), (6, 500)):
@@ -68,11 +70,13 @@ def test_a_master_moves_the_axis_by_objects_and_reads_the_counters(bench: Device
     assert sdo(bench, "40 10 20 03 00 00 00 00") == "4f10200300000000"  # Standstill
 
 
+@pytest.mark.long
 def test_an_object_of_a_channel_that_is_not_there_takes_a_value_without_effect(bench: DeviceBench) -> None:
     assert sdo(bench, "2f 07 20 06 32 00 00 00") == "6007200600000000"  # PWM00.Duty
     assert bench.device.find("PWM00.Duty") is None
 
 
+@pytest.mark.long
 def test_points_may_be_named_in_the_settings(tmp_path: Path) -> None:
     program = "VAR_GLOBAL g_byCount : BYTE; END_VAR PROGRAM PLC_PRG END_PROGRAM"
     bench = DeviceBench(tmp_path, program, can_slave={"node_id": 5, "points": {"6200:01": "g_byCount"}})

@@ -90,6 +90,7 @@ def rig_of(folder: Path, **settings: Any) -> dict[str, Any]:
     }
 
 
+@pytest.mark.long
 def test_values_of_a_modbus_unit_are_variables_of_the_program(tmp_path: Path, fieldrig_rig: RigMaker) -> None:
     rig = fieldrig_rig(rig_of(tmp_path))
     rig.run_until(200 * MS)
@@ -104,6 +105,7 @@ def test_values_of_a_modbus_unit_are_variables_of_the_program(tmp_path: Path, fi
     assert rig.get("scu", "g_rLevel") == pytest.approx(1.234)
 
 
+@pytest.mark.long
 def test_a_lost_unit_gives_zeros_and_the_program_knows(tmp_path: Path, fieldrig_rig: RigMaker) -> None:
     data = rig_of(tmp_path)
     del data["devices"]["pump"]

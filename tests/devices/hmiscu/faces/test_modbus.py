@@ -21,6 +21,7 @@ def bench() -> DeviceBench:
     return bench
 
 
+@pytest.mark.long
 def test_a_master_moves_the_axis_by_registers_and_coils_alone(bench: DeviceBench) -> None:
     # 20000 Hz, 40000 pulses, 1000 ms, 500 ms: each DWORD with its low word first
     assert bench.ask("10 0000 0008 10 4e20 0000 9c40 0000 03e8 0000 01f4 0000") == "1000000008"

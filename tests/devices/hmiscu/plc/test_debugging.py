@@ -35,6 +35,7 @@ def bench(tmp_path: Path) -> DeviceBench:
     return bench
 
 
+@pytest.mark.long
 def test_a_download_replaces_the_program_which_waits_for_its_start(bench: DeviceBench) -> None:
     point = bench.device.find("g_uCycles")
     assert point is not None
@@ -46,6 +47,7 @@ def test_a_download_replaces_the_program_which_waits_for_its_start(bench: Device
     assert point.read() == bench.get("g_uCycles") == 20
 
 
+@pytest.mark.long
 def test_an_online_change_keeps_the_values(bench: DeviceBench) -> None:
     point = bench.device.find("g_uCycles")
     assert point is not None
@@ -56,6 +58,7 @@ def test_an_online_change_keeps_the_values(bench: DeviceBench) -> None:
     assert bench.get("g_uMore") == 0
 
 
+@pytest.mark.long
 def test_an_online_change_is_refused_while_a_task_is_at_a_breakpoint(bench: DeviceBench) -> None:
     ask(bench, "breakpoints", file="program.st", breakpoints=[{"line": 7}])
     bench.run(100)
@@ -66,12 +69,14 @@ def test_an_online_change_is_refused_while_a_task_is_at_a_breakpoint(bench: Devi
     assert "some task was within a cycle" in str(bench.get("plc/problem"))
 
 
+@pytest.mark.long
 def test_a_program_with_a_mistake_leaves_the_present_one(bench: DeviceBench) -> None:
     download(bench, "PROGRAM PLC_PRG\nVAR END_VAR\nwrong := 1;\nEND_PROGRAM\n")
     assert bench.get("plc/state") == "run"
     assert "wrong is not declared" in str(bench.get("plc/problem"))
 
 
+@pytest.mark.long
 def test_a_breakpoint_stops_the_task_and_not_the_pulses(tmp_path: Path) -> None:
     program = """
 VAR_GLOBAL g_bStart : BOOL; END_VAR
@@ -95,6 +100,7 @@ END_PROGRAM
     assert bench.get("PTO00.Distance") == 1_000
 
 
+@pytest.mark.long
 def test_a_reset_to_the_origin_leaves_no_program(bench: DeviceBench) -> None:
     point = bench.device.find("g_uCycles")
     assert point is not None

@@ -22,6 +22,7 @@ ST = "Timer_ON(IN := g_xRun, PT := Preset, Q => g_xOutput, ET => g_tElapsed);"
 IL = "CAL Timer_ON(IN := g_xRun, PT := Preset, Q => g_xOutput, ET => g_tElapsed)"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("call", [ST, IL], ids=["ST", "IL"])
 def test_a_timer_called_with_all_its_parameters(tmp_path: Path, call: str) -> None:
     bench = DeviceBench(tmp_path, TIMER.replace("CALL", call), channel_0=PTO)
@@ -46,6 +47,7 @@ END_PROGRAM
 """
 
 
+@pytest.mark.long
 def test_the_first_cycle_after_each_start(tmp_path: Path) -> None:
     bench = DeviceBench(tmp_path, FIRST_CYCLE.replace("CALL", "FirstCycle := IsFirstMastCycle();"), channel_0=PTO)
     bench.run(100)
@@ -74,6 +76,7 @@ DRIFT_ST = "g_eError := SetRTCDrift(g_iDrift, myDay, g_uHour, myMinute);"
 DRIFT_IL = "LD g_iDrift\nSetRTCDrift myDay, g_uHour, myMinute\nST g_eError"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("call", [DRIFT_ST, DRIFT_IL], ids=["ST", "IL"])
 def test_a_function_with_four_parameters(tmp_path: Path, call: str) -> None:
     bench = DeviceBench(tmp_path, DRIFT.replace("CALL", call), channel_0=PTO)

@@ -29,6 +29,7 @@ END_PROGRAM
 """
 
 
+@pytest.mark.long
 @pytest.mark.manual("SCU-010", "SCU-028", "SCU-094", "SCU-097")
 def test_a_program_moves_the_axis_by_the_global_instance_of_the_channel(tmp_path: Path) -> None:
     bench = DeviceBench(tmp_path, MOVE, channel_0=PTO, mast={"cycle_ms": 5})
@@ -41,6 +42,7 @@ def test_a_program_moves_the_axis_by_the_global_instance_of_the_channel(tmp_path
     assert (bench.level("lamp"), bench.get("PTO00.Moving"), bench.get("PTO00.Distance")) == (False, False, 40_000)
 
 
+@pytest.mark.long
 @pytest.mark.manual("SCU-010")
 def test_the_global_instance_can_be_renamed(tmp_path: Path) -> None:
     program = MOVE.replace("PTO00", "Feeder")
@@ -92,6 +94,7 @@ END_PROGRAM
     assert bench.get("g_eError") == 1
 
 
+@pytest.mark.long
 @pytest.mark.manual("SCU-092")
 @pytest.mark.parametrize(
     ("name", "value"),

@@ -123,6 +123,7 @@ def pulses(pieces: list[Piece]) -> int:
     return sum(piece.count or 0 for piece in pieces)
 
 
+@pytest.mark.long
 @pytest.mark.manual("SCU-084")
 @pytest.mark.parametrize(("profile", "distance", "_smooth_s", "rounded_s"), MOVES)
 def test_a_move_of_rounded_periods_takes_the_time_of_the_table(

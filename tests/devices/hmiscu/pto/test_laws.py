@@ -81,6 +81,7 @@ def done(move: Move, **others: Any) -> PtoBench:
     return bench
 
 
+@pytest.mark.long
 @pytest.mark.manual("SCU-041", "SCU-042", "SCU-043", "SCU-044", "SCU-045", "SCU-035")
 @settings(max_examples=150, deadline=None)
 @given(moves())
@@ -97,6 +98,7 @@ def test_every_move_sends_its_pulses_in_the_time_of_the_formulas(move: Move) -> 
     assert len(bench.segments) <= 6  # and the last one is at rest
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ramps", RAMPS)
 @settings(max_examples=40, deadline=None)
 @given(moves(most=2_000), st.floats(0, 1))
@@ -116,6 +118,7 @@ def test_a_receiver_of_the_segments_counts_what_was_sent(ramps: str, move: Move,
     assert counter.missed == counter.surplus == 0
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(moves(most=3_000))
 def test_a_move_in_periods_has_the_same_pulses_and_nearly_the_same_time(move: Move) -> None:
@@ -145,6 +148,7 @@ def test_edges_are_in_order_and_no_period_leaves_the_band(ramps: str, move: Move
     assert all(S / highest - 2 <= later - earlier <= S / lowest + 2 for earlier, later in pairwise(rises))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ramps", RAMPS)
 @settings(max_examples=40, deadline=None)
 @given(moves(most=400), st.lists(st.floats(0, 1), min_size=1, max_size=5))
@@ -161,6 +165,7 @@ def test_the_count_at_any_instant_is_that_of_the_edges(ramps: str, move: Move, i
         assert bench.simple.outputs["Distance"] == bench.sent
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ramps", RAMPS)
 @pytest.mark.parametrize("how", ["stop", "fast stop"])
 @settings(max_examples=40, deadline=None)
@@ -191,6 +196,7 @@ def test_a_stop_at_any_instant_and_a_second_move_lose_no_pulse(ramps: str, how: 
     assert all(earlier < later for (earlier, _), (later, _) in pairwise(found))
 
 
+@pytest.mark.long
 @pytest.mark.manual("SCU-046")
 @pytest.mark.parametrize("ramps", RAMPS)
 @settings(max_examples=20, deadline=None)
@@ -215,6 +221,7 @@ def test_velocities_follow_one_another_without_a_gap(ramps: str, changes: list[t
     assert all(later - earlier <= 1.3 * S / slowest for earlier, later in pairwise(rises))
 
 
+@pytest.mark.long
 @pytest.mark.manual("SCU-046", "SCU-086", "SCU-089")
 @settings(max_examples=100, deadline=None)
 @given(st.integers(1, 50_000), st.integers(1, 50_000), st.integers(20, 49_999), st.floats(0, 1.5))

@@ -42,6 +42,7 @@ def test_a_move_sends_its_pulses_in_the_time_of_the_formulas(
     assert bench.channel.state is State.STANDSTILL
 
 
+@pytest.mark.long
 @pytest.mark.manual("SCU-084")
 @pytest.mark.parametrize(("start", "stop", "inputs", "distance", "seconds"), MOVES)
 def test_a_move_in_periods_sends_the_same_pulses_a_little_faster(
@@ -185,6 +186,7 @@ def test_a_smooth_ramp_ends_at_the_stop_frequency(stop_hz: int) -> None:
 STOPS_OF_MOVES = [(20_000, 0, 5_000, 8_000, 2.0, 8_000), (20_000, 1_000, 5_000, 12_000, 2.894737, 18_815)]
 
 
+@pytest.mark.long
 @pytest.mark.manual("SCU-039", "SCU-090")
 @pytest.mark.parametrize(("velocity", "stop_hz", "stop_ms", "frequency", "seconds", "pulses"), STOPS_OF_MOVES)
 @pytest.mark.parametrize("is_slowing_down", [False, True])

@@ -85,6 +85,7 @@ def test_the_program_that_is_damaged_below_compiles() -> None:
     compiled(PROGRAM)
 
 
+@pytest.mark.long
 @settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.integers(0, len(PROGRAM)), st.integers(0, 20), st.lists(st.sampled_from(WORDS), max_size=3).map(" ".join))
 def test_a_damaged_program_compiles_or_has_messages(start: int, length: int, inserted: str) -> None:

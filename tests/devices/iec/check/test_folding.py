@@ -67,6 +67,7 @@ def integer_cases(draw: st.DrawFn, kind: str, depth: int = 4) -> Case:
     return Case(f"({left.text} {operator} {right.text})", wrapped(value, kind))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", RANGES)
 def test_integers_wrap_around_in_their_type(kind: str) -> None:
     @settings(max_examples=15, deadline=None)
@@ -98,6 +99,7 @@ def real_cases(draw: st.DrawFn, depth: int = 4) -> tuple[str, Fraction]:
     return f"({left} {operator} {right})", single(exact)
 
 
+@pytest.mark.long
 @settings(max_examples=40, deadline=None)
 @given(st.lists(real_cases(), min_size=5, max_size=10))
 def test_reals_are_rounded_to_single_precision_after_each_operation(cases: list[tuple[str, Fraction]]) -> None:
@@ -125,6 +127,7 @@ def literal_cases(draw: st.DrawFn, depth: int = 4) -> Case:
     return Case(f"({left.text} {operator} {right.text})", value)
 
 
+@pytest.mark.long
 @settings(max_examples=40, deadline=None)
 @given(literal_cases())
 def test_literals_alone_are_computed_exactly_and_must_fit_in_the_end(case: Case) -> None:

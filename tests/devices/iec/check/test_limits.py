@@ -37,6 +37,7 @@ def test_sources_that_are_far_too_large_are_refused_at_once(
     assert len(refused.value.mistakes) == 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("part", ["? ", "yy := zz;\n", "x := TRUE;\n", "IF x THEN ) END_IF;\n"])
 def test_messages_end_after_a_thousand(part: str) -> None:
     text = program("x : INT;", "".join(part.replace("zz", f"zz{number}") for number in range(3_000)))

@@ -241,6 +241,7 @@ def test_modifiers_where_they_have_no_meaning_are_refused(drawn: str) -> None:
     assert any("at an output or a pin" in message for message in messages(drawn))
 
 
+@pytest.mark.long
 def test_a_chain_of_thousands_is_a_message_even_deep_inside_of_the_program() -> None:
     """The caller of the import may itself be far from the bottom of Python's stack."""
     through = "".join(

@@ -161,6 +161,7 @@ def test_contacts_in_a_circle_are_refused() -> None:
     assert "loop of contacts" in message
 
 
+@pytest.mark.long
 def test_a_row_of_thousands_of_contacts_is_a_message() -> None:
     row = "".join(contact(str(n), "a", str(n - 1)) for n in range(1, 3_000))
     assert any("elements in a row" in message for message in messages(ladder(row, coil("9999", "m", "2999"))))

@@ -92,6 +92,7 @@ def test_characters_that_cannot_be_encoded_are_no_crash() -> None:
     assert isinstance(messages(tc6(pou("<ST>x := '\ud800';</ST>"))), list)
 
 
+@pytest.mark.long
 def test_a_flood_of_mistakes_is_cut_off() -> None:
     wires = "".join(f'<coil localId="{n}"><variable>m</variable></coil>' for n in range(2_000))
     assert len(messages(tc6(pou(f"<LD>{wires}</LD>")))) == 200

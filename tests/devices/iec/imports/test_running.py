@@ -101,6 +101,7 @@ BLOCKS = tc6(
 SMALL = st.integers(-2_000, 2_000)
 
 
+@pytest.mark.long
 @settings(deadline=None)
 @given(st.lists(st.tuples(SMALL, SMALL), max_size=8))
 def test_blocks_do_what_their_functions_say(inputs: list[tuple[int, int]]) -> None:

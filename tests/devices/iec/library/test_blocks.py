@@ -505,6 +505,7 @@ def all_blocks() -> Bench:
     return Bench(ALL)
 
 
+@pytest.mark.long
 @settings(max_examples=300)
 @given(st.data())
 def test_no_input_of_a_block_is_a_fault(all_blocks: Bench, data: st.DataObject) -> None:

@@ -158,6 +158,7 @@ def test_other_names_of_the_types_are_known() -> None:
     assert name_of(E.DT, TEXT) == "DT_TO_STRING"
 
 
+@pytest.mark.long
 @settings(max_examples=1_000)
 @given(st.data())
 def test_every_value_has_a_result_in_range(data: st.DataObject) -> None:
@@ -205,6 +206,13 @@ def test_text_of_a_value_is_read_as_the_value(data: st.DataObject) -> None:
         value = abs(int(value))  # the constants begin with 1970
     text = WIDE if kind is E.WCHAR else TEXT
     assert convert(convert(value, kind, text), text, kind) == value
+
+
+@pytest.mark.parametrize("kind", [kind for kind in E if kind not in (E.REAL, E.LREAL, E.LDATE, E.LDT)], ids=str)
+def test_text_of_an_end_of_a_type_is_read_as_the_value(kind: E) -> None:
+    text = WIDE if kind is E.WCHAR else TEXT
+    for value in _ends(kind):
+        assert convert(convert(value, kind, text), text, kind) == value
 
 
 @given(st.floats(width=32, allow_nan=False, allow_infinity=False, allow_subnormal=False))

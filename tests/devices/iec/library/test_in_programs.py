@@ -103,6 +103,7 @@ def bench() -> Bench:
     return Bench(f"PROGRAM PLC_PRG\nVAR\n    {inputs}\n{results}\nEND_VAR\n{body}\nEND_PROGRAM\n")
 
 
+@pytest.mark.long
 @settings(max_examples=200)
 @given(VALUES)
 def test_results_are_those_of_another_computation(bench: Bench, values: Inputs) -> None:

@@ -194,6 +194,7 @@ def test_powers_never_raise(base: float, exponent: float) -> None:
     assert isinstance(evaluate("EXPT.LREAL", [base, exponent]), float)
 
 
+@pytest.mark.long
 @settings(max_examples=300)
 @given(st.data())
 def test_integer_functions_stay_in_range(data: st.DataObject) -> None:

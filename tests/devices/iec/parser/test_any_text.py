@@ -120,6 +120,7 @@ def test_deep_start_values_end_in_one_message(part: str) -> None:
 MANY = 300_000  # quadratic work at this size takes longer than a test may
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "text",
     [

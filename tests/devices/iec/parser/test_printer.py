@@ -28,18 +28,21 @@ def unit_of(*statements: tree.AnyStatement, blocks: tuple[tree.Variables, ...] =
     return tree.Unit("random.st", (pou,))
 
 
+@pytest.mark.long
 @settings(deadline=None)
 @given(EXPRESSIONS)
 def test_a_printed_expression_is_parsed_to_the_same_tree(expression: tree.Expression) -> None:
     assert_survives(unit_of(tree.Assign(tree.Name("x"), expression)))
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=50)
 @given(STATEMENTS)
 def test_a_printed_statement_is_parsed_to_the_same_tree(statement: tree.AnyStatement) -> None:
     assert_survives(unit_of(tree.Empty(), statement))
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=50)
 @given(INITIALS)
 def test_a_printed_start_value_is_parsed_to_the_same_tree(initial: tree.Initial) -> None:
@@ -47,6 +50,7 @@ def test_a_printed_start_value_is_parsed_to_the_same_tree(initial: tree.Initial)
     assert_survives(unit_of(blocks=(tree.Variables(tree.Section.LOCAL, (variable,)),)))
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=15)
 @given(UNITS)
 def test_a_printed_file_is_parsed_to_the_same_tree(unit: tree.Unit) -> None:

@@ -431,6 +431,7 @@ def task_sets(draw: st.DrawFn) -> list[tuple[float, int, int, int]]:
     )
 
 
+@pytest.mark.long
 @given(tasks=task_sets(), process_us=st.integers(0, 900))
 def test_the_sum_of_time_is_conserved_and_overload_repeats_exactly(
     tasks: list[tuple[float, int, int, int]], process_us: int

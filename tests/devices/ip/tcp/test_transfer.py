@@ -27,6 +27,7 @@ def pattern(size: int, step: int) -> bytes:
     return bytes((place * step + place // 251) & 0xFF for place in range(size))
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=60)
 @given(QUALITIES, st.integers(0, 2**32), st.integers(0, 6_000), st.integers(0, 6_000), st.sampled_from([68, 576, 1500]))
 def test_both_directions_arrive_and_the_connection_ends(

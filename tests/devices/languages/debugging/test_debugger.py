@@ -186,6 +186,7 @@ def test_wrong_commands_say_what_was_expected(session: Session, line: str, messa
     assert session.bench.value("Main.a") != 0
 
 
+@pytest.mark.long
 def test_help_has_every_command(session: Session) -> None:
     text = "\n".join(session.do("help"))
     for name in session.debugger._acts:
@@ -193,6 +194,7 @@ def test_help_has_every_command(session: Session) -> None:
         assert f"  {name}" in text
 
 
+@pytest.mark.long
 @given(st.lists(st.sampled_from(["every", "depth", "trigger", "before", "csv", "5", "x", "rising", "2.5"]), max_size=8))
 def test_any_words_of_a_trace_are_read_or_refused(words: list[str]) -> None:
     try:
@@ -203,6 +205,7 @@ def test_any_words_of_a_trace_are_read_or_refused(words: list[str]) -> None:
     assert found.question()["command"] == "record"
 
 
+@pytest.mark.long
 @given(st.lists(st.from_regex(r"[a-z=0-9]+('[a-z ]*')?", fullmatch=True)))
 def test_words_are_split_at_blanks_outside_of_texts(words: list[str]) -> None:
     assert words_of("  ".join(words)) == words

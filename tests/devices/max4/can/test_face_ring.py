@@ -18,6 +18,7 @@ def node(bench: CanFaceBench) -> Any:
     return master
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-004")
 @pytest.mark.manual("PD-005")
 @pytest.mark.manual("PD-206")
@@ -59,6 +60,7 @@ def enable(bench: CanFaceBench, node: Any, mode: int, axis: int = 1) -> None:
     assert node.sdo[first + 0x41].raw & 0x6F == 0x27
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mode", [3, 9])
 def test_speeds_of_the_second_axis(bench: CanFaceBench, node: Any, mode: int) -> None:
     enable(bench, node, mode)
@@ -105,6 +107,7 @@ def test_the_service_channel_tells_what_a_drive_refuses(bench: CanFaceBench, nod
     assert (window[4].raw, window[5].raw) == (3, 0x1001)
 
 
+@pytest.mark.long
 def test_an_error_of_a_drive_is_a_fault_an_emcy_and_goes_by_fault_reset(bench: CanFaceBench, node: Any) -> None:
     enable(bench, node, 1)
     bench.take()
@@ -122,6 +125,7 @@ def test_an_error_of_a_drive_is_a_fault_an_emcy_and_goes_by_fault_reset(bench: C
     assert "08A#00 00 00 00 00 00 00 00" in bench.take()
 
 
+@pytest.mark.long
 def test_a_broken_ring_is_a_fault_of_all_axes_and_heals_by_fault_reset() -> None:
     bench = CanFaceBench("belt", "knife").boot()
     node = bench.master()
@@ -139,6 +143,7 @@ def test_a_broken_ring_is_a_fault_of_all_axes_and_heals_by_fault_reset() -> None
     enable(bench, node, 1)
 
 
+@pytest.mark.long
 def test_6072_limits_the_torque_of_the_drive_whatever_moves_it() -> None:
     bench = CanFaceBench("belt").boot()
     node = bench.master()
@@ -186,6 +191,7 @@ class SwitchedBench(CanFaceBench):
                 self.rig.set("max4", f"{name}.Value", is_on)
 
 
+@pytest.mark.long
 def test_a_foreign_master_homes_a_drive_by_its_switches_and_runs_it_into_one() -> None:
     bench = SwitchedBench()
     node = bench.boot().master()

@@ -199,6 +199,7 @@ def test_without_eds_values_are_bytes() -> None:
     assert bench.rig.get("io", "1800:05") == 500
 
 
+@pytest.mark.long
 @settings(max_examples=30, deadline=None)
 @given(
     st.lists(st.tuples(st.sampled_from([0x80, 0x94, 0x194, 0x294, 0x594, 0x714]), st.binary(max_size=8)), max_size=20)

@@ -22,6 +22,7 @@ def test_a_caller_with_user_name_and_password_gets_its_address() -> None:
     assert bench.get("Com1UserState") == 7
 
 
+@pytest.mark.long
 def test_pages_are_served_over_the_line() -> None:
     bench = DialInBench().call()
     page = bench.page("/AXES.HTM")
@@ -30,6 +31,7 @@ def test_pages_are_served_over_the_line() -> None:
     assert any("8013" in line and "bec86465" in line for line in bench.max4.logger.lines())
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-282")
 @pytest.mark.manual("PD-285")
 def test_files_are_fetched_and_replaced_over_the_line() -> None:
@@ -52,12 +54,14 @@ def test_files_are_fetched_and_replaced_over_the_line() -> None:
     assert arrived == b"mine"
 
 
+@pytest.mark.long
 def test_an_extra_port_that_no_command_opened_is_refused() -> None:
     bench = DialInBench().call()
     connection, _ = bench.connect(50_000)
     assert not connection.is_open
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-240")
 @pytest.mark.manual("PD-241")
 @pytest.mark.manual("PD-280")
@@ -72,6 +76,7 @@ def test_a_call_and_ethernet_serve_at_the_same_time() -> None:
     assert any(isinstance(message, Data) and message.data.startswith(b"HTTP/1.1 200 OK") for message in answers)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-273")
 @pytest.mark.parametrize(
     "settings", [PppSettings(own=Login(b"service", b"wrong")), PppSettings(own=Login(b"", b"")), PppSettings()]
@@ -85,6 +90,7 @@ def test_a_caller_without_the_right_login_is_hung_up(settings: PppSettings) -> N
     assert bench.dtr
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-273")
 @pytest.mark.parametrize("address", ["127.0.0.1", "224.0.0.1", "0.0.0.0", "255.255.255.255", "190.200.100.100"])
 def test_a_reserved_remote_ip_address_ends_the_call_after_the_login(address: str) -> None:
@@ -109,6 +115,7 @@ def test_without_a_user_name_or_password_no_call_is_answered(missing: str) -> No
     assert bench.link.phase is Phase.DEAD
 
 
+@pytest.mark.long
 def test_three_failed_logins_are_logged_and_slowed() -> None:
     bench = DialInBench()
     for _ in range(2):
@@ -122,6 +129,7 @@ def test_three_failed_logins_are_logged_and_slowed() -> None:
     assert bench.go(12_000).link.phase is Phase.RUNNING  # type: ignore[union-attr]
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-275")
 def test_a_line_that_drops_in_a_transfer_can_be_dialled_again() -> None:
     bench = DialInBench().call()
@@ -134,6 +142,7 @@ def test_a_line_that_drops_in_a_transfer_can_be_dialled_again() -> None:
     assert bench.call().page("/").startswith(b"HTTP/1.1 200 OK\r\n")
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-275")
 def test_a_reset_of_the_controller_drops_the_call_and_another_one_is_answered() -> None:
     bench = DialInBench().call()

@@ -81,6 +81,7 @@ class Line(Max4Rig):
         return self.get("Com1UserState"), self.get("Phone.State")
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-246")
 @pytest.mark.manual("PD-248")
 def test_the_default_strings_set_the_modem_up_and_a_call_is_answered_after_two_rings() -> None:
@@ -92,6 +93,7 @@ def test_the_default_strings_set_the_modem_up_and_a_call_is_answered_after_two_r
     assert line.rig.get("near", "dcd")
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-270")
 @pytest.mark.parametrize(
     ("parameters", "states"),
@@ -107,6 +109,7 @@ def test_a_wrong_parameter_leaves_the_call_unanswered(parameters: dict[str, Any]
     assert line.call().caller.failure is not None
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-270")
 def test_a_modem_without_rockwell_chip_set_needs_at_as_second_string() -> None:
     assert Line({"chip_set": "other"}).go(12_000).states == (2, 8)
@@ -115,6 +118,7 @@ def test_a_modem_without_rockwell_chip_set_needs_at_as_second_string() -> None:
     assert line.call().caller.is_up
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-270")
 @pytest.mark.parametrize("what", ["power_off", "serial_unplugged"])
 def test_a_modem_that_is_off_or_unplugged_is_noticed_and_found_again(what: str) -> None:
@@ -155,6 +159,7 @@ def test_modems_that_are_set_to_different_speeds_have_no_carrier() -> None:
     assert offline_again(line)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-272")
 def test_a_poor_line_without_error_correction_carries_no_handshake() -> None:
     line = Line(Phone__InitString="AT&F E0 Q0 V1 &S0 &C1 &R0 S0=2 \\N0").go(5000)
@@ -165,6 +170,7 @@ def test_a_poor_line_without_error_correction_carries_no_handshake() -> None:
     assert offline_again(line)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-273")
 def test_a_caller_whose_format_is_not_8n1_gets_no_link() -> None:
     line = Line().go(5000).dial()
@@ -178,6 +184,7 @@ def test_a_caller_whose_format_is_not_8n1_gets_no_link() -> None:
     assert offline_again(line)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-275")
 def test_pulses_of_a_charge_meter_that_are_too_long_lose_the_connection() -> None:
     line = Line().go(5000).call()
@@ -189,6 +196,7 @@ def test_pulses_of_a_charge_meter_that_are_too_long_lose_the_connection() -> Non
     assert offline_again(line)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-275")
 def test_a_controller_that_boots_loses_the_connection_and_is_called_again_some_seconds_later() -> None:
     line = Line().go(5000).call()
@@ -197,6 +205,7 @@ def test_a_controller_that_boots_loses_the_connection_and_is_called_again_some_s
     assert offline_again(line)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-275")
 def test_a_client_that_ends_an_idle_connection_leaves_the_controller_ready() -> None:
     line = Line().go(5000).call()
@@ -215,6 +224,7 @@ def test_a_wrong_password_drops_the_call_at_the_password_check() -> None:
     assert line.call().caller.is_up
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-275")
 @pytest.mark.parametrize("where", ["near", "far"])
 def test_a_call_is_lost_with_either_modem_and_the_next_one_is_answered(where: str) -> None:

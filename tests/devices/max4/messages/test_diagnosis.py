@@ -116,6 +116,7 @@ def test_err_led_flashes_while_a_diagnosis_is_pending() -> None:
     assert [value for _, name, value in bench.wires if name == "panel.err"] == [True, False]
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-093")
 @pytest.mark.manual("PD-094")
 @pytest.mark.manual("PD-172")
@@ -150,6 +151,7 @@ def test_english_messages_are_as_in_the_prose() -> None:
     assert (bench.get("DiagCode"), bench.get("axis1.DiagCode")) == (0, 0)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-092")
 def test_two_axes_have_their_own_and_the_controller_the_first_of_the_worst() -> None:
     bench = Bench("belt", "knife").boot()
@@ -210,6 +212,7 @@ def test_leds_tell_power_error_program_and_bus(tmp_path: Path) -> None:
     assert leds() == "off off off off"
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-092", "PD-110")
 def test_what_was_only_covered_by_something_worse_is_no_new_entry() -> None:
     """A drive shows its most severe code; after its acknowledgement the earlier code, still pending, is shown again."""

@@ -104,6 +104,7 @@ def test_logged_run_of_the_manual(tmp_path: Path) -> None:
     assert [(fields[0], fields[7]) for fields in older] == [(f"{n}", f"entry {n - 1}") for n in range(308, 0, -1)]
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-040")
 @pytest.mark.manual("PD-041")
 @pytest.mark.manual("PD-116")

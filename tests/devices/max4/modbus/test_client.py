@@ -237,6 +237,7 @@ def test_wrong_settings_are_refused(client: dict[str, Any], wrong: str) -> None:
         FacesBench(modbus_client=client)
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(
     st.lists(

@@ -279,6 +279,7 @@ def test_an_axis_goes_to_a_place_as_the_closed_solution_says(enabled: FacesBench
     assert status(bench) == OPERATING | ENABLED | CONTROLLED | REACHED
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-004")
 def test_a_motor_behind_a_drive_on_the_ring_is_moved_and_stopped() -> None:
     plate = str(Path(__file__).parents[4] / "configs" / "plates" / "sm-100-30-080.yaml")

@@ -181,6 +181,7 @@ def torque_bench() -> TorqueBench:
     ).ready()
 
 
+@pytest.mark.long
 def test_a_torque_is_taken_away_at_a_switch_and_the_other_way_gives_one_again() -> None:
     bench = torque_bench()
     assert SWITCHES["belt.neg"] < bench.axis("belt").position < SWITCHES["belt.pos"]

@@ -108,6 +108,7 @@ END_PROGRAM
 """
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-028")
 def test_parameters_in_a_drive_hold_the_task_for_many_cycles(tmp_path: Path) -> None:
     """The service channel moves two bytes in each cycle of 4 ms."""

@@ -332,6 +332,7 @@ REPORTS = st.one_of(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from([41, 63, 7, 99]), REPORTS), max_size=12))
 def test_no_report_of_a_node_stops_the_pam(reports: list[tuple[int, frames.Report]]) -> None:

@@ -310,6 +310,7 @@ def test_a_run_of_the_pmp_is_replaced_by_a_move(bench: Bench) -> None:
 # ---- golden numbers (section 7 of the digest), within one period
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAML-630")
 @pytest.mark.manual("PAMS-026")
 @pytest.mark.manual("PAMS-036")
@@ -507,6 +508,7 @@ COMMANDS = st.lists(
 )
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAML-631")
 @settings(max_examples=25, deadline=None)
 @given(COMMANDS)

@@ -179,6 +179,7 @@ def test_learning_may_be_ordered_before_the_pipe_begins_and_is_forgotten_at_its_
     assert machine.flow(200)[1] == ("0", approximately(0.201))  # learned again, on the flow
 
 
+@pytest.mark.long
 @settings(max_examples=40)
 @given(st.lists(st.floats(0.06, 0.95), min_size=1, max_size=8, unique=True), st.floats(0.0005, 0.02))
 def test_each_installed_reference_fires_once_and_in_order(places: list[float], speed: float) -> None:

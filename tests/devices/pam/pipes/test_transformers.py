@@ -219,6 +219,7 @@ def test_the_delay_of_the_sensor_is_computed_back() -> None:
     assert list(block.latched) == pytest.approx([99, 1000, 0])
 
 
+@pytest.mark.long
 @settings(max_examples=40)
 @given(st.lists(st.floats(-10, 10), min_size=1, max_size=5), st.floats(10, 1e4), st.floats(1, 1e3))
 def test_corrections_are_continuous_and_add_up(values: list[float], slope: float, level: float) -> None:

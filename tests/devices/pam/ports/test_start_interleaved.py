@@ -64,6 +64,7 @@ class Patience:
         yield bench.memory.read(place, 1)[0]
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAMS-067")
 @settings(max_examples=30)
 @given(
@@ -92,6 +93,7 @@ def test_vme(
     assert not master.mistakes
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAMS-091")
 @settings(max_examples=30)
 @given(turns, begins, st.sampled_from([0, 0xFFFF]), st.sampled_from(["even", "odd"]))

@@ -101,6 +101,7 @@ def words_one_by_one(script: Script[Any], words: list[int]) -> Iterator[Any]:
                 yield
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAMS-080")
 @settings(max_examples=60, deadline=None)
 @given(

@@ -1,5 +1,6 @@
 """Programs of random statements with random inputs run, and a dead sequence leaves nothing behind."""
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pam_bench import PamBench
@@ -46,6 +47,7 @@ SOME = st.lists(st.sampled_from(STATEMENTS), max_size=8).map("\n".join)
 CHANGES = st.lists(st.sampled_from(["SBI_a", "SBI_b", "SBI_c", "f", "fe", ""]), max_size=60)
 
 
+@pytest.mark.long
 @settings(max_examples=40)
 @given(cycles=st.integers(1, 3), before=SOME, after=SOME, changes=CHANGES)
 def test_any_program_runs(cycles: int, before: str, after: str, changes: list[str]) -> None:

@@ -232,6 +232,7 @@ def _exact(operator: str, a: Fraction, b: Fraction) -> Fraction:
     return Fraction(int(a / b))
 
 
+@pytest.mark.long
 @settings(max_examples=30)
 @given(st.lists(EXPRESSIONS, min_size=8, max_size=8))
 def test_random_expressions_have_their_exact_values(expressions: list[Expression]) -> None:

@@ -1,5 +1,6 @@
 """Random orders of events against a simple model of the states of sequences."""
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pam_bench import OBJECTS, PamBench
@@ -83,6 +84,7 @@ class Model:
         self.step, self.late, self.is_latched = "", None, False
 
 
+@pytest.mark.long
 @settings(max_examples=100)
 @given(st.lists(LEVELS, max_size=40))
 def test_sequences_follow_the_model(history: list[tuple[bool, bool, bool]]) -> None:

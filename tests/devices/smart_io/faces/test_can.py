@@ -111,6 +111,7 @@ def test_the_node_passes_the_conformance_suite() -> None:
     assert done.exit_code == Exit.OK, done.output
 
 
+@pytest.mark.long
 @settings(max_examples=20)
 @given(st.lists(st.tuples(st.integers(0, 0x7FF), st.binary(max_size=8)), max_size=10))
 def test_any_frames_leave_the_node_at_work(received: list[tuple[int, bytes]]) -> None:
