@@ -373,3 +373,28 @@ def test_the_position_is_that_of_the_node_after_any_orders(steps: list[tuple[str
             bench.until(lambda: bool(bench.ask("AXI_Belt", "ready")))
         difference = bench.nodes[1].position / TURN * 360 - bench.ask("AXI_Belt", "position")
         assert difference - 360 * round(difference / 360) == pytest.approx(0, abs=1e-5)
+
+
+@pytest.mark.manual("PAML-062")
+def test_a_report_from_before_the_end_of_a_pipe_does_not_move_the_position(bench: Bench) -> None:
+    bench.connect("CNV_Belt", "TMP_Master")
+    bench.cycle(5)
+    bench.do("AXI_Belt", "relative_move", 10)
+    number = order(bench).number
+    bench.do("CNV_Belt", "disactivate")
+    assert bench.ask("AXI_Belt", "position") == pytest.approx(110)
+    bench.objects.on_report(1, AxisReport(1, 0, number, round(TURN / 36)))
+    assert bench.ask("AXI_Belt", "ready")
+    assert bench.ask("AXI_Belt", "position") == pytest.approx(110)
+
+
+@pytest.mark.manual("PAML-059")
+def test_no_order_has_the_number_of_the_one_before_even_after_65535_others(bench: Bench) -> None:
+    bench.do("AXI_Belt", "run", 1)
+    number = order(bench).number
+    for _ in range(65534):
+        bench.do("AXI_Station", "run", 1)
+    bench.do("AXI_Belt", "run", 2)
+    assert order(bench).number != number
+    bench.objects.on_report(1, AxisReport(4, 0, number, 0))
+    assert not bench.ask("AXI_Belt", "ready")
