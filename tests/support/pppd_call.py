@@ -85,8 +85,14 @@ def pppd_call(folder: Path) -> Iterator[Call]:
     """Dial with `pppd call`; a call that is still there afterwards is hung up, as the next one needs the line."""
     log = folder / "pppd.log"
     with log.open("wb") as output, subprocess.Popen(["pppd", "call", NAME], stdout=output, stderr=output) as process:
+        call = Call(process, log)
         try:
-            yield Call(process, log)
+            yield call
+        except BaseException as fault:
+            fault.add_note(
+                f"pppd, which has {'ended' if process.poll() is not None else 'not ended'}, said:\n{call.output()}"
+            )
+            raise
         finally:
             process.terminate()
             try:

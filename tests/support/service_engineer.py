@@ -14,7 +14,6 @@ USER, PASSWORD = "service", "pacdrive"
 TERMINATED = 5  # pppd(8), EXIT STATUS
 OFFLINE, ONLINE = 6, 7  # Com1UserState
 MAP_IDENTIFIER = 0x4D34  # register 0
-WAITING = 1  # AxisState of an axis that may be switched on
 PING = bytes.fromhex("1234 0001") + bytes(range(256))
 PAGE = '<html><body>Cycle <pac value="MAx-4.Com1UserState">.</body></html>\n'
 PATIENCE_S = "200"
@@ -51,5 +50,6 @@ def reach_every_service(rig: AskedRig, folder: Path) -> None:
         with ModbusTcpClient(CONTROLLER, port=502, timeout=60, retries=0) as client:
             assert client.read_holding_registers(0, count=1).registers == [MAP_IDENTIFIER]
         with OpcUaClient(f"opc.tcp://{CONTROLLER}:4840", timeout=60) as visitor:
-            assert visitor.get_node("ns=2;s=infeed.AxisState").read_value() == WAITING
+            state = visitor.get_node("ns=2;s=infeed.AxisState")
+            until(lambda: state.read_value() == rig.get("max4/infeed.AxisState"))
         assert call.hang_up() == TERMINATED, call.output()
