@@ -160,6 +160,7 @@ def test_without_room_a_new_wire_is_dropped_while_all_drivers_are_there() -> Non
     assert kept(model) == MOST_WIRES
 
 
+@pytest.mark.long
 def test_a_driver_that_comes_back_has_its_wires_again() -> None:
     model = WiresModel()
     for _ in range(3):

@@ -21,6 +21,7 @@ DICE: dict[str, Any] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("processes", ["one", "each"])
 def test_a_device_answers_at_the_present_instant(processes: str) -> None:
     with Rig(from_dict({**DICE, "processes": processes}, HERE)) as rig:
@@ -29,6 +30,7 @@ def test_a_device_answers_at_the_present_instant(processes: str) -> None:
         assert rig.get("dice", "throws") == 7
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("processes", ["one", "each"])
 def test_a_refusal_says_what_was_expected(processes: str) -> None:
     with Rig(from_dict({**DICE, "processes": processes}, HERE)) as rig:

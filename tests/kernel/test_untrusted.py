@@ -22,6 +22,7 @@ GOOD = st.recursive(
 )
 
 
+@pytest.mark.long
 @given(GOOD)
 def test_what_json_says_is_read(value: Any) -> None:
     assert read_json(json.dumps(value).encode()) == value

@@ -48,6 +48,7 @@ def test_error_frames_are_none() -> None:
     assert from_wire(bytes.fromhex("04000020 08000000 0001000000000000")) is None
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(st.binary(min_size=16, max_size=16) | st.binary(min_size=72, max_size=72))
 def test_any_bytes_of_the_kernel_are_a_frame_that_a_bus_can_carry(data: bytes) -> None:

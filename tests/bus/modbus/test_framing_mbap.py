@@ -63,6 +63,7 @@ def test_messages_arrive_however_their_bytes_are_cut(sent: list[tuple[int, int, 
     assert got == sent
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.lists(st.binary(max_size=300)))
 def test_cuts_make_no_difference_to_garbage(chunks: list[bytes]) -> None:

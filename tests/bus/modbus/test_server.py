@@ -107,6 +107,7 @@ def test_every_answer_is_well_formed(requests: list[bytes], line: LineState | No
             assert 1 <= response[1] <= 4
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.integers(0, SIZE), st.integers(0, 130), st.binary(min_size=260, max_size=260))
 def test_what_is_written_is_read(address: int, quantity: int, data: bytes) -> None:

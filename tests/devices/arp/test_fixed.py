@@ -94,6 +94,7 @@ def test_shifts_bring_in_zeros(a: int, places: int) -> None:
     assert RIGHT(a, places * 1000) == (fixed.signed(word >> places), [])
 
 
+@pytest.mark.long
 @LAWS
 @given(a=WORD, b=WORD)
 def test_words_outside_the_range_are_clamped_by_arithmetic_alone(a: int, b: int) -> None:

@@ -45,6 +45,7 @@ def test_the_menu_is_a_table_with_a_sentence_for_each_example() -> None:
         assert about.endswith(".")
 
 
+@pytest.mark.long
 def test_an_example_comes_with_its_eds_register_table_variants_and_test(tmp_path: Path) -> None:
     assert new("lab", tmp_path / "bench").exit_code == 0
     written = {str(file.relative_to(tmp_path / "bench")) for file in (tmp_path / "bench").rglob("*") if file.is_file()}
@@ -64,6 +65,7 @@ def test_the_class_of_a_kind_of_ones_own_is_written_too() -> None:
     assert PurePosixPath("press.py") in content_of("own-device")
 
 
+@pytest.mark.long
 def test_the_next_three_commands_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     next_ones = new("lab", "my bench").stdout.partition("next:\n")[2].splitlines()
@@ -111,6 +113,7 @@ def test_a_folder_that_cannot_be_is_refused(tmp_path: Path, taken: str) -> None:
     assert [file for file in tmp_path.rglob("*") if file.is_file()] == [place]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "remedy"),
     [(("lba",), "did you mean lab?"), (("x.eds",), "fieldrig new --eds x.eds"), (("--eds", "no.eds"), "expected an")],

@@ -214,6 +214,7 @@ def test_node_is_selected_by_its_identity(monkeypatch: pytest.MonkeyPatch) -> No
     assert (master.inquire_node_id(), master.inquire_lss_address(0x5B)) == (5, 0x20)
 
 
+@pytest.mark.long
 def test_node_answers_to_guarding() -> None:
     wire, node = connect()
     wire.send_message(0x705, b"", remote=True)

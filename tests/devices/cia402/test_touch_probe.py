@@ -44,6 +44,7 @@ def test_a_probe_that_is_disabled_keeps_its_values_and_is_ready_again(bench: Cia
     assert bench.get(0x60BA) > value + 100_000
 
 
+@pytest.mark.long
 def test_an_edge_that_is_disabled_and_enabled_again_is_looked_for_again(bench: Cia402Bench) -> None:
     """CiA 402-2, timing diagram of the touch probe: bit 4 falls, so 60B9h bit 1 falls and 60BAh keeps its value."""
     turn(bench).put(0x60B8, 0x0031).cycles(20)
@@ -110,6 +111,7 @@ def test_values_are_in_the_units_of_the_user(bench: Cia402Bench) -> None:
     assert bench.get(0x60BA) == -20_000
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("function", [0x0009, 0x000D, 0x0900])
 def test_sources_that_are_not_there_are_refused(bench: Cia402Bench, function: int) -> None:
     assert bench.try_put(0x60B8, function) == "06090030"

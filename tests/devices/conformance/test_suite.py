@@ -69,6 +69,7 @@ def test_sensor_node_fails_none() -> None:
     assert all(result.reason for result in report.of(Verdict.NOT_APPLICABLE))
 
 
+@pytest.mark.long
 def test_same_run_gives_the_same_frames() -> None:
     first, second = conformed("SDO", "State"), conformed("SDO", "State")
     assert [result.frames for result in first.results] == [result.frames for result in second.results]

@@ -43,6 +43,7 @@ def test_a_move_starts_in_the_next_cycle_and_gives_all_pulses() -> None:
     assert (position(bench), bench.get("PTO00.Distance"), bench.get("PTO00.State")) == (40_000, 40_000, 0)
 
 
+@pytest.mark.long
 def test_pulses_travel_as_segments_on_the_wire_of_the_output() -> None:
     bench = moving()
     bench.set("MoveRelative.Execute", True)

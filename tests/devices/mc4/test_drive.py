@@ -40,6 +40,7 @@ def at_speed(bench: DriveBench, rpm: float = 1000.0, ms: int = 1_500) -> None:
     assert bench.get("speed") == pytest.approx(rpm, rel=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-150", "PD-163")
 def test_switching_on_takes_the_brake_disconnection_time() -> None:
     bench = DriveBench(BRAKED).up()
@@ -57,6 +58,7 @@ def test_switching_on_takes_the_brake_disconnection_time() -> None:
     assert seen[2][0] - started == 60  # the plate's brake_lift_ms
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-150")
 def test_positions_are_followed_after_that_only() -> None:
     bench = DriveBench({}).up()
@@ -94,6 +96,7 @@ def test_set_position_goes_on_over_a_telegram_that_did_not_come(telegram: str) -
     assert bench.get("position") == pytest.approx(0, abs=2)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-150", "PD-391", "PD-390")
 def test_no_torque_before_the_dc_circuit_is_charged() -> None:
     bench = DriveBench({}, {})
@@ -106,6 +109,7 @@ def test_no_torque_before_the_dc_circuit_is_charged() -> None:
     assert bench.states(1) == (3, 0x21)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-150")
 def test_no_torque_without_mains_though_the_dc_circuit_is_charged() -> None:
     """The voltage would suffice for ten seconds after the mains are off."""
@@ -167,6 +171,7 @@ def test_dc_voltage_and_temperatures_are_those_of_the_instant() -> None:
     assert bench.get("amplifier_temperature") == pytest.approx(40.0, abs=0.1)
 
 
+@pytest.mark.long
 def test_position_between_two_cycles_lies_on_the_way_of_the_set_positions() -> None:
     bench = DriveBench({}).up().enable()
     bench.follow(lambda cycle: 200 * cycle)
@@ -207,6 +212,7 @@ def test_looking_ahead_at_an_axis_is_where_it_goes(mode: Mode, is_simulated: boo
             axis.follow(axis.set_increments + 1_600)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-151")
 def test_lifting_enable_ramps_down_with_maximum_current() -> None:
     bench = DriveBench(LOADED).up().enable()
@@ -585,6 +591,7 @@ def with_encoder() -> DriveBench:
     return DriveBench({"motor": None, "links": links}, line={"kind": "serial.virtual", "parity": "E"}, sm=encoder)
 
 
+@pytest.mark.long
 def test_quitting_tries_to_read_the_name_plate_again() -> None:
     bench = with_encoder()
     silent = bench.rig.add_fault("sm", {"what": "silent"})
@@ -913,6 +920,7 @@ def test_speed_is_limited_to_the_motors_own_whatever_the_master_writes() -> None
     assert bench.get("speed") == pytest.approx(5_000, rel=1e-3)
 
 
+@pytest.mark.long
 def test_drive_at_rest_reckons_nothing_anew_until_something_wakes_it(monkeypatch: pytest.MonkeyPatch) -> None:
     encoded: list[int] = []
     encode = Feedback.encode

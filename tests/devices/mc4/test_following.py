@@ -119,6 +119,7 @@ def test_drive_whose_published_motion_is_off_is_left_to_the_steps(
     assert Told(load).refuses(part * Told.TOLERANCE, speed) is refuses
 
 
+@pytest.mark.long
 @LOADS
 @pytest.mark.parametrize(("speed", "refuses"), [(0.0, False), (0.1, True)])
 def test_drive_that_has_to_publish_its_standstill_is_left_to_the_steps(
@@ -129,6 +130,7 @@ def test_drive_that_has_to_publish_its_standstill_is_left_to_the_steps(
     assert drive.refuses(speed=speed) is refuses
 
 
+@pytest.mark.long
 def test_silent_master_is_noticed_half_a_cycle_after_the_second_missing_mst() -> None:
     line = Line(1)
     line.swing(Random(1))

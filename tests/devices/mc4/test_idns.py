@@ -130,6 +130,7 @@ def test_operation_mode_that_it_has_not_is_refused_when_it_is_written() -> None:
     assert datum.number == 0x000B
 
 
+@pytest.mark.long
 def test_gain_that_was_written_counts() -> None:
     bench = DriveBench({"parameters": {"idns": {"S-0-0104": 120, "S-0-0032": 3}}}).up().enable()
     bench.follow(lambda cycle: 400 * cycle)
@@ -182,6 +183,7 @@ def test_versions() -> None:
     assert (bench.text(0x8000 | 30), bench.text(0x8000 | 31)) == ("V00.15.02", "V02.00.00")
 
 
+@pytest.mark.long
 def test_mode_without_its_command_value_is_refused_before_operation() -> None:
     bench = DriveBench({"parameters": {"idns": {"S-0-0032": 6}}})
     bench.master.start()
@@ -235,6 +237,7 @@ def test_drive_says_what_may_be_in_its_telegrams(bench: DriveBench) -> None:
     assert {99, 127, 128, READ_PLATE} <= set(idns(25))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mask", [0xFFFF, 0x0000])
 def test_class_2_change_bit_is_masked(mask: int) -> None:
     bench = DriveBench({}).up()
@@ -247,6 +250,7 @@ def test_class_2_change_bit_is_masked(mask: int) -> None:
     assert bool(bench.master.drives[1].status & 0x1000) is bool(mask)
 
 
+@pytest.mark.long
 def test_class_3_tells_when_the_torque_is_at_its_limit() -> None:
     bench = DriveBench({}).up().enable()
     assert not bench.number(13) & 0x0010  # bit 3 is for S-0-0126, the torque threshold, which there is not
@@ -263,6 +267,7 @@ def test_command_values_of_the_mdt_can_be_read_over_the_service_channel() -> Non
     assert (bench.number(47), bench.number(36), bench.number(80)) == (1_234_567, 600_000, 0x10000 - 50)
 
 
+@pytest.mark.long
 def test_reset_clears_the_failures_of_the_interface() -> None:
     bench = DriveBench({}).up()
     bench.rig.add_fault("ring", {"what": "distort", "station": "d1", "telegram": "mdt", "count": 2})

@@ -75,11 +75,13 @@ def test_mains_give_what_the_motor_takes() -> None:
     assert dc.is_under
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-176")
 def test_casing_is_40_kelvin_warmer_at_continuous_torque() -> None:
     assert warmed(CONTINUOUS_NM, 5 * 1800).casing_c == pytest.approx(25.0 + 40.0, abs=0.5)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-176")
 def test_thermo_contact_opens_in_the_winding() -> None:
     assert not warmed(CONTINUOUS_NM, 7200).is_motor_hot

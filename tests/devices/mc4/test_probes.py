@@ -30,6 +30,7 @@ def arm(bench: DriveBench, edges: int) -> None:
         assert bench.write(enable, b"\1\0") == b""
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-194")
 def test_an_edge_latches_the_position_of_its_instant_and_not_of_its_cycle() -> None:
     """Four edges within one cycle, a millisecond apart."""

@@ -156,6 +156,7 @@ def test_names_in_another_case_need_a_setting(fieldrig_rig: RigMaker, tmp_path: 
     assert rig.get("pam", "IWV_Count") == 10
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAML-011")
 @pytest.mark.parametrize(("scrolls", "text"), [("version", "V1.02"), ("date", "15.10.95")])
 def test_version_or_date_follows_the_name(fieldrig_rig: RigMaker, tmp_path: Path, scrolls: str, text: str) -> None:

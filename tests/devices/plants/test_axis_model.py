@@ -153,6 +153,7 @@ def test_position_has_no_jumps_and_stays_between_the_stops(
     assert all(axis.low <= place <= axis.high for place in places)
 
 
+@pytest.mark.long
 @quick
 @given(axes(), states, torques, torques, st.sampled_from([1e-5, 1e-3, 0.1]))
 def test_tangent_is_good_for_as_long_as_it_says(

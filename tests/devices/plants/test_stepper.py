@@ -70,6 +70,7 @@ class Bench:
         return [signal for signal in self.wires.sent if signal.name == wire][-1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mode", ["segments", "edges"])
 def test_the_load_is_where_the_pulses_say(mode: str) -> None:
     bench = Bench(mode, direction_wire="pto.direction", gear_ratio=2.0)
@@ -225,6 +226,7 @@ def test_a_sender_that_is_killed_and_started_again() -> None:
     assert (bench.point("steps"), bench.point("restarts")) == (50, 1)
 
 
+@pytest.mark.long
 @given(
     st.lists(
         st.tuples(st.integers(1, 450), st.integers(0, 60), st.sampled_from((1, -1)), st.integers(0, 50 * MS)),

@@ -64,6 +64,7 @@ def test_tank_in_which_nothing_moves_is_still() -> None:
     assert bench.clock.next_ns() is None
 
 
+@pytest.mark.long
 def test_pump_fills_the_tank_by_its_speed(bench: Bench) -> None:
     bench.drive("pump.speed", 50)
     bench.wait(100)

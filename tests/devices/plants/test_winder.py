@@ -78,6 +78,7 @@ def test_winder_publishes_everything_at_the_start_and_then_is_still() -> None:
     assert bench.clock.next_ns() is None
 
 
+@pytest.mark.long
 def test_reference_is_a_torque_and_the_load_cell_shows_the_tension_it_makes() -> None:
     bench = Bench()
     bench.drive("w.reference", 4.0)  # 20 N m at 0.2 m: 100 N, 200 N on the cell of 1000 N
@@ -205,6 +206,7 @@ def test_feed_by_an_encoder_is_what_it_counts() -> None:
     assert feed.passed_m(2 * S) == pytest.approx(-0.01)
 
 
+@pytest.mark.long
 def test_counts_sent_twice_at_one_instant_are_web_once() -> None:
     """A counter on a hub publishes its value in steps."""
     bench = Bench(line_m_per_count=0.001)

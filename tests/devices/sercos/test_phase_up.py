@@ -71,6 +71,7 @@ def test_cp2_reads_what_the_drive_needs_over_the_service_channel() -> None:
     ]
 
 
+@pytest.mark.long
 def test_cp2_writes_the_timing_and_lets_the_drive_check_it() -> None:
     bench = RingBench(5).up(2)
     table = bench.drives[5].table
@@ -104,6 +105,7 @@ def test_cp4_carries_command_values_and_feedback() -> None:
     assert bench.master.drives[5].status & 0xC000 == 0x8000
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-133")
 @pytest.mark.parametrize("cycle_ms", [1, 2, 4])
 def test_the_cycle_is_1_2_or_4_ms(cycle_ms: int) -> None:
@@ -115,6 +117,7 @@ def test_the_cycle_is_1_2_or_4_ms(cycle_ms: int) -> None:
     assert {after - before for before, after in pairwise(times)} == {cycle_ms * MS}
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-132")
 def test_command_values_are_sent_in_every_cycle_and_all_states_come_back() -> None:
     bench = RingBench(3, 1).up()
@@ -252,6 +255,7 @@ def test_a_break_brings_all_drives_down_and_a_healed_ring_comes_up_again() -> No
     assert bench.run(UP_MS).master.phase == 4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cycle_ms", [1, 2, 4])
 @pytest.mark.parametrize("phase", [3, 4])
 def test_a_silent_master_is_noticed_when_two_msts_are_missing(cycle_ms: int, phase: int) -> None:
@@ -280,6 +284,7 @@ def test_a_master_that_is_late_by_less_is_not_missed(late_ms: int) -> None:
     assert bench.run(2).drives[3].slave.phase == 4
 
 
+@pytest.mark.long
 def test_no_master_is_missed_before_cp3() -> None:
     bench = RingBench(3).up(2)
     bench.master.stop()
@@ -305,6 +310,7 @@ def test_a_request_on_a_ring_that_goes_down_is_answered() -> None:
     assert [str(error) for error in got] == ["service channel error 0003h"]
 
 
+@pytest.mark.long
 def test_same_seed_same_telegrams() -> None:
     runs = [RingBench(3, 1) for _ in range(2)]
     fault = {"what": "distort", "station": "drive0", "telegram": "at", "probability": 0.01}

@@ -77,6 +77,7 @@ class Bench:
         return self
 
 
+@pytest.mark.long
 def test_a_pam_configures_its_nodes_and_gets_all_first_values() -> None:
     bench = Bench()
     assert bench.rig.get("tools", "display") == "F 4"

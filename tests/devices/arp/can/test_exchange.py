@@ -94,6 +94,7 @@ def sender() -> FaceBench:
     return bench
 
 
+@pytest.mark.long
 def test_a_channel_has_a_can_id_by_its_card(sender: FaceBench) -> None:
     sender.card.V[10], sender.card.F[33] = 1500, 1
     assert sender.refresh() == ["34A#dc 05 00 00 01 00 00 00"]

@@ -25,6 +25,7 @@ def test_node_id_is_parameter_5(node_id: int, boot_up: str) -> None:
     assert bench.start() == [boot_up]
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-010")
 def test_node_id_is_taken_at_the_start_only(bench: FaceBench) -> None:
     assert bench.card.set_parameter(0, 5, 11_000)
@@ -80,6 +81,7 @@ def test_read_only_bits_of_flag_words_are_dropped(bench: FaceBench) -> None:
     assert bench.card.F[257:264] == [0, 0, 0, 1, 0, 0, 0]
 
 
+@pytest.mark.long
 def test_outputs_are_written_unless_they_are_held(bench: FaceBench) -> None:
     assert bench.sdo("23 11 20 01 05 00 00 00") == "60 11 20 01 00 00 00 00"
     assert bench.card.O[101:105] == [1, 0, 1, 0]
@@ -117,6 +119,7 @@ def test_a_speed_beyond_32_bits_reads_as_the_limit(bench: FaceBench) -> None:
     assert bench.sdo("40 01 22 01 00 00 00 00") == "43 01 22 01 ff ff ff 7f"
 
 
+@pytest.mark.long
 def test_state_error_warning_program(bench: FaceBench) -> None:
     card = bench.card
     card.state = CardState.BLOCKED

@@ -56,6 +56,7 @@ def test_errors_add_up_and_are_cleared_together(bench: FaceBench) -> None:
     assert bench.refresh() == ["08A#00 00 81 00 00 00 00 00", "08A#00 00 00 00 00 00 00 00"]
 
 
+@pytest.mark.long
 def test_warnings_are_not_sent(bench: FaceBench) -> None:
     bench.card.errors.warn(203)
     assert bench.refresh() == []

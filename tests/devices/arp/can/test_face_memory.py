@@ -83,6 +83,7 @@ def test_saving_that_is_cut_leaves_all_old_or_all_new(request_: str, new: tuple[
     assert found[-1] == new
 
 
+@pytest.mark.long
 def test_loading_that_is_cut_leaves_all_old_or_all_new() -> None:
     *_, saved = cuts(SAVE_ALL, None, WRITES)
     assert after(saved.load()) == NEW

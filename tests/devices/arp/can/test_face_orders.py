@@ -21,6 +21,7 @@ def test_a_command_acts_each_time_it_is_written(bench: FaceBench, command: str, 
     assert bench.card.asked == [asked, asked]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", ["01", "02"])
 def test_a_command_that_the_state_forbids_is_refused(bench: FaceBench, command: str) -> None:
     bench.card.is_willing = False
@@ -68,6 +69,7 @@ def test_parameters_in_ram_are_saved_to_flash(bench: FaceBench, request_: str) -
     assert bench.card.parameters.flash[1][11] == 2500
 
 
+@pytest.mark.long
 def test_communication_parameters_alone_leave_flash_as_it_is(bench: FaceBench) -> None:
     bench.sdo("23 01 23 0B C4 09 00 00")
     assert bench.sdo("23 10 10 02 73 61 76 65")[:2] == "60"

@@ -70,6 +70,7 @@ def test_with_sync_the_card_tells_what_the_last_pass_saw(bench: FaceBench) -> No
     assert bench.send("080#") == ["28A#dc 05 00 00 00 00 00 00"]
 
 
+@pytest.mark.long
 def test_variables_and_flags_arrive_at_once(bench: FaceBench) -> None:
     bench.send("20A#00 00 00 00 01 00 00 80", "30A#E8 03 00 00 18 FC FF FF")
     assert (bench.card.F[33], bench.card.F[64]) == (1, 1)

@@ -232,6 +232,7 @@ def test_module_that_reboots_is_an_error_and_is_started_again(cell: Cell) -> Non
     assert (cell.rig.get("io1", "nmt.state"), cell.outputs("io1")) == ("operational", [1, 0, 0, 0])
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-050")
 def test_bus_off_is_error_106(cell: Cell) -> None:
     cell.set_inputs("io1", 1, 1)

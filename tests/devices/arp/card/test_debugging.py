@@ -125,6 +125,7 @@ def test_another_program_is_shown_as_its_object(bench: CardBench) -> None:
     assert lines[IN_SUB - 1] == "V2 == V1 * 3"
 
 
+@pytest.mark.long
 def test_the_tree_of_values(bench: CardBench) -> None:
     roots = [root["name"] for root in ask(bench, "variables", path="")["variables"]]
     assert roots == ["EQU", "V", "F", "I", "O", "AXES", "ANALOG", "PAR", "PAR1", "PAR2", "CARD"]

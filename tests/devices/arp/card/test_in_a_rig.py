@@ -75,6 +75,7 @@ def rig(tmp_path: Path) -> Iterator[Rig]:
         yield rig
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-003")
 def test_a18_the_screen_and_the_printer(rig: Rig) -> None:
     texts = ["4 1 1 AUTOMATIC CYCLE", "5 2 1 LENGTH: =  1234.", "6 4 2 AUTOMATIC CYCLE"]
@@ -83,12 +84,14 @@ def test_a18_the_screen_and_the_printer(rig: Rig) -> None:
     assert (rig.get("card", "state"), rig.get("card", "error")) == ("run", 0)
 
 
+@pytest.mark.long
 def test_a_key_of_the_terminal_is_a_flag_of_the_program(rig: Rig) -> None:
     rig.set("tr", "key.F1", True)
     rig.run_until(3_100 * MS)
     assert (rig.get("card", "F245"), rig.get("card", "O102")) == (True, True)
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-003", "ARP-040")
 def test_remote_inputs_and_outputs_are_the_programs(rig: Rig) -> None:
     outside = rig.attach("person")
@@ -114,6 +117,7 @@ def test_a_card_that_is_reset_has_the_outputs_of_its_modules_at_0(rig: Rig) -> N
     assert (rig.get("io1", "6200:01"), rig.get("io2", "6200:04")) == (1, 0x80)
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-001", "ARP-002")
 def test_the_motor_is_where_the_program_sent_it(rig: Rig) -> None:
     assert rig.get("card", "axis1.position") == 500.0

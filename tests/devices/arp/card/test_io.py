@@ -146,6 +146,7 @@ def test_an_input_with_a_wire_feels_the_wire() -> None:
         bench.set("I102", False)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("key", "value"), [("I101", 2), ("I101", "x"), ("adc1", True), ("encoder1", "x"), ("dac1", 1.0)]
 )

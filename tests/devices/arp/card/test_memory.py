@@ -238,6 +238,7 @@ def test_e03_if_what_is_stored_is_damaged(damage: Callable[[bytes], bytes]) -> N
     assert (bench.state, bench.error) == (CardState.RUN, 0)
 
 
+@pytest.mark.long
 @given(st.binary(max_size=200))
 @settings(max_examples=60, deadline=None)
 def test_no_content_of_the_store_crashes_the_card(data: bytes) -> None:
@@ -275,6 +276,7 @@ def test_a_damaged_flash_gives_the_version_before_it() -> None:
     assert (again.state, again.error, again.get("par1.7")) == (CardState.RUN, 0, 777.0)
 
 
+@pytest.mark.long
 def test_what_was_refused_at_the_first_start_is_stored_when_there_is_room() -> None:
     store = FullStore()
     bench = CardBench(LOOP, {"axis1": {SPEED: 1234}}, store=store).run_for(50)

@@ -58,6 +58,7 @@ def test_variables_in_engineering_units(value: float, raw: int) -> None:
     assert bench.get("V1000") == value
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("value", [1e6, 0.0001, "x", True, float("nan")])
 def test_what_no_variable_can_hold_is_refused(value: Value) -> None:
     with pytest.raises(ControlError):

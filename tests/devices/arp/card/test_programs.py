@@ -72,6 +72,7 @@ def test_a14_events_are_served_once_when_they_are_enabled() -> None:
 # ---- A15: the electronic cam, master simulated, slave a motor
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-002", "ARP-004", "ARP-101", "ARP-104")
 def test_a15_the_slave_follows_its_simulated_master() -> None:
     bench = CardBench(EXAMPLE2, PST_AXES)
@@ -204,6 +205,7 @@ def test_a24_a_motor_that_is_blocked_is_e16_and_the_program_goes_on() -> None:
     assert (bench.variable(1) > count, bench.variable(2)) == (True, 116)
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-002")
 def test_a_motor_goes_where_pac_says() -> None:
     bench = CardBench(

@@ -216,6 +216,7 @@ def test_power_on_without_enable_waits_for_it() -> None:
     assert (bench.state, bench.error) == (RUN, 0)
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-050")
 def test_e05_stays_as_long_as_enable_is_low() -> None:
     bench = CardBench(LOOP, is_enabled=False, with_can=True, io_nodes=[1], terminal=True).run_for(10)

@@ -36,6 +36,7 @@ def compiled_or_mistakes(text: str) -> Compiled | list[Mistake]:
         return wrong.mistakes
 
 
+@pytest.mark.long
 @HEAVY
 @given(text=st.one_of(st.text(), SOUP, FRAMED))
 def test_any_text_gives_a_program_or_mistakes(text: str) -> None:
@@ -47,6 +48,7 @@ def test_any_text_gives_a_program_or_mistakes(text: str) -> None:
         assert all(mistake.line >= 1 and mistake.column >= 1 and mistake.what for mistake in found)
 
 
+@pytest.mark.long
 @HEAVIER
 @given(lines=st.lists(st.lists(st.sampled_from(WORDS[:-8]), min_size=1, max_size=8).map(" ".join), max_size=30))
 def test_what_compiles_is_python_that_the_sandbox_takes(lines: list[str]) -> None:

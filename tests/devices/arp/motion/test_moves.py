@@ -60,6 +60,7 @@ def test_simulated_axis_needs_no_encoder_and_drives_no_output() -> None:
     assert bench.axes.tracking_error(1) == 0
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-024", "ARP-025", "ARP-093", "ARP-095")
 def test_every_sample_of_a_move_lies_on_the_closed_solution() -> None:
     """Digest 12: v 1000, a 5000, d 2500, 10000 units take 10.3 s."""
@@ -419,6 +420,7 @@ def test_losing_enable_ends_a_move_and_engaging_begins_where_the_axis_is() -> No
     assert bench.axes.position(1) == at
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(
     st.lists(st.tuples(st.sampled_from(["move_by", "move_to"]), st.integers(-720_000, 720_000)), max_size=6),

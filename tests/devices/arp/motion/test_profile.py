@@ -95,6 +95,7 @@ def test_brake_from_rest_is_over_at_once() -> None:
     assert keep(7.0).at(2.0).position == 14.0
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(DISTANCES, SPEEDS, ANY_LIMITS)
 def test_every_move_ends_at_its_target_at_rest(distance: float, speed: float, limits: Limits) -> None:
@@ -106,6 +107,7 @@ def test_every_move_ends_at_its_target_at_rest(distance: float, speed: float, li
     assert last.position == trajectory.distance
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(DISTANCES, SPEEDS, ANY_LIMITS)
 def test_no_move_exceeds_its_limits(distance: float, speed: float, limits: Limits) -> None:
@@ -119,6 +121,7 @@ def test_no_move_exceeds_its_limits(distance: float, speed: float, limits: Limit
         assert abs(state.acceleration) <= allowed
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(DISTANCES, SPEEDS, ANY_LIMITS)
 def test_speed_and_position_have_no_steps(distance: float, speed: float, limits: Limits) -> None:

@@ -87,6 +87,7 @@ def test_synchronism_outlasts_a_thousand_parkings_at_the_ends() -> None:
     assert bench.axes.position(1) == 0
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-101", "ARP-002")
 def test_example_of_the_manual_with_a_motor_on_the_slave() -> None:
     """A15: the controlled slave, with torque, speed and counts."""

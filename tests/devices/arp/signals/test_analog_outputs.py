@@ -88,6 +88,7 @@ def test_a_slope_goes_by_time_when_loops_are_missed() -> None:
     assert card.outputs.volts(1) == pytest.approx(1.0)
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(st.integers(-10_000, 10_000), st.integers(10, 10_000), st.integers(1, 40)), max_size=8))
 def test_no_slope_is_ever_steeper_than_asked(orders: list[tuple[int, int, int]]) -> None:

@@ -340,6 +340,7 @@ def test_a_diagnostic_variable_out_of_range_is_its_limit_with_w02() -> None:
     assert (bench["DG_OUT"], bench.volts, bench.card.errors.warning) == (-999_999.999, -10, 202)
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-113")
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_integrator_is_frozen_at_a_clamp(sign: int) -> None:
@@ -499,6 +500,7 @@ def test_every_diagnostic_is_that_of_a_second_computation(
         assert abs(bench.volts) <= 10
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(
     st.lists(st.integers(-(2**31), 2**31 - 1), min_size=18, max_size=18), st.booleans(), st.integers(-20_000, 20_000)

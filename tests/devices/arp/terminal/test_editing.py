@@ -123,6 +123,7 @@ def test_arrows_move_the_cursor_from_field_to_field() -> None:
             assert cell.rig.get("tr", "cursor") == cursor
 
 
+@pytest.mark.long
 def test_edited_value_comes_back_to_the_variable_of_its_place() -> None:
     with CellBench() as cell:
         cell.program(TWO_FIELDS)

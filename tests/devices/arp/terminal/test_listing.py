@@ -74,6 +74,7 @@ def test_message_is_erased_at_its_place(cell: CellBench) -> None:
     assert cell.screen[5] == "   A U T O M A T"
 
 
+@pytest.mark.long
 @pytest.mark.manual("ARP-114")
 def test_message_of_17_characters_is_cut_with_a_note(cell: CellBench) -> None:
     compiled = compile_text(f"BEG MAIN\n{SERIES}\nEND")

@@ -115,6 +115,7 @@ def test_press_holds_keys_for_100_ms_one_after_the_other() -> None:
     assert bench.get("press") == "CR"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("model", "name"), [("TR5", "F5"), ("TR4", "AUTO"), ("TR4", "ENTER")])
 def test_press_of_a_key_that_is_not_there_says_which_are(model: Model, name: str) -> None:
     bench = TerminalBench(model=model)

@@ -119,6 +119,7 @@ def test_printed_value_is_the_one_of_the_instruction(started: CellBench) -> None
     assert started.rig.get("tr", "printer") == "1\n2"
 
 
+@pytest.mark.long
 def test_program_that_shows_the_same_in_a_loop_costs_the_bus_nothing(started: CellBench) -> None:
     loop = 'MSG 1, "L=##.#"\nTERM 1, 1, 1, 1, V1, E\nTERM 2, 1, 1, 1, V2'
     started.program(loop)
@@ -212,6 +213,7 @@ def test_configured_terminal_that_does_not_answer_is_error_6() -> None:
         assert cell.errors.error == CAN_ERROR
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("instruction", ['MSG 1, "A"', "TERM", "TERM 1, 1", "TERM 1, 1, 1, 1", "PRINT 0"])
 def test_every_instruction_for_a_missing_terminal_is_error_6(instruction: str) -> None:
     with CellBench(card_node_id=99).after(600) as cell:

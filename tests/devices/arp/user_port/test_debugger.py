@@ -137,6 +137,7 @@ def test_a_program_that_ends_or_fails_is_shown_at_its_line(session: Session) -> 
     ] or (other.do("state")[1:] == ["error 112: calls are nested more than 10 deep"])
 
 
+@pytest.mark.long
 def test_a_program_that_does_not_stop_is_reported(session: Session) -> None:
     with pytest.raises(NotStoppedError, match=r"still runs after 0.5 s\n`pause`"):
         session.do("run 0.5")

@@ -58,6 +58,7 @@ def test_a_damaged_frame_is_dropped_and_the_next_one_is_heard(body: bytes, data:
     assert body not in heard[:-1]
 
 
+@pytest.mark.long
 @settings(max_examples=200, deadline=None)
 @given(st.lists(st.binary(max_size=700), max_size=6))
 def test_any_bytes_leave_it_able_to_hear(chunks: list[bytes]) -> None:

@@ -83,6 +83,7 @@ def test_the_same_request_is_carried_out_once_and_answered_as_often_as_it_comes(
     assert bench.condition()[0] == 4
 
 
+@pytest.mark.long
 def test_it_is_so_after_a_long_silence_too() -> None:
     bench = PortBench("L:\nGOTO L", is_enabled=True)
     first = bench.send(0x04, sequence=9)

@@ -127,6 +127,7 @@ def test_an_answer_waits_for_one_frame_of_the_trace_at_most() -> None:
     assert 100 < most < 2 * 262 + 2 + 5
 
 
+@pytest.mark.long
 def test_a_card_without_requests_sends_nothing() -> None:
     bench = PortBench(COUNT, is_enabled=True)
     bench.run_for(20_000)

@@ -72,6 +72,7 @@ def test_comments_order_and_case_carry_no_meaning(tmp_path: Path) -> None:
     assert meaning(EdsSource(first)) != meaning(EdsSource(other))
 
 
+@pytest.mark.long
 def test_dcf_has_the_present_values_and_makes_the_same_node(tmp_path: Path, bench: CanopenBench) -> None:
     bench.write(
         "2b 17 10 00 64 00 00 00", "2f 02 62 01 ff 00 00 00", "2b 02 20 00 f6 ff 00 00", "23 00 18 01 90 01 00 c0"

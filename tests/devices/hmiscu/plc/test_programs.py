@@ -168,6 +168,7 @@ END_PROGRAM
 """
 
 
+@pytest.mark.long
 def test_the_watchdog_halts_a_program_that_never_ends_its_cycle(tmp_path: Path) -> None:
     bench = DeviceBench(tmp_path, SLOW, mast={"cycle_ms": 10, "watchdog_ms": 50})
     bench.run(25)
@@ -184,6 +185,7 @@ def test_the_watchdog_halts_a_program_that_never_ends_its_cycle(tmp_path: Path) 
     assert (bench.get("plc/state"), bench.get("g_uCycles")) == ("run", 11)
 
 
+@pytest.mark.long
 def test_a_stall_of_the_host_does_not_expire_the_watchdog(tmp_path: Path) -> None:
     """In real time a blocked process finds its timers late; here the clock is moved past them in one leap."""
     bench = DeviceBench(tmp_path, SLOW, mast={"cycle_ms": 10, "watchdog_ms": 50})

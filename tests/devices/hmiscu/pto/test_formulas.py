@@ -190,6 +190,7 @@ STEEPNESS = st.one_of(
 )
 
 
+@pytest.mark.long
 @pytest.mark.manual("SCU-084")
 @settings(max_examples=60, deadline=None)
 @given(ENDS, ENDS, STEEPNESS, STEEPNESS, st.integers(0, 47_000), st.integers(4, 80))
@@ -204,6 +205,7 @@ def test_every_period_of_a_move_has_the_lowest_of_the_printed_frequencies(
     ]
 
 
+@pytest.mark.long
 @pytest.mark.manual("SCU-046", "SCU-084")
 @settings(max_examples=25, deadline=None)
 @given(st.integers(1, 4_000), st.integers(1, 2_000), STEEPNESS)

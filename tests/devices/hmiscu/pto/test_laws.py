@@ -131,6 +131,7 @@ def test_a_move_in_periods_has_the_same_pulses_and_nearly_the_same_time(move: Mo
     assert bench.rest_ns() / S == pytest.approx(seconds, rel=0.03, abs=2 / slowest)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ramps", RAMPS)
 @settings(max_examples=60, deadline=None)
 @given(moves(most=300))

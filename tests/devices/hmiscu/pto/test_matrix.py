@@ -149,6 +149,7 @@ def test_the_code_has_the_cells_of_the_table_and_no_others() -> None:
     assert set(MATRIX) == set(TABLE)
 
 
+@pytest.mark.long
 @pytest.mark.manual("SCU-046", "SCU-086")
 def test_the_same_block_may_ask_for_a_new_velocity_without_seeing_an_abort() -> None:
     bench = PtoBench()

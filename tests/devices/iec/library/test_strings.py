@@ -55,6 +55,7 @@ NUMBERS = st.integers(-32_768, 32_767) | st.integers(-2, 12)
 TEXTS = st.text(st.characters(max_codepoint=255), max_size=255)
 
 
+@pytest.mark.long
 @given(TEXTS, TEXTS, NUMBERS, NUMBERS)
 def test_string_functions_never_raise_and_never_exceed_255_characters(
     text: str, part: str, size: int, place: int
@@ -78,6 +79,7 @@ def test_left_and_right_make_up_the_whole(text: str, size: int) -> None:
     assert str(evaluate("LEFT", [text, size])) + str(evaluate("RIGHT", [text, rest])) == text
 
 
+@pytest.mark.long
 @given(
     TEXTS.filter(lambda text: len(text) <= 100), TEXTS.filter(lambda text: 0 < len(text) <= 100), st.integers(0, 100)
 )

@@ -64,6 +64,7 @@ def test_the_program_that_is_damaged_below_has_no_mistakes(dialect: object) -> N
     assert parse(PROGRAM, "any.st", dialect)[1] == []  # type: ignore[arg-type]
 
 
+@pytest.mark.long
 @settings(deadline=None)
 @given(st.text(max_size=200))
 def test_any_text_is_read(text: str) -> None:
@@ -105,6 +106,7 @@ def test_deep_nesting_ends_in_one_message(head: str, part: str, tail: str) -> No
     assert body is not None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("part", ["ARRAY[1..2] OF ", "POINTER TO ", "STRUCT a : "])
 def test_deep_types_end_in_one_message(part: str) -> None:
     _, mistakes = parse(f"TYPE t : {part * 5_000} INT; END_TYPE", "deep.st")

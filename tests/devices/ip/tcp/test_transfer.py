@@ -92,6 +92,7 @@ def test_users_that_send_pause_and_resume_at_random_get_everything(
     assert users[0].endings == users[1].endings == [Ending.COMPLETE]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bytes_per_s", "repeated"), [(240, 10), (960, 10), (3840, 0), (11_520, 0)])
 def test_a_slow_line_is_full_and_repeats_little(bytes_per_s: int, repeated: int) -> None:
     """2400 to 115,200 bit/s: the queue before the line grows, and the time-out with it.

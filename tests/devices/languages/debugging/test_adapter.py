@@ -131,6 +131,7 @@ JSON = st.recursive(
 KEYS = st.sampled_from(["source", "breakpoints", "threadId", "frameId", "variablesReference", "name", "value"])
 
 
+@pytest.mark.long
 @given(st.sampled_from([*Editor().adapter._commands, "?"]), st.dictionaries(KEYS, JSON, max_size=4))
 def test_every_request_gets_one_response(command: str, arguments: dict[str, Any]) -> None:
     message = {"seq": 5, "type": "request", "command": command, "arguments": arguments}

@@ -115,6 +115,7 @@ def test_a_trace_as_csv(session: Session, tmp_path: Path) -> None:
     assert session.bench.max4.answer("debug", {"command": "record", "names": []}) == {"names": []}
 
 
+@pytest.mark.long
 def test_a_trace_without_its_trigger_ends_at_the_limit_and_by_ctrl_c(session: Session) -> None:
     with pytest.raises(NotStoppedError, match="the trigger has not come"):
         session.do("trace Main.a trigger Main.a falling -5")

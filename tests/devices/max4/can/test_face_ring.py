@@ -73,6 +73,7 @@ def test_speeds_of_the_second_axis(bench: CanFaceBench, node: Any, mode: int) ->
     assert not bench.axis("knife").is_enabled
 
 
+@pytest.mark.long
 def test_torque_turns_the_second_axis(bench: CanFaceBench, node: Any) -> None:
     enable(bench, node, 10)
     node.sdo[0x6871].raw = 100

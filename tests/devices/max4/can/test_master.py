@@ -81,6 +81,7 @@ def test_data_move_with_the_io_map_update_and_not_between() -> None:
     assert bench.take_frames() == ["214#01 02 00 00"]  # both in one message, once
 
 
+@pytest.mark.long
 def test_a_node_that_has_rebooted_was_lost_and_comes_back() -> None:
     bench = bench_with().boot()
     bench.rig.set("io", "6000:01", 0x03)

@@ -165,6 +165,7 @@ def test_a_change_of_com1_user_ends_the_call() -> None:
 LONG_PAGE = b"GET /PARAMS.HTM HTTP/1.1\r\nHost: 190.200.100.100\r\nConnection: close\r\n\r\n"
 
 
+@pytest.mark.long
 def test_an_echo_of_lcp_does_not_wait_behind_pages() -> None:
     """A caller with pppd takes the line for lost after some seconds without an answer."""
     bench = DialInBench().call()
@@ -179,6 +180,7 @@ def test_an_echo_of_lcp_does_not_wait_behind_pages() -> None:
     assert min(len(arrived) for _, arrived in pages) > 1000  # they take turns
 
 
+@pytest.mark.long
 def test_a_caller_that_sends_much_has_no_more_than_2_s_of_it_under_way() -> None:
     bench = DialInBench(ftp={"user_name": "lab", "password": "secret"}).call()
     control, heard = bench.connect(21)

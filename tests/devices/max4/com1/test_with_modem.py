@@ -130,6 +130,7 @@ def test_a_modem_that_is_off_or_unplugged_is_noticed_and_found_again(what: str) 
     assert line.call().caller.is_up
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-270")
 def test_without_auto_answer_the_telephone_rings_on() -> None:
     line = Line(Phone__InitString="AT&F E0 Q0 V1 &S0 &C1 &R0 S0=0").go(5000)
@@ -143,6 +144,7 @@ def offline_again(line: Line) -> bool:
     return line.go(60_000).states == (6, 2) and line.call().caller.is_up
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-271")
 def test_a_caller_with_a_short_time_out_gives_up_before_the_modems_are_connected() -> None:
     line = Line().go(5000).call(dial_ns=5 * S)
@@ -151,6 +153,7 @@ def test_a_caller_with_a_short_time_out_gives_up_before_the_modems_are_connected
     assert offline_again(line)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-272")
 def test_modems_that_are_set_to_different_speeds_have_no_carrier() -> None:
     slow = ("AT&F E0 Q0 V1 X4 &C1 &D2", "AT+MS=V32B,0,4800,14400")
@@ -215,6 +218,7 @@ def test_a_client_that_ends_an_idle_connection_leaves_the_controller_ready() -> 
     assert offline_again(line)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-273")
 def test_a_wrong_password_drops_the_call_at_the_password_check() -> None:
     line = Line().go(5000).call(Login.of("service", "wrong"))

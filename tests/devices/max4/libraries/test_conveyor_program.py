@@ -44,6 +44,7 @@ def speeds_of(places: list[tuple[float, ...]], axis: int) -> list[float]:
     return [(later[axis] - earlier[axis]) / CYCLE_S for earlier, later in pairwise(places)]
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-191", "PD-192")
 def test_the_states_follow_the_switch(belt: Belt) -> None:
     seen = [belt.value("g_lState_1")]
@@ -62,6 +63,7 @@ def test_the_states_follow_the_switch(belt: Belt) -> None:
     assert seen == [2, 3, 4, 5, 6, 7, 8, 9, 2]
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-188", "PD-189", "PD-192", "PD-193")
 def test_no_axis_jumps_from_start_to_stop(belt: Belt) -> None:
     belt.run(100).signal("panel.s1", True)

@@ -183,6 +183,7 @@ def test_every_message_has_both_languages() -> None:
     assert all(message.de and message.en for message in MESSAGES.values())
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-090", "PD-099")
 def test_leds_tell_power_error_program_and_bus(tmp_path: Path) -> None:
     program = tmp_path / "line.prg"

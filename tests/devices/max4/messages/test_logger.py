@@ -155,6 +155,7 @@ def test_entry_has_the_fields_of_the_manual_in_their_order(sender: Sender) -> No
     assert bench.max4.disk.read("\\RUN.LOG").decode() == f"{head}\n{line}\n"
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-118", "PD-123", "PD-124")
 def test_each_message_says_whose_it_is(tmp_path: Path) -> None:
     """Type, object and instance, also of lines in which the manual's print hides them."""
@@ -267,6 +268,7 @@ entries = st.builds(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=30, deadline=None)
 @given(st.lists(entries, max_size=8))
 def test_ring_gives_back_what_fits_into_it(given_entries: list[Entry]) -> None:

@@ -196,6 +196,7 @@ def test_a_torque_is_taken_away_at_a_switch_and_the_other_way_gives_one_again() 
     assert bench.status & (MOVING | LIMITED) == MOVING
 
 
+@pytest.mark.long
 def test_a_torque_ends_at_a_software_limit_too() -> None:
     bench = torque_bench()
     stopping = bench.push(lowest=-250, highest=350)

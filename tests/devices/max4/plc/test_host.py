@@ -179,6 +179,7 @@ def test_tcp_ip_is_at_priority_5(tmp_path: Path, priority: int, *, is_answered: 
     assert (bench.ask("03 00 00 00 01") != "") is is_answered
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-065", "PD-067", "PD-307")
 @pytest.mark.parametrize(("priority", "is_updated"), [(3, False), (4, True), (5, True)])
 def test_the_io_map_is_updated_at_priority_4(tmp_path: Path, priority: int, *, is_updated: bool) -> None:

@@ -112,6 +112,7 @@ def test_values_on_the_flash_disk_outlive_a_flat_capacitor(tmp_path: Path) -> No
     assert bench.value("lKept") == 17
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-048")
 @pytest.mark.parametrize("ms", range(150, 171))
 def test_a_kill_at_any_instant_leaves_the_values_of_one_cycle(tmp_path: Path, ms: int) -> None:
@@ -302,6 +303,7 @@ def test_compiling_shows_its_progress_and_a_later_download_replaces_it(bench: Pl
     assert bench.value("PLC_PRG.lCount") == 700
 
 
+@pytest.mark.long
 def test_a_reset_of_the_system_ends_a_download(bench: PlcBench) -> None:
     bench.write(COUNTER.replace(":= 100", ":= 700") + TASK).do("download").do("system reset").run(8_000)
     assert bench.value("PLC_PRG.lCount") == 891
@@ -461,6 +463,7 @@ def test_the_first_task_object_observes_the_first_task(tmp_path: Path) -> None:
     assert 10 < int(bench.get("Task_1.Load")) < 1_000
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-085")
 def test_cycle_load_is_measured_while_a_program_runs(tmp_path: Path) -> None:
     text = """PROGRAM PLC_PRG VAR i : DINT; END_VAR
@@ -497,6 +500,7 @@ def tasks(count: int) -> str:
     return "\n".join((*programs, "CONFIGURATION c RESOURCE r ON PLC", *lines, "END_RESOURCE END_CONFIGURATION"))
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-063", "PD-310")
 def test_there_are_at_most_64_tasks(tmp_path: Path) -> None:
     bench = PlcBench(tmp_path, tasks(64)).run(187)

@@ -345,6 +345,7 @@ STEPS = st.lists(
 )
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAML-042")
 @settings(max_examples=40, deadline=None)
 @given(STEPS)

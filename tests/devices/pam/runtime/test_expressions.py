@@ -333,6 +333,7 @@ FLAGS = st.recursive(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=30)
 @given(FLAGS)
 def test_flags_are_joined_as_the_signs_say(flag: Flag) -> None:

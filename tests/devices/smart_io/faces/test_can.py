@@ -87,6 +87,7 @@ def test_outputs_take_their_error_values_when_the_node_is_stopped(bench: SmartIo
     assert bench.last("valve") is False
 
 
+@pytest.mark.long
 def test_a_pam_has_the_outputs_and_the_bus_still_reads(bench: SmartIoBench) -> None:
     bench.configure(LedItem(7, 6))
     bench.can.deliver(CanFrame(0x205, bytes.fromhex("10 00 00 00 00 00 00 00")))
