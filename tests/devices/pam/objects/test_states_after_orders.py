@@ -232,7 +232,7 @@ class AxisNode:
     """An ST1 whose clock goes on by a millisecond with each cycle."""
 
     def __init__(self, *, run_lasts: bool) -> None:
-        """With `run_lasts`, a run has ended when nothing runs any more, instead of at its speed."""
+        """A run ends when nothing runs any more if `run_lasts` is true, and otherwise at its speed."""
         self._run_lasts, self._is_run = run_lasts, False
         self.st1 = ProgramBench(power=False)
         assert self.st1.program.accept(AxisItem(AXIS, 0, 0))
