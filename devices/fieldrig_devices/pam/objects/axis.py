@@ -216,8 +216,7 @@ class Axis(ObjectItem):
         """Name the position; a report that is older has the old name, so a present order ends under a new number."""
         part = self.pipe.part if self.pipe is not None else 0.0
         self._own = wrapped(position - part, self.period)
-        is_done = self._done == self.ordered
-        return AxisOrder(0 if is_done else 1, Move.POSITION, nearest_units(position * self.units))
+        return AxisOrder(0 if self.is_ready else 1, Move.POSITION, nearest_units(position * self.units))
 
     def _update_status(self) -> AxisOrder:
         return AxisOrder(0, Move.UPDATE_STATUS)

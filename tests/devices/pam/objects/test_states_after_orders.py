@@ -12,6 +12,7 @@ from pam_programs import HEADER
 from smart_io_bench import SmartIoBench
 from st1_bench import AXIS, ProgramBench
 
+from fieldrig_devices.pam.objects.options import Options
 from fieldrig_devices.pamring.frames import (
     AxisItem,
     AxisOrder,
@@ -21,12 +22,14 @@ from fieldrig_devices.pamring.frames import (
     KeyMode,
     MotorItem,
     MotorOrder,
+    Move,
     Order,
     OutputItem,
     Report,
     SetOutput,
 )
 from fieldrig_devices.smart_io.items import MotorDrive
+from fieldrig_devices.st1.set_position import Doing
 
 APPLICATION = (
     HEADER
@@ -75,8 +78,9 @@ class Machine:
         order: Callable[[Order], None],
         go_on: Callable[[], None],
         reports: Callable[[], list[Report]],
+        **options: Any,
     ) -> None:
-        self.bench, self._address = Bench(APPLICATION), address
+        self.bench, self._address = Bench(APPLICATION, options=Options(**options)), address
         self._order, self._go_on, self._reports = order, go_on, reports
         self._orders, self._answers = Delayed(), Delayed()
         self.cycle, self._sent, self.delay = 0, 0, 0
@@ -99,17 +103,18 @@ class Machine:
 
 
 class MotorNode:
-    """A Smart-IO with a motor that gives a pulse in every second millisecond while it is driven, and two after it."""
+    """A Smart-IO with a motor that gives a pulse every 2 ms while it is driven, and for 4 ms or 40 ms after that."""
 
     def __init__(self) -> None:
-        self.io = SmartIoBench()
+        self.io = SmartIoBench(motor_rest_ms=10)
         self.io.configure(
             OutputItem(INC, 201, 1, True), OutputItem(DEC, 202, 1, True), InputItem(ZERO, 102, 1, True, 1, 1),
             CounterItem(COUNTER, 101, True, 1, 1), MotorItem(MOTOR, INC, DEC, ZERO, COUNTER, 20, 2),
             KeyItem(KEY, 12, False, KeyMode.TOGGLE, 1),
         )  # fmt: skip
         self.machine = Machine(41, self._take, self._go_on, self.io.port.take)
-        self._level, self._coast, self.is_jammed, self._was_on = False, 0, False, False
+        self._level, self._coast = False, 0
+        self.is_jammed = self.is_sliding = False
         self.taken = 0
         self.states: set[tuple[bool, int]] = set()
         """The states of the motor since its last order."""
@@ -136,12 +141,14 @@ class MotorNode:
         self._note()
 
     def _note(self) -> None:
+        is_on = self.io.wires.sent and (self.io.last("motor.inc") or self.io.last("motor.dec"))
+        assert not (is_on and self.motor.is_ready), "an order has begun that counts as ended"
         self.states.add((self.motor.is_ready, self.motor.error_word))
         self.keys.add(self.key._key.value)
 
     def _go_on(self) -> None:
         is_on = bool(self.io.last("motor.inc") or self.io.last("motor.dec"))
-        self._coast = 4 if is_on else max(self._coast - 1, 0)
+        self._coast = (40 if self.is_sliding else 4) if is_on else max(self._coast - 1, 0)
         if (is_on or self._coast) and not self.is_jammed:
             self._level = not self._level
             self.io.wire("motor.pulse", self._level)
@@ -156,12 +163,12 @@ MOTOR_ORDERS = st.sampled_from(
         ("disable_stroke_limits",),
     ]
 )  # fmt: skip
-PLANT = st.sampled_from([("jam",), ("free",), ("zero",), ("no zero",), ("stray",)])
+PLANT = st.sampled_from([("jam",), ("free",), ("slide",), ("stick",), ("zero",), ("no zero",), ("stray",)])
 
 
 @pytest.mark.manual("PAML-129")
 @settings(max_examples=100, deadline=None)
-@given(st.lists(st.tuples(st.one_of(MOTOR_ORDERS, MOTOR_ORDERS, PLANT), st.integers(0, 30), DELAYS), max_size=12))
+@given(st.lists(st.tuples(st.one_of(MOTOR_ORDERS, MOTOR_ORDERS, PLANT), st.integers(0, 60), DELAYS), max_size=12))
 def test_a_motor_is_never_ready_before_its_order_has_ended(steps: list[tuple[tuple[Any, ...], int, int]]) -> None:
     node = MotorNode()
     machine, bench = node.machine, node.machine.bench
@@ -170,6 +177,8 @@ def test_a_motor_is_never_ready_before_its_order_has_ended(steps: list[tuple[tup
         match what:
             case "jam" | "free":
                 node.is_jammed = what == "jam"
+            case "slide" | "stick":
+                node.is_sliding = what == "slide"
             case "zero" | "no zero":
                 node.io.wire("motor.zero", what == "zero")
             case "stray":
@@ -222,11 +231,13 @@ def test_a_key_never_shows_what_it_was_before_it_was_written(steps: list[tuple[s
 class AxisNode:
     """An ST1 whose clock goes on by a millisecond with each cycle."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, run_lasts: bool) -> None:
+        """A run ends when nothing runs any more if `run_lasts` is true, and otherwise at its speed."""
+        self._run_lasts, self._is_run = run_lasts, False
         self.st1 = ProgramBench(power=False)
         assert self.st1.program.accept(AxisItem(AXIS, 0, 0))
         self.st1.program.run()
-        self.machine = Machine(7, self._take, self._go_on, self._reports)
+        self.machine = Machine(7, self._take, self._go_on, self._reports, run_is_ready_at_speed=not run_lasts)
         self.taken, self.has_ended = 0, True
 
     def _go_on(self) -> None:
@@ -236,10 +247,14 @@ class AxisNode:
         self.st1.send(order)
         if isinstance(order, AxisOrder) and order.number:
             self.taken, self.has_ended = order.number, False
+            if order.move is not Move.POSITION:
+                self._is_run = order.move is Move.RUN and order.value != 0
         self._note()
 
     def _note(self) -> None:
-        self.has_ended = self.has_ended or not self.st1.servo.answers.waits
+        servo = self.st1.servo
+        runs = self._run_lasts and self._is_run and servo.set.doing is Doing.RUN
+        self.has_ended = self.has_ended or not (servo.answers.waits or runs)
 
     def _reports(self) -> list[Report]:
         self._note()
@@ -258,9 +273,11 @@ NAMES = ("position", "update_status")
 
 @pytest.mark.manual("PAML-059")
 @settings(max_examples=100, deadline=None)
-@given(st.lists(st.tuples(AXIS_ORDERS, st.integers(0, 15), DELAYS), max_size=12))
-def test_an_axis_is_never_ready_before_its_order_has_ended(steps: list[tuple[tuple[Any, ...], int, int]]) -> None:
-    node = AxisNode()
+@given(st.lists(st.tuples(AXIS_ORDERS, st.integers(0, 15), DELAYS), max_size=12), st.booleans())
+def test_an_axis_is_never_ready_before_its_order_has_ended(
+    steps: list[tuple[tuple[Any, ...], int, int]], run_lasts: bool
+) -> None:
+    node = AxisNode(run_lasts=run_lasts)
     machine, bench = node.machine, node.machine.bench
     bench.do("AXI_Belt", "power_on")
     for (what, *arguments), cycles, machine.delay in steps:
@@ -281,9 +298,11 @@ def test_an_axis_is_never_ready_before_its_order_has_ended(steps: list[tuple[tup
 
 @pytest.mark.manual("PAML-062")
 @settings(max_examples=100, deadline=None)
-@given(st.lists(st.tuples(AXIS_ORDERS, st.integers(0, 15), DELAYS), max_size=12))
-def test_the_position_of_an_axis_at_rest_is_that_of_its_node(steps: list[tuple[tuple[Any, ...], int, int]]) -> None:
-    node = AxisNode()
+@given(st.lists(st.tuples(AXIS_ORDERS, st.integers(0, 15), DELAYS), max_size=12), st.booleans())
+def test_the_position_of_an_axis_at_rest_is_that_of_its_node(
+    steps: list[tuple[tuple[Any, ...], int, int]], run_lasts: bool
+) -> None:
+    node = AxisNode(run_lasts=run_lasts)
     machine, bench = node.machine, node.machine.bench
     bench.do("AXI_Belt", "power_on")
     for _ in range(10):
