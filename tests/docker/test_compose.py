@@ -1,5 +1,6 @@
 """The machine in containers, from outside: foreign masters on its buses, and containers that are killed."""
 
+import json
 import re
 import subprocess
 from collections.abc import Iterator
@@ -29,7 +30,7 @@ OUTSIDE = (
     *("user1", "user2", "jaw_line", "caller", "lan", "dualport", "pam_lan"),
 )
 """The buses that a foreign master, caller or browser can be on."""
-INSIDE = ("ring", "pamring", "wires", "com1", "telephone", "relay")
+INSIDE = ("ring", "pamring", "wires", "com1", "telephone", "relay", "ua")
 PROFILED_POSITION = 1
 OFFLINE, ONLINE = 6, 7  # Com1UserState: the modem is set up and waits for a call; in a call
 MAP_IDENTIFIER = 0x4D34  # register 0
@@ -147,6 +148,25 @@ def test_a_caller_dials_in_and_reaches_every_service_and_again_after_a_lost_line
     assert stack.fieldrig("fault", "telephone", "--clear", "all").returncode == 0
     with _call(stack) as (_, pages, _, _):
         assert b"bytes free" in _page(pages, "")
+
+
+def test_ip_of_a_call_ends_in_the_kernel_of_a_container_that_may_have_tun(stack: Stack) -> None:
+    assert _packets(stack) == 0, "the controller's container may not"
+    stack.compose("up", "-d", "--no-deps", "max4", over=("compose.tun.yaml",))
+    stack.until_ready()
+    with _call(stack) as (_, pages, _, registers):
+        assert b"bytes free" in _page(pages, "")
+        with ModbusTcpClient("127.0.0.1", port=registers, timeout=60, retries=0) as client:
+            assert client.read_holding_registers(0, count=1).registers == [MAP_IDENTIFIER]
+        assert _packets(stack) > 10
+    stack.compose("up", "-d", "--no-deps", "max4")
+    stack.until_ready()
+
+
+def _packets(stack: Stack) -> int:
+    """Return how many IP packets have passed between calls and the kernel."""
+    status = json.loads(stack.fieldrig("status", "--json").stdout)
+    return int(status["buses"]["relay"]["statistics"]["packets"])
 
 
 @contextmanager

@@ -30,12 +30,14 @@ class Stack(NamedTuple):
     ports: Mapping[str, int]
     """The ports by the distinguishing part of their variables, such as the name of the bus."""
 
-    def compose(self, *arguments: str) -> str:
+    def compose(self, *arguments: str, over: Sequence[str] = ()) -> str:
+        """Run a command of Compose, with further files `over` the project's own, and return its output."""
         environment = {
             **os.environ,
             **{f"FIELDRIG_{name.upper()}_PORT": str(port) for name, port in self.ports.items()},
         }
-        command = [*compose_program(), "-p", self.project, "-f", str(FOLDER / self.file), *arguments]
+        files = [word for file in (self.file, *over) for word in ("-f", str(FOLDER / file))]
+        command = [*compose_program(), "-p", self.project, *files, *arguments]
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout[-3000:]}{done.stderr[-3000:]}"
         return done.stdout
