@@ -23,7 +23,7 @@ class NodeReadings(Settings):
         default=1, ge=1, le=1_000, description="clock of the scan, of which each PERIOD is rounded up to a multiple"
     )
     time_stamps: bool = Field(
-        default=False, description="whether reports of binary inputs say how long ago the level changed"
+        default=True, description="whether reports of binary inputs say how long ago the level changed"
     )
     counts: Literal["direction", "up"] = Field(
         default="direction", description="pulses of a DC motor in its COUNTER_INPUT: down with DEC, or always up"

@@ -43,7 +43,7 @@ class St1Readings(Settings):
         default="stop_and_power_off", description="an axis with power when the PAM configures its node again"
     )
     time_stamps: Literal["IN16", "all"] = Field(
-        default="IN16", description="inputs whose reports say how long ago the level changed"
+        default="all", description="inputs whose reports say how long ago the level changed"
     )
     scan_step_ms: int = Field(
         default=1, ge=1, le=1_000, description="clock of the scan, of which each PERIOD is rounded up to a multiple"

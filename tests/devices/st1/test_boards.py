@@ -12,7 +12,8 @@ def input_at(address: int, *, item: int = 1, bits: int = 1, period_ms: int = 10,
 
 @pytest.fixture
 def bench() -> ProgramBench:
-    return ProgramBench(power=False)
+    """An ST1 whose input 201 alone has time stamps, as in D.2 of the manual."""
+    return ProgramBench(power=False, readings={"time_stamps": "IN16"})
 
 
 @pytest.mark.manual("PAMS-110", "PAML-084")

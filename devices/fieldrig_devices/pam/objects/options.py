@@ -47,7 +47,7 @@ class Options:
     """Steps of 2.5 V at the PAM's analog outputs (G-12)."""
     dac_truncates: bool = False
     """True if the analog outputs of the PAM take the step below their value, False if the nearest (G-12)."""
-    keeps_written_parameters: bool = True
+    keeps_written_parameters: bool = False
     """True if a block begins its life with the values last written, False if with those declared (PAML-409)."""
     set_point_delay_periods: float = 1.0
     """Periods of a pipe until a node is at a set-point, to which it moves steadily; ANTI_DELAY makes up for it."""

@@ -99,7 +99,8 @@ def test_numbers_that_no_frame_carries_are_limited(bench: Bench, function: str) 
 
 @pytest.mark.parametrize("gain", [1e17, 1e308, -1e308])
 def test_an_overflow_in_a_pipe_is_a_fault(gain: float) -> None:
-    bench = Bench(f"{AXES}AMPLIFIER AMP_a; GAIN = 1; OFFSET = 0; GAIN_SLOPE = MAX; OFFSET_SLOPE = MAX; END\n")
+    amplifier = "AMPLIFIER AMP_a; GAIN = 1; OFFSET = 0; GAIN_SLOPE = MAX; OFFSET_SLOPE = MAX; END\n"
+    bench = Bench(AXES + amplifier, options=Options(keeps_written_parameters=True))
     bench.item("AMP_a").set_parameter("GAIN", gain)
     bench.connect("CNV_Belt", "AMP_a", "TMP_Master")
     bench.do("TMP_Master", "position", 359)
@@ -217,10 +218,10 @@ def test_no_rounding_of_a_period_adds_up() -> None:
     """A period of 3.7 resolver units, so that each of them ends between two units."""
     bench = Bench(AXES.replace("PULSES_PER_UNIT = 11930464.7111111111", "PULSES_PER_UNIT = 0.010277777777777778"))
     bench.item("TMP_Master").set_parameter("INITIAL_POSITION", 0)
-    for name in ("ACCELERATION", "DECELERATION"):
-        bench.item("TMP_Master").set_parameter(name, 1e9)
     bench.connect("CNV_Belt", "TMP_Master")
     bench.cycle(2)
+    for name in ("ACCELERATION", "DECELERATION"):
+        bench.item("TMP_Master").set_parameter(name, 1e9)
     bench.do("TMP_Master", "run", 36_000)
     bench.cycle(1000)
     bench.do("TMP_Master", "run", 0)

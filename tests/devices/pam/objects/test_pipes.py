@@ -271,7 +271,8 @@ def test_the_rest_of_a_slew_is_applied_at_the_end_of_the_pipe(bench: Bench) -> N
 
 @pytest.mark.manual("PAML-581")
 @pytest.mark.manual("PAML-586")
-def test_a_phaser_is_started_unless_it_was_stopped_before(bench: Bench) -> None:
+def test_a_phaser_is_started_unless_it_was_stopped_before() -> None:
+    bench = machine(keeps_written_parameters=True)
     phaser = bench.item("PHA_Shift")
     phaser.set_parameter("PHASE", 20)
     assert (phaser.parameter("PHASE"), is_ready(bench, "PHA_Shift")) == (20, True)
@@ -418,10 +419,10 @@ def test_a_gain_slews_for_2_s(bench: Bench) -> None:
 def test_slopes_are_written_as_numbers_or_max(bench: Bench) -> None:
     amplifier = bench.item("AMP_Gear")
     assert (amplifier.parameter("GAIN_SLOPE"), amplifier.parameter("OFFSET_SLOPE")) == (1, float("inf"))
-    amplifier.set_parameter("GAIN_SLOPE", "MAX")
-    amplifier.set_parameter("OFFSET_SLOPE", 5)
     bench.connect("CNV_Values", "AMP_Gear", "TMP_Master")
     bench.cycle()
+    amplifier.set_parameter("GAIN_SLOPE", "MAX")
+    amplifier.set_parameter("OFFSET_SLOPE", 5)
     amplifier.set_parameter("GAIN", 4)
     amplifier.set_parameter("OFFSET", 0)
     bench.cycle(500)
