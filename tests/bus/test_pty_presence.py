@@ -29,8 +29,6 @@ os.write(client, b"here")
 signal.pause()
 """
 TIOCGEXCL = 0x8004_5440
-N_MOUSE = 2
-"""A line discipline that some kernels have."""
 
 
 class Owner:
@@ -238,23 +236,6 @@ async def test_a_pty_that_a_killed_client_has_reserved_is_replaced(
         await owner.until(lambda: owner.data == b"here again")
         os.close(client)
         await owner.until(lambda: owner.presence == [True, False, True, False])
-
-
-@in_loop
-async def test_the_line_discipline_of_a_killed_client_is_gone(tmp_path: Path) -> None:
-    with closing(Owner(tmp_path / "com1")) as owner:
-        client = owner.client()
-        try:
-            fcntl.ioctl(client, termios.TIOCSETD, N_MOUSE.to_bytes(4, sys.byteorder))
-        except OSError:
-            os.close(client)
-            pytest.skip("this kernel has no other line discipline")
-        await owner.until(lambda: owner.presence == [True])
-        os.close(client)
-        await owner.until(lambda: owner.presence == [True, False])
-        client = owner.client()
-        assert fcntl.ioctl(client, termios.TIOCGETD, bytes(4)) == bytes(4)
-        os.close(client)
 
 
 @in_loop
