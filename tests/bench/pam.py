@@ -98,14 +98,15 @@ def real(text: str) -> str:
     with tempfile.TemporaryDirectory(prefix="pam") as folder:
         application = Path(folder) / "machine.pam"
         application.write_text(text, encoding="ascii")
-        settings = {"patience_ms": 1_000, "realtime": CAN_BE_REALTIME}
+        settings = {"patience_ms": 10_000, "realtime": CAN_BE_REALTIME}
         rig = {**rig_of(application, "real", **settings), "start_timeout_s": 60}
         with RunningRig(json.dumps(rig), None) as running:  # a rig file may be JSON
             running.until_ready()
             until(lambda: running.value("pam/state") in ("running", "fatal"))
-            assert running.value("pam/state") == "running", running.value("pam/messages")
             kept, late, trip, cores, memory = rounds(lambda: measured(running))
-            assert running.value("pam/state") == "running"
+            if running.value("pam/state") == "fatal":
+                code = running.value("pam/errors")
+                return f"the PAM stopped with {code}, as a process was a second behind; {cores}"
     return f"{kept} of the cycles kept, {late} late reports, round trip p50 / p99 {trip}, {cores}, {memory}"
 
 
@@ -128,7 +129,13 @@ def run() -> Report:
             name, shown([run[name] for run in runs], ".2f"), shown([run[name] / run[BARE] for run in runs], ".2f")
         )
     scheduling = "with SCHED_FIFO" if CAN_BE_REALTIME else "without SCHED_FIFO, which needs root"
-    for what, text in (("at work", application_text()), ("at rest", application_text(is_idle=True))):
+    slower = application_text().replace("BASIC_PAM_CYCLE = 3;", "BASIC_PAM_CYCLE = 6;")
+    texts = {
+        "at work": application_text(),
+        "at work with a basic cycle of 2 ms": slower,
+        "at rest": application_text(is_idle=True),
+    }
+    for what, text in texts.items():
         progress(f"PAM with 16 axes: real time, {what}")
         report.notes.append(
             f"in real time {what}, each device in a process of its own over `pamring.shm` {scheduling},"
