@@ -307,7 +307,7 @@ class InputChanged:
     """The levels of an input as bits, the state of a key or the count of a counter after a change.
 
     `age_us` is the age of the change when the frame was laid into the buffer.
-    Only inputs with a time stamp (201 of an ST1) give an age other than 0.
+    Only inputs with a time stamp give an age other than 0.
     `number` is that of the last order that a key has taken, and 0 for other inputs.
     """
 

@@ -1,9 +1,9 @@
 """The I/O boards of an ST1: LPO with IN 0 and 1, OIO with IN 16 to 31 and OUT 8 to 15 (PAMS-110).
 
 The PAM configures inputs and outputs one by one; outputs without a configuration have the levels that CACOUT gives.
-Levels are electrical: true is 24 V.  IN 16 has a time stamp, which says when its level changed; the other inputs have
-the age 0, unless a setting gives time stamps to all of them (G-47).  The inputs of a board that is missing read noise,
-so that their reports flood the PAM (11928).
+Levels are electrical: true is 24 V.  Time stamps say when the level of an input changed.  By a setting only IN 16 has
+them, and the other inputs have the age 0 (G-47).  The inputs of a board that is missing read noise, so that their
+reports flood the PAM (11928).
 """
 
 from collections.abc import Callable

@@ -20,14 +20,13 @@ from fieldrig_devices.iec.tree import PouKind
 if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
 
-WORDS: Final = frozenset({"PUBLIC", "PROTECTED", "PRIVATE", "INTERNAL"})
 _OPEN: Final = frozenset({"PUBLIC", "INTERNAL"})
 
 
 def guard(project: Project, what: Variable | Pou, words: Sequence[str], home: tree.Pou, level: int) -> None:
     """Note the access to a variable or method that `home` declares, which is `level` steps above its function block."""
     default = "PROTECTED" if home.kind is PouKind.CLASS else ""
-    word = next((word for word in words if word in WORDS), default)
+    word = next((word for word in words if word in tree.ACCESS), default)
     if word:
         project.guards[what] = Guard(word, level, home.name)
 

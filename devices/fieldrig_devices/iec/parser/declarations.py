@@ -17,7 +17,6 @@ SECTIONS: Final = {section.value: section for section in tree.Section}
 _LONG: Final = frozenset({"LWORD", "LINT", "ULINT"})
 BEHIND: Final = frozenset({"FUNCTION", "FUNCTION_BLOCK", "CLASS", "TYPE", "ACTION", "METHOD", "RESOURCE"})
 """Words that show that the END of a block of declarations is missing."""
-ACCESS: Final = frozenset({"PUBLIC", "PROTECTED", "PRIVATE", "INTERNAL"})
 _ENDS: Final = frozenset({"END_VAR", "END_STRUCT", "END_UNION", "END_TYPE"})
 
 _TYPES: Final = frozenset({token.NAME, "ARRAY", "POINTER", "REFERENCE", "REF_TO", "STRUCT", "UNION"})
@@ -72,7 +71,7 @@ class Declarations(Types):
     def _access(self) -> str:
         """Read PUBLIC and the like, unless it is the name of a variable."""
         word = self.texts[self.i].upper()
-        if word not in ACCESS or not self.dialect.has_methods or self.kinds[self.i + 1] in (":", ",", "AT"):
+        if word not in tree.ACCESS or not self.dialect.has_methods or self.kinds[self.i + 1] in (":", ",", "AT"):
             return ""
         self.i += 1
         return word

@@ -11,7 +11,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.parser.configuration import Configurations
 from fieldrig_devices.iec.parser.cursor import UnexpectedError
 
-MODIFIERS: Final = frozenset({"PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "ABSTRACT", "FINAL", "OVERRIDE"})
+MODIFIERS: Final = tree.ACCESS | {"ABSTRACT", "FINAL", "OVERRIDE"}
 """Words in front of the name of a method."""
 
 

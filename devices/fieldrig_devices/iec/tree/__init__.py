@@ -17,6 +17,7 @@ from fieldrig_devices.iec.tree.bodies import (
     Transition,
 )
 from fieldrig_devices.iec.tree.declarations import (
+    ACCESS,
     Action,
     Configuration,
     Declaration,
@@ -86,6 +87,7 @@ from fieldrig_devices.iec.tree.types import (
 )
 
 __all__ = [
+    "ACCESS",
     "NOWHERE",
     "Action",
     "ActionUse",

@@ -2,11 +2,15 @@
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Final
 
 from fieldrig_devices.iec.tree.bodies import Body
 from fieldrig_devices.iec.tree.expressions import Expression
 from fieldrig_devices.iec.tree.nodes import NOWHERE, Place, Statement
 from fieldrig_devices.iec.tree.types import Initial, TypeSpec, Variable
+
+ACCESS: Final = frozenset({"PUBLIC", "PROTECTED", "PRIVATE", "INTERNAL"})
+"""Words that say which code may use a variable, a method or a property (IEC 61131-3:2013, table 48)."""
 
 
 class Section(Enum):

@@ -5,7 +5,7 @@ from functools import partial
 
 from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.object_item import ObjectItem, Switched
-from fieldrig_devices.pam.objects.site import LAST_NUMBER, ApplicationNode, Site
+from fieldrig_devices.pam.objects.site import ApplicationNode, Site, number_after
 from fieldrig_devices.pamring.frames import CounterItem, InputChanged, InputItem, KeyItem, KeyMode, SetOutput
 
 Watcher = Callable[[bool, int], None]
@@ -105,7 +105,7 @@ class KeyInput(Switched):
 
     def set_value(self, value: float) -> None:
         self.is_on = bool(value)
-        self._written, self._written_in = self._written % LAST_NUMBER + 1, self._site.cycle
+        self._written, self._written_in = number_after(self._written), self._site.cycle
         self._node.send(SetOutput(self._item, int(self.is_on), self._written))
         self._site.kernel.touched(self.name)
 

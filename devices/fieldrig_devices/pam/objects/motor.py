@@ -6,7 +6,7 @@ from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.inputs import BinaryInput, CounterInput
 from fieldrig_devices.pam.objects.object_item import ObjectItem, has_error
 from fieldrig_devices.pam.objects.outputs import BinaryOutput
-from fieldrig_devices.pam.objects.site import LAST_NUMBER, ApplicationNode, Site
+from fieldrig_devices.pam.objects.site import ApplicationNode, Site, number_after
 from fieldrig_devices.pam.objects.whole import whole_count
 from fieldrig_devices.pam.runtime.item import Pending
 from fieldrig_devices.pamring.frames import Motor, MotorItem, MotorOrder, MotorReport
@@ -109,7 +109,7 @@ class DcMotor(ObjectItem):
 
     def _begin(self, order: Motor, *values: int) -> None:
         """Send an order that ends; the node reports its end with the number of the order."""
-        self._ordered = self._ordered % LAST_NUMBER + 1
+        self._ordered = number_after(self._ordered)
         self._is_ready = False
         self._node.send(MotorOrder(self._item, order, values, self._ordered))
         self._site.kernel.touched(self.name)

@@ -15,6 +15,11 @@ MOST_GROUPS: Final = 15
 """Groups of axes in a PAM (PAML-164)."""
 
 
+def number_after(number: int) -> int:
+    """Return the number of the order or request that follows the one with this number."""
+    return number % LAST_NUMBER + 1
+
+
 @dataclass(slots=True)
 class ApplicationNode:
     """A node as the application declares it, with the items that the PAM configures on it."""
@@ -94,16 +99,16 @@ class Site:
 
     def next_number(self, used: Collection[int]) -> int:
         """Return the number of the next order to axes, none of those that `used` for their last ones."""
-        self._number = self._number % LAST_NUMBER + 1
+        self._number = number_after(self._number)
         while self._number in used:
-            self._number = self._number % LAST_NUMBER + 1
+            self._number = number_after(self._number)
         return self._number
 
     def read(
         self, node: ApplicationNode, register: int, then: Callable[[int | None], None], least_cycles: int = 0
     ) -> None:
         """Read a register; `then` gets the answer after `least_cycles` at the earliest, and None after a time-out."""
-        self._request = self._request % LAST_NUMBER + 1
+        self._request = number_after(self._request)
         self._requests[self._request] = _Request(node, self.cycle, least_cycles, then)
         node.send(Read(self._request, register))
 

@@ -113,6 +113,36 @@ CODE_STOPPED: Final = 2
 """The codes of PORTERR.SYS: the master is there, or it is not."""
 
 
+class OutputChanges:
+    """Changes of outputs on their way into an output FIFO, which is reported once when it is full (07..E008)."""
+
+    def __init__(self, put: Callable[[PortItem], bool], kernel: Kernel, *, waits: bool) -> None:
+        """`put` writes the present value of an output, and returns False if there is no room.
+
+        With `waits` the change is written when there is room, otherwise it is lost.
+        """
+        self._put, self._kernel, self._waits = put, kernel, waits
+        self._waiting: dict[PortItem, None] = {}
+        self._is_full = False
+
+    def clear(self) -> None:
+        self._waiting.clear()
+        self._is_full = False
+
+    def add(self, item: PortItem) -> None:
+        is_written = not self._waiting and self._put(item)
+        if not is_written and self._waits:
+            self._waiting[item] = None
+        if not is_written and not self._is_full:
+            self._kernel.report("07..E008")
+        self._is_full = not is_written
+
+    def write_waiting(self) -> None:
+        while self._waiting and self._put(next(iter(self._waiting))):
+            del self._waiting[next(iter(self._waiting))]
+            self._is_full = bool(self._waiting)
+
+
 class PortStatus:
     """The object DualPort or RS422Port."""
 

@@ -23,7 +23,7 @@ from fieldrig_devices.pam.ports.simatic.cells import (
     set_flag,
 )
 from fieldrig_devices.pam.ports.simatic.scan import Scan
-from fieldrig_devices.pam.ports.variables import IsActive, PortItem, PortStatus, items_of
+from fieldrig_devices.pam.ports.variables import IsActive, OutputChanges, PortItem, PortStatus, items_of
 from fieldrig_devices.pam.runtime.item import Kernel
 
 WATCHDOG_CYCLES: Final = 10
@@ -71,13 +71,11 @@ class SimaticPort:
         self._input_words = {self._places[item].address: item for item in inputs if item.variable.kind == "WORD_VAR"}
         self._announced: dict[PortItem, None] = {}
         """Input words that are updated at the end of the period, in the order of the FIFO."""
-        self._waiting: dict[PortItem, None] = {}
-        """Outputs that wait for room in the output FIFO, to be announced."""
+        self._changes = OutputChanges(self._announce, kernel, waits=options.full_output_fifo == "waits")
         watched = {State.RUN, State.RUN_NO_MASTER} if options.lost_master == "resumes" else {State.RUN}
         self._watched: frozenset[State] = frozenset(watched)
         self._deadline_ns: int | None = None
         self._now_ns = self._heard_ns = self._round = self._cycles = 0
-        self._is_overrun = False
 
     def _flags(self, items: Sequence[PortItem]) -> Iterator[tuple[Place, PortItem]]:
         return ((self._places[item], item) for item in items if item.variable.kind == "FLAG_VAR")
@@ -93,9 +91,8 @@ class SimaticPort:
         self._now_ns = now_ns
         self.status.set_error(False)
         self._announced.clear()
-        self._waiting.clear()
+        self._changes.clear()
         self._round = self._cycles = 0
-        self._is_overrun = False
         set_flag(self._words, self._host_ready, False)
         set_flag(self._words, self._dualport_ready, False)
         self._in.reset()
@@ -148,9 +145,7 @@ class SimaticPort:
 
     def give(self) -> None:
         """Announce the changes that wait for room; all others are announced when they happen."""
-        while self._waiting and self._announce(next(iter(self._waiting))):
-            del self._waiting[next(iter(self._waiting))]
-            self._is_overrun = bool(self._waiting)
+        self._changes.write_waiting()
 
     # ---- start-up
 
@@ -200,12 +195,7 @@ class SimaticPort:
         if not self.may_run or self.state is State.RUN_ALONE or not item.is_served:
             return
         self._write(item)
-        is_written = not self._waiting and self._announce(item)
-        if not is_written and self._options.full_output_fifo == "waits":
-            self._waiting[item] = None
-        if not is_written and not self._is_overrun:
-            self._kernel.report("07..E008")
-        self._is_overrun = not is_written
+        self._changes.add(item)
 
     def _announce(self, item: PortItem) -> bool:
         return self._out.put(self._places[item].address)

@@ -11,7 +11,7 @@ from fieldrig_devices.pam.language.ports import ALL_ITEMS, PortPlan, PortVariabl
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.panel import VME_PANEL
-from fieldrig_devices.pam.ports.variables import IsActive, PortItem, PortStatus, addressed, items_of
+from fieldrig_devices.pam.ports.variables import IsActive, OutputChanges, PortItem, PortStatus, addressed, items_of
 from fieldrig_devices.pam.ports.vme.crcs import with_crcs
 from fieldrig_devices.pam.ports.vme.fifo import Fifo
 from fieldrig_devices.pam.ports.vme.layout import (
@@ -69,9 +69,7 @@ class VmePort:
         }
         self._deadline_ns: int | None = None
         self._now_ns = self._watchdog_ns = self._heard_ns = 0
-        self._is_overrun = False
-        self._waiting: dict[PortItem, None] = {}
-        """Outputs whose changes wait for room in the output FIFO."""
+        self._changes = OutputChanges(self._write, kernel, waits=options.full_output_fifo == "waits")
 
     # ---- for the PAM
 
@@ -84,8 +82,7 @@ class VmePort:
         self._now_ns = now_ns
         self.status.set_error(False)
         self._keys.clear()
-        self._is_overrun = False
-        self._waiting.clear()
+        self._changes.clear()
         for queue in self._queues.values():
             queue.clear()
         for items in self.items.values():
@@ -140,9 +137,7 @@ class VmePort:
 
     def give(self) -> None:
         """Write the changes that wait for room; all others are written when they happen."""
-        while self._waiting and self._write(next(iter(self._waiting))):
-            del self._waiting[next(iter(self._waiting))]
-            self._is_overrun = bool(self._waiting)
+        self._changes.write_waiting()
 
     # ---- start-up
 
@@ -228,14 +223,8 @@ class VmePort:
     def _push(self, item: PortItem) -> None:
         """Write a change of an output that the master knows."""
         key = self._keys.get(item.variable.name, NO_KEY)
-        if not self._is_sending or key == NO_KEY or not item.is_served:
-            return
-        is_written = not self._waiting and self._write(item)
-        if not is_written and self._options.full_output_fifo == "waits":
-            self._waiting[item] = None
-        if not is_written and not self._is_overrun:
-            self._kernel.report("07..E008")
-        self._is_overrun = not is_written
+        if self._is_sending and key != NO_KEY and item.is_served:
+            self._changes.add(item)
 
     def _write(self, item: PortItem) -> bool:
         """Write the value of an output; return False if there is no room."""
