@@ -12,6 +12,7 @@ from fieldrig_devices.canopen.point_slave import PointSlaveSettings
 from fieldrig_devices.hmiscu.channels import Channels
 from fieldrig_devices.hmiscu.faces.modbus import ModbusFaceSettings
 from fieldrig_devices.hmiscu.models import FAST_OUTPUTS, MODELS, Kind, Model, ModelName
+from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.modbus.client_settings import ModbusClientSettings
 from fieldrig_devices.pulses.output import Mode
 
@@ -86,6 +87,7 @@ class HmiscuSettings(Channels):
     resource: str = Field(
         default="", description="name of the RESOURCE that runs, if the configuration of the program has several"
     )
+    costs: Costs = Field(default_factory=Costs, description="processor time of the operations of a program")
     modbus: ModbusFaceSettings = Field(
         default_factory=ModbusFaceSettings, description="Modbus server on the buses under links.modbus"
     )

@@ -1,11 +1,12 @@
 """The order to compile an IEC program beside its controller, with all that another process needs for it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NoReturn, Self
 
 from fieldrig.background import Report
 from fieldrig_devices.iec.compiler import Compiled, compile_project
+from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Host, Library, Pending
 from fieldrig_devices.iec.program import ConfiguredObject
@@ -77,6 +78,7 @@ class Order:
     """The running program, for an online change."""
     resource: str = ""
     """The RESOURCE that runs, if the program has several."""
+    costs: Costs = field(default_factory=Costs)
 
     @property
     def duration_ns(self) -> int:
@@ -92,6 +94,7 @@ def compile_order(order: Order, report: Report) -> Compiled | Refused:
             order.facts,
             DIALECTS[order.dialect],
             previous=order.previous,
+            costs=order.costs,
             resource=order.resource,
             on_progress=report,
         )

@@ -8,6 +8,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.canopen.master_settings import CanMasterSettings
+from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.max4.can.settings import CanFaceSettings
 from fieldrig_devices.max4.configuration.files import Configuration, DriveSettings, Symbol, symbol_of
 from fieldrig_devices.max4.configuration.limits import MOST_AXES
@@ -162,6 +163,7 @@ class Max4Settings(Settings):
     )
     boot: BootTimes = Field(default_factory=BootTimes, description="times of a boot")
     load: ProcessTimes = Field(default_factory=ProcessTimes, description="duration of the real-time process")
+    costs: Costs = Field(default_factory=Costs, description="processor time of the operations of a program")
     retain: RetainKind = Field(
         default="nvram",
         description="memory of retain data: 1 kB in the controller, 64 kB on the flash disk by a UPS, 101 kB in a PN-4",

@@ -1,7 +1,6 @@
 """Cold and warm start, retained data, online change, forcing, and variables by name."""
 
 import pickle
-from dataclasses import replace
 
 import pytest
 from iec_program import IecBench, PlainHost, program
@@ -207,7 +206,7 @@ def test_costs_are_scaled() -> None:
     text = program("n, i : INT;", "FOR i := 1 TO 100 DO n := n + i * 3; END_FOR")
     bench = IecBench(text)
     plain = bench.cycle()
-    compiled = compile_project([SourceFile("main.st", text)], bench.host, costs=replace(Costs(), scale=3.0))
+    compiled = compile_project([SourceFile("main.st", text)], bench.host, costs=Costs(scale=3.0))
     bench.runtime = Runtime(compiled, bench.host)
     bench.thread = bench.runtime.thread(compiled.program.pous["plc_prg"])
     assert bench.cycle() == 3 * plain

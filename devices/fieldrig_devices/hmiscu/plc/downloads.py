@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from fieldrig.background import Background
 from fieldrig.clock import Clock
+from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.beside import HostFacts, Order, compile_order
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.loaded import LONGEST_WAIT_NS, NO_GAP
@@ -31,13 +32,12 @@ class Downloads:
         clock: Clock,
         background: Background,
         plc: "Plc",
-        dialect: str,
-        resource: str,
+        settings: HmiscuSettings,
         on_change: Callable[[], None],
     ) -> None:
         """`on_change` is called when an online change has happened."""
         self._clock, self._beside, self._plc = clock, Beside[Compiled](background), plc
-        self._dialect, self._resource = dialect, resource
+        self._settings = settings
         self._on_change = on_change
         self._is_changing = False
         """True while a compiled program waits for the end of a cycle."""
@@ -91,7 +91,8 @@ class Downloads:
     def _compile(
         self, files: tuple[SourceFile, ...], previous: Compiled | None, load: Callable[[Compiled], None]
     ) -> None:
-        order = Order(files, self._dialect, HostFacts.of(self._plc.host), previous, self._resource)
+        settings, facts = self._settings, HostFacts.of(self._plc.host)
+        order = Order(files, settings.dialect, facts, previous, settings.resource, settings.costs)
 
         def on_done(found: Compiled | str) -> None:
             if isinstance(found, Compiled):

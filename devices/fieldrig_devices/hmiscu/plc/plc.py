@@ -94,7 +94,7 @@ class Plc:
         self.state = PlcState.STOP
         self.problem = ""
         """Why the controller is in HALT, or why a program was refused."""
-        self.downloads = Downloads(clock, background, self, settings.dialect, settings.resource, owner.on_program)
+        self.downloads = Downloads(clock, background, self, settings, owner.on_program)
         self.on_stop: Callable[[Task], None] = lambda task: None
         """Called when a task has reached a breakpoint or has been stopped by a fault."""
         self._timer: Timer | None = None
@@ -119,7 +119,10 @@ class Plc:
     def compile(self, files: Sequence[SourceFile]) -> Compiled:
         """Compile a program for this controller.  CompileError with every mistake."""
         dialect, report = DIALECTS[self._settings.dialect], Coarse(progress.report)
-        return compile_project(files, self.host, dialect, resource=self._settings.resource, on_progress=report)
+        settings = self._settings
+        return compile_project(
+            files, self.host, dialect, costs=settings.costs, resource=settings.resource, on_progress=report
+        )
 
     # ---- loading
 

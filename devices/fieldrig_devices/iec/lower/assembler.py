@@ -46,16 +46,16 @@ class Assembler:
 
     def branch(self, emitter: Emitter, condition: str, target: Label) -> None:
         line, python = self.line, tuple(emitter.lines)
-        cost = self._scaled(emitter.cost + self._costs.jump)
+        cost = self._scaled(emitter.cost + self._costs.jump_ns)
         self._made.append(lambda labels: Branch(line, python, condition, labels[target], cost))
 
     def jump(self, target: Label) -> None:
-        line, cost = self.line, self._scaled(self._costs.jump)
+        line, cost = self.line, self._scaled(self._costs.jump_ns)
         self._made.append(lambda labels: Jump(line, labels[target], cost))
 
     def switch(self, emitter: Emitter, selector: str, targets: dict[int, Label], otherwise: Label) -> None:
         line, python = self.line, tuple(emitter.lines)
-        cost = self._scaled(emitter.cost + 2 * self._costs.jump)
+        cost = self._scaled(emitter.cost + 2 * self._costs.jump_ns)
         self._made.append(
             lambda labels: Switch(
                 line, python, selector, {value: labels[one] for value, one in targets.items()}, labels[otherwise], cost
@@ -63,7 +63,7 @@ class Assembler:
         )
 
     def call(self, routine: str, base: str) -> None:
-        line, cost = self.line, self._scaled(self._costs.call)
+        line, cost = self.line, self._scaled(self._costs.call_ns)
         self.calls.add(routine)
         self._made.append(lambda labels: Call(line, routine, base, cost, self._is_deep))
 
@@ -71,7 +71,7 @@ class Assembler:
         self._add(Hold(self.line, condition, self._costs.scaled(0)))
 
     def end(self) -> None:
-        self._add(End(self.line, self._scaled(self._costs.end)))
+        self._add(End(self.line, self._scaled(self._costs.end_ns)))
 
     def finished(self, *, is_deep: bool) -> Sequence[Instruction]:
         """Return the instructions; calls look whether the stack has room if `is_deep`."""

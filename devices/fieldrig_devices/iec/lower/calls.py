@@ -83,7 +83,7 @@ class Calls:
         elif isinstance(place, Parameter) and place.is_slow:
             text = self._expressions.value(value, emitter).text
             emitter.add(f"begin_write({self._places.parameter(place, emitter)}, {text})")
-            emitter.charge(emitter.costs.parameter)
+            emitter.charge(emitter.costs.parameter_ns)
             self.assembler.do(emitter)
             emitter = self.wait()
             emitter.add("finish()")
@@ -235,7 +235,7 @@ class Calls:
         assert kind is not None
         emitter = self.emitter()
         emitter.add(f"begin_read({self._places.parameter(place, emitter)})")
-        emitter.charge(emitter.costs.parameter)
+        emitter.charge(emitter.costs.parameter_ns)
         self.assembler.do(emitter)
         emitter = self.wait()
         cell = Cell(self._intermediate(place.type), place.type)

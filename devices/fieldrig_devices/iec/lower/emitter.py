@@ -89,6 +89,6 @@ class Emitter:
     def charge_for(self, kind: Elementary | StringType) -> None:
         """Charge an operation on values of this type."""
         if isinstance(kind, StringType):
-            self.cost += self.costs.text
+            self.cost += self.costs.text_ns
         else:
-            self.cost += self.costs.real if kind.is_real else self.costs.operation
+            self.cost += self.costs.real_ns if kind.is_real else self.costs.operation_ns

@@ -103,7 +103,7 @@ class Expressions:
             return Value(f"({left.text} {COMPARE[operator]} {right.text})", Elementary.BOOL)
         if operator in (Operator.DIV, Operator.MOD):
             return self._divide(expression, left, right, emitter)
-        emitter.charge(emitter.costs.operation)
+        emitter.charge(emitter.costs.operation_ns)
         if expression.type is Elementary.BOOL:
             if operator is Operator.XOR:
                 return Value(f"({left.text} != {right.text})", Elementary.BOOL)
@@ -120,7 +120,7 @@ class Expressions:
     def _short_circuit(self, expression: Binary, emitter: Emitter) -> Value:
         """AND_THEN and OR_ELSE: the right side runs only if the left one does not decide."""
         left = self.value(expression.left, emitter)
-        emitter.charge(emitter.costs.jump)
+        emitter.charge(emitter.costs.jump_ns)
         part = len(emitter.lines)
         name = emitter.new(left.text)
         emitter.add(f"if {name}:" if expression.operator is Operator.AND_THEN else f"if not {name}:")
@@ -140,13 +140,13 @@ class Expressions:
         assert isinstance(kind, Elementary)
         if kind.is_real:
             left, right = self.value(expression.left, emitter), self.value(expression.right, emitter)
-            emitter.charge(emitter.costs.real)
+            emitter.charge(emitter.costs.real_ns)
             left, right = emitter.short(left), emitter.short(right)
             return emitter.single(_bracketed(left, ARITHMETIC[operator], right, kind), kind)
         if (product := self._time_by_real(expression, emitter)) is not None:
             return product
         left, right = self._operand(expression.left, kind, emitter), self._operand(expression.right, kind, emitter)
-        emitter.charge(emitter.costs.multiply if operator is Operator.MUL else emitter.costs.operation)
+        emitter.charge(emitter.costs.multiply_ns if operator is Operator.MUL else emitter.costs.operation_ns)
         text = f"({left.text} {ARITHMETIC[operator]} {right.text})"
         if operator is Operator.ADD:
             return Value(text, kind, left.low + right.low, left.high + right.high)
@@ -166,17 +166,17 @@ class Expressions:
         if not any(isinstance(side.type, Elementary) and side.type.is_real for side in sides):
             return None
         left, right = (self.value(side, emitter) for side in sides)
-        emitter.charge(emitter.costs.real)
+        emitter.charge(emitter.costs.real_ns)
         return of_type(f"(TRUNCATE({left.text} * {right.text}) & {2**32 - 1})", Elementary.TIME)
 
     def _divide(self, expression: Binary, left: Value, right: Value, emitter: Emitter) -> Value:
         kind = self._stored(expression)
         assert isinstance(kind, Elementary)
         if kind.is_real:
-            emitter.charge(emitter.costs.real)
+            emitter.charge(emitter.costs.real_ns)
             text = _bracketed(left, "/", right, kind)
             return emitter.single(text, kind) if kind is Elementary.REAL else Value(emitter.new(text), kind)
-        emitter.charge(emitter.costs.divide)
+        emitter.charge(emitter.costs.divide_ns)
         if isinstance(right.type, Elementary) and right.type.is_real:  # TIME / REAL
             return of_type(emitter.new(f"TRUNCATE({left.text} / {right.text}) & {2**32 - 1}"), kind)
         sign = "//" if expression.operator is Operator.DIV else "%"
@@ -216,7 +216,7 @@ class Expressions:
         low, high = numbers
         if low <= value.low and value.high <= high:
             return value
-        emitter.charge(emitter.costs.operation)
+        emitter.charge(emitter.costs.operation_ns)
         value = emitter.atom(value)
         emitter.add(f"if not {low} <= {value.text} <= {high}:")
         emitter.add(f"    outside_range({value.text}, {low}, {high})")

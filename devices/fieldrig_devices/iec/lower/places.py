@@ -99,7 +99,7 @@ class Places:
                 inner = outer.plus(variable.offset)
                 return Address((f"M[{inner}]",), 0) if variable.is_reference else inner
             case Target(pointer):
-                emitter.charge(emitter.costs.access)
+                emitter.charge(emitter.costs.access_ns)
                 return Address((emitter.atom(self.value_of(pointer, emitter)).text,), 0, is_raw=True)
             case Located():
                 return _located(place)
@@ -126,7 +126,7 @@ class Places:
         outer = self.address(place.of, emitter)
         low, high, stride = place.low, place.high, place.stride
         index = self._index(place.index, low, high, emitter)
-        emitter.charge(emitter.costs.access)
+        emitter.charge(emitter.costs.access_ns)
         if not (low <= index.low and index.high <= high):
             if not is_register(index.text):  # one that may become a local variable needs no other
                 index = emitter.atom(index)
@@ -149,7 +149,7 @@ class Places:
         if isinstance(place, Bit | Parameter):
             raise AssertionError(f"{place} has no address")
         where = self.address(place, emitter)
-        emitter.charge(emitter.costs.operation)
+        emitter.charge(emitter.costs.operation_ns)
         if isinstance(where, AreaAddress):
             text = str(Address(where.terms, AREAS[where.area] + where.byte))
         elif where.is_frame and not where.is_raw:
@@ -176,13 +176,13 @@ class Places:
         kind = storage(place.type)
         assert kind is not None, place
         if isinstance(place, Parameter):
-            emitter.charge(emitter.costs.parameter)
+            emitter.charge(emitter.costs.parameter_ns)
             return of_type(emitter.new(f"parameter({self.parameter(place, emitter)}, {kind_number(kind)})"), kind)
         where = self.address(place, emitter)
         if isinstance(where, AreaAddress):
-            emitter.charge(emitter.costs.access if where.area == "M" else emitter.costs.io)
+            emitter.charge(emitter.costs.access_ns if where.area == "M" else emitter.costs.io_ns)
             return self._load_area(where, kind, emitter)
-        emitter.charge(emitter.costs.text if isinstance(kind, StringType) else emitter.costs.access)
+        emitter.charge(emitter.costs.text_ns if isinstance(kind, StringType) else emitter.costs.access_ns)
         if where.is_raw:
             at = emitter.new(str(where))
             number = kind_number(kind)
@@ -225,7 +225,7 @@ class Places:
     def cells(self, place: Place, emitter: Emitter) -> str:
         """Return all cells of a structure or an array."""
         where, size = self.address(place, emitter), place.type.size
-        emitter.charge(emitter.costs.copy * size)
+        emitter.charge(emitter.costs.copy_ns * size)
         if isinstance(where, AreaAddress):
             return emitter.new(f"peek_cells({AREAS[where.area]} + {where}, {self._form_of(place.type)})")
         if where.is_raw:
@@ -243,12 +243,12 @@ class Places:
             self._store_bit(place, value, emitter)
             return
         if isinstance(place, Parameter):
-            emitter.charge(emitter.costs.parameter)
+            emitter.charge(emitter.costs.parameter_ns)
             emitter.add(f"set_parameter({self.parameter(place, emitter)}, {value.text})")
             return
         where = self.address(place, emitter)
         if isinstance(where, AreaAddress):
-            emitter.charge(emitter.costs.access if where.area == "M" else emitter.costs.io)
+            emitter.charge(emitter.costs.access_ns if where.area == "M" else emitter.costs.io_ns)
             self._store_area(where, kind, value, emitter)
             return
         if not where.is_raw:
@@ -260,7 +260,7 @@ class Places:
         kind = storage(wanted)
         assert kind is not None
         text = _cut_to(wanted, emitter.cut(value), emitter)
-        emitter.charge(emitter.costs.text if isinstance(kind, StringType) else emitter.costs.access)
+        emitter.charge(emitter.costs.text_ns if isinstance(kind, StringType) else emitter.costs.access_ns)
         if where.is_raw:
             number, at = kind_number(kind), emitter.new(str(where))
             emitter.add(f"if K[{at}] == {number}:")
@@ -275,7 +275,7 @@ class Places:
         assert isinstance(whole, Elementary)
         before = emitter.atom(self.load(place.of, emitter))
         mask = 1 << place.number
-        emitter.charge(emitter.costs.operation)
+        emitter.charge(emitter.costs.operation_ns)
         is_sign = whole.family is Family.SIGNED and place.number == whole.bits - 1
         bits = f"{before.text} | {mask}" if not is_sign else f"{before.text} | {-mask}"
         none = f"{before.text} & {~mask}" if not is_sign else f"{before.text} & {mask - 1}"

@@ -62,7 +62,7 @@ class Statements(Calls):
         for variable in frame_variables(pou):
             cells = self._context.images.variable(variable)
             where = self._places.cell(variable)
-            emitter.charge(emitter.costs.copy * len(cells))
+            emitter.charge(emitter.costs.copy_ns * len(cells))
             kind = storage(variable.type)
             if kind is None:
                 emitter.add(f"M[{where}:{where.plus(len(cells))}] = {self._context.image(cells)}")
@@ -165,7 +165,7 @@ class Statements(Calls):
             self.assembler.line = line
             emitter = self.emitter()
             value = self._expressions.value(selector, emitter)
-            emitter.charge(emitter.costs.operation * len(ranges))
+            emitter.charge(emitter.costs.operation_ns * len(ranges))
             tests = [_within(value, low, high) for low, high in ranges]
             self.assembler.branch(emitter, f"not ({' or '.join(tests)})", after)
             self.body(body)

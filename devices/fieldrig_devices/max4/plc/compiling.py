@@ -4,11 +4,12 @@ Source: PacDrive manual 6015-6041 (digest PD-310 to PD-318): RETAIN variables ha
 controller has for them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from fieldrig.background import Report
 from fieldrig_devices.iec.beside import HostFacts
 from fieldrig_devices.iec.compiler import Compiled, compile_project
+from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.limits import Limits
@@ -30,6 +31,7 @@ class Order:
     limits: Limits
     previous: Compiled | None = None
     """The running program, for an online change."""
+    costs: Costs = field(default_factory=Costs)
 
     @property
     def duration_ns(self) -> int:
@@ -40,7 +42,9 @@ class Order:
 def compile_order(order: Order, report: Report) -> Compiled | Refused:
     """Compile a program in a process beside the controller."""
     try:
-        return compile_container(order.container, order.facts, order.retain, order.limits, order.previous, report)
+        return compile_container(
+            order.container, order.facts, order.retain, order.limits, order.previous, report, costs=order.costs
+        )
     except CompileError as wrong:
         return Refused(tuple(wrong.mistakes))
 
@@ -52,6 +56,8 @@ def compile_container(
     limits: Limits,
     previous: Compiled | None = None,
     report: Report = lambda what, done, steps: None,
+    *,
+    costs: Costs | None = None,
 ) -> Compiled:
     """Compile the sources; CompileError with all mistakes.  `previous` is the running program for an online change."""
     dialect = DIALECTS.get(container.dialect)
@@ -64,6 +70,7 @@ def compile_container(
         dialect,
         limits=limits,
         previous=previous,
+        costs=costs,
         resource=container.resource,
         on_progress=report,
     )

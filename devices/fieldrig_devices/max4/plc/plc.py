@@ -213,7 +213,8 @@ class Plc:
         on_done(problem)
 
     def _order(self, container: Container, host: PlcHost, previous: Compiled | None = None) -> Order:
-        return Order(container, HostFacts.of(host), self._controller.settings.retain, self._limits, previous)
+        settings = self._controller.settings
+        return Order(container, HostFacts.of(host), settings.retain, self._limits, previous, settings.costs)
 
     @property
     def _limits(self) -> Limits:
@@ -229,8 +230,10 @@ class Plc:
         known, objects = self._compiled, (host.objects, host.object_types)
         if known is not None and known[:2] == (container, objects):
             return known[2]
-        retain, report = self._controller.settings.retain, Coarse(progress.report)
-        compiled = compile_container(container, host, retain, self._limits, report=report)
+        settings, report = self._controller.settings, Coarse(progress.report)
+        compiled = compile_container(
+            container, host, settings.retain, self._limits, report=report, costs=settings.costs
+        )
         self._compiled = container, objects, compiled
         return compiled
 
@@ -256,7 +259,7 @@ class Plc:
         """Compile a program for this controller without loading it.  CompileError with every mistake."""
         settings = self._controller.settings
         container = Container(tuple(files), settings.dialect, settings.resource)
-        return compile_container(container, self._host(), settings.retain, self._limits)
+        return compile_container(container, self._host(), settings.retain, self._limits, costs=settings.costs)
 
     def symbol_list(self) -> bytes:
         """The symbols of the loaded program in XML.  ValueError if there is none."""

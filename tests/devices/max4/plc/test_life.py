@@ -380,6 +380,64 @@ def test_a_changed_task_configuration_needs_a_download(bench: PlcBench) -> None:
     assert bench.value("PLC_PRG.lCount") == 111
 
 
+# ---- the cost of a program
+
+
+BUSY = """
+PROGRAM PLC_PRG
+VAR i, n : DINT; r, s : REAL; END_VAR
+FOR i := 1 TO 1000 DO n := n + i; r := r * s + 1.0; END_FOR;
+END_PROGRAM"""
+
+
+def load_us(folder: Path, **costs: float) -> int:
+    """Return the load of a program in microseconds on a controller with these costs."""
+    text = BUSY + task_of("PLC_PRG", 100, 0)
+    load = {"base_us": 0, "axis_us": 0}
+    bench = PlcBench(folder, text, iec_tasks=["Task_1"], load=load, costs=costs)
+    bench.set("Task_1.EnableLoad", True).run(250)
+    return int(bench.get("Task_1.Load"))
+
+
+@pytest.mark.manual("PD-072")
+def test_the_load_follows_the_costs_of_the_rig_file(tmp_path: Path) -> None:
+    plain = load_us(tmp_path)
+    assert load_us(tmp_path, scale=2.5) == pytest.approx(2.5 * plain, abs=10)  # a cost is a whole number of ns
+    # a pass of the loop has two operations on REAL, of 1000 us here instead of 60 ns
+    assert load_us(tmp_path, real_ns=1_060) == pytest.approx(plain + 2_000, abs=2)
+
+
+def test_a_controller_is_calibrated_to_the_load_that_a_machine_shows(tmp_path: Path) -> None:
+    """docs/max4-plc.md: the scale is the load of the machine divided by the load here; the machine is another one."""
+    machine = load_us(tmp_path, access_ns=55, real_ns=170, jump_ns=35, operation_ns=40)
+    scale = machine / load_us(tmp_path)
+    assert scale > 2
+    assert load_us(tmp_path, scale=scale) == pytest.approx(machine, rel=0.01)
+
+
+def test_a_downloaded_and_a_changed_program_have_the_costs_of_the_rig_file_too(tmp_path: Path) -> None:
+    text = BUSY + task_of("PLC_PRG", 100, 0)
+    bench = PlcBench(tmp_path, text, costs={"scale": 2.5}, load={"base_us": 0}).run(250)
+    before = bench.get("plc/task/T/load")
+    bench.write("(* changed *)" + text).do("online change").run(500)
+    assert bench.get("plc/task/T/load") == before
+    bench.write("(* loaded *)" + text).do("download").run(8_000).do("start").run(250)
+    assert bench.get("plc/task/T/load") == before
+
+
+@pytest.mark.manual("PD-073")
+def test_an_overload_that_is_made_by_the_costs_repeats_exactly(tmp_path: Path) -> None:
+    def overloaded(scale: float) -> tuple[list[str], object]:
+        text = BUSY + task_of("PLC_PRG", 1, 0)
+        bench = PlcBench(tmp_path, text, costs={"scale": scale}).run(400)
+        return bench.log(), bench.value("PLC_PRG.n")
+
+    first = overloaded(6.0)
+    assert any("6317" in line for line in first[0])
+    assert overloaded(6.0) == first
+    assert not any("6317" in line for line in overloaded(1.0)[0])
+
+
 # ---- wrong files
 
 
