@@ -17,7 +17,7 @@ itself, and no text can make an object that lasts.
 """
 
 import ast
-from collections.abc import Collection, Mapping, Set
+from collections.abc import Callable, Collection, Iterable, Mapping, Set
 from dataclasses import dataclass
 from types import CodeType, FunctionType
 from typing import Any, Final
@@ -69,11 +69,12 @@ def check(source: str, names: Collection[str], rules: Rules | None = None) -> as
     """
     tree = ast.parse(source)
     own = {statement.name for statement in tree.body if isinstance(statement, ast.FunctionDef)}
-    known = names if isinstance(names, Set) and own <= names else {*names, *own}
+    known: Set[str] = names if isinstance(names, Set) and own <= names else {*names, *own}
     for statement in tree.body:
         if not isinstance(statement, ast.FunctionDef):
             raise ForbiddenPythonError(f"line {statement.lineno}: not a function")
-        _check_function(statement, known, rules)
+        _check_head(statement)
+        _check_body(statement, known, rules)
     return tree
 
 
@@ -96,65 +97,72 @@ def bind(code: CodeType, scope: dict[str, Any]) -> dict[str, FunctionType]:
     return {name: scope[name] for name in code.co_names}
 
 
-def _check_function(function: ast.FunctionDef, names: Collection[str], rules: Rules | None) -> None:
-    parts = function.args
-    notes = (function.returns, *(argument.annotation for argument in parts.args))
-    if function.decorator_list or parts.defaults or parts.kwonlyargs or parts.vararg or parts.kwarg or any(notes):
+def _check_head(function: ast.FunctionDef) -> None:
+    given = function.args
+    notes = (function.returns, *(argument.annotation for argument in given.args))
+    others = (given.posonlyargs, given.kwonlyargs, given.defaults, function.decorator_list)
+    if given.vararg or given.kwarg or any(notes) or any(others):
         raise ForbiddenPythonError(f"line {function.lineno}: a function has parameters and a body, nothing else")
+
+
+_CHILDREN: Final[Mapping[type[ast.AST], Callable[[Any], Iterable[ast.AST]]]] = {
+    ast.Return: lambda part: _given(part.value),
+    ast.If: lambda part: (part.test, *part.body, *part.orelse),
+    ast.While: lambda part: (part.test, *part.body, *part.orelse),
+    ast.Expr: lambda part: (part.value,),
+    ast.Assign: lambda part: (*part.targets, part.value),
+    ast.AugAssign: lambda part: (part.target, part.op, part.value),
+    ast.NamedExpr: lambda part: (part.target, part.value),
+    ast.Call: lambda part: (*part.args, *part.keywords),
+    ast.Attribute: lambda part: (part.value,),
+    ast.Subscript: lambda part: (part.value, part.slice),
+    ast.Slice: lambda part: _given(part.lower, part.upper, part.step),
+    ast.Tuple: lambda part: part.elts,
+    ast.IfExp: lambda part: (part.test, part.body, part.orelse),
+    ast.Compare: lambda part: (part.left, *part.ops, *part.comparators),
+    ast.BoolOp: lambda part: (part.op, *part.values),
+    ast.UnaryOp: lambda part: (part.op, part.operand),
+    ast.BinOp: lambda part: (part.left, part.op, part.right),
+}
+"""The parts of each part that has any, apart from the name of a called function, which is checked with its call."""
+
+
+def _given(*parts: ast.AST | None) -> list[ast.AST]:
+    return [part for part in parts if part is not None]
+
+
+def _check_body(function: ast.FunctionDef, names: Set[str], rules: Rules | None) -> None:
+    """Pass once over the parts of the body, and then over the names that it reads."""
     allowed, constants = _allowed(rules)
-    harmless = allowed - _EXAMINED
-    examined, own, called = list[ast.AST](), {argument.arg for argument in parts.args}, set[ast.AST]()
-    for node in _parts(function):
-        kind = type(node)
-        if kind in harmless:
-            continue
-        if kind not in allowed:
-            line = getattr(node, "lineno", function.lineno)
-            raise ForbiddenPythonError(f"line {line}: {kind.__name__} is not allowed")
-        if isinstance(node, ast.Call):
-            called.add(node.func)
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            own.add(node.id)
-        elif isinstance(node, ast.Constant):
-            if type(node.value) not in constants:
-                raise ForbiddenPythonError(f"line {node.lineno}: the constant {node.value!r} is not allowed")
-        else:
-            examined.append(node)
-    if clash := {name for name in own if name in names}:
-        raise ForbiddenPythonError(f"line {function.lineno}: {', '.join(sorted(clash))} must not be assigned")
-    for node in examined:
-        if isinstance(rules, Values) and isinstance(node, ast.Name) and node not in called:
-            reason = "" if node.id in own or node.id in rules.values else f"{node.id} is not a value"
-        else:
-            reason = _wrong(node, names, own, rules)
+    own = {argument.arg for argument in function.args.args}
+    read: dict[str, ast.Name] = {}  # a place for each name that is read as a value
+    parts: list[Any] = [*function.body]
+    for part in parts:  # which grows meanwhile
+        kind, reason = type(part), ""
+        if kind is ast.Name:
+            if type(part.ctx) is ast.Store:
+                own.add(part.id)
+            else:
+                read[part.id] = part
+        elif kind not in allowed:
+            reason = f"{kind.__name__} is not allowed"
+        elif kind is ast.Constant:
+            reason = "" if type(part.value) in constants else f"the constant {part.value!r} is not allowed"
+        elif kind in _CHILDREN:
+            reason = _wrong(part, names, rules) if kind in _EXAMINED else ""
+            parts += _CHILDREN[kind](part)
         if reason:
-            raise ForbiddenPythonError(f"line {getattr(node, 'lineno', function.lineno)}: {reason}")
+            raise ForbiddenPythonError(f"line {getattr(part, 'lineno', function.lineno)}: {reason}")
+    if clash := own & names:
+        raise ForbiddenPythonError(f"line {function.lineno}: {', '.join(sorted(clash))} must not be assigned")
+    readable = rules.values if isinstance(rules, Values) else names
+    for name, part in read.items():
+        if name not in readable and name not in own:
+            reason = "is not a value" if name in names else "is not known here"
+            raise ForbiddenPythonError(f"line {part.lineno}: {name} {reason}")
 
 
-_CHILDREN: dict[type[ast.AST], tuple[str, ...]] = {}
-"""The fields of a part that may hold parts, apart from the context of a name, which is allowed everywhere."""
-
-
-def _parts(function: ast.FunctionDef) -> list[ast.AST]:
-    """Return all parts of a function; `ast.walk` would take twice as long."""
-    found: list[ast.AST] = []
-    waiting: list[ast.AST] = [function]
-    while waiting:
-        part = waiting.pop()
-        fields = _CHILDREN.get(type(part))
-        if fields is None:
-            fields = _CHILDREN[type(part)] = tuple(name for name in part._fields if name != "ctx")
-        for name in fields:
-            value = getattr(part, name)
-            if isinstance(value, list):
-                waiting += [one for one in value if isinstance(one, ast.AST)]
-            elif isinstance(value, ast.AST):
-                waiting.append(value)
-        found.append(part)
-    return found[1:]
-
-
-_EXAMINED: Final = frozenset({ast.Constant, ast.Attribute, ast.Name, ast.Call, ast.Subscript})
+_EXAMINED: Final = frozenset({ast.Attribute, ast.Call, ast.Subscript})
 """Parts that are allowed under conditions."""
 
 
@@ -165,35 +173,28 @@ def _allowed(rules: Rules | None) -> tuple[frozenset[type], frozenset[type]]:
     return (ALLOWED, CONSTANTS) if rules is None else (ALLOWED_IN_FORMULAS, CONSTANTS_IN_FORMULAS)
 
 
-def _wrong(node: ast.AST, names: Collection[str], own: Collection[str], rules: Rules | None) -> str:
-    """Return why the node is forbidden, or an empty text."""
-    if isinstance(node, ast.Attribute) and not (isinstance(rules, Arithmetic) and _is_granted(node, rules)):
-        return f"the attribute {node.attr} is not allowed"
-    if isinstance(node, ast.Name) and node.id not in names and node.id not in own:
-        return f"{node.id} is not known here"
-    if isinstance(node, ast.Call) and not _is_function(node.func, names, rules):
-        return "only the given names may be called"
-    if isinstance(node, ast.Call) and node.keywords:
-        return "arguments have no names"
-    if isinstance(node, ast.Subscript) and not _has_elements(node, names, own, rules):
-        return "only the given tables have elements"
-    return ""
+def _wrong(part: ast.Attribute | ast.Call | ast.Subscript, names: Set[str], rules: Rules | None) -> str:
+    """Return why the part is forbidden, whatever it contains, or an empty text."""
+    if isinstance(part, ast.Attribute):
+        is_granted = isinstance(rules, Arithmetic) and _is_granted(part, rules)
+        return "" if is_granted else f"the attribute {part.attr} is not allowed"
+    if isinstance(part, ast.Call):
+        return "" if _is_function(part.func, names, rules) else "only the given names may be called"
+    return "" if _has_elements(part, names, rules) else "only the given tables have elements"
 
 
-def _is_function(called: ast.expr, names: Collection[str], rules: Rules | None) -> bool:
+def _is_function(called: ast.expr, names: Set[str], rules: Rules | None) -> bool:
     if not isinstance(called, ast.Name) or called.id not in names:
         return False
     return not isinstance(rules, Values) or called.id not in rules.values
 
 
-def _has_elements(node: ast.Subscript, names: Collection[str], own: Collection[str], rules: Rules | None) -> bool:
-    """True for elements of given tables; under `Values` for parts of a computed string as well."""
-    if not isinstance(node.value, ast.Name):
+def _has_elements(part: ast.Subscript, names: Set[str], rules: Rules | None) -> bool:
+    """True for elements of given tables; under `Values` also for parts of any value with a name, such as a string."""
+    if not isinstance(part.value, ast.Name):
         return False
-    if isinstance(rules, Values) and isinstance(node.slice, ast.Slice):
-        return node.value.id in own or node.value.id in rules.values
-    return node.value.id in names
+    return part.value.id in names or (isinstance(rules, Values) and isinstance(part.slice, ast.Slice))
 
 
-def _is_granted(node: ast.Attribute, rules: Arithmetic) -> bool:
-    return isinstance(node.value, ast.Name) and node.attr in rules.attributes.get(node.value.id, ())
+def _is_granted(part: ast.Attribute, rules: Arithmetic) -> bool:
+    return isinstance(part.value, ast.Name) and part.attr in rules.attributes.get(part.value.id, ())

@@ -45,6 +45,10 @@ ESCAPES = [
     "@known\ndef f(pc): return pc",
     "def f(pc) -> known(1): return pc",
     "def f(pc: known(1)): return pc",
+    "def f(pc: known(1), /): return pc",
+    "def f(*, pc=1): return pc",
+    "def f(*pc): return pc",
+    "def f(**pc): return pc",
     "class f: pass",
     "async def f(pc): return 1",
 ]

@@ -87,7 +87,7 @@ def compile_project(
 @contextmanager
 def without_collection() -> Iterator[None]:
     """Stop the search for circular garbage: a compiler makes many objects that stay, and looking through them all again
-    and again would take a third of its time.
+    and again would take a third of its time.  What is left at the end counts as old, and is not looked through then.
     """
     was_enabled = gc.isenabled()
     gc.disable()
@@ -95,6 +95,9 @@ def without_collection() -> Iterator[None]:
         yield
     finally:
         if was_enabled:
+            if not gc.get_freeze_count():  # what others froze stays so
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()
 
 

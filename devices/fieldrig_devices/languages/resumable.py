@@ -53,10 +53,21 @@ class Left(NamedTuple):
 class Texts:
     """The Python texts of the routines of one program, and their checked builds."""
 
-    def __init__(self, routines: Sequence[Routine], numbers: Mapping[str, int], rules: sandbox.Rules | None) -> None:
+    def __init__(
+        self,
+        routines: Sequence[Routine],
+        numbers: Mapping[str, int],
+        names: Collection[str],
+        rules: sandbox.Rules | None,
+    ) -> None:
+        """`names` are those that the program's own Python may use, under `rules`."""
         self.routines = routines
         self._callees = {name: Callee(number, routines[number].frame_size) for name, number in numbers.items()}
-        self.rules = rules
+        tables = {"limit", *(name for number in range(len(routines)) for name in self._tables_of(number))}
+        self._names = frozenset(
+            {*names, *OWN_FUNCTIONS, *tables, *(f"routine_{number}" for number in range(len(routines)))}
+        )
+        self._rules = sandbox.Values(rules.values | tables) if isinstance(rules, sandbox.Values) else rules
         self._inlining = Inlining(routines, numbers)
         self.blocks: Callable[[int, Build], list[Block]] = cache(self._blocks)
         self.leaders: Callable[[int, Build], frozenset[int]] = cache(self._leaders)
@@ -82,14 +93,14 @@ class Texts:
         ready = self._debugging(number)
         return b"" if ready is None else ready.watched if build is Build.WATCHED else ready.stepped
 
-    def for_debugging(self, number: int, names: Collection[str]) -> bytes:
+    def for_debugging(self, number: int) -> bytes:
         """Make what breakpoints and single steps need in advance."""
-        watched, stepped = (self.compiled(number, build, names) for build in (Build.WATCHED, Build.STEPPED))
+        watched, stepped = (self.compiled(number, build) for build in (Build.WATCHED, Build.STEPPED))
         return pickle.dumps(ForDebugging(watched, stepped, self.leaders(number, Build.WATCHED)))
 
     def lines(self, number: int, build: Build) -> list[Line]:
         found = self.blocks(number, build)
-        return list(Writer(number, self.routines, self._callees, found, build, self._inlining).lines())
+        return Writer(number, self.routines, self._callees, found, build, self._inlining).lines()
 
     def source(self, number: int, build: Build) -> str:
         return "".join(f"{line.text}\n" for line in self.lines(number, build))
@@ -98,14 +109,12 @@ class Texts:
         """Return the tables that the routine uses besides the program's."""
         return {f"targets_{number}_{pc}": targets for pc, targets in self.routines[number].targets.items()}
 
-    def compiled(self, number: int, build: Build, names: Collection[str]) -> bytes:
+    def _tables_of(self, number: int) -> tuple[str, ...]:
+        return f"stops_{number}", *self.tables(number)
+
+    def compiled(self, number: int, build: Build) -> bytes:
         """Return a checked build of one routine."""
-        own = {f"stops_{number}", "limit", *self.tables(number)}
-        rules = self.rules
-        if isinstance(rules, sandbox.Values):
-            rules = sandbox.Values(rules.values | own)
-        known = {*names, *OWN_FUNCTIONS, *own, *(f"routine_{callee.number}" for callee in self._callees.values())}
-        return marshal.dumps(sandbox.compiled(self.source(number, build), known, rules, file_name(number)))
+        return marshal.dumps(sandbox.compiled(self.source(number, build), self._names, self._rules, file_name(number)))
 
 
 def file_name(number: int) -> str:
@@ -124,15 +133,15 @@ def prepare(
 
     With `is_debugged` the others as well, so that no breakpoint stops the process for the time of a compilation.
     """
-    texts = Texts(list(routines.values()), {name: number for number, name in enumerate(routines)}, rules)
+    texts = Texts(list(routines.values()), {name: number for number, name in enumerate(routines)}, names, rules)
     steps = len(routines) * (2 if is_debugged else 1)
     for number, routine in enumerate(routines.values()):
         if not routine.fast:
-            routine.fast = texts.compiled(number, Build.FAST, names)
+            routine.fast = texts.compiled(number, Build.FAST)
             routine.fast_leaders = texts.leaders(number, Build.FAST)
         on_progress(number + 1, steps)
     for number, routine in enumerate(routines.values() if is_debugged else ()):
-        routine.for_debugging = texts.for_debugging(number, names)
+        routine.for_debugging = texts.for_debugging(number)
         on_progress(len(routines) + number + 1, steps)
 
 
@@ -159,7 +168,7 @@ class Code:
         """The routine that the task has to enter after a CALL."""
         self.stops = [[0] * len(routine.lines) for routine in self.routines]
         self.names = names
-        self._texts = Texts(self.routines, self.numbers, rules)
+        self._texts = Texts(self.routines, self.numbers, names, rules)
         self._functions: dict[Build, list[Function]] = {}
         self._scopes: dict[Build, dict[str, Any]] = {}
 
@@ -195,7 +204,7 @@ class Code:
     def _load(self, number: int, build: Build) -> Function:
         scope = self._scopes[build]
         scope |= {**self._texts.tables(number), f"stops_{number}": self.stops[number]}
-        code = self._texts.in_advance(number, build) or self._texts.compiled(number, build, self.names)
+        code = self._texts.in_advance(number, build) or self._texts.compiled(number, build)
         function = sandbox.bind(marshal.loads(code), scope)[f"routine_{number}"]
         self._functions[build][number] = function
         return function

@@ -71,22 +71,22 @@ class Writer:
         if build is Build.STEPPED:
             self._blocks = [Block(pc, pc + 1, [pc]) for pc in range(len(routine.instructions))]
 
-    def lines(self) -> Iterator[Line]:
-        yield Line(f"def routine_{self._number}(pc, n, frame, base):", 0)
-        yield Line(f"{INDENT}while n > 0:", 0)
-        yield from self._tree(0, len(self._blocks), INDENT * 2)
-        yield Line(f"{INDENT}return {SLICE}, pc, n", 0)
+    def lines(self) -> list[Line]:
+        lines = [Line(f"def routine_{self._number}(pc, n, frame, base):", 0), Line(f"{INDENT}while n > 0:", 0)]
+        self._add_tree(lines, 0, len(self._blocks), INDENT * 2)
+        lines.append(Line(f"{INDENT}return {SLICE}, pc, n", 0))
+        return lines
 
-    def _tree(self, first: int, end: int, indent: str) -> Iterator[Line]:
-        """Yield the blocks from `first` to before `end`, with a binary search over `pc` in front of them."""
+    def _add_tree(self, lines: list[Line], first: int, end: int, indent: str) -> None:
+        """Add the blocks from `first` to before `end`, with a binary search over `pc` in front of them."""
         if end - first == 1:
-            yield from self._block(self._blocks[first], indent)
+            lines += self._block(self._blocks[first], indent)
             return
         middle = (first + end) // 2
-        yield Line(f"{indent}if pc < {self._blocks[middle].first}:", 0)
-        yield from self._tree(first, middle, indent + INDENT)
-        yield Line(f"{indent}else:", 0)
-        yield from self._tree(middle, end, indent + INDENT)
+        lines.append(Line(f"{indent}if pc < {self._blocks[middle].first}:", 0))
+        self._add_tree(lines, first, middle, indent + INDENT)
+        lines.append(Line(f"{indent}else:", 0))
+        self._add_tree(lines, middle, end, indent + INDENT)
 
     def _block(self, block: Block, indent: str) -> Iterator[Line]:
         part = _BlockWriter(self._number, self._build, self._routines, self._callees, block, self._inlining)
@@ -99,9 +99,9 @@ class Writer:
         if part.is_loop:
             yield Line(f"{indent}while n > 0:", block.first)
             indent += INDENT
-        for text, line in zip(texts, lines, strict=True):
+        for text, (_, pc, calls) in zip(texts, lines, strict=True):
             if text is not None:
-                yield line._replace(text=indent + text)
+                yield Line(indent + text, pc, calls)
 
 
 class _BlockWriter:
@@ -124,7 +124,8 @@ class _BlockWriter:
         self.is_loop = any(getattr(instruction, "target", None) == block.first for instruction in part)
 
     def _registers(self) -> frozenset[str]:
-        found = set(self._routines[self._number].registers)
+        registers = self._routines[self._number].registers
+        found = set[str]()
         for pc in range(self._block.first, self._block.end):
             if pc in self._inlined:
                 call = self._instructions[pc]
@@ -135,7 +136,7 @@ class _BlockWriter:
                 inner = _BlockWriter(number, self._build, self._routines, self._callees, body, self._inlining)
                 moved_ = (moved(text, self._frame_size, call.base) for text in inner.registers)
                 found |= {text for text in moved_ if is_register(text)}
-        return frozenset(found)
+        return registers | found if found else registers
 
     def lines(self) -> Iterator[Line]:
         spent = yield from self._nodes(self._block.nodes, 0)
