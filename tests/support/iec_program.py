@@ -83,7 +83,12 @@ class IecBench:
         self.thread: Thread = self.runtime.thread(self.compiled.program.pous[main.lower()])
 
     def compile(self, text: str, previous: Compiled | None = None) -> Compiled:
-        return compile_project([SourceFile(self._name, text)], self.host, self.dialect, previous=previous)
+        return compile_project(
+            [SourceFile(self._name, text)],
+            self.host,
+            self.dialect,
+            previous=previous.layout if previous is not None else None,
+        )
 
     def cycle(self, cycles: int = 1, budget_ns: int = ENOUGH_NS) -> int:
         """Run whole cycles in slices of a budget; return the processor time that they took."""

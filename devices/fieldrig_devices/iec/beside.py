@@ -9,6 +9,7 @@ from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Host, Library, Pending
+from fieldrig_devices.iec.layout import Layout
 from fieldrig_devices.iec.program import ConfiguredObject
 from fieldrig_devices.iec.types import ObjectType, Value
 from fieldrig_devices.languages.beside import Refused, duration_of
@@ -74,8 +75,8 @@ class Order:
     dialect: str
     """A key of `DIALECTS`."""
     facts: HostFacts
-    previous: Compiled | None = None
-    """The running program, for an online change."""
+    previous: Layout | None = None
+    """The layout of the running program, for an online change."""
     resource: str = ""
     """The RESOURCE that runs, if the program has several."""
     costs: Costs = field(default_factory=Costs)

@@ -69,16 +69,16 @@ def compile_project(
     dialect: Dialect = EPAS_4,
     *,
     limits: Limits = MAX_4,
-    previous: Compiled | None = None,
+    previous: Layout | None = None,
     costs: Costs | None = None,
     resource: str = "",
     on_progress: Progress = lambda stage, done, total: None,
 ) -> Compiled:
     """Compile a project; CompileError with all mistakes if it has any.
 
-    With `previous`, the program that is running, variables of the same name and type keep their places, so that the
-    result can be loaded as an online change.  `limits` are those of the controller, and `resource` is the name of the
-    RESOURCE that it runs if the project has several.
+    With `previous`, the layout of the running program, variables of the same name and type keep their places, so that
+    the result can be loaded as an online change.  `limits` are those of the controller, and `resource` is the name of
+    the RESOURCE that it runs if the project has several.
     """
     with without_collection():
         return _compiled(files, host, dialect, limits, previous, costs or Costs(), resource, on_progress)
@@ -106,7 +106,7 @@ def _compiled(
     host: Host,
     dialect: Dialect,
     limits: Limits,
-    previous: Compiled | None,
+    previous: Layout | None,
     costs: Costs,
     resource: str,
     on_progress: Progress,
@@ -142,13 +142,13 @@ def build(
     host: Host,
     costs: Costs,
     limits: Limits = MAX_4,
-    previous: Compiled | None = None,
+    previous: Layout | None = None,
     files: tuple[SourceFile, ...] = (),
     notes: tuple[Mistake, ...] = (),
     on_progress: Progress = lambda stage, done, total: None,
 ) -> Compiled:
     """Place and lower a checked program, and compile its Python."""
-    placed = layout.place(program, previous.layout if previous is not None else None)
+    placed = layout.place(program, previous)
     natives: dict[str, NativeFunction | NativeBlock] = {}
     for library in host.libraries:
         natives |= {**library.functions, **library.blocks}

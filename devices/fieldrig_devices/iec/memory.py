@@ -6,10 +6,11 @@ controller, which is little-endian.
 
 import struct
 from array import array
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from fieldrig_devices.iec import characters
+from fieldrig_devices.iec.carrying import Run
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.layout import (
     AREA_SIZE,
@@ -116,6 +117,15 @@ class Memory:
     def put_image(self, address: int, cells: Sequence[Value], kinds: bytes) -> None:
         self.cells[address : address + len(cells)] = cells
         self.kinds[address : address + len(kinds)] = kinds
+
+    def image(self, address: int, size: int) -> tuple[Sequence[Value], bytes]:
+        """Return cells with their kinds."""
+        return self.cells[address : address + size], bytes(self.kinds[address : address + size])
+
+    def put_runs(self, address: int, runs: Iterable[Run], cells: Sequence[Value], kinds: bytes) -> None:
+        """Put runs of an image into the variable at an address."""
+        for source, target, size in runs:
+            self.put_image(address + target, cells[source : source + size], kinds[source : source + size])
 
     def use_forms(self, forms: Sequence[Type]) -> None:
         self._forms = forms

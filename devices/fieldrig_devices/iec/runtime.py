@@ -15,6 +15,7 @@ from typing import Any
 from weakref import WeakSet
 
 from fieldrig_devices.iec import characters
+from fieldrig_devices.iec.carrying import Carrier
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.layout import AREA_SIZE, AREAS, INSIDE, STACK_SIZE, Images, Layout, kind_number, storage
@@ -192,9 +193,6 @@ class Runtime:
         else:
             self._memory.poke(AREAS[where.area] + where.byte, kind_number(kind), value)
 
-    def _root(self, variable: Variable) -> Symbol:
-        return self.find(variable.name)
-
     def _retained(self) -> list[Symbol]:
         return [symbol for symbol in self.symbols.values() if symbol.is_retain and len(symbol.steps) == 1]
 
@@ -233,16 +231,20 @@ class Runtime:
     # ---- online change
 
     def change(self, compiled: Compiled) -> None:
-        """Go on with another program, compiled with the present one as `previous`, between two cycles.
+        """Go on with another program, compiled with the present layout as `previous`, between two cycles.
 
         Variables of the same name and type keep their values.  Threads of programs that are no longer there stay ended.
         """
-        old, before = self.compiled, self._snapshot(compiled.layout)
+        kept = self._kept(compiled.layout)
+        old, carrier = self.compiled, Carrier()
         self._use(compiled)
         for name, variable in compiled.program.globals.items():
             if variable.location is None and _has_moved(name, old.layout, compiled.layout):
                 self._initialise(variable)
-                self._copy(self._root(variable), before)
+                if name in kept:
+                    cells, kinds = kept[name]
+                    runs = carrier.runs(old.program.globals[name].type, variable.type)
+                    self._memory.put_runs(variable.offset, runs, cells, kinds)
         for thread in self.threads:
             thread.reload()
         self._forced = {
@@ -250,23 +252,17 @@ class Runtime:
             for path, (old_symbol, value) in self._forced.items()
             if (symbol := self.symbols.find(path)) is not None and str(symbol.type) == str(old_symbol.type)
         }
-        self.break_at(self._stops)
+        if self.has_breakpoints:
+            self.break_at(self._stops)
 
-    def _snapshot(self, new: Layout) -> dict[tuple[str, str], Value]:
-        """Return the values of the variables that do not stay where they are."""
-        found = {}
-        for name, variable in self.compiled.program.globals.items():
-            if variable.location is None and _has_moved(name, new, self.compiled.layout):
-                for symbol in self.symbols.values(self._root(variable)):
-                    if len(symbol.steps) == 1:
-                        found[symbol.path.lower(), str(symbol.type)] = self.read(symbol)
-        return found
-
-    def _copy(self, root: Symbol, values: Mapping[tuple[str, str], Value]) -> None:
-        for symbol in self.symbols.values(root):
-            value = values.get((symbol.path.lower(), str(symbol.type)))
-            if value is not None and symbol.location is None and len(symbol.steps) == 1:
-                self._write(symbol, value)
+    def _kept(self, new: Layout) -> dict[str, tuple[Sequence[Value], bytes]]:
+        """Return the cells, and their kinds, of the variables that get another place."""
+        slots = self.compiled.layout.slots
+        return {
+            name: self._memory.image(slot.address, slot.size)
+            for name, slot in slots.items()
+            if name in new.slots and _has_moved(name, new, self.compiled.layout)
+        }
 
     # ---- debugging
 

@@ -13,6 +13,7 @@ from fieldrig.clock import Clock
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.beside import HostFacts, Order, compile_order
 from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.layout import Layout
 from fieldrig_devices.iec.loaded import LONGEST_WAIT_NS, NO_GAP
 from fieldrig_devices.iec.task_points import task_forms
 from fieldrig_devices.languages.beside import Beside
@@ -77,7 +78,7 @@ class Downloads:
                 if self._is_changing:
                     self._clock.call_at(self._clock.now_ns() + LONGEST_WAIT_NS, partial(self._give_up, withdraw))
 
-        self._compile(files, program.compiled, load)
+        self._compile(files, program.compiled.layout, load)
 
     def _give_up(self, withdraw: Callable[[], bool]) -> None:
         if withdraw():
@@ -89,7 +90,7 @@ class Downloads:
         self._on_change()
 
     def _compile(
-        self, files: tuple[SourceFile, ...], previous: Compiled | None, load: Callable[[Compiled], None]
+        self, files: tuple[SourceFile, ...], previous: Layout | None, load: Callable[[Compiled], None]
     ) -> None:
         settings, facts = self._settings, HostFacts.of(self._plc.host)
         order = Order(files, settings.dialect, facts, previous, settings.resource, settings.costs)

@@ -12,6 +12,7 @@ from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Host
+from fieldrig_devices.iec.layout import Layout
 from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.program import Program, Variable
 from fieldrig_devices.languages.beside import Refused, duration_of
@@ -29,8 +30,8 @@ class Order:
     facts: HostFacts
     retain: RetainKind
     limits: Limits
-    previous: Compiled | None = None
-    """The running program, for an online change."""
+    previous: Layout | None = None
+    """The layout of the running program, for an online change."""
     costs: Costs = field(default_factory=Costs)
 
     @property
@@ -54,12 +55,13 @@ def compile_container(
     host: Host,
     retain: RetainKind,
     limits: Limits,
-    previous: Compiled | None = None,
+    previous: Layout | None = None,
     report: Report = lambda what, done, steps: None,
     *,
     costs: Costs | None = None,
 ) -> Compiled:
-    """Compile the sources; CompileError with all mistakes.  `previous` is the running program for an online change."""
+    """Compile the sources; CompileError with all mistakes.  `previous` is the layout of the running program for an
+    online change."""
     dialect = DIALECTS.get(container.dialect)
     if dialect is None:
         known = ", ".join(DIALECTS)

@@ -19,6 +19,7 @@ from fieldrig.clock import US, Clock
 from fieldrig.device import Point, Value
 from fieldrig_devices.iec.beside import HostFacts
 from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.layout import Layout
 from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.loaded import LONGEST_WAIT_NS, NO_GAP
 from fieldrig_devices.iec.symbol_list import symbol_list
@@ -160,7 +161,7 @@ class Plc:
         if program is None:
             raise ValueError("an online change needs a program in the controller: expected a download first")
         host = program.host
-        order = self._order(container, host, program.compiled)
+        order = self._order(container, host, program.compiled.layout)
 
         def load(compiled: Compiled) -> None:
             if self.program is not program:
@@ -212,7 +213,7 @@ class Plc:
         self._controller.report(Code.PROGRAM_REFUSED, LZS, problem.partition(": ")[0][:_EXT])
         on_done(problem)
 
-    def _order(self, container: Container, host: PlcHost, previous: Compiled | None = None) -> Order:
+    def _order(self, container: Container, host: PlcHost, previous: Layout | None = None) -> Order:
         settings = self._controller.settings
         return Order(container, HostFacts.of(host), settings.retain, self._limits, previous, settings.costs)
 
