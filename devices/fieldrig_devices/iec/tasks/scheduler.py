@@ -25,6 +25,8 @@ SHORTEST_NS: Final = 500
 """Processor time that each chunk takes at least, for the change of tasks."""
 WINDOW_NS: Final = 100 * MS
 """The time over which the share of the processor is measured."""
+LONGEST_CYCLE_NS: Final = 100 * MS
+"""The time without an instant between the cycles of all tasks after which waiting for one makes no sense."""
 
 
 class Owner(Protocol):
@@ -62,6 +64,8 @@ class Scheduler:
         self._sleeping: list[tuple[int, int, Task]] = []
         self._active: list[Task] = []
         """Tasks of the program that are within a cycle."""
+        self._active_ns = 0
+        """The instant since which there has been such a task."""
         self._is_ended = False
         """True if the present chunk ends a cycle."""
         self._free_ns = 0
@@ -155,6 +159,16 @@ class Scheduler:
             self._supervise(task)
             self._make_ready(task, Phase.ACTIVE)
             self._kick()
+
+    @property
+    def is_quiet(self) -> bool:
+        """True if no task is within a cycle."""
+        return not self._active
+
+    @property
+    def is_crowded(self) -> bool:
+        """True if some task has been within a cycle at every instant for a long time."""
+        return bool(self._active) and self._clock.now_ns() - self._active_ns >= LONGEST_CYCLE_NS
 
     def when_quiet(self, action: Callable[[], None]) -> None:
         """Call `action` when no task is within a cycle, which may be at once."""
@@ -280,6 +294,8 @@ class Scheduler:
     def _begin_cycle(self, task: Task, now_ns: int) -> None:
         task.phase = Phase.ACTIVE
         if not task.is_system:
+            if not self._active:
+                self._active_ns = now_ns
             self._active.append(task)
         if task.cycles:
             task.cycle_ns = now_ns - task.begin_ns

@@ -13,7 +13,10 @@ from fieldrig_devices.max4.plc.retain_store import Ram, RetainStore
 
 
 class RetainingProgram(LoadedProgram):
-    """A program whose RETAIN variables are stored at the end of each cycle."""
+    """A program whose RETAIN variables are stored between the cycles of all tasks.
+
+    If some task is always within a cycle, for example in a long WAITT, they are stored as they are.
+    """
 
     host: PlcHost
 
@@ -45,6 +48,13 @@ class RetainingProgram(LoadedProgram):
             on_done()
 
         super()._change(compiled, begin)
+
+    def take(self, duration_ns: int) -> None:
+        """Give the real-time process its processor time, and store what changes where no cycle ends."""
+        scheduler = self.scheduler
+        scheduler.take(duration_ns)
+        if scheduler.is_crowded or (scheduler.is_quiet and not scheduler.is_running):
+            self._retain.commit()
 
     def on_cycle_end(self, task: Task, *, is_quiet: bool) -> None:
         if is_quiet:

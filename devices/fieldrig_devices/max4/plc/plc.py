@@ -251,7 +251,7 @@ class Plc:
         else:
             self.program.warm()
         self.problem, self.last_fault = "", None
-        controller.system.process.take = self.program.scheduler.take
+        controller.system.process.take = self.program.take
         self.on_load()
 
     # ---- for tools

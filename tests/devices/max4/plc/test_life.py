@@ -145,6 +145,40 @@ def test_a_kill_at_any_instant_leaves_the_values_of_one_cycle(tmp_path: Path, ms
     assert a1 + 4 >= int(before)
 
 
+@pytest.mark.manual("PD-048")
+@pytest.mark.parametrize(
+    "body",
+    ["r := WAITT(T#60s);", "WHILE TRUE DO lOther := lOther + 1; END_WHILE;"],
+    ids=["a task that waits", "a task that never ends"],
+)
+def test_a_kill_loses_little_where_some_task_is_always_within_a_cycle(tmp_path: Path, body: str) -> None:
+    text = f"""
+    VAR_GLOBAL RETAIN lFast, lOther : DINT; END_VAR
+    PROGRAM Fast lFast := lFast + 1; END_PROGRAM
+    PROGRAM Slow VAR r : DINT; END_VAR {body} END_PROGRAM
+    CONFIGURATION c RESOURCE r ON PLC
+    TASK TF(INTERVAL := T#10ms, PRIORITY := 1);
+    TASK TS(PRIORITY := 20);
+    PROGRAM p WITH TF : Fast; PROGRAM q WITH TS : Slow;
+    END_RESOURCE END_CONFIGURATION
+    """
+    store = MemoryStore()
+    bench = PlcBench(tmp_path, text, store=store).run(1_000)
+    fast, other = int(bench.value("lFast")), int(bench.value("lOther"))
+    assert fast == 91
+    again = PlcBench(tmp_path, text, store=store, autostart=False).run(100)
+    assert fast - 1 <= int(again.value("lFast")) <= fast
+    assert other * 0.99 <= int(again.value("lOther")) <= other
+
+
+@pytest.mark.manual("PD-048")
+def test_what_a_tool_writes_while_the_program_stands_is_retained(tmp_path: Path) -> None:
+    store = MemoryStore()
+    bench = PlcBench(tmp_path, COUNTER + TASK, store=store, autostart=False).run(200)
+    bench.put("lKept", 77).run(8)
+    assert PlcBench(tmp_path, COUNTER + TASK, store=store, autostart=False).run(100).value("lKept") == 77
+
+
 @pytest.mark.manual("PD-315")
 def test_too_many_retained_variables_are_refused_with_the_place(tmp_path: Path) -> None:
     text = "VAR_GLOBAL RETAIN\n  a : ARRAY[1..200] OF DINT;\n  s : ARRAY[1..4] OF STRING(60);\nEND_VAR\n"
