@@ -102,7 +102,7 @@ _EXTRAS = {"comments": _COMMENTS, "remark": _REMARKS, "is_spaced": st.booleans()
 _CALLS = st.builds(tree.Call, _VARIABLES, many(_arguments(EXPRESSIONS)))
 _SIMPLE = st.one_of(
     st.builds(tree.Assign, PLACES, EXPRESSIONS, st.sampled_from(tree.AssignKind), **_EXTRAS),
-    st.builds(tree.Assign, DIRECTS, EXPRESSIONS, **_EXTRAS),
+    st.builds(tree.Assign, DIRECTS, EXPRESSIONS, others=many(PLACES), **_EXTRAS),
     st.builds(tree.CallStatement, _CALLS, **_EXTRAS),
     *(st.builds(kind, **_EXTRAS) for kind in (tree.Return, tree.Exit, tree.Continue, tree.Empty)),
     st.builds(tree.Jump, PLAIN_NAMES),

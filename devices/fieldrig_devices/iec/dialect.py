@@ -50,7 +50,7 @@ class Dialect:
     indexes_pointers: bool = False
     """`p[2]` is what is two elements behind the target of a pointer, and `s[0]` the first character of a string."""
     has_static_variables: bool = False
-    """VAR_STAT, whose variables a function or method keeps between its calls."""
+    """VAR_STAT and VAR_INST, whose variables a function or method keeps between its calls."""
     fills_arrays: bool = False
     """An array may have fewer start values than elements; the others begin as usual (PD-361: all or none)."""
     has_void_functions: bool = False
@@ -68,6 +68,12 @@ class Dialect:
     V2.3.  Otherwise each value of the one type must be one of the other, and bit strings are no numbers."""
     allows_trailing_commas: bool = False
     """`Lamp(IN := a, PT := t,);`: a comma behind the last argument, which today's tools accept."""
+    has_chained_assignments: bool = False
+    """`a := b := 3;` of today's tools."""
+    allows_empty_declarations: bool = False
+    """`a : INT;;`: a semicolon too many among declarations."""
+    has_local_instances: bool = False
+    """Functions and methods may have instances of function blocks, which get their start values in each call."""
     allows_changed_inputs: bool = False
     """A POU may change its own VAR_INPUT, as today's tools allow (manual table 4-6: it cannot)."""
     allows_calls_without_brackets: bool = True
@@ -129,6 +135,9 @@ CODESYS: Final = replace(
     reads_locals=True,
     indexes_pointers=True,
     mixes_integers=True,
+    has_chained_assignments=True,
+    allows_empty_declarations=True,
+    has_local_instances=True,
     allows_calls_without_brackets=True,
 )
 """Programs and libraries of CoDeSys V2.3, CODESYS V3 and TwinCAT, which compute with bit strings."""

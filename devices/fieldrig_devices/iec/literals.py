@@ -23,7 +23,8 @@ class LiteralError(Exception):
 
 
 _LONGEST_NUMBER: Final = 80
-_DIGITS: Final = {2: "0 and 1", 8: "0 to 7", 16: "0 to 9 and A to F"}
+_DIGITS: Final = {2: "0 and 1", 8: "0 to 7", 10: "0 to 9", 16: "0 to 9 and A to F"}
+"""The digits by the base.  The standard has no 10, which CODESYS reads."""
 _UNITS: Final = {
     "d": 86_400_000_000_000,
     "h": 3_600_000_000_000,
@@ -66,7 +67,7 @@ def integer(text: str) -> int:
     else:
         base = int(base_text) if base_text.isdecimal() else 0
         if base not in _DIGITS:
-            raise LiteralError(f"{text} has base {base_text}", "base 2, 8 or 16")
+            raise LiteralError(f"{text} has base {base_text}", "base 2, 8, 10 or 16")
         try:
             value = _based(digits, base)
         except ValueError:

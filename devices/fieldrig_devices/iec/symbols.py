@@ -72,17 +72,20 @@ class Symbols:
 def below(symbol: Symbol, path: str) -> Symbol | None:
     """Return what a path such as `.axis[3].pos` means behind a symbol; the symbol itself for an empty path."""
     found: Symbol | None = symbol
-    at = 0
+    at, method = 0, ""
     for match in _PART.finditer(path):
         if match.start() != at or found is None:
             return None
         at = match.end()
         if match[1]:
-            found = _part(found, match[1].lower())
+            name = f"{method}{match[1].lower()}"
+            part = _part(found, name)
+            method = f"{name}." if part is None and not method else ""
+            found = part if part is not None or not method else found
         else:
             for index in match[2].split(","):
                 found = _element(found, int(index)) if found is not None else None
-    return found if at == len(path) else None
+    return found if at == len(path) and not method else None
 
 
 def parts(symbol: Symbol) -> list[Symbol]:

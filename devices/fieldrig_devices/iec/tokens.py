@@ -152,7 +152,7 @@ def keywords(dialect: Dialect) -> frozenset[str]:
         ("METHOD", "END_METHOD", "PROPERTY", "END_PROPERTY", "END_GET", "END_SET"): dialect.has_methods,
         ("INTERFACE", "END_INTERFACE"): dialect.has_methods,
         ("CLASS", "END_CLASS"): dialect.has_classes,
-        ("VAR_STAT",): dialect.has_static_variables,
+        ("VAR_STAT", "VAR_INST"): dialect.has_static_variables,
     }
     return KEYWORDS.union(word for words, is_allowed in allowed.items() if is_allowed for word in words)
 

@@ -151,3 +151,19 @@ def test_a_wrong_index_of_a_string_or_pointer_is_refused(body: str, expected: st
     found = refused(program(declarations, body), CODESYS)
     assert any(expected in message for message in found), found
     assert any("not an array" in message for message in refused(program(declarations, "b := s[1];"), EDITION_3))
+
+
+def test_variables_of_instances_belong_to_methods() -> None:
+    text = "FUNCTION_BLOCK B VAR_INST n : INT; END_VAR END_FUNCTION_BLOCK "
+    assert any("VAR_INST in a FUNCTION_BLOCK" in message for message in refused(text + program("", ""), CODESYS))
+
+
+@pytest.mark.parametrize(
+    ("dialect", "body", "expected"),
+    [
+        (EDITION_3, "n := n := 1;", "A statement assigns to one variable only"),
+        (CODESYS, "n := 1 := n;", "1 is a value; expected a variable"),
+    ],
+)
+def test_a_chained_assignment_has_variables_in_front(dialect: Dialect, body: str, expected: str) -> None:
+    assert any(expected in message for message in refused(program("n : INT;", body), dialect))

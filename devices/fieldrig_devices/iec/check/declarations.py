@@ -228,7 +228,7 @@ class Declarations:
             if name in self._project.defaults:
                 continue
             kind = self._project.types.get(name, UNKNOWN)
-            found = initials.value(node.initial, kind, context) if node.initial is not None else None
+            found = initials.of_type(node.initial, kind, context) if node.initial is not None else None
             if found is not None:
                 self._project.defaults[name] = found
         for structure, spec, context in self.specs.structures[first:]:

@@ -12,6 +12,7 @@ from fieldrig_devices.iec.tree import Section
 from fieldrig_devices.iec.types import (
     ArrayType,
     BlockType,
+    EnumType,
     InitialValue,
     ObjectType,
     StringType,
@@ -39,6 +40,15 @@ def compute(start: Start, context: Context) -> None:
     start.variable.initial = value(start.initial, start.variable.type, context)
     context.project.depth -= 1
     start.is_done = True
+
+
+def of_type(node: tree.Initial, kind: Type, context: Context) -> InitialValue | None:
+    """Return the start value of a declared type, where the values of an enumeration mean its own ones."""
+    if isinstance(kind, EnumType) and isinstance(node, tree.Name):
+        numbers = {context.key(name): number for name, number in context.project.values_of(kind).items()}
+        if context.key(node.text) in numbers:
+            return numbers[context.key(node.text)]
+    return value(node, kind, context)
 
 
 def value(node: tree.Initial, kind: Type, context: Context) -> InitialValue | None:

@@ -162,10 +162,13 @@ def _of_list(context: Context, node: tree.Member) -> Variable | None:
 
 
 def _owner(of: "Expressions", node: tree.Member) -> Meaning | None:
-    """The meaning in front of the point; also a type, whose enumeration value follows."""
-    if isinstance(node.of, tree.Name) and of.context.find(node.of.text) is None:
-        kind = of.context.project.types.get(of.context.key(node.of.text))
-        if isinstance(kind, EnumType):
+    """The meaning in front of the point; also a type, whose enumeration value follows.
+
+    A variable without components may have the name of the type.
+    """
+    if isinstance(node.of, tree.Name):
+        kind, known = of.context.project.types.get(of.context.key(node.of.text)), of.context.find(node.of.text)
+        if isinstance(kind, EnumType) and (known is None or isinstance(getattr(known, "type", None), SCALAR)):
             return kind
     found = meaning(of, node.of)
     return None if isinstance(found, Place) and found.type is UNKNOWN else found

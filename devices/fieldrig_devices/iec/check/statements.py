@@ -53,6 +53,8 @@ class Statements:
     # ---- assignments and calls
 
     def _assign(self, node: tree.Assign) -> AnyStatement | list[AnyStatement] | None:
+        if node.others:
+            return self._chain(node)
         if node.kind is tree.AssignKind.REFER:
             return references.assignment(self.expressions, node)
         if node.kind is tree.AssignKind.PLAIN and self.context.project.properties:
@@ -69,6 +71,12 @@ class Statements:
             return self._set(node, target)
         value = self.expressions.expression_as(node.value, target.type)
         return program.Assign(target, value, line=node.place.line) if value is not None else None
+
+    def _chain(self, node: tree.Assign) -> list[AnyStatement]:
+        """`a := b := 3` assigns from right to left, so that a gets what b has then."""
+        parts = [node.target, *node.others, node.value]
+        pairs = [tree.Assign(parts[n], parts[n + 1], place=node.place) for n in reversed(range(len(parts) - 1))]
+        return self.statements(pairs)
 
     def _set(self, node: tree.Assign, target: program.Place) -> AnyStatement | None:
         """`x S= y` sets x if y is TRUE, and `x R= y` resets it."""

@@ -80,7 +80,9 @@ class Variables:
             context.say(block, "VAR_CONFIG in a POU", "VAR_CONFIG outside all POUs")
         if section is Section.GLOBAL and kind is not PouKind.PROGRAM:
             context.say(block, f"VAR_GLOBAL in {a(kind.value)}", "VAR_GLOBAL in a file of its own or in a program")
-        if kind is PouKind.FUNCTION and (block.is_retain or block.is_persistent):
+        if section is Section.INSTANCE and not source.pou.is_method:
+            context.say(block, f"VAR_INST in {a(kind.value)}", "VAR_INST in a METHOD", "use VAR or VAR_STAT")
+        if kind is PouKind.FUNCTION and section is not Section.INSTANCE and (block.is_retain or block.is_persistent):
             context.say(block, "RETAIN in a function", "a function keeps nothing between calls (PD-354)")
         if block.is_constant and section not in MAY_BE_CONSTANT:
             context.say(block, f"{section.value} CONSTANT", "CONSTANT behind VAR, VAR_GLOBAL or VAR_EXTERNAL")
@@ -116,6 +118,9 @@ class Variables:
         if block.section is Section.STATIC:
             source.names[name] = self._static(node, block, source, context)
             return
+        if block.section is Section.INSTANCE:
+            source.names[name] = self._of_instance(node, block, source, context)
+            return
         made = self._make(node, block, self._space(block.section, source.pou.kind), block.section, source, context)
         source.names[name] = source.pou.variables[name] = made
         if made.section is Section.LOCAL and home.kind.has_instances:
@@ -133,6 +138,15 @@ class Variables:
         made = self._make(node, block, Space.GLOBAL, Section.STATIC, None, context)
         made.name = f"{source.pou.name}.{node.name}"
         self._project.globals[self._project.key(made.name)] = made
+        return made
+
+    def _of_instance(self, node: tree.Variable, block: tree.Variables, source: PouSource, context: Context) -> Variable:
+        """Make a variable of a method that the instance has, under a name that no other one can have."""
+        owner = source.outer or source
+        made = self._make(node, block, Space.INSTANCE, Section.LOCAL, owner, context)
+        made.name = f"{source.pou.name.partition('.')[2]}.{node.name}"
+        if source.pou.is_method:
+            owner.pou.variables[self._project.key(made.name)] = made
         return made
 
     def _space(self, section: Section, kind: PouKind) -> Space:
@@ -193,7 +207,7 @@ class Variables:
         if made.section is not Section.IN_OUT and self._project.is_abstract(block):
             hint = f"declare a {block.kind.value.lower()} that extends it"
             context.say(node, f"{made.name} is an instance of {block.name}, which is ABSTRACT", "another type", hint)
-        elif source is not None and source.pou.kind is PouKind.FUNCTION and made.section is not Section.IN_OUT:
+        elif self._is_misplaced(made, source):
             context.say(
                 node,
                 f"the instance {made.name} of {block.name} in a function",
@@ -204,6 +218,12 @@ class Variables:
             context.say(
                 node, f"the instance {made.name} of {block.name} in {made.section.value}", "another section", hint
             )
+
+    def _is_misplaced(self, made: Variable, source: PouSource | None) -> bool:
+        """True for an instance in a function that cannot have it."""
+        if source is None or source.pou.kind is not PouKind.FUNCTION or made.section is Section.IN_OUT:
+            return False
+        return made.section is not Section.LOCAL or not self._project.dialect.has_local_instances
 
     def _locate(self, made: Variable, node: tree.Direct, source: PouSource | None, context: Context) -> None:
         if source is not None and (source.pou.kind is PouKind.FUNCTION or made.section is not Section.LOCAL):

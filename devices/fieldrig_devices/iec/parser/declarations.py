@@ -213,6 +213,8 @@ class Declarations(Types):
 
     def _end_of_declaration(self, spec: tree.TypeSpec) -> None:
         if self.accept(";"):
+            while self.dialect.allows_empty_declarations and self.accept(";"):
+                pass
             return
         if isinstance(spec, tree.StructSpec) and self.kinds[self.i - 1] in ("END_STRUCT", "END_UNION"):
             return

@@ -66,17 +66,28 @@ class Statements(Blocks):
         if kind == ":=":
             self.i += 1
             value = self.expression()
+            others: tuple[tree.Expression, ...] = ()
+            if self.kinds[self.i] == ":=" and self.dialect.has_chained_assignments:
+                value, others = self._chained(value)
             if self.kinds[self.i] == ";":
                 self.i += 1
             else:
                 self.semicolon()
             if isinstance(target, tree.Call):
                 self.say(at, "a value is assigned to a call", "a variable in front of :=")
-            return tree.Assign(target, value, place=place)
+            return tree.Assign(target, value, others=others, place=place)
         if isinstance(target, tree.Call) and kind == ";":
             self.i += 1
             return tree.CallStatement(target, place=place)
         return self._unusual(target, at)
+
+    def _chained(self, value: tree.Expression) -> tuple[tree.Expression, tuple[tree.Expression, ...]]:
+        """Read the rest of `a := b := 3` behind b; return the value and the further targets."""
+        others: list[tree.Expression] = []
+        while self.accept(":="):
+            others.append(value)
+            value = self.expression()
+        return value, tuple(others)
 
     def _unusual(self, target: tree.Expression, at: int) -> tree.AnyStatement | None:
         """Read what else begins with a name: labels, jumps, calls without brackets, and mistakes."""

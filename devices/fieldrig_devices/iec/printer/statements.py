@@ -24,8 +24,9 @@ def _block(lines: Lines, block: Sequence[tree.AnyStatement]) -> None:
 
 def _statement(lines: Lines, statement: tree.AnyStatement) -> None:
     match statement:
-        case tree.Assign(target, value, kind):
-            lines.add(f"{text_of(target)} {kind.value} {text_of(value)};")
+        case tree.Assign(target, value, kind, others):
+            parts = [text_of(part) for part in (target, *others, value)]
+            lines.add(f"{f' {kind.value} '.join(parts)};")
         case tree.CallStatement(call):
             _call(lines, call)
         case tree.Return():

@@ -17,6 +17,8 @@ class Section(Enum):
     LOCAL = "VAR"
     TEMP = "VAR_TEMP"
     STATIC = "VAR_STAT"
+    INSTANCE = "VAR_INST"
+    """Variables of a method that each instance has for itself."""
     INPUT = "VAR_INPUT"
     OUTPUT = "VAR_OUTPUT"
     IN_OUT = "VAR_IN_OUT"

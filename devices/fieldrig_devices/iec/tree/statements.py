@@ -19,6 +19,8 @@ class Assign(Statement):
     target: Expression
     value: Expression
     kind: AssignKind = AssignKind.PLAIN
+    others: tuple[Expression, ...] = ()
+    """The further targets of `target := other := value`, from left to right."""
 
 
 @dataclass(slots=True)
