@@ -55,6 +55,8 @@ class Dialect:
     """An array may have fewer start values than elements; the others begin as usual (PD-361: all or none)."""
     has_void_functions: bool = False
     """A FUNCTION without a type has no result, and is called for its effects (edition 3, 6.6.2)."""
+    has_enable: bool = False
+    """EN and ENO in calls of ST and IL, and ENO in bodies (edition 3, 6.6.1.5); today's tools draw them in networks."""
     allows_time_fractions: bool = False
     """T#1.5s."""
     allows_negative_times: bool = False
@@ -116,6 +118,7 @@ EDITION_3: Final = Dialect(
     has_static_variables=True,
     fills_arrays=True,
     has_void_functions=True,
+    has_enable=True,
     allows_time_fractions=True,
     allows_negative_times=True,
     allows_time_overflow=True,
@@ -132,6 +135,7 @@ CODESYS: Final = replace(
     EDITION_3,
     name="codesys",
     has_classes=False,
+    has_enable=False,
     reads_locals=True,
     indexes_pointers=True,
     mixes_integers=True,

@@ -3,7 +3,8 @@
 `check` makes it from the tree of the source (`tree.py`), and `lower` turns it into Python.  Instruction List and SFC
 are statements here already, so the rest knows one form only.  A program, function block, function or action is a `Pou`.
 
-    expressions, each with its `type`        Constant, Load, Unary, Binary, Convert, Intrinsic, CallFunction, AddressOf
+    expressions, each with its `type`        Constant, Load, Unary, Binary, Convert, Intrinsic, CallFunction, Enabled,
+                                             AddressOf
     places, which are read and written       Cell, Element, Component, Target, Located, Parameter, Bit
     statements, each with its source line    Assign, Evaluate, CallBlock, CallAction, If, Case, For, Loop, Exit,
                                              Continue, Return, Label, Jump
@@ -243,6 +244,30 @@ class CallFunction:
 
 
 @dataclass(slots=True)
+class Enable:
+    """EN and ENO of a call."""
+
+    condition: "Expression | None" = None
+    """EN; None if the call always runs."""
+    ok: "Place | None" = None
+    """The BOOL that ENO is assigned to."""
+    is_negated: bool = False
+    """True if `ok` gets NOT ENO."""
+
+
+@dataclass(slots=True)
+class Enabled:
+    """The result of a call with EN or ENO; without EN it is the start value of its type."""
+
+    value: "Expression"
+    enable: Enable
+
+    @property
+    def type(self) -> Type:
+        return self.value.type
+
+
+@dataclass(slots=True)
 class AddressOf:
     """ADR(place), or the reference that is passed to a VAR_IN_OUT."""
 
@@ -250,7 +275,7 @@ class AddressOf:
     type: Type
 
 
-Expression = Constant | Load | Unary | Binary | Convert | Intrinsic | CallFunction | AddressOf
+Expression = Constant | Load | Unary | Binary | Convert | Intrinsic | CallFunction | Enabled | AddressOf
 
 
 # ---- statements
@@ -274,7 +299,7 @@ class Assign(Statement):
 class Evaluate(Statement):
     """A function called for its effects only."""
 
-    value: CallFunction
+    value: CallFunction | Enabled
 
 
 @dataclass(slots=True)
@@ -291,6 +316,8 @@ class CallBlock(Statement):
     """Arguments of VAR_IN_OUT."""
     outputs: tuple[tuple[Place, Expression], ...] = ()
     """Assignments after the call, as (target, Load of the output)."""
+    enable: Enable = field(default_factory=Enable)
+    """EN and ENO; while EN is FALSE, nothing of the call happens apart from ENO."""
 
 
 @dataclass(slots=True)
@@ -385,6 +412,8 @@ class Pou:
     """Keyed by the name in small letters, in the order of declaration; an action has those of its POU."""
     result: Variable | None = None
     """The result of a function; first cell of its frame."""
+    eno: Variable | None = None
+    """The ENO that the body sets; None if it is always that of the call."""
     type: BlockType | None = None
     """The type of its instances, for programs and function blocks."""
     instance: Variable | None = None

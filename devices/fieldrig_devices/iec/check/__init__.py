@@ -16,7 +16,7 @@ reported once in each body, and what depends on it is left alone.
 from collections.abc import Callable, Collection, Sequence
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import bodies, configured, whole
+from fieldrig_devices.iec.check import bodies, configured, enable, whole
 from fieldrig_devices.iec.check.declarations import Declarations
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.check.tasks import Tasks
@@ -55,6 +55,7 @@ def check(
     for number, source in enumerate(project.sources.values()):
         bodies.check_pou(project, source)
         on_progress(number + 1, len(project.sources))
+    enable.begin_bodies(project)
     whole.check(project, declarations.variables.lists)
     result = Program(project.pous, project.globals, declarations.specs.declared(), project.tasks, host.objects, links)
     order = {unit.file: place for place, unit in enumerate(units)}

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import enable
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.program import Bit, Cell, Constant, Located, Parameter, Place, Pou, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
@@ -59,7 +60,8 @@ def _output(
                 matched.outputs.append((variable, argument.value, argument.is_negated))
             return True
     names = ", ".join(variable.name for variable in outputs) or "no output"
-    context.say(argument, f"{pou.name} has no output {argument.name}", names)
+    what = f"{pou.name} has no output {argument.name}"
+    context.say(argument, what, names, enable.hint(context, argument.name))
     return False
 
 
@@ -72,7 +74,7 @@ def _parameter(
             if context.key(variable.name) == context.key(argument.name):
                 return variable
         names = {context.key(variable.name): variable.name for variable in inputs}
-        hint = context.project.reports.closest(argument.name, names.values())
+        hint = enable.hint(context, argument.name) or context.project.reports.closest(argument.name, names.values())
         context.say(
             argument, f"{pou.name} has no input {argument.name}", ", ".join(names.values()) or "no argument", hint
         )

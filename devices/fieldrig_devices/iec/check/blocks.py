@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, calls, inheritance, methods
+from fieldrig_devices.iec.check import access, calls, enable, inheritance, methods
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
@@ -43,7 +43,7 @@ def call_statement(of: "Expressions", node: tree.Call, line: int) -> list[AnySta
     calls.note_call(of.context, pou, node)
     if pou.is_method or (pou.kind is PouKind.FUNCTION and pou.owner is None):
         value = calls.call(of, pou, node, instance)
-        return [Evaluate(value, line=line)] if value is not None else []
+        return enable.statements(value, lambda _: Evaluate(value, line=line), line) if value is not None else []
     if pou.owner is not None:
         return _action(of, node, instance, pou, line)
     assert instance is not None
@@ -149,9 +149,10 @@ def _member_action(of: "Expressions", node: tree.Member) -> Resolved | None:
 
 
 def call_block(of: "Expressions", node: tree.Call, instance: Place, pou: Pou, line: int) -> list[AnyStatement]:
+    parts = enable.split(of, node, pou)
     source = of.context.project.sources[pou]
-    matched = match_arguments(of, node, pou, source.inputs, source.outputs)
-    if matched is None:
+    matched = match_arguments(of, parts[0], pou, source.inputs, source.outputs) if parts is not None else None
+    if matched is None or parts is None:
         return []
     inputs: list[tuple[Variable, Expression]] = []
     references: list[tuple[Variable, Place]] = []
@@ -170,7 +171,7 @@ def call_block(of: "Expressions", node: tree.Call, instance: Place, pou: Pou, li
     outputs = _outputs(of, matched, lambda variable: Component(instance, 0, variable.type, variable))
     if not is_whole or outputs is None:
         return []
-    return [CallBlock(instance, pou, tuple(inputs), tuple(references), tuple(outputs), line=line)]
+    return [CallBlock(instance, pou, tuple(inputs), tuple(references), tuple(outputs), parts[1], line=line)]
 
 
 def _outputs(

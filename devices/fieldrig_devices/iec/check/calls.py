@@ -5,7 +5,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, constants, methods, places, references
+from fieldrig_devices.iec.check import access, constants, enable, methods, places, references
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.context import Context, place_of
 from fieldrig_devices.iec.check.sizes import Sizes
@@ -18,6 +18,7 @@ from fieldrig_devices.iec.program import (
     CallFunction,
     Cell,
     Constant,
+    Enabled,
     Expression,
     Operator,
     Place,
@@ -97,11 +98,19 @@ def note_call(context: Context, pou: Pou, node: tree.Node) -> None:
         context.project.calls.setdefault(context.pou, {}).setdefault(pou, place_of(node))
 
 
-def call(of: "Expressions", pou: Pou, node: tree.Call, instance: Place | None = None) -> CallFunction | None:
+def call(of: "Expressions", pou: Pou, node: tree.Call, instance: Place | None = None) -> CallFunction | Enabled | None:
     """Check a call of a FUNCTION or a method with its arguments, which may be given by position or by name."""
     if not access.allows_call(of, node, instance, pou):
         return None
     note_call(of.context, pou, node)
+    parts = enable.split(of, node, pou)
+    made = _call(of, pou, parts[0], instance) if parts is not None else None
+    if made is None or parts is None or parts[1] is enable.ALWAYS:
+        return made
+    return Enabled(made, parts[1])
+
+
+def _call(of: "Expressions", pou: Pou, node: tree.Call, instance: Place | None) -> CallFunction | None:
     source = of.context.project.sources[pou]
     matched = match_arguments(of, node, pou, source.inputs, source.outputs)
     if matched is None:
@@ -151,12 +160,14 @@ def _default(context: Context, variable: Variable) -> Constant | None:
 
 
 def _standard_call(of: "Expressions", name: str, node: tree.Call, wanted: Type | None) -> Expression | None:
-    given = _in_order(of.context, name, node)
-    if given is None:
+    parts = enable.split(of, node, None)
+    given = _in_order(of.context, name, parts[0]) if parts is not None else None
+    if given is None or parts is None:
         return None
     values = [of.expression(argument, wanted) for argument in given]
     known = [value for value in values if value is not None]
-    return standard(of, name, known, node, wanted, given) if len(known) == len(values) else None
+    found = standard(of, name, known, node, wanted, given) if len(known) == len(values) else None
+    return enable.result(of, found, parts[1], wanted, node) if found is not None else None
 
 
 def _in_order(context: Context, name: str, node: tree.Call) -> list[tree.Expression] | None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fieldrig_devices.iec import program, tree
-from fieldrig_devices.iec.check import blocks
+from fieldrig_devices.iec.check import blocks, enable
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.texts import a, text
@@ -271,7 +271,8 @@ class _Instructions:
             return
         value = self._expressions.expression_as(_negated(self._accumulator, line), target.type)
         if value is not None:
-            self._made.append(program.Assign(target, value, line=line.place.line))
+            at = line.place.line
+            self._made += enable.statements(value, lambda made: program.Assign(target, made, line=at), at)
 
     def _set(self, line: tree.IlInstruction, number: int) -> None:
         """S sets the operand if the accumulator is TRUE, and R resets it."""

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, check_functions, constants, methods
+from fieldrig_devices.iec.check import access, check_functions, constants, enable, methods
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
 from fieldrig_devices.iec.check.operators import integer_of, plain
@@ -89,8 +89,13 @@ def _name(of: "Expressions", node: tree.Name) -> Meaning | None:
             return action
         if node.text.upper() == "NULL" and context.project.dialect.has_references:
             return Constant(0, Elementary.DWORD)
-        context.say_unknown(node, node.text)
-        return None
+        own = enable.name(context, node.text)
+        hint = enable.hint(context, node.text)
+        if hint:
+            context.say(node, f"{node.text} is not declared", "a name from a declaration", hint)
+        elif own is None:
+            context.say_unknown(node, node.text)
+        return own
     assert not isinstance(found, Variable)
     return found
 
@@ -198,7 +203,7 @@ def _field(context: Context, owner: Place, kind: StructType, node: tree.Member) 
 
 def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning | None:
     """A variable of an instance: inputs and outputs of a function block, every variable of a program."""
-    found = pou.variables.get(context.key(node.name))
+    found = pou.variables.get(context.key(node.name)) or enable.pin(context, pou, node.name)
     if found is None:
         action = pou.actions.get(context.key(node.name))
         if action is not None:

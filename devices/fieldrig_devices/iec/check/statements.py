@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from fieldrig_devices.iec import program, tree
-from fieldrig_devices.iec.check import blocks, properties, references
+from fieldrig_devices.iec.check import blocks, enable, properties, references
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.operators import integer_of
@@ -69,8 +69,8 @@ class Statements:
             return None
         if node.kind is not tree.AssignKind.PLAIN:
             return self._set(node, target)
-        value = self.expressions.expression_as(node.value, target.type)
-        return program.Assign(target, value, line=node.place.line) if value is not None else None
+        value, line = self.expressions.expression_as(node.value, target.type), node.place.line
+        return enable.statements(value, lambda made: program.Assign(target, made, line=line), line) if value else None
 
     def _chain(self, node: tree.Assign) -> list[AnyStatement]:
         """`a := b := 3` assigns from right to left, so that a gets what b has then."""

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access
+from fieldrig_devices.iec.check import access, enable
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import location
 from fieldrig_devices.iec.check.project import UNKNOWN, Pending, PouSource, Project, Start
@@ -73,6 +73,7 @@ class Variables:
             self._check_block(block, source, context)
             for node in block.variables:
                 self._add(node, block, source, context, source.tree, 0)
+        enable.note_declared(self._project, source)
 
     def _check_block(self, block: tree.Variables, source: PouSource, context: Context) -> None:
         kind, section = source.pou.kind, block.section

@@ -1,6 +1,7 @@
 """Assignments and calls as instructions: what every statement of a body stands on."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 from fieldrig_devices.iec.layout import CALL_SIZE, kind_number, storage
@@ -10,7 +11,7 @@ from fieldrig_devices.iec.lower.emitter import Emitter
 from fieldrig_devices.iec.lower.expressions import Expressions
 from fieldrig_devices.iec.lower.hoisting import Hoisting, has_call
 from fieldrig_devices.iec.lower.places import Address, Places
-from fieldrig_devices.iec.lower.values import of_type
+from fieldrig_devices.iec.lower.values import constant, of_type
 from fieldrig_devices.iec.program import (
     Assign,
     Bit,
@@ -18,14 +19,19 @@ from fieldrig_devices.iec.program import (
     CallBlock,
     CallFunction,
     Cell,
+    Component,
     Constant,
+    Enable,
+    Enabled,
     Evaluate,
     Expression,
     Load,
+    Operator,
     Parameter,
     Place,
     Pou,
     Space,
+    Unary,
     Variable,
 )
 from fieldrig_devices.iec.tree import Section
@@ -55,6 +61,9 @@ class Calls:
     @property
     def registers(self) -> frozenset[str]:
         return frozenset(self._places.registers)
+
+    def branch_unless(self, condition: Expression, target: Label) -> None:
+        raise NotImplementedError
 
     def choose(self, first: Load, is_and: bool, second: Callable[[], Expression]) -> None:
         """Evaluate `second` into the cell of `first` unless its value decides."""
@@ -99,7 +108,7 @@ class Calls:
     # ---- calls
 
     def evaluate(self, statement: Evaluate) -> None:
-        self.call(statement.value)
+        self._hoisting.out_of(statement.value)
 
     def call_action(self, statement: CallAction) -> None:
         base = self._own_base() if statement.instance is None else self._base_of(statement.instance)
@@ -109,6 +118,12 @@ class Calls:
         instance = statement.instance
         if has_call(instance):
             instance = self._hoisting.out_of_place(instance)
+        eno = statement.pou.eno
+        own = Component(instance, 0, Elementary.BOOL, eno) if eno is not None else None
+        self._while_enabled(statement.enable, lambda: self._call_block(statement, instance, own), own)
+
+    def _call_block(self, statement: CallBlock, instance: Place, own: Place | None) -> None:
+        """Call an instance; `own` is the ENO that its body sets."""
         values = self._hoisting.all_out_of([value for _, value in statement.inputs])
         base = self._base_of(instance)
         emitter = self.emitter()
@@ -124,6 +139,62 @@ class Calls:
         self._copy_back([copy for _, copy in copies])
         for target, value in statement.outputs:
             self.assign(Assign(target, value, line=statement.line))
+        self._give_eno(statement.enable, Load(own) if own is not None else _TRUE)
+
+    def _while_enabled(self, enable: Enable, run: Callable[[], None], own: Place | None) -> None:
+        """Do what `run` does while EN is TRUE; otherwise ENO is FALSE."""
+        if enable.condition is None:
+            run()
+            return
+        otherwise, end = self.assembler.label(), self.assembler.label()
+        self.branch_unless(enable.condition, otherwise)
+        run()
+        if own is not None or enable.ok is not None:
+            self.assembler.jump(end)
+        self.assembler.place(otherwise)
+        if own is not None:
+            self.store(own, _FALSE)
+        self._give_eno(enable, _FALSE)
+        self.assembler.place(end)
+
+    def _give_eno(self, enable: Enable, value: Expression) -> None:
+        if enable.ok is not None:
+            given = Unary(Operator.NOT, value, Elementary.BOOL) if enable.is_negated else value
+            self.assign(Assign(enable.ok, given, line=self.assembler.line))
+
+    def enabled(self, call: Enabled) -> Cell:
+        """Compute a call with EN or ENO; return where its result is, which is kept."""
+        function = call.value.pou if isinstance(call.value, CallFunction) else None
+        kept = self._intermediate(call.type)
+        if function is not None and function.result is not None:
+            kept.initial = function.result.initial
+        if call.enable.condition is not None:
+            emitter = self.emitter()
+            self.start(kept, emitter)
+            self.assembler.do(emitter)
+        self._while_enabled(call.enable, lambda: self._computed(call, kept), None)
+        return Cell(kept, kept.type)
+
+    def _computed(self, call: Enabled, kept: Variable) -> None:
+        value, eno = call.value, _TRUE
+        if isinstance(value, CallFunction) and value.pou.eno is not None:
+            copy = Cell(self._intermediate(Elementary.BOOL), Elementary.BOOL)
+            value, eno = replace(value, outputs=(*value.outputs, (value.pou.eno, copy))), Load(copy)
+        free = self._hoisting.out_of(value)
+        if not isinstance(value, CallFunction) or value.pou.result is not None:
+            self.store(Cell(kept, kept.type), free)
+        self._give_eno(call.enable, eno)
+
+    def start(self, variable: Variable, emitter: Emitter) -> None:
+        """Add the lines that give a variable on the stack its start value."""
+        cells = self._context.images.variable(variable)
+        where = self._places.cell(variable)
+        emitter.charge(emitter.costs.copy_ns * len(cells))
+        kind = storage(variable.type)
+        if kind is None:
+            emitter.add(f"M[{where}:{where.plus(len(cells))}] = {self._context.image(cells)}")
+        else:
+            emitter.add(f"M[{where}] = {constant(cells[0], kind).text}")
 
     def call(self, call: CallFunction) -> Cell:
         """Call a function; return where its result is, in the frame that it had, until the next call."""
@@ -244,6 +315,8 @@ class Calls:
         return cell
 
 
+_TRUE: Final[Expression] = Constant(True, Elementary.BOOL)
+_FALSE: Final[Expression] = Constant(False, Elementary.BOOL)
 _NOTHING: Final = Variable("", Elementary.BOOL, Space.FRAME, Section.TEMP, offset=0)
 
 

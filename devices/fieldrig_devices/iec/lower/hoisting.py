@@ -18,6 +18,7 @@ from fieldrig_devices.iec.program import (
     Constant,
     Convert,
     Element,
+    Enabled,
     Expression,
     Intrinsic,
     Load,
@@ -45,7 +46,7 @@ def has_call(node: Expression | Place) -> bool:
             return True
         node = node.left
     match node:
-        case CallFunction():
+        case CallFunction() | Enabled():
             return True
         case Load(place) | AddressOf(place):
             return (isinstance(place, Parameter) and place.is_slow) or has_call(place)
@@ -70,6 +71,9 @@ class Caller(Protocol):
     def call(self, call: CallFunction) -> Cell:
         """Make the call; return where its result is until the next call."""
 
+    def enabled(self, call: Enabled) -> Cell:
+        """Make a call with EN or ENO; return where its result is until the next call."""
+
     def read_slowly(self, place: Parameter) -> Cell: ...
 
     def keep(self, value: Expression) -> Load:
@@ -89,6 +93,8 @@ class Hoisting:
         match expression:
             case CallFunction():
                 return Load(self._caller.call(expression))
+            case Enabled():
+                return Load(self._caller.enabled(expression))
             case Binary():
                 return self._out_of_chain(expression)
             case Intrinsic():

@@ -7,7 +7,7 @@ from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.lower.assembler import Label
 from fieldrig_devices.iec.lower.calls import Calls
 from fieldrig_devices.iec.lower.emitter import Emitter
-from fieldrig_devices.iec.lower.values import Value, constant
+from fieldrig_devices.iec.lower.values import Value
 from fieldrig_devices.iec.program import (
     AnyStatement,
     Assign,
@@ -60,14 +60,7 @@ class Statements(Calls):
         """Give the variables on the stack their start values, and check the references of an action."""
         pou, emitter = self._pou, self.emitter()
         for variable in frame_variables(pou):
-            cells = self._context.images.variable(variable)
-            where = self._places.cell(variable)
-            emitter.charge(emitter.costs.copy_ns * len(cells))
-            kind = storage(variable.type)
-            if kind is None:
-                emitter.add(f"M[{where}:{where.plus(len(cells))}] = {self._context.image(cells)}")
-            else:
-                emitter.add(f"M[{where}] = {constant(cells[0], kind).text}")
+            self.start(variable, emitter)
         if pou.owner is not None:
             for variable in pou.owner.variables.values():
                 if variable.is_reference and variable.space is Space.INSTANCE:
@@ -96,7 +89,7 @@ class Statements(Calls):
     def _condition(self, expression: Expression, emitter: Emitter) -> str:
         return self._expressions.value(expression, emitter).text
 
-    def _branch_unless(self, condition: Expression, target: Label) -> None:
+    def branch_unless(self, condition: Expression, target: Label) -> None:
         free = self._hoisting.out_of(condition)
         emitter = self.emitter()
         self.assembler.branch(emitter, f"not {self._condition(free, emitter)}", target)
@@ -116,7 +109,7 @@ class Statements(Calls):
         while len(rest) == 1 and isinstance(found := rest[0], If):
             otherwise = self.assembler.label()
             self.assembler.line, self._taken = found.line, 0
-            self._branch_unless(found.condition, otherwise)
+            self.branch_unless(found.condition, otherwise)
             self.body(found.then)
             if found.otherwise:
                 self.assembler.jump(end)
@@ -181,7 +174,7 @@ class Statements(Calls):
         line, variable = statement.line, Load(statement.variable)
         self.assign(Assign(statement.variable, statement.first, line=line))
         self.assembler.place(head)
-        self._branch_unless(self._in_range(statement, variable), end)
+        self.branch_unless(self._in_range(statement, variable), end)
         self._loops.append((after, end))
         self.body(statement.body)
         self._loops.pop()
@@ -208,14 +201,14 @@ class Statements(Calls):
         head, test, end = (self.assembler.label() for _ in range(3))
         self.assembler.place(head)
         if statement.condition is not None:
-            self._branch_unless(statement.condition, end)
+            self.branch_unless(statement.condition, end)
         self._loops.append((head if statement.until is None else test, end))
         self.body(statement.body)
         self._loops.pop()
         self.assembler.place(test)
         self._taken = 0
         if statement.until is not None:
-            self._branch_unless(statement.until, head)
+            self.branch_unless(statement.until, head)
         else:
             self.assembler.jump(head)
         self.assembler.place(end)
@@ -243,7 +236,7 @@ class Statements(Calls):
 
     def choose(self, first: Load, is_and: bool, second: Callable[[], Expression]) -> None:
         end = self.assembler.label()
-        (self._branch_unless if is_and else self._branch_if)(first, end)
+        (self.branch_unless if is_and else self._branch_if)(first, end)
         self.store(first.place, second())
         self.assembler.place(end)
 

@@ -4,6 +4,8 @@ import pytest
 from exchange_documents import block, messages, pou, read, sink, source, st, statements, tc6
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3
+from fieldrig_devices.iec.imports import read_source
 from fieldrig_devices.iec.imports.networks.functions import OPERATORS
 
 VARIABLES = {"a": "INT", "b": "INT", "c": "INT", "x": "BOOL", "y": "BOOL", "t1": '<derived name="TON"/>', "et": "TIME"}
@@ -154,6 +156,44 @@ def test_an_instance_with_en_is_called_in_a_condition() -> None:
         sink("4", "y", "3.Q"),
     )
     assert statements(drawn) == st("Net1_Enable1 := x; IF Net1_Enable1 THEN t1(IN := y); END_IF y := t1.Q;")
+
+
+CHECKED = (
+    '<pou name="CHECKED" pouType="function"><interface><returnType><INT/></returnType><inputVars><variable name="v">'
+    "<type><INT/></type></variable></inputVars></interface><body><ST><xhtml:p>"
+    "CHECKED := v; ENO := v &lt; 100;</xhtml:p></ST></body></pou>"
+)
+
+
+def test_the_eno_of_a_block_whose_code_may_set_it_is_an_output() -> None:
+    """In the other dialects no code can set it, so it is the value of EN."""
+    drawn = fbd(
+        source("1", "x"),
+        source("2", "a"),
+        block("3", "CHECKED", {"EN": "1", "v": "2"}, "ENO OUT"),
+        sink("4", "c", "3.OUT"),
+        sink("5", "y", "3.ENO"),
+    ).replace("<pous>", f"<pous>{CHECKED}")
+    before = "Net1_Enable1 := x; IF Net1_Enable1 THEN c := CHECKED(a"
+    for dialect, expected in (
+        (EDITION_3, f"{before}, ENO => Net1_Ok2); ELSE Net1_Ok2 := FALSE; END_IF y := Net1_Ok2;"),
+        (CODESYS, f"{before}); END_IF y := Net1_Enable1;"),
+    ):
+        unit, mistakes = read_source("test.xml", drawn, dialect)
+        assert mistakes == []
+        body = unit.declarations[-1]
+        assert isinstance(body, tree.Pou)
+        assert body.body == tree.StBody(st(expected))
+
+
+def test_a_variable_at_eno_itself_is_written() -> None:
+    """Part 10 draws no element for it."""
+    pin = (
+        '<variable formalParameter="ENO"><connectionPointOut><expression>y</expression></connectionPointOut></variable>'
+    )
+    drawn = fbd(source("1", "x"), source("2", "y"), block("3", "TON", {"EN": "1", "IN": "2"}, "Q", 'instanceName="t1"'))
+    text = drawn.replace("</outputVariables>", f"{pin}</outputVariables>")
+    assert statements(text) == st("Net1_Enable1 := x; IF Net1_Enable1 THEN t1(IN := y); END_IF y := Net1_Enable1;")
 
 
 def test_a_comparison_without_power_is_false() -> None:

@@ -34,7 +34,7 @@ def rows_of(heading: str, column: str) -> Iterator[Row]:
 
 @pytest.mark.parametrize("block", EXAMPLES, ids=lambda block: block.info[-1])
 def test_example_runs_and_its_values_are_those_in_its_comments(block: Block) -> None:
-    bench = Bench(block.text, EDITION_3 if "END_CLASS" in block.text else EPAS_4)
+    bench = Bench(block.text, EDITION_3 if block.info[-1].endswith("-edition-3.st") else EPAS_4)
     bench.call(0)
     for name, value in VALUE.findall(block.text):
         assert bench.read(f"PLC_PRG.{name}") == bench_constant(bench, name, value), f"{block.place}: {name}"

@@ -1,6 +1,6 @@
 """Blocks of a network: instances, functions, operators and boxes with code, with EN and ENO, and their outputs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.networks import functions
@@ -14,6 +14,9 @@ from fieldrig_devices.iec.imports.networks.terms import conditional, is_true, ne
 class Blocks(Flow):
     """One network, with its blocks."""
 
+    enos: dict[str, tree.Name] = field(default_factory=dict)
+    """Hidden variables for the ENO of blocks whose body may set it."""
+
     def block(self, item: Item) -> None:
         is_declared = self.kinds.parameter(item.text, "EN") is not None
         enable: tree.Expression | None = None
@@ -26,18 +29,49 @@ class Blocks(Flow):
                 arguments.append((pin, value))
         if enable is not None:
             enable = self.shared(Wire(item.id, "ENO"), "Enable", enable, BOOL, item)
+        if self._may_set_eno(item):
+            self.enos[item.id] = self.hidden.add("Ok", BOOL, item.line, f"ENO of the {item}")
         if item.code:
             self._guarded(enable, self._code(item), item)
         elif item.instance:
             self._instance(item, enable, arguments)
         else:
             self._function(item, enable, arguments)
+        if item.id in self.enos:
+            self.values[Wire(item.id, "ENO")] = self.enos[item.id]
+        self._write_eno(item)
+
+    def _may_set_eno(self, item: Item) -> bool:
+        """True if ENO is used and is perhaps not EN: in edition 3 the code of a block may set it."""
+        if not self.fragments.dialect.has_enable or item.code:
+            return False
+        if functions.is_standard(item.text) or functions.is_block(item.text):
+            return False
+        is_written = any(pin.expression and pin.name.casefold() == "eno" for pin in item.outputs)
+        return is_written or any(wire.pin.casefold() == "eno" for _, _, wire in self.consumers.get(item.id, ()))
+
+    def _write_eno(self, item: Item) -> None:
+        """Assign ENO to a variable that is written at the output itself."""
+        for pin in item.outputs:
+            target = self.fragments.place(pin.expression, pin.line) if pin.expression else None
+            if target is not None and pin.name.casefold() == "eno":
+                value = self.values.get(Wire(item.id, "ENO"), _true(item))
+                self.put(tree.Assign(target, negated(value) if pin.is_negated else value, place=place_of(item)))
 
     def _guarded(self, enable: tree.Expression | None, statements: list[tree.AnyStatement], item: Item) -> None:
         if enable is None or not statements:
             self.out += statements
-        else:
-            self.put(conditional(enable, statements, item.line))
+            return
+        found = conditional(enable, statements, item.line)
+        if item.id in self.enos:
+            never = tree.Literal(tree.LiteralKind.BOOL, False, "FALSE", place=place_of(item))
+            found.otherwise = (tree.Assign(self.enos[item.id], never, place=place_of(item)),)
+        self.put(found)
+
+    def _eno_argument(self, item: Item) -> list[tree.Argument]:
+        if item.id not in self.enos:
+            return []
+        return [tree.Argument(self.enos[item.id], "ENO", is_output=True, place=place_of(item))]
 
     def _code(self, item: Item) -> list[tree.AnyStatement]:
         body = self.fragments.body(item.code, item.code_line, "ST")
@@ -49,12 +83,12 @@ class Blocks(Flow):
         called = self.fragments.place(item.instance, item.line)
         if called is None:
             return
-        given = tuple(
+        given = [
             tree.Argument(value, pin.name, place=tree.Place(pin.line, 1))
             for pin, value in arguments
             if value is not None
-        )
-        call = tree.Call(called, given, place=place_of(item))
+        ]
+        call = tree.Call(called, (*given, *self._eno_argument(item)), place=place_of(item))
         self._guarded(enable, [tree.CallStatement(call, place=place_of(item)), *self._written(item, called)], item)
 
     def _written(self, item: Item, called: tree.Expression) -> list[tree.AnyStatement]:
@@ -62,7 +96,7 @@ class Blocks(Flow):
         found: list[tree.AnyStatement] = []
         for pin in item.outputs:
             target = self.fragments.place(pin.expression, pin.line) if pin.expression else None
-            if target is not None:
+            if target is not None and pin.name.casefold() != "eno":
                 value: tree.Expression = tree.Member(called, pin.name, place=place_of(item))
                 value = negated(value) if pin.is_negated else value
                 found.append(tree.Assign(target, value, place=tree.Place(pin.line, 1)))
@@ -139,7 +173,7 @@ class Blocks(Flow):
             variable = self._extra_output(item, pin)
             if variable is not None:
                 passed.append(tree.Argument(variable, pin.name, is_output=True, place=tree.Place(pin.line, 1)))
-        return tree.Call(called, tuple(passed), place=place)
+        return tree.Call(called, (*passed, *self._eno_argument(item)), place=place)
 
     def _extra_output(self, item: Item, pin: Pin) -> tree.Expression | None:
         """The variable that takes a further output of a function."""
@@ -159,7 +193,8 @@ class Blocks(Flow):
     ) -> bool:
         """True if the call can stand where its result is used."""
         is_low = functions.height(call) <= HIGHEST
-        return is_low and enable is None and not extra and len(self._consumers(item)) <= 1 and wire not in self.loops
+        is_alone = enable is None and not extra and item.id not in self.enos
+        return is_low and is_alone and len(self._consumers(item)) <= 1 and wire not in self.loops
 
     def _only_sink(self, item: Item) -> Item | None:
         """The one plain variable that takes the result."""
@@ -222,7 +257,7 @@ class Blocks(Flow):
         if full in self.values:
             return self.values[full]
         if full.pin == "ENO":
-            return tree.Literal(tree.LiteralKind.BOOL, True, "TRUE", place=place_of(item))
+            return _true(item)
         if pin in item.in_outs:
             return self.input(pin, item) if pin.wires or pin.expression else None
         if item.instance:
@@ -274,3 +309,7 @@ class Blocks(Flow):
             return Pin(wire.pin, item.line)  # some tools list only the outputs that are connected
         self.mistake(item.line, f"The {item} has no output {wire.pin[:30]}")
         return None
+
+
+def _true(item: Item) -> tree.Literal:
+    return tree.Literal(tree.LiteralKind.BOOL, True, "TRUE", place=place_of(item))

@@ -46,6 +46,11 @@ def is_standard(name: str) -> bool:
     return key in OPERATORS or key in _OF_THE_ARGUMENTS or key in _FIXED or conversion(name) is not None
 
 
+def is_block(name: str) -> bool:
+    """True for a standard function block."""
+    return name.casefold() in _BLOCKS
+
+
 def conversion(name: str) -> str | None:
     """The type behind X_TO_Y or TO_Y."""
     source, mark, result = name.upper().rpartition("TO_")
