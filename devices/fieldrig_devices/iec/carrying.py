@@ -18,6 +18,7 @@ class Carrier:
 
     def __init__(self) -> None:
         self._known: dict[tuple[Type, Type], Sequence[Run]] = {}
+        self._references: dict[Type, Sequence[int]] = {}
 
     def runs(self, old: Type, new: Type) -> Sequence[Run]:
         if (old, new) not in self._known:
@@ -30,6 +31,25 @@ class Carrier:
                 yield source + first, target + second, size
         if storage(new) is not None and storage(old) == storage(new) and str(old) == str(new):
             yield 0, 0, new.size
+
+    def references(self, kind: Type) -> Sequence[int]:
+        """Return the offsets of the cells that refer to another variable, as a VAR_IN_OUT does."""
+        if kind not in self._references:
+            self._references[kind] = list(self._references_in(kind))
+        return self._references[kind]
+
+    def _references_in(self, kind: Type) -> Iterator[int]:
+        match kind:
+            case ArrayType(element=element, count=count):
+                own = self.references(element)
+                yield from (number * element.size + offset for number in range(count if own else 0) for offset in own)
+            case StructType():
+                for field in kind.stored_fields:
+                    yield from (field.offset + offset for offset in self.references(field.type))
+            case BlockType():
+                for member in members(kind):
+                    inside = (0,) if member.is_reference else self.references(member.type)
+                    yield from (member.offset + offset for offset in inside)
 
 
 def _parts(old: Type, new: Type) -> Iterator[tuple[int, int, Type, Type]]:

@@ -10,8 +10,9 @@ but the retained ones.  An online change keeps the values of all variables that 
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, Final
 from weakref import WeakSet
 
 from fieldrig_devices.iec import characters
@@ -30,6 +31,14 @@ from fieldrig_devices.iec.types import Elementary, EnumType, StringType, Subrang
 from fieldrig_devices.languages.resumable import Code
 
 __all__ = ["Runtime", "Start", "Thread"]
+
+
+_WRONG_KIND: Final = (TypeError, AttributeError)
+"""Raised for a value of another type where a pointer or a VAR_IN_OUT refers to a variable of a call that has ended."""
+
+
+class NoTargetError(ValueError):
+    """A VAR_IN_OUT that has not been given yet, or whose variable an online change has removed."""
 
 
 class Runtime:
@@ -60,7 +69,8 @@ class Runtime:
             **{f"image_{number}": cells for number, cells in enumerate(lowered.constants)},
             "now_ms": self._host.now_ms,
         }
-        self.code = Code(lowered.routines, names, STACK_SIZE, rules_of(len(lowered.constants)))
+        faults = _WRONG_KIND if lowered.keeps_stack_addresses else ()
+        self.code = Code(lowered.routines, names, STACK_SIZE, rules_of(len(lowered.constants)), faults)
         self._links = [linked for link in compiled.program.links for linked in self._linked(link)]
         self.routines: Mapping[str, int] = self.code.numbers
 
@@ -130,7 +140,8 @@ class Runtime:
             return self._read_area(symbol)
         if symbol.is_in_union:
             return self._memory.value(self._address(symbol), kind_number(kind))
-        return self.memory[self._address(symbol)]
+        value = self.memory[self._address(symbol)]
+        return value if len(symbol.steps) == 1 else checked(value, symbol)
 
     def write(self, symbol: Symbol, value: Value) -> None:
         """Set a variable; ValueError if it cannot have this value."""
@@ -154,14 +165,15 @@ class Runtime:
     def write_forced(self) -> None:
         """Write all forced values; threads call this at both ends of a cycle."""
         for symbol, value in self._forced.values():
-            self._write(symbol, value)
+            with suppress(NoTargetError):
+                self._write(symbol, value)
 
     def _address(self, symbol: Symbol) -> int:
         address = symbol.steps[0]
         for step in symbol.steps[1:]:
             reference = self.memory[address]
-            if not isinstance(reference, int) or not reference:
-                raise ValueError(f"{symbol.path} refers to nothing yet")
+            if not isinstance(reference, int) or not 0 < reference < len(self.memory) - step:
+                raise NoTargetError(f"{symbol.path} refers to nothing yet")
             address = reference + step
         return address
 
@@ -245,6 +257,7 @@ class Runtime:
                     cells, kinds = kept[name]
                     runs = carrier.runs(old.program.globals[name].type, variable.type)
                     self._memory.put_runs(variable.offset, runs, cells, kinds)
+        self._clear_references(old.layout, carrier)
         for thread in self.threads:
             thread.reload()
         self._forced = {
@@ -254,6 +267,21 @@ class Runtime:
         }
         if self.has_breakpoints:
             self.break_at(self._stops)
+
+    def _clear_references(self, old: Layout, carrier: Carrier) -> None:
+        """Clear each VAR_IN_OUT whose variable is gone or has another place; the next call gives it again."""
+        new = self.compiled.layout
+        gone = [
+            range(slot.address, slot.address + slot.size)
+            for name, slot in old.slots.items()
+            if name not in new.slots or _has_moved(name, new, old)
+        ]
+        if not gone:
+            return
+        for name, slot in new.slots.items():
+            for offset in carrier.references(self.compiled.program.globals[name].type):
+                if any(self.memory[slot.address + offset] in cells for cells in gone):
+                    self.memory[slot.address + offset] = 0
 
     def _kept(self, new: Layout) -> dict[str, tuple[Sequence[Value], bytes]]:
         """Return the cells, and their kinds, of the variables that get another place."""

@@ -212,4 +212,6 @@ def _reason(cause: BaseException | None) -> tuple[str, str]:
             return "division", "a division by zero"
         case IndexError():
             return "pointer", "a pointer to no variable"
+        case TypeError() | AttributeError():
+            return "pointer", "a pointer or VAR_IN_OUT to a variable of a call that has ended"
     return "arithmetic", "a result outside the range of numbers"

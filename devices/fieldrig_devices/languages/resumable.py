@@ -154,8 +154,13 @@ class Code:
         names: Mapping[str, object],
         stack_size: int,
         rules: sandbox.Rules | None = None,
+        faults: tuple[type[Exception], ...] = (),
     ) -> None:
-        """`stack_size` is the size of a task's stack: the number of active routines where all frames have size 1."""
+        """`stack_size` is the size of a task's stack: the number of active routines where all frames have size 1.
+
+        `faults` are exceptions that this program may raise by a mistake of its own, besides `faults.CAUGHT`.
+        """
+        self.faults = faults
         self.routines = [routine if isinstance(routine, Routine) else Routine(routine) for routine in routines.values()]
         self.numbers = {name: number for number, name in enumerate(routines)}
         self.names_of_routines = list(routines)

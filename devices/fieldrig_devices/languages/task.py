@@ -27,6 +27,7 @@ AFTER = {DEEP: TaskState.TOO_DEEP, END: TaskState.ENDED, STOP: TaskState.STOPPED
 class Task:
     def __init__(self, code: Code) -> None:
         self._code = code
+        self._caught: tuple[type[Exception], ...] = (*faults.CAUGHT, *code.faults)
         self.state = TaskState.IDLE
         self.routine = 0
         self.pc = 0
@@ -110,7 +111,7 @@ class Task:
                     else:
                         self.state = AFTER[why]
                     break
-        except faults.CAUGHT as fault:
+        except self._caught as fault:
             return self._fail(build, fault)
         self.routine, self.pc, self.frame, self.base = routine, pc, frame, base
         return self.run(budget) if self._is_between and budget > 0 else budget
@@ -182,7 +183,7 @@ class Task:
         self._is_between = True
         try:
             why, self.pc, rest = function(self.pc, 1, self.frame, self.base)
-        except faults.CAUGHT as fault:
+        except self._caught as fault:
             return SLICE, 1 - self._fail(Build.STEPPED, fault)
         self.is_waiting = why == WAIT
         if why == CALL:

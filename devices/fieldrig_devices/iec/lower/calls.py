@@ -62,6 +62,10 @@ class Calls:
     def registers(self) -> frozenset[str]:
         return frozenset(self._places.registers)
 
+    @property
+    def keeps_stack_addresses(self) -> bool:
+        return self._places.keeps_stack_addresses
+
     def branch_unless(self, condition: Expression, target: Label) -> None:
         raise NotImplementedError
 
@@ -269,11 +273,15 @@ class Calls:
         is_cell = not isinstance(place, Bit | Parameter)
         where = self._places.address(place, emitter) if is_cell else None
         if isinstance(where, Address):
+            if variable.space is Space.INSTANCE:
+                self._places.keep(where)
             if where.is_raw:
                 return emitter.new(f"of_form({where}, {self._context.form(variable.type)})"), place, None
             return emitter.new(str(where)) if len(where.terms) > 1 else str(where), place, None
         copy = self._intermediate(place.type)
         cell = self._places.cell(copy)
+        if variable.space is Space.INSTANCE:
+            self._places.keep(cell)
         if storage(place.type) is None:
             self._places.store_cells_at(cell, place.type, self._places.cells(place, emitter), emitter)
         else:

@@ -79,6 +79,8 @@ class Places:
         self._base = owner.instance.offset if owner.instance is not None else None
         self._form_of = form_of
         self._is_program = self._base is not None
+        self.keeps_stack_addresses = False
+        """True if a pointer or a VAR_IN_OUT may outlive the call whose variable it refers to."""
         self.registers: set[str] = set()
         """The cells that only one text reaches in this POU, for `languages.registers`."""
 
@@ -110,6 +112,10 @@ class Places:
             return _located(variable.location)
         cell = self.cell(variable)
         return Address((f"M[{cell}]",), 0) if variable.is_reference else cell
+
+    def keep(self, where: Address) -> None:
+        """Note that this address may be used after the present call."""
+        self.keeps_stack_addresses |= where.terms not in ((), ("base",))
 
     def cell(self, variable: Variable) -> Address:
         """Return where the cell of a variable is, also of a VAR_IN_OUT, whose cell contains an address."""
@@ -152,10 +158,10 @@ class Places:
         emitter.charge(emitter.costs.operation_ns)
         if isinstance(where, AreaAddress):
             text = str(Address(where.terms, AREAS[where.area] + where.byte))
-        elif where.is_frame and not where.is_raw:
-            text = f"mark({where}, {self._form_of(place.type)})"
         else:
-            text = str(where)
+            self.keep(where)
+            is_marked = where.is_frame and not where.is_raw
+            text = f"mark({where}, {self._form_of(place.type)})" if is_marked else str(where)
         return of_type(text if text.isdigit() else f"({text})", Elementary.DWORD)
 
     def instance(self, place: Place, emitter: Emitter) -> Address:

@@ -29,6 +29,8 @@ class Lowered:
     constants: list[list[Value]] = field(default_factory=list)
     natives: list[str] = field(default_factory=list)
     """The native POUs that are called, by number."""
+    keeps_stack_addresses: bool = False
+    """True if a pointer or a VAR_IN_OUT may outlive the call whose variable it refers to."""
     code_size: int = 0
     deep: list[Pou] = field(default_factory=list)
     """Programs that need more than the stack even without recursion."""
@@ -57,6 +59,7 @@ def lower(
     for name, (part, _) in parts.items():
         assembler = part.assembler
         lowered.routines[name] = Routine(assembler.finished(is_deep=is_deep), part.frame_size, part.registers)
+        lowered.keeps_stack_addresses |= part.keeps_stack_addresses
         lowered.code_size += CODE_PER_ROUTINE + round(assembler.cost * CODE_PER_NS)
     lowered.forms, lowered.constants = context.forms, context.constants
     return lowered
