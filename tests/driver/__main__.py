@@ -13,11 +13,14 @@ import time
 from collections.abc import Mapping, MutableMapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import groupby
 from pathlib import Path
+from tempfile import TemporaryFile
+from typing import TextIO
 
 from tests.driver import needs
 from tests.driver.outcome import Outcome, Tally, summary
-from tests.driver.stages import BYTECODE, CHECKS, PLANS, REPORTS, STAGES, Stage
+from tests.driver.stages import BYTECODE, PLANS, REPORTS, STAGES, Stage
 
 PYTEST_FAILED = 1  # pytest's exit code for tests that failed, as opposed to a run that broke off
 AGAIN_LIMIT = 5  # more than a busy host explains
@@ -36,8 +39,10 @@ def main() -> int:
     REPORTS.mkdir(parents=True, exist_ok=True)
     _install(plan)
     began = time.monotonic()
-    checks = [stage for stage in plan if stage in CHECKS]
-    outcomes = [*run_checks(checks), *(run_stage(stage) for stage in plan if stage not in checks)]
+    outcomes = list[Outcome]()
+    for is_apart, group in groupby(plan, key=lambda stage: stage.is_apart):
+        stages = [*group]
+        outcomes += run_side_by_side(stages) if is_apart else [run_stage(stage) for stage in stages]
     return summary(outcomes, time.monotonic() - began, in_ci)
 
 
@@ -57,59 +62,67 @@ def _install(plan: Sequence[Stage]) -> None:
         needs.install(wanted)
 
 
-def run_checks(checks: Sequence[Stage]) -> list[Outcome]:
-    """Run checks side by side, and say what each has to say when it is done."""
+def run_side_by_side(stages: Sequence[Stage]) -> list[Outcome]:
+    """Run stages at the same time, and show what each has to say when it is done."""
 
-    def run(check: Stage) -> tuple[float, subprocess.CompletedProcess[str]]:
-        began = time.monotonic()
-        done = subprocess.run(check.command(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
-        return time.monotonic() - began, done
+    def run(stage: Stage) -> tuple[Outcome, str]:
+        with TemporaryFile("w+", errors="replace") as output:
+            outcome = run_stage(stage, output)
+            output.seek(0)
+            return outcome, output.read()
 
     outcomes = []
     with ThreadPoolExecutor() as pool:
-        for check, (seconds, done) in zip(checks, pool.map(run, checks), strict=True):
-            say(f"{check.name}: {check.about}")
-            sys.stdout.write(done.stdout)
-            outcomes.append(Outcome(check.name, done.returncode == 0, seconds))
+        for outcome, text in pool.map(run, stages):
+            sys.stdout.write(text)
+            sys.stdout.flush()
+            outcomes.append(outcome)
     return outcomes
 
 
-def run_stage(stage: Stage) -> Outcome:
+def run_stage(stage: Stage, output: TextIO | None = None) -> Outcome:
+    """Run a stage; it writes to `output`, which is a file, or to where this program writes."""
     missing = needs.missing(stage.needs)
     lacking = [f"{stage.name} needs {need.name}: {need.remedy}" for need in (*missing, *needs.missing(stage.wants))]
     if missing:
         return Outcome(stage.name, None, 0.0, left_out=lacking)
-    say(f"{stage.name}: {stage.about}")
+    say(f"{stage.name}: {stage.about}", output)
     if stage.report is not None:
         stage.report.unlink(missing_ok=True)
     began = time.monotonic()
     try:
         with stage.around() as environment:
-            is_ok, tally, unsteady = _tried(stage, {**os.environ, **environment})
+            is_ok, tally, unsteady = _tried(stage, {**os.environ, **environment}, output)
     except RuntimeError as fault:
-        say(f"{stage.name}: {fault}")
+        say(f"{stage.name}: {fault}", output)
         is_ok, tally, unsteady = False, Tally(), ()
     return Outcome(stage.name, is_ok, time.monotonic() - began, tally, [*lacking, *tally.skipped], unsteady)
 
 
-def _tried(stage: Stage, environment: Mapping[str, str]) -> tuple[bool, Tally, Sequence[str]]:
+def _tried(stage: Stage, environment: Mapping[str, str], output: TextIO | None) -> tuple[bool, Tally, Sequence[str]]:
     """Run the stage, and what failed of a stage in real time once more, if it is little.
 
     Returns whether all passed, the results, and the tests that passed only the second time.
     """
-    code = subprocess.run(stage.command(), env=environment, check=False).returncode
+
+    def run(command: Sequence[str]) -> int:
+        errors = None if output is None else subprocess.STDOUT
+        return subprocess.run(command, env=environment, stdout=output, stderr=errors, check=False).returncode
+
+    code = run(stage.command())
     tally = Tally.of(stage.report) if stage.report is not None else Tally()
     if code != PYTEST_FAILED or stage.again is None or not 0 < tally.failed <= AGAIN_LIMIT:
         return code == 0, tally, ()
-    say(f"{stage.name}: {tally.failed} failed and run again, alone: {', '.join(tally.failures)}")
-    if subprocess.run(stage.again(), env=environment, check=False).returncode != 0:
+    say(f"{stage.name}: {tally.failed} failed and run again, alone: {', '.join(tally.failures)}", output)
+    if run(stage.again()) != 0:
         return False, tally, ()
     return True, replace(tally, passed=tally.passed + tally.failed, failed=0, failures=()), tally.failures
 
 
-def say(text: str) -> None:
-    sys.stdout.write(f"\n--- {text}\n")
-    sys.stdout.flush()
+def say(text: str, output: TextIO | None = None) -> None:
+    output = output or sys.stdout
+    output.write(f"\n--- {text}\n")
+    output.flush()
 
 
 if __name__ == "__main__":

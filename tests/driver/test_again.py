@@ -48,12 +48,12 @@ def test_summary_names_what_needed_a_second_try(capsys: pytest.CaptureFixture[st
     )
 
 
-def test_checks_run_side_by_side_and_each_has_its_outcome(capfd: pytest.CaptureFixture[str]) -> None:
+def test_stages_run_side_by_side_and_each_has_its_outcome(capfd: pytest.CaptureFixture[str]) -> None:
     checks = [
         Stage("types", "about types", lambda: python("print('all typed')")),
         Stage("prose", "about prose", lambda: python("print('a finding'); raise SystemExit(1)")),
     ]
-    assert [(outcome.stage, outcome.is_ok) for outcome in driver.run_checks(checks)] == [
+    assert [(outcome.stage, outcome.is_ok) for outcome in driver.run_side_by_side(checks)] == [
         ("types", True),
         ("prose", False),
     ]
