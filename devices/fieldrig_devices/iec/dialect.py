@@ -74,8 +74,17 @@ class Dialect:
     """`a := b := 3;` of today's tools."""
     allows_empty_declarations: bool = False
     """`a : INT;;`: a semicolon too many among declarations."""
+    allows_open_addresses: bool = False
+    """`AT %I*` without an address in VAR_CONFIG is a variable without one, and inputs, outputs and components of
+    structures may have AT, as in TwinCAT."""
     has_local_instances: bool = False
     """Functions and methods may have instances of function blocks, which get their start values in each call."""
+    writes_parts_of_outputs: bool = False
+    """`inst.output.component := 3`: today's tools refuse only an assignment to the whole output."""
+    has_calls_by_position: bool = False
+    """`Lamp(a, T#5s);`: arguments of function blocks and programs, and outputs of functions, by their position."""
+    allows_idle_tasks: bool = False
+    """A task may name no program; it is left out (PD-033: it must)."""
     allows_changed_inputs: bool = False
     """A POU may change its own VAR_INPUT, as today's tools allow (manual table 4-6: it cannot)."""
     allows_calls_without_brackets: bool = True
@@ -124,6 +133,7 @@ EDITION_3: Final = Dialect(
     allows_time_overflow=True,
     mixes_integers=False,
     allows_trailing_commas=True,
+    has_calls_by_position=True,
     allows_changed_inputs=True,
     allows_calls_without_brackets=False,
     has_typed_enumerations=True,
@@ -141,7 +151,10 @@ CODESYS: Final = replace(
     mixes_integers=True,
     has_chained_assignments=True,
     allows_empty_declarations=True,
+    allows_open_addresses=True,
     has_local_instances=True,
+    writes_parts_of_outputs=True,
+    allows_idle_tasks=True,
     allows_calls_without_brackets=True,
 )
 """Programs and libraries of CoDeSys V2.3, CODESYS V3 and TwinCAT, which compute with bit strings."""

@@ -73,6 +73,15 @@ def test_all_files_of_a_folder_are_one_program(tmp_path: Path) -> None:
     assert iec("check", tmp_path / "main.st").exit_code == 2
 
 
+def test_xml_of_a_folder_that_is_no_program_is_left_out(tmp_path: Path) -> None:
+    saved(tmp_path / "main.st", "PROGRAM PLC_PRG END_PROGRAM")
+    other = saved(tmp_path / "terminals.xml", "<Terminals><Terminal/></Terminals>")
+    assert iec("check", tmp_path).exit_code == 0
+    assert "<Terminals> is not the root of a known format" in iec("check", other).stderr
+    saved(tmp_path / "broken.xml", "<project")
+    assert iec("check", tmp_path).exit_code == 2
+
+
 def test_the_dialect_decides(tmp_path: Path) -> None:
     file = saved(tmp_path / "a.st", "PROGRAM PLC_PRG VAR a : LINT; END_VAR a := a + 1; END_PROGRAM")
     assert iec("check", file).exit_code == 2

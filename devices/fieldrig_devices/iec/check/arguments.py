@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import enable
+from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.program import Bit, Cell, Constant, Located, Parameter, Place, Pou, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import StringType, Type
+from fieldrig_devices.iec.types import EnumType, StringType, Type
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
@@ -29,10 +30,13 @@ def match_arguments(
     matched = Arguments()
     is_whole = True
     for position, argument in enumerate(node.arguments):
-        if argument.is_output or (argument.name and _is_output(of, argument.name, outputs)):
+        placed = _at_position(of, argument, position, pou, inputs, outputs)
+        if placed is not None and argument.value is not None:
+            matched.outputs.append((placed, argument.value, False))
+        elif argument.is_output or (argument.name and _is_output(of, argument.name, outputs)):
             is_whole = _output(of, argument, pou, outputs, matched) and is_whole
         elif argument.value is not None:
-            found = _parameter(of, argument, position, pou, inputs)
+            found = _parameter(of, argument, position, pou, inputs, outputs)
             if found is not None and found in matched.inputs:
                 of.context.say(argument, f"the argument {found.name} is given twice", "one value for each input")
                 found = None
@@ -41,6 +45,26 @@ def match_arguments(
             else:
                 matched.inputs[found] = argument.value
     return matched if is_whole and not _misses(of, node, pou, inputs, matched) else None
+
+
+def _at_position(
+    of: "Expressions",
+    argument: tree.Argument,
+    position: int,
+    pou: Pou,
+    inputs: Sequence[Variable],
+    outputs: Sequence[Variable],
+) -> Variable | None:
+    """Return the output that an argument without a name belongs to; None for an input."""
+    if argument.name or not of.context.project.dialect.has_calls_by_position:
+        return None
+    pins = _pins(pou, inputs, outputs)
+    return pins[position] if position < len(pins) and pins[position] in outputs else None
+
+
+def _pins(pou: Pou, inputs: Sequence[Variable], outputs: Sequence[Variable]) -> list[Variable]:
+    """Return inputs and outputs in the order of their declarations."""
+    return [variable for variable in pou.variables.values() if variable in inputs or variable in outputs]
 
 
 def _is_output(of: "Expressions", name: str, outputs: Sequence[Variable]) -> bool:
@@ -66,9 +90,15 @@ def _output(
 
 
 def _parameter(
-    of: "Expressions", argument: tree.Argument, position: int, pou: Pou, inputs: Sequence[Variable]
+    of: "Expressions",
+    argument: tree.Argument,
+    position: int,
+    pou: Pou,
+    inputs: Sequence[Variable],
+    outputs: Sequence[Variable],
 ) -> Variable | None:
     context = of.context
+    is_by_position = context.project.dialect.has_calls_by_position
     if argument.name:
         for variable in inputs:
             if context.key(variable.name) == context.key(argument.name):
@@ -79,17 +109,18 @@ def _parameter(
             argument, f"{pou.name} has no input {argument.name}", ", ".join(names.values()) or "no argument", hint
         )
         return None
-    if pou.kind is not PouKind.FUNCTION:
+    if pou.kind is not PouKind.FUNCTION and not is_by_position:
         example = (
             f"{inputs[0].name} := {text(argument.value) if argument.value else '...'}" if inputs else "no argument"
         )
         context.say(argument, f"{pou.name} is called with an argument without a name", example)
         return None
-    if position >= len(inputs):
-        if position == len(inputs):
+    pins = _pins(pou, inputs, outputs) if is_by_position else inputs
+    if position >= len(pins):
+        if position == len(pins):
             context.say(argument, f"too many arguments for {pou.name}", f"{len(inputs)} arguments")
         return None
-    return inputs[position]
+    return pins[position]
 
 
 def _misses(of: "Expressions", node: tree.Call, pou: Pou, inputs: Sequence[Variable], matched: Arguments) -> bool:
@@ -146,7 +177,7 @@ def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> P
             node, f"{text(node)} is a constant and {variable.name} may be changed", "a variable that may be written"
         )
         return None
-    if place.type != variable.type and not _is_longer_text(place.type, variable.type):
+    if place.type != variable.type and not _goes_into(context, place.type, variable.type):
         context.say(
             node,
             f"{text(node)} is {a(place.type)}",
@@ -154,6 +185,13 @@ def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> P
         )
         return None
     return place
+
+
+def _goes_into(context: Context, given: Type, wanted: Type) -> bool:
+    """True for a longer text, and for an enumeration as its integer where integers mix."""
+    if isinstance(given, EnumType):
+        return given.base == wanted and context.mixes_integers
+    return _is_longer_text(given, wanted)
 
 
 def _is_longer_text(given: Type, wanted: Type) -> bool:

@@ -24,6 +24,10 @@ def apply(
         for node in block.variables:
             _complete(project, node, incomplete, open_ones, context, found)
     for variable, address in open_ones.items():
+        if project.dialect.allows_open_addresses:
+            what = f"{variable.name} AT %{address.area}* has no address in VAR_CONFIG"
+            project.reports.note(variable.file, address.place, what, "it is a variable like others")
+            continue
         project.reports.say(
             variable.file,
             address.place,

@@ -18,7 +18,7 @@ def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tup
     """Return a POU with the function blocks that it extends, the next one first; a message for one that is not."""
     found = [(node, file)]
     while node.extends:
-        above = known.get(project.key(node.extends))
+        above = known.get(project.key(node.extends)) or known.get(project.key(unqualified(node.extends)))
         if above is None or not _may_extend(node, above[0]):
             what = f"{node.extends} is {a(above[0].kind.value)}" if above else f"{node.extends} is not declared"
             hint = "" if above else project.reports.closest(node.extends, known)
@@ -35,6 +35,11 @@ def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tup
         found.append(above)
         node, file = above
     return Lineage(found)
+
+
+def unqualified(name: str) -> str:
+    """Return a name without the library in front of it."""
+    return name.rpartition(".")[2]
 
 
 def _may_extend(node: tree.Pou, above: tree.Pou) -> bool:

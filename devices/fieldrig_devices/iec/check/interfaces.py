@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import access
 from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.inheritance import unqualified
 from fieldrig_devices.iec.check.project import PouSource, Project
 from fieldrig_devices.iec.check.properties import name_to_write
 from fieldrig_devices.iec.check.type_specs import TypeSpecs
@@ -58,7 +59,7 @@ def _all(project: Project, source: PouSource) -> Iterator[tuple[tree.Interface, 
     known: set[str] = set()
     while open_names:
         name = open_names.pop(0)
-        if (key := project.key(name)) in known:
+        if (key := project.key(unqualified(name))) in known:
             continue
         known.add(key)
         found = project.interfaces.get(key)

@@ -417,12 +417,14 @@ def is_writable(context: Context, place: Place, node: tree.Node) -> bool:
 
 
 def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str]:
+    whole = place
     while True:
         match place:
             case Cell(found):
                 return _variable_obstacle(context, found)
             case Component(variable=Variable() as found):
-                if found.section is Section.OUTPUT:
+                is_part = place is not whole and context.project.dialect.writes_parts_of_outputs
+                if found.section is Section.OUTPUT and not is_part:
                     return f"{text(node)} is an output and only its block writes it", "outputs are read: x := inst.Q;"
                 if found.is_constant:
                     return f"{text(node)} is a constant", ""

@@ -16,8 +16,8 @@ LOWEST_PRIORITY: Final = 31
 DEFAULT_PRIORITY: Final = 16
 """The priority of a task that gives none, and of the one that is made if there is no task configuration."""
 DEFAULT_INTERVAL_MS: Final = 10.0
-MAIN: Final = "plc_prg"
-"""The program that CoDeSys runs if there is no task configuration."""
+MAINS: Final = ("plc_prg", "main")
+"""The programs that CoDeSys and TwinCAT run if there is no task configuration."""
 
 
 class Tasks:
@@ -36,15 +36,13 @@ class Tasks:
                 self._task(task, context)
             for instance in node.programs:
                 self._program(instance, context)
+        if self._project.dialect.allows_idle_tasks:
+            self._give_main()
         self._check()
         self._project.tasks = list(self._tasks.values())
 
     def _without_configuration(self) -> None:
-        programs = [pou for pou in self._project.pous.values() if pou.kind is PouKind.PROGRAM]
-        main = self._project.pous.get(MAIN)
-        if main is None and len(programs) == 1:
-            main = programs[0]
-        reports = self._project.reports
+        programs, main, reports = self._programs(), self._main(), self._project.reports
         if main is not None:
             place = self._project.sources[main].tree.place
             reports.note(
@@ -64,7 +62,7 @@ class Tasks:
                 place.line,
                 is_default=True,
             )
-            self._tasks[MAIN] = task
+            self._tasks[MAINS[0]] = task
         elif programs:
             names = ", ".join(pou.name for pou in programs[:8])
             place = self._project.sources[programs[0]].tree.place
@@ -75,6 +73,24 @@ class Tasks:
                 "a task configuration",
                 "name one of them PLC_PRG, or write CONFIGURATION",
             )
+
+    def _programs(self) -> list[Pou]:
+        return [pou for pou in self._project.pous.values() if pou.kind is PouKind.PROGRAM]
+
+    def _main(self) -> Pou | None:
+        """Return the program that runs if no task names one."""
+        programs = self._programs()
+        named = [pou for name in MAINS if (pou := self._project.pous.get(name)) in programs]
+        return named[0] if named else programs[0] if len(programs) == 1 else None
+
+    def _give_main(self) -> None:
+        """Let the first task run the main program if none of the tasks names a program, as older files of TwinCAT."""
+        main, first = self._main(), next(iter(self._tasks.items()), None)
+        if main is not None and first is not None and not any(task.programs for task in self._tasks.values()):
+            name, task = first
+            task.programs.append(main)
+            what = f"the task {task.name} names no program, and runs {main.name}"
+            self._project.reports.note(task.file, self._places[name], what)
 
     # ---- tasks
 
@@ -152,8 +168,11 @@ class Tasks:
         if len(self._tasks) > limit:
             name, last = list(self._tasks.items())[limit]
             reports.say(last.file, self._places[name], f"{len(self._tasks)} tasks", f"at most {limit} (PD-310)")
-        for name, task in self._tasks.items():
-            if not task.programs:
+        for name, task in list(self._tasks.items()):
+            if not task.programs and self._project.dialect.allows_idle_tasks:
+                reports.note(task.file, self._places[name], f"the task {task.name} names no program", "it is left out")
+                del self._tasks[name]
+            elif not task.programs:
                 reports.say(
                     task.file,
                     self._places[name],

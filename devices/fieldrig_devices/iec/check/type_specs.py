@@ -130,9 +130,16 @@ class TypeSpecs:
         if name in self._project.interfaces:
             hint = "declare a REFERENCE TO the function block that implements it"
             return self._no(context, spec, f"{spec.name} is an interface, of which there are no variables", hint)
+        library, _, plain = spec.name.rpartition(".")
+        if library and library.casefold() not in self._project.lists and self._is_known(self._key(plain)):
+            return self._named(self._key(plain), tree.NamedType(plain, place=spec.place), context)
         blocks = [known for known, found in self._project.pous.items() if found.type is not None]
         hint = self._project.reports.closest(spec.name, [*self._project.types, *self._declared, *blocks])
         return self._no(context, spec, f"the type {spec.name} is not declared", hint)
+
+    def _is_known(self, name: str) -> bool:
+        project = self._project
+        return any(name in known for known in (project.types, self._declared, project.pous, project.interfaces))
 
     def _no(self, context: Context, node: tree.Node, what: str, hint: str = "") -> Type:
         context.say(node, what, "" if hint else "a type", hint)
@@ -193,7 +200,10 @@ class TypeSpecs:
             self._project.types[name] = kind
         self.structures.append((kind, spec, context))
         for part in spec.fields:
-            if part.location is not None:
+            if part.location is not None and self._project.dialect.allows_open_addresses:
+                hint = f"the address of {part.name} in a structure is left out"
+                context.note(part, hint, "link a variable to the address, and copy it in the program")
+            elif part.location is not None:
                 context.say(part, f"{part.name} in a structure has an address", "no AT in a structure (PD-360)")
             if self._key(part.name) in kind.fields:
                 context.say(part, f"{part.name} is declared twice in {title or 'the structure'}", "another name")

@@ -17,6 +17,9 @@ from fieldrig_devices.iec.types import ArrayType, InitialValue, ObjectType, Type
 IN_CLASSES: Final = frozenset({Section.LOCAL, Section.STATIC, Section.EXTERNAL, Section.CONFIG, Section.GLOBAL})
 """The sections of a class, and those that have a message of their own in every POU."""
 INTERFACE: Final = frozenset({Section.INPUT, Section.OUTPUT, Section.IN_OUT})
+LOCATED: Final = frozenset({Section.LOCAL})
+LOCATED_TODAY: Final = frozenset({Section.LOCAL, Section.INPUT, Section.OUTPUT})
+"""The sections of a POU with addresses."""
 MAY_BE_CONSTANT: Final = frozenset({Section.LOCAL, Section.GLOBAL, Section.EXTERNAL})
 
 
@@ -227,7 +230,8 @@ class Variables:
         return made.section is not Section.LOCAL or not self._project.dialect.has_local_instances
 
     def _locate(self, made: Variable, node: tree.Direct, source: PouSource | None, context: Context) -> None:
-        if source is not None and (source.pou.kind is PouKind.FUNCTION or made.section is not Section.LOCAL):
+        sections = LOCATED_TODAY if self._project.dialect.allows_open_addresses else LOCATED
+        if source is not None and (source.pou.kind is PouKind.FUNCTION or made.section not in sections):
             context.say(
                 node, f"{made.name} has an address", "AT in VAR of a program or function block, or in VAR_GLOBAL"
             )

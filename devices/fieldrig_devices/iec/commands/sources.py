@@ -37,14 +37,19 @@ def dialect_named(name: str) -> "Dialect":
 
 
 def read_sources(paths: Sequence[Path]) -> "list[SourceFile]":
-    """Return the texts of files, and of all source files in folders.  UsageError if there are none."""
+    """Return the texts of files, and of all source files in folders.  UsageError if there are none.
+
+    XML files in folders that are of other formats are left out.
+    """
+    from fieldrig_devices.iec.imports import is_foreign
     from fieldrig_devices.languages.source_file import SourceFile
 
     found: list[SourceFile] = []
     for path in paths:
         inside = sorted(path.rglob("*")) if path.is_dir() else [path]
         chosen = [file for file in inside if file.suffix.lower() in SUFFIXES or file == path]
-        found += [SourceFile(str(file), read_text(file)) for file in chosen]
+        sources = [SourceFile(str(file), read_text(file)) for file in chosen]
+        found += [one for one in sources if one.name == str(path) or not is_foreign(one.text)]
     if not found:
         raise UsageError("there are no source files", f"expected files that end in {', '.join(SUFFIXES)}")
     return found

@@ -28,6 +28,19 @@ def read_source(name: str, text: str, dialect: Dialect) -> tuple[tree.Unit, list
     return unit, sorted(report.mistakes)
 
 
+def is_foreign(text: str) -> bool:
+    """True for a document that is well-formed and of no format of programs, such as one about terminals."""
+    if not text.lstrip("\ufeff \t\r\n").startswith("<"):
+        return False
+    root = read_xml(text, Report(""))
+    return root is not None and not _is_known(root)
+
+
+def _is_known(root: Element) -> bool:
+    is_eni = not namespace_of(root) and name_of(root) in eni.ROOTS
+    return name_of(root) == "TcPlcObject" or part10.is_project(root) or tc6.is_project(root) or is_eni
+
+
 def _read(root: Element, report: Report, dialect: Dialect) -> tree.Unit:
     if name_of(root) == "TcPlcObject":
         return twincat.read_object(root, report, _of_today(dialect))

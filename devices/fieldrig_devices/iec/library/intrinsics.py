@@ -241,11 +241,11 @@ def _same_width(argument: Argument, source: conversions.Plain) -> bool:
 
 
 def _overloaded(name: str) -> conversions.Plain | None:
-    """Return the target of TO_INT or TRUNC_INT of edition 3, whose source is the type of the argument."""
-    for prefix in ("TO_", "TRUNC_"):
+    """Return the target of TO_INT, ANY_TO_INT or TRUNC_INT, whose source is the type of the argument."""
+    for prefix in ("TO_", "ANY_TO_", "TRUNC_"):
         if name.startswith(prefix):
             kind = conversions.named(name.removeprefix(prefix))
-            return kind if prefix == "TO_" or kind in ANY_INTEGER else None
+            return kind if prefix != "TRUNC_" or kind in ANY_INTEGER else None
     return None
 
 

@@ -2,7 +2,7 @@
 
 The counters and bistables exist twice: CoDeSys names their inputs RESET, LOAD and SET1, edition 3 of the standard names
 them R, LD and S1. Edition 3 also has counters for larger types: CTU_DINT and so on, and functions for the parts of
-dates.
+dates. For programs of TwinCAT there is a part of its libraries.
 """
 
 import re
@@ -15,6 +15,8 @@ from fieldrig_devices.iec.types import Elementary
 
 EDITION_3: Final = "edition-3"
 """Name of the dialect with the standard's own names."""
+CODESYS: Final = "codesys"
+"""Name of the dialect with what programs of TwinCAT expect."""
 LARGE: Final = (Elementary.DINT, Elementary.UDINT, Elementary.LINT, Elementary.ULINT)
 """The types that edition 3 has further counters for."""
 
@@ -23,7 +25,8 @@ LARGE: Final = (Elementary.DINT, Elementary.UDINT, Elementary.LINT, Elementary.U
 def sources(dialect: str) -> tuple[tuple[str, str], ...]:
     """Return the names and texts of the files for the dialect with this name."""
     if dialect != EDITION_3:
-        return tuple((name, _text(name)) for name in ("standard.st", "counters.st", "util.st"))
+        files_of_today = ("system.st",) if dialect == CODESYS else ()
+        return tuple((name, _text(name)) for name in ("standard.st", "counters.st", "util.st", *files_of_today))
     counters = _text("counters_edition_3.st")
     large = tuple((f"counters_{kind.name.lower()}.st", _counters_of(kind, counters)) for kind in LARGE)
     others = tuple((name, _text(name)) for name in ("standard.st", "dates_edition_3.st", "util.st"))

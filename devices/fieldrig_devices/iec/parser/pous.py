@@ -82,10 +82,17 @@ class Units(Methods):
         """Read a list of names of interfaces behind a word, if it is there."""
         if not self.accept_word(word):
             return ()
-        found = [self.name("the name of an interface")]
+        found = [self._qualified_name("the name of an interface")]
         while self.accept(","):
-            found.append(self.name("the name of an interface"))
+            found.append(self._qualified_name("the name of an interface"))
         return tuple(found)
+
+    def _qualified_name(self, expected: str) -> str:
+        """Read a name, which may have the name of a library in front."""
+        name = self.name(expected)
+        while self.accept("."):
+            name += f".{self.name(expected)}"
+        return name
 
     def _part_of(self, pou: tree.Declaration | None) -> None:
         """Read an action or a method that follows its POU."""
@@ -221,7 +228,7 @@ class Units(Methods):
             name = self.name(f"the name of the {kind.value}")
             extends = ""
             if self.dialect.has_methods and kind.has_instances and self.accept_word("EXTENDS"):
-                extends = self.name(
+                extends = self._qualified_name(
                     "the name of a class" if kind is tree.PouKind.CLASS else "the name of a function block"
                 )
             implements: tuple[str, ...] = ()

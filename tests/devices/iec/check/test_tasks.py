@@ -3,6 +3,7 @@
 import pytest
 from iec_check import checked, messages, program
 
+from fieldrig_devices.iec.dialect import CODESYS
 from fieldrig_devices.iec.program import Located, Task, TaskKind
 from fieldrig_devices.iec.types import Elementary
 
@@ -50,6 +51,19 @@ def test_a_task_configuration_that_names_no_program_is_an_error() -> None:
     assert messages(PROGRAMS, configuration("TASK T(INTERVAL := T#10ms);")) == [
         "2:1 the task T names no program; PROGRAM ... WITH T : ...; (PD-033)"
     ]
+
+
+def test_idle_tasks_of_twincat_are_left_out() -> None:
+    inside = "TASK T(INTERVAL := T#4ms); TASK U(INTERVAL := T#9ms);"
+    found, mistakes = checked(PROGRAMS, configuration(f"{inside} PROGRAM a WITH U : Lamp;"), dialect=CODESYS)
+    assert [(task.name, [pou.name for pou in task.programs]) for task in found.tasks] == [("U", ["Lamp"])]
+    assert [mistake.what for mistake in mistakes] == ["the task T names no program"]
+    main = "PROGRAM Main ; END_PROGRAM"
+    found, mistakes = checked(PROGRAMS + main, configuration(inside), dialect=CODESYS)
+    assert [(task.interval_ms, [pou.name for pou in task.programs]) for task in found.tasks] == [(4.0, ["Main"])]
+    assert mistakes[0].what == "the task T names no program, and runs Main"
+    found, mistakes = checked(PROGRAMS + main, dialect=CODESYS)
+    assert [pou.name for pou in found.tasks[0].programs] == ["Main"]
 
 
 @pytest.mark.parametrize(
