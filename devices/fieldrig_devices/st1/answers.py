@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from typing import Final
 
+from fieldrig_devices.pamring.axis_words import Status
 from fieldrig_devices.pamring.frames import AxisReport
 from fieldrig_devices.pamring.registers import rolled
 from fieldrig_devices.st1.set_position import Doing, SetPosition
-from fieldrig_devices.st1.status import Status
 
 DOING: Final = {Doing.NOTHING: 0, Doing.MOVE: Status.IN_MOVE, Doing.RUN: Status.IN_RUN, Doing.STOP: 0}
 

@@ -5,10 +5,11 @@ from typing import Final
 
 from fieldrig.clock import Clock
 from fieldrig.faults import Fault, Faults
+from fieldrig_devices.pamring.axis_words import Error
 from fieldrig_devices.st1.faults import MODELS, Jam, St1Faults
 from fieldrig_devices.st1.settings import St1Settings
 from fieldrig_devices.st1.shaft import TURN
-from fieldrig_devices.st1.status import Error, bits_of
+from fieldrig_devices.st1.status import bits_of
 
 LOWEST_FIRMWARE: Final = 590
 RING_BIT: Final = 1 << 12

@@ -17,6 +17,7 @@ from fieldrig.device import Device, Point
 from fieldrig.link import Link
 from fieldrig_bus.ring.pam.message import RingMessage
 from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.pamring.axis_words import Error
 from fieldrig_devices.pamring.frames import NodeType, Report
 from fieldrig_devices.pamring.node import RingNode
 from fieldrig_devices.st1.faults import MODELS
@@ -26,7 +27,6 @@ from fieldrig_devices.st1.sensors import Sensors, limited
 from fieldrig_devices.st1.settings import INPUTS, WIRES_IN, St1Settings
 from fieldrig_devices.st1.shaft import TURN
 from fieldrig_devices.st1.sources import initial_values, registers_of
-from fieldrig_devices.st1.status import Error
 
 
 class St1(Device):

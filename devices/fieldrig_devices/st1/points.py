@@ -6,13 +6,13 @@ from typing import Protocol
 
 from fieldrig.device import Point, Value
 from fieldrig.point_values import number_in, truth_in, whole_in
+from fieldrig_devices.pamring.axis_words import Error
 from fieldrig_devices.pamring.node import RingNode
 from fieldrig_devices.st1.program import Program
 from fieldrig_devices.st1.registers import COUNT
 from fieldrig_devices.st1.sensors import FULL_SCALE_V, Sensors
 from fieldrig_devices.st1.settings import INPUTS
 from fieldrig_devices.st1.shaft import TURN
-from fieldrig_devices.st1.status import Error
 
 
 class Node(Protocol):

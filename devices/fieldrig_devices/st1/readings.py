@@ -5,7 +5,8 @@ from typing import Final, Literal, get_args
 from pydantic import Field
 
 from fieldrig.settings import Settings
-from fieldrig_devices.st1.status import TRIPS, Error
+from fieldrig_devices.pamring.axis_words import Error
+from fieldrig_devices.st1.status import TRIPS
 
 Trip = Literal[
     "SERVO_LAG_ERROR",

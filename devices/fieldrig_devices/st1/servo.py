@@ -11,6 +11,7 @@ from collections.abc import Callable
 from fieldrig.clock import NEVER_NS, Clock, Timer
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.motion.profile import Limits
+from fieldrig_devices.pamring.axis_words import Error
 from fieldrig_devices.pamring.frames import AxisItem, AxisOrder, AxisReport, EndOfPipe, Move, SetPoint, SetPointMode
 from fieldrig_devices.st1.answers import Answers, status_of
 from fieldrig_devices.st1.causes import Causes
@@ -18,7 +19,7 @@ from fieldrig_devices.st1.outer_shaft import shaft_of
 from fieldrig_devices.st1.set_position import Doing, SetPosition
 from fieldrig_devices.st1.settings import St1Settings
 from fieldrig_devices.st1.shaft import TURN
-from fieldrig_devices.st1.status import Error, ErrorWord
+from fieldrig_devices.st1.status import ErrorWord
 from fieldrig_devices.st1.torque import Torque
 
 

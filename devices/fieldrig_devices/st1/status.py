@@ -1,15 +1,13 @@
-"""The words of an axis: the error word of table 12-1 and the status word of table 12-4 (PAMS-049, PAMS-055).
+"""The error word of an axis (PAMS-049), whose bytes C and D the parameter CMASKS masks.
 
-The error word is the status word ABCD of the ST1, of which A is the highest byte and the parameter CMASKS has masked
-C and D.  The bits of supplies, resolver and power stage are those of what is there at present; the others are latched
-as `Latch` says.
+The bits of supplies, resolver and power stage are those of what is there at present; the others are latched.
 """
 
 from collections.abc import Mapping
-from enum import IntFlag
 from typing import Final
 
 from fieldrig.faults import Timed
+from fieldrig_devices.pamring.axis_words import ERROR_MASK, Error
 from fieldrig_devices.st1.faults import (
     MotorTemperature,
     Overload,
@@ -21,35 +19,6 @@ from fieldrig_devices.st1.faults import (
     Supply,
 )
 
-
-class Error(IntFlag):
-    POWER_STAGE_DISABLED = 0x8000_0000
-    CHANGE_IN_CD = 0x4000_0000
-    SERVO_LAG_ERROR = 0x1000_0000
-    RESOLVER_FAILURE = 0x0080_0000
-    OVER_VOLTAGE = 0x0040_0000
-    POWER_STAGE_OVERLOAD = 0x0020_0000
-    INT_SUPPLY_FAILURE = 0x0010_0000
-    AUX_SUPPLY_FAILURE = 0x0008_0000
-    COMMUNICATION_FAILURE = 0x0000_1000
-    MOTOR_TEMPERATURE = 0x0000_0080
-    CURRENT_LIMITED = 0x0000_0040
-    OUT_OF_LIMITS = 0x0000_0010
-    SERVO_RESET = 0x0000_0002
-
-
-class Status(IntFlag):
-    SYNCHRONISED = 1
-    """A pipe drives the axis."""
-    IN_MOVE = 2
-    IN_RUN = 4
-    POWER_OFF = 16
-    STOPPED = 32
-    """Neither an order nor a pipe moves the axis (our reading; a setting has another one)."""
-
-
-MASK: Final = 0xD0F8_FFFF
-"""The bits of ABCD that PAM shows (8786-8823)."""
 LOW_WORD: Final = 0xFFFF
 """C and D."""
 TRIPS: Final = (
@@ -89,7 +58,7 @@ class ErrorWord:
     """The bits that are on, and those that stay on."""
 
     def __init__(self, cmasks: int) -> None:
-        self._mask = MASK & ~LOW_WORD | MASK & cmasks
+        self._mask = ERROR_MASK & ~LOW_WORD | ERROR_MASK & cmasks
         self.present = 0
         """Bits whose causes are there at present."""
         self.shown = 0

@@ -7,7 +7,7 @@ import pytest
 from fieldrig.clock import MS
 from fieldrig.config import from_dict
 from fieldrig.rig import Rig
-from fieldrig_devices.st1.status import Status
+from fieldrig_devices.pamring.axis_words import Status
 
 DEGREE = 1 / 360
 APPLICATION = """

@@ -5,6 +5,7 @@ from st1_device_bench import DeviceBench
 
 from fieldrig.clock import MS
 from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.pamring.axis_words import Error, Status
 from fieldrig_devices.pamring.frames import (
     Answer,
     AxisOrder,
@@ -16,7 +17,6 @@ from fieldrig_devices.pamring.frames import (
 )
 from fieldrig_devices.pamring.registers import Parameter, Variable
 from fieldrig_devices.st1.shaft import TURN
-from fieldrig_devices.st1.status import Error, Status
 
 BANK = 0x100
 

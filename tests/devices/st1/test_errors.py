@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 from st1_bench import ProgramBench
 
+from fieldrig_devices.pamring.axis_words import Error, Status
 from fieldrig_devices.pamring.ends import RingFault
 from fieldrig_devices.pamring.frames import AxisReport, Move, SetPointMode
-from fieldrig_devices.st1.status import Error, Status
 
 # Table 12-1 and the fault that sets the bit
 FAULTS = [

@@ -4,9 +4,9 @@ import pytest
 from st1_bench import ProgramBench
 
 from fieldrig.clock import S
+from fieldrig_devices.pamring.axis_words import Error, Status
 from fieldrig_devices.pamring.frames import AxisItem, AxisOrder, AxisReport, Move, SetPoint, SetPointMode
 from fieldrig_devices.st1.shaft import TURN
-from fieldrig_devices.st1.status import Error, Status
 
 U = 1 / 360
 """A unit of the manual's example: a degree of the motor."""

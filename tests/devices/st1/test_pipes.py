@@ -5,10 +5,10 @@ from st1_bench import ProgramBench
 
 from fieldrig.clock import MS
 from fieldrig_devices.motion.profile import Limits
+from fieldrig_devices.pamring.axis_words import Error, Status
 from fieldrig_devices.pamring.frames import EndOfPipe, Move, SetPoint, SetPointMode
 from fieldrig_devices.st1.pipe_part import PipePart
 from fieldrig_devices.st1.shaft import TURN
-from fieldrig_devices.st1.status import Error, Status
 
 POSITION, SPEED, TORQUE = SetPointMode.POSITION, SetPointMode.SPEED, SetPointMode.TORQUE
 

@@ -3,9 +3,9 @@
 import pytest
 from st1_device_bench import DeviceBench
 
+from fieldrig_devices.pamring.axis_words import Error
 from fieldrig_devices.pamring.frames import AxisOrder, AxisReport, Move, SetPoint, SetPointMode
 from fieldrig_devices.st1.shaft import TURN
-from fieldrig_devices.st1.status import Error
 
 MOTOR = {
     "kind": "plant.servo", "links": {"wires": "wires"}, "reference_wire": "axis.reference", "rated_torque_nm": 20.0,

@@ -6,8 +6,8 @@ import pytest
 from pydantic import ValidationError
 from st1_bench import ProgramBench
 
+from fieldrig_devices.pamring.axis_words import Error
 from fieldrig_devices.pamring.frames import InputChanged, InputItem, Move
-from fieldrig_devices.st1.status import Error
 
 
 @pytest.mark.parametrize(

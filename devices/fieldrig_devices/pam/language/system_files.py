@@ -7,27 +7,12 @@ that applications use.
 from collections.abc import Mapping
 from typing import Final
 
+from fieldrig_devices.pamring.axis_words import Error, Status
+
 _ST1: Final = {
-    "POWER_STAGE_DISABLED": 0x8000_0000,
-    "CHANGE_IN_CD": 0x4000_0000,
-    "SERVO_LAG_ERROR": 0x1000_0000,
-    "RESOLVER_FAILURE": 0x0080_0000,
-    "OVER_VOLTAGE": 0x0040_0000,
-    "POWER_STAGE_OVERLOAD": 0x0020_0000,
-    "INT_SUPPLY_FAILURE": 0x0010_0000,
-    "AUX_SUPPLY_FAILURE": 0x0008_0000,
-    "COMMUNICATION_FAILURE": 0x0000_1000,
-    "MOTOR_TEMPERATURE": 0x0000_0080,
-    "CURRENT_LIMITED": 0x0000_0040,
-    "OUT_OF_LIMITS": 0x0000_0010,
-    "SERVO_RESET": 0x0000_0002,
+    **{str(bit.name): bit.value for bit in (*Error, *Status)},
     "HARD_ERROR": 0x00F8_1000,
     "SUPPLY_ERROR": 0x0018_0000,
-    "SYNCHRONISED": 1,
-    "IN_MOVE": 2,
-    "IN_RUN": 4,
-    "POWER_OFF": 16,
-    "STOPPED": 32,
 }
 _SMART_IO: Final = {
     "HEAP_OVERFLOW": 0x01,

@@ -6,7 +6,6 @@ knows the destination of its orders, and the own part exactly only when they are
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Final
 
 from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.object_item import ObjectItem, has_error
@@ -16,6 +15,7 @@ from fieldrig_devices.pam.objects.site import ApplicationNode, Site
 from fieldrig_devices.pam.objects.whole import nearest_units
 from fieldrig_devices.pam.pipes.block import nearest, wrapped
 from fieldrig_devices.pam.pipes.converter import Mode, Taker
+from fieldrig_devices.pamring.axis_words import ERROR_MASK, Status
 from fieldrig_devices.pamring.frames import (
     AxisItem,
     AxisOrder,
@@ -24,15 +24,6 @@ from fieldrig_devices.pamring.frames import (
     Move,
     SetPointMode,
 )
-
-ERROR_MASK: Final = 0xD0F8FFFF
-"""The bits of the status word that are errors (PAMS-049)."""
-
-
-SYNCHRONISED: Final = 1
-"""The bit of the status word for a pipe that drives the axis (table 12-4)."""
-IN_RUN: Final = 4
-"""The bit of the status word for a run (table 12-4)."""
 
 
 class Axis(ObjectItem):
@@ -80,7 +71,7 @@ class Axis(ObjectItem):
         was_ready = self.is_ready
         self._status, self._error = report.status, report.error & ERROR_MASK
         self._done = report.number or self._done
-        if self._runs and self._done == self.ordered and not report.status & IN_RUN:
+        if self._runs and self._done == self.ordered and not report.status & Status.IN_RUN:
             self._runs = False  # the node has ended the run by itself
         if self._shows_in_node:
             self.node.error_word = self._error
@@ -92,7 +83,7 @@ class Axis(ObjectItem):
 
     def _correct(self, report: AxisReport) -> None:
         """Make the own part exact, unless a pipe has begun or ended since the report, which changes the part."""
-        if bool(report.status & SYNCHRONISED) is not (self.pipe is not None and self.pipe.mode != "TORQUE"):
+        if bool(report.status & Status.SYNCHRONISED) is not (self.pipe is not None and self.pipe.mode != "TORQUE"):
             return
         own = report.set_point / self.units
         if abs(nearest(own - self._own, self.period)) > 1 / abs(self.units):

@@ -24,6 +24,7 @@ from fieldrig_devices.pam.ports.simatic.cells import (
 )
 from fieldrig_devices.pam.ports.simatic.scan import Scan
 from fieldrig_devices.pam.ports.variables import IsActive, OutputChanges, PortItem, PortStatus, items_of
+from fieldrig_devices.pam.ports.watchdog import Watchdog
 from fieldrig_devices.pam.runtime.item import Kernel
 
 WATCHDOG_CYCLES: Final = 10
@@ -72,10 +73,9 @@ class SimaticPort:
         self._announced: dict[PortItem, None] = {}
         """Input words that are updated at the end of the period, in the order of the FIFO."""
         self._changes = OutputChanges(self._announce, kernel, waits=options.full_output_fifo == "waits")
-        watched = {State.RUN, State.RUN_NO_MASTER} if options.lost_master == "resumes" else {State.RUN}
-        self._watched: frozenset[State] = frozenset(watched)
+        self._watchdog = Watchdog(self.status, kernel, options, self._take_watchdog)
         self._deadline_ns: int | None = None
-        self._now_ns = self._heard_ns = self._round = self._cycles = 0
+        self._now_ns = self._round = self._cycles = 0
 
     def _flags(self, items: Sequence[PortItem]) -> Iterator[tuple[Place, PortItem]]:
         return ((self._places[item], item) for item in items if item.variable.kind == "FLAG_VAR")
@@ -115,8 +115,9 @@ class SimaticPort:
         self._now_ns = now_ns
         if self.may_run:
             self._cycles += 1
-            if self._cycles % WATCHDOG_CYCLES == 0 and self.state in self._watched:
-                self._watch()
+            is_due = self._cycles % WATCHDOG_CYCLES == 0 and self.state is not State.RUN_ALONE
+            if is_due and self._watchdog.look(now_ns):
+                self._enter(State.RUN_NO_MASTER if self._watchdog.is_lost else State.RUN)
         elif self.state is State.SYNC and not flag_of(self._words, self._pam_ready):
             self._synchronise()
         elif self.state is State.WAIT_HOST and flag_of(self._words, self._host_ready):
@@ -174,7 +175,7 @@ class SimaticPort:
         set_flag(self._words, self._dualport_ready, True)
         self._kernel.report("07..M006")
         self._kernel.report("07..M011")
-        self._heard_ns = self._now_ns
+        self._watchdog.begin(self._now_ns)
         self._enter(State.RUN)
 
     # ---- variables
@@ -209,19 +210,9 @@ class SimaticPort:
 
     # ---- watchdog
 
-    def _watch(self) -> None:
+    def _take_watchdog(self) -> bool:
         word = self._words[self._watch_dog]
-        if word & EVEN_BYTE == EVEN_BYTE:
+        is_served = word & EVEN_BYTE == EVEN_BYTE
+        if is_served:
             self._words[self._watch_dog] = word & ~EVEN_BYTE
-            self._heard_ns = self._now_ns
-            if self.state is State.RUN_NO_MASTER:
-                self._enter(State.RUN)
-                self.status.set_error(False)
-            return
-        if self.state is State.RUN_NO_MASTER:
-            return
-        limit_ns = self.status.duration_ns("MASTER_INACTIVITY_TIMEOUT")
-        if limit_ns is not None and self._now_ns - self._heard_ns > limit_ns:
-            self._enter(State.RUN_NO_MASTER)
-            self.status.set_error(True)
-            self._kernel.report("07..E01E")
+        return is_served

@@ -25,6 +25,7 @@ from fieldrig_devices.pam.ports.vme.layout import (
     value_of,
 )
 from fieldrig_devices.pam.ports.vme.startup import NO_KEY, StartUp, State
+from fieldrig_devices.pam.ports.watchdog import Watchdog
 from fieldrig_devices.pam.runtime.item import Kernel, Value
 
 WATCHDOG_NS: Final = 10_000_000
@@ -59,8 +60,7 @@ class VmePort:
         self._is_sending = False
         self._limited = _CONFIGURING if options.is_start_limited else _CONFIGURING - {State.WAIT_START}
         """The states in which MASTER_CONFIGURATION_TIMEOUT counts."""
-        watched = {State.RUN, State.RUN_NO_MASTER} if options.lost_master == "resumes" else {State.RUN}
-        self._watched: frozenset[State] = frozenset(watched)
+        self._watchdog = Watchdog(self.status, kernel, options, self._take_watchdog)
         self._in, self._out = Fifo(memory, IN_HEADER), Fifo(memory, OUT_HEADER)
         self._start_up = StartUp(memory, self, options)
         self._keys: dict[str, int] = {}
@@ -68,7 +68,7 @@ class VmePort:
             variable.period: [] for variable in self.inputs
         }
         self._deadline_ns: int | None = None
-        self._now_ns = self._watchdog_ns = self._heard_ns = 0
+        self._now_ns = self._watchdog_ns = 0
         self._changes = OutputChanges(self._write, kernel, waits=options.full_output_fifo == "waits")
 
     # ---- for the PAM
@@ -102,8 +102,10 @@ class VmePort:
         self._now_ns = now_ns
         if self.may_run:
             self._start_up.poll()
-            if now_ns >= self._watchdog_ns and self.state in self._watched:
-                self._watch()
+            if now_ns >= self._watchdog_ns and self.state in _SENDING:
+                self._watchdog_ns = max(self._watchdog_ns + WATCHDOG_NS, now_ns)
+                if self._watchdog.look(now_ns):
+                    self.enter(State.RUN_NO_MASTER if self._watchdog.is_lost else State.RUN)
         elif self.state is State.SYNC:
             if self._start_up.synchronise() and self.state is State.SYNC:
                 self._wait("MASTER_READY_TIMEOUT")
@@ -155,7 +157,8 @@ class VmePort:
         elif state in self._limited:
             self._wait("MASTER_CONFIGURATION_TIMEOUT")
         elif state is State.RUN:
-            self._watchdog_ns, self._heard_ns = self._now_ns + WATCHDOG_NS, self._now_ns
+            self._watchdog_ns = self._now_ns + WATCHDOG_NS
+            self._watchdog.begin(self._now_ns)
 
     def configure(self, crc: int, key: int) -> PortVariable | None:
         variable = self._outputs.get(crc)
@@ -234,20 +237,9 @@ class VmePort:
 
     # ---- watchdog
 
-    def _watch(self) -> None:
-        self._watchdog_ns = max(self._watchdog_ns + WATCHDOG_NS, self._now_ns)
+    def _take_watchdog(self) -> bool:
         words = self._memory.words
-        if words[WATCHDOG] == 1:
+        is_served = words[WATCHDOG] == 1
+        if is_served:
             words[WATCHDOG] = 0
-            self._heard_ns = self._now_ns
-            if self.state is State.RUN_NO_MASTER:
-                self.enter(State.RUN)
-                self.status.set_error(False)
-            return
-        if self.state is State.RUN_NO_MASTER:
-            return
-        limit_ns = self.status.duration_ns("MASTER_INACTIVITY_TIMEOUT")
-        if limit_ns is not None and self._now_ns - self._heard_ns > limit_ns:
-            self.enter(State.RUN_NO_MASTER)
-            self.status.set_error(True)
-            self._kernel.report("07..E01E")
+        return is_served
