@@ -5,7 +5,7 @@ are statements here already, so the rest knows one form only.  A program, functi
 
     expressions, each with its `type`        Constant, Load, Unary, Binary, Convert, Intrinsic, CallFunction, Enabled,
                                              AddressOf
-    places, which are read and written       Cell, Element, Component, Target, Located, Parameter, Bit
+    places, which are read and written       Cell, Element, Component, Target, This, Result, Located, Parameter, Bit
     statements, each with its source line    Assign, Evaluate, CallBlock, CallAction, If, Case, For, Loop, Exit,
                                              Continue, Return, Label, Jump
 """
@@ -111,6 +111,24 @@ class Target:
 
 
 @dataclass(slots=True)
+class This:
+    """The instance whose code runs, which `THIS^` means."""
+
+    type: Type
+
+
+@dataclass(slots=True)
+class Result:
+    """The result of a call of which a part is read; lowering puts the cell in its place that the call leaves it in."""
+
+    call: "CallFunction"
+
+    @property
+    def type(self) -> Type:
+        return self.call.type
+
+
+@dataclass(slots=True)
 class Located:
     """A directly represented variable, as in PD-364: `byte` counts bytes of the area, `bit` is -1 without X."""
 
@@ -142,7 +160,7 @@ class Bit:
     type: Type = Elementary.BOOL
 
 
-Place = Cell | Element | Component | Target | Located | Parameter | Bit
+Place = Cell | Element | Component | Target | This | Result | Located | Parameter | Bit
 
 
 # ---- expressions

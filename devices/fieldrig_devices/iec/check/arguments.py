@@ -8,7 +8,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import enable
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.texts import a, text
-from fieldrig_devices.iec.program import Bit, Cell, Constant, Located, Parameter, Place, Pou, Variable
+from fieldrig_devices.iec.program import Bit, Cell, Constant, Load, Located, Parameter, Place, Pou, Result, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import EnumType, StringType, Type
 
@@ -148,8 +148,9 @@ def _misses(of: "Expressions", node: tree.Call, pou: Pou, inputs: Sequence[Varia
 def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> Place | None:
     """Return the argument of a VAR_IN_OUT, which is passed by its address (PD-352)."""
     context = of.context
-    found = of.meaning(node) if not isinstance(node, tree.Literal | tree.Unary | tree.Binary | tree.Call) else None
-    if isinstance(found, Constant) or isinstance(node, tree.Literal | tree.Unary | tree.Binary | tree.Call):
+    is_value = isinstance(node, tree.Literal | tree.Unary | tree.Binary) or _is_value(of, node)
+    found = of.meaning(node) if not is_value else None
+    if isinstance(found, Constant | Result) or is_value:
         context.say(
             node,
             f"{text(node)} is passed to the VAR_IN_OUT {variable.name}",
@@ -185,6 +186,11 @@ def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> P
         )
         return None
     return place
+
+
+def _is_value(of: "Expressions", node: tree.Expression) -> bool:
+    """True for a call without a reference as its result."""
+    return isinstance(node, tree.Call) and not isinstance(of.expression(node), Load)
 
 
 def _goes_into(context: Context, given: Type, wanted: Type) -> bool:

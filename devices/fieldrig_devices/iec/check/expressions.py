@@ -19,13 +19,13 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import assignable, calls, operators, places, properties, references
+from fieldrig_devices.iec.check import assignable, calls, check_functions, operators, places, properties, references
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.places import Meaning
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer, real
-from fieldrig_devices.iec.program import Cell, Constant, Expression, Load, Operator, Place, Pou, Variable
+from fieldrig_devices.iec.program import Cell, Constant, Expression, Load, Operator, Place, Pou, Target, Variable
 from fieldrig_devices.iec.tree import LiteralKind, PouKind
 from fieldrig_devices.iec.types import BlockType, Elementary, EnumType, ObjectType, PointerType, StringType, Type
 
@@ -172,7 +172,7 @@ def _typed_literal(of: Expressions, node: tree.Literal) -> Expression | None:
 def _named(of: Expressions, node: tree.Expression, wanted: Type | None) -> Expression | None:
     reading = properties.reading(of, node) if of.context.project.properties else None
     if reading is not None:
-        return calls.value(of, reading[0], wanted) if reading else None
+        return _call(of, reading[0], wanted) if reading else None
     found = places.meaning(of, node)
     if found is None or isinstance(found, Constant):
         return found
@@ -228,7 +228,12 @@ def _with_right_side(
 
 
 def _call(of: Expressions, node: tree.Call, wanted: Type | None) -> Expression | None:
-    return calls.value(of, node, wanted)
+    """A result that is a reference means what it refers to."""
+    found = calls.value(of, node, wanted)
+    kind = found.type if found is not None and type(found) is not Untyped else None
+    if found is not None and isinstance(kind, PointerType) and kind.is_reference:
+        return Load(Target(check_functions.address(of.context, found, node), kind.to))
+    return found
 
 
 _EXPRESSIONS: Final[dict[type, Callable[[Expressions, Any, Type | None], Expression | None]]] = {

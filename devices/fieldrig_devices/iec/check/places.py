@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, check_functions, constants, enable, methods
+from fieldrig_devices.iec.check import access, check_functions, constants, enable, methods, properties
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
 from fieldrig_devices.iec.check.operators import integer_of, plain
@@ -15,6 +15,7 @@ from fieldrig_devices.iec.program import (
     AddressOf,
     Binary,
     Bit,
+    CallFunction,
     Cell,
     Component,
     Constant,
@@ -27,7 +28,9 @@ from fieldrig_devices.iec.program import (
     Parameter,
     Place,
     Pou,
+    Result,
     Target,
+    This,
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind, Section
@@ -69,6 +72,9 @@ def meaning(of: "Expressions", node: tree.Expression) -> Meaning | None:
 
 def itself(of: "Expressions", node: tree.Expression) -> Meaning | None:
     """Return the same, but a REFERENCE TO itself instead of what it refers to."""
+    reading = properties.reading(of, node) if of.context.project.properties else None
+    if reading is not None:
+        return _result(of, reading[0]) if reading else None
     find = _MEANINGS.get(type(node))
     if find is not None:
         return find(of, node)
@@ -155,6 +161,13 @@ def _own(context: Context, node: tree.Member) -> Meaning | None:
     if action is None:
         context.say(node, f"{text(node)} is not declared", "a variable, action or method of the function block")
     return action
+
+
+def _this(context: Context) -> Place | None:
+    block = context.block
+    assert block is not None
+    assert block.type is not None
+    return Cell(block.instance, block.type) if block.instance is not None else This(block.type)
 
 
 def _of_list(context: Context, node: tree.Member) -> Variable | None:
@@ -376,6 +389,8 @@ def _subscript(context: Context, value: Expression, kind: ArrayType, node: tree.
 
 
 def _dereference(of: "Expressions", node: tree.Dereference) -> Place | None:
+    if methods.is_this(of.context, node) and not methods.is_super(of.context, node):
+        return _this(of.context)
     pointer = of.place(node.of)
     if pointer is None:
         return None
@@ -383,6 +398,18 @@ def _dereference(of: "Expressions", node: tree.Dereference) -> Place | None:
         of.context.say(node, f"{text(node.of)} is {a(pointer.type)}", "a pointer in front of ^")
         return None
     return Target(check_functions.address(of.context, Load(pointer), node), pointer.type.to)
+
+
+def _result(of: "Expressions", node: tree.Call) -> Place | None:
+    """The result of a call: what a reference refers to, or a structure or array of which a part is read."""
+    found = of.expression(node)
+    if isinstance(found, Load):
+        return found.place
+    if isinstance(found, CallFunction) and isinstance(found.type, StructType | ArrayType):
+        return Result(found)
+    if found is not None:
+        of.context.say(node, f"{text(node)} is a value", "a variable")
+    return None
 
 
 def _direct(of: "Expressions", node: tree.Direct) -> Place | None:
@@ -396,6 +423,7 @@ _MEANINGS: Final[dict[type, "Callable[[Expressions, Any], Meaning | None]"]] = {
     tree.Index: _index,
     tree.Dereference: _dereference,
     tree.Direct: _direct,
+    tree.Call: _result,
 }
 
 
@@ -437,6 +465,8 @@ def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str
                 return (f"{text(node)} is an input", "inputs are only read") if place.area == "I" else ("", "")
             case Target(AddressOf(place=of)) | Target(Binary(left=AddressOf(place=of))):  # a part of a union or value
                 place = of
+            case Result():
+                return f"{text(node)} is a part of a result", ""
             case Parameter():
                 return ("", "") if place.is_writable else (f"the parameter {text(node)} can only be read", "")
             case _:

@@ -6,6 +6,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import methods
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.texts import text
+from fieldrig_devices.iec.types import PointerType
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
@@ -40,7 +41,7 @@ def writing(of: "Expressions", node: tree.Assign) -> list[tree.Call] | None:
     called = _to_write(target)
     if _exists(of, called):
         return [tree.Call(called, (tree.Argument(node.value, place=node.value.place),), place=node.place)]
-    if not _exists(of, target):
+    if not _exists(of, target) or _refers(of, target):
         return None
     of.context.say(target, f"the property {text(target)} has no SET", "a property that can be written")
     return []
@@ -57,6 +58,13 @@ def _to_write(node: Access) -> Access:
     if isinstance(node, tree.Name):
         return tree.Name(name_to_write(node.text), place=node.place)
     return tree.Member(node.of, name_to_write(node.name), place=node.place)
+
+
+def _refers(of: "Expressions", node: Access) -> bool:
+    """True for a property that is a reference, by which what it refers to is written."""
+    found = methods.find(of, node)
+    kind = found[1].result.type if found is not None and found[1].result is not None else None
+    return isinstance(kind, PointerType) and kind.is_reference
 
 
 def _exists(of: "Expressions", called: Access) -> bool:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import places
+from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.program import (
     AddressOf,
@@ -58,7 +59,7 @@ def reference_to(of: "Expressions", node: tree.Expression, kind: PointerType) ->
 def _reference(of: "Expressions", node: tree.Expression) -> Place | None:
     """Return the place of the reference itself; None after a message."""
     found = places.itself(of, node)
-    if found is None:
+    if found is None or (isinstance(found, Place) and found.type is UNKNOWN):
         return None
     if isinstance(found, Place) and isinstance(found.type, PointerType) and found.type.is_reference:
         return found

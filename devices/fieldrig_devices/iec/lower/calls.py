@@ -128,14 +128,13 @@ class Calls:
 
     def _call_block(self, statement: CallBlock, instance: Place, own: Place | None) -> None:
         """Call an instance; `own` is the ENO that its body sets."""
+        references = [(variable, self._hoisting.out_of_place(place)) for variable, place in statement.references]
         values = self._hoisting.all_out_of([value for _, value in statement.inputs])
         base = self._base_of(instance)
         emitter = self.emitter()
         for (variable, _), value in zip(statement.inputs, values, strict=True):
             self._pass(_at(base, variable), variable.type, value, emitter)
-        copies = [
-            (_at(base, variable), self._refer(place, variable, emitter)) for variable, place in statement.references
-        ]
+        copies = [(_at(base, variable), self._refer(place, variable, emitter)) for variable, place in references]
         for cell, (text, _, _) in copies:
             emitter.add(f"M[{cell}] = {text}")
         self.assembler.do(emitter)
@@ -206,6 +205,9 @@ class Calls:
         base = self._base_of_method(call)
         arguments = [value if isinstance(value, Expression) else Load(value) for _, value in call.inputs]
         variables = [variable for variable, _ in call.inputs]
+        for number, value in enumerate(arguments):
+            if variables[number].is_reference and isinstance(value, Load):
+                arguments[number] = Load(self._hoisting.out_of_place(value.place))
         by_value = [number for number, one in enumerate(variables) if not one.is_reference]
         for number, value in zip(by_value, self._hoisting.all_out_of([arguments[n] for n in by_value]), strict=True):
             arguments[number] = value
@@ -235,8 +237,7 @@ class Calls:
             return Address((), 0)
         if call.instance is None:
             return self._own_base()
-        is_calling = has_call(call.instance)
-        return self._base_of(self._hoisting.out_of_place(call.instance) if is_calling else call.instance)
+        return self._base_of(call.instance)
 
     def _call(self, pou: Pou, base: Address) -> None:
         self.assembler.call(self._context.routine(pou), str(base))
@@ -247,6 +248,7 @@ class Calls:
 
     def _base_of(self, instance: Place) -> Address:
         """Return the address of an instance, as an expression that stays the same during the call."""
+        instance = self._hoisting.out_of_place(instance)
         emitter = self.emitter()
         where = self._places.instance(instance, emitter)
         if not emitter.lines and where.terms in ((), ("base",), ("frame",)):

@@ -25,6 +25,7 @@ from fieldrig_devices.iec.program import (
     Operator,
     Parameter,
     Place,
+    Result,
     Target,
     Unary,
 )
@@ -46,7 +47,7 @@ def has_call(node: Expression | Place) -> bool:
             return True
         node = node.left
     match node:
-        case CallFunction() | Enabled():
+        case CallFunction() | Enabled() | Result():
             return True
         case Load(place) | AddressOf(place):
             return (isinstance(place, Parameter) and place.is_slow) or has_call(place)
@@ -149,7 +150,10 @@ class Hoisting:
             return place
         match place:
             case Element():
-                return replace(place, of=self.out_of_place(place.of), index=self._caller.keep(self.out_of(place.index)))
+                index = self._caller.keep(self.out_of(place.index))
+                return replace(place, of=self.out_of_place(place.of), index=index)
+            case Result(call):
+                return self._caller.call(call)
             case Component() | Bit():
                 return replace(place, of=self.out_of_place(place.of))
             case Target():

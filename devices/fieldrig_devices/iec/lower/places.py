@@ -24,6 +24,7 @@ from fieldrig_devices.iec.program import (
     Pou,
     Space,
     Target,
+    This,
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind
@@ -103,6 +104,8 @@ class Places:
             case Target(pointer):
                 emitter.charge(emitter.costs.access_ns)
                 return Address((emitter.atom(self.value_of(pointer, emitter)).text,), 0, is_raw=True)
+            case This():
+                return Address((), self._base) if self._base is not None else Address(("base",), 0)
             case Located():
                 return _located(place)
         raise AssertionError(f"{place} has no address")
