@@ -237,6 +237,7 @@ TYPES: st.SearchStrategy[tree.TypeSpec] = st.recursive(
     _SMALL_TYPES,
     lambda of: st.one_of(
         st.builds(tree.ArraySpec, _DIMENSIONS, of),
+        st.builds(tree.OpenArraySpec, st.integers(1, 3), of),
         st.builds(tree.PointerSpec, of, st.booleans()),
         st.builds(tree.StructSpec, many(_variables_of(of)), st.booleans()),
     ),

@@ -14,7 +14,7 @@ from fieldrig_devices.iec.program import Pou, Space, Variable
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.symbols import Symbol, below
 from fieldrig_devices.iec.thread import Thread
-from fieldrig_devices.iec.types import BlockType
+from fieldrig_devices.iec.types import ArrayType, BlockType, OpenArrayType, Type
 
 MARK: Final = "@"
 _PATH: Final = re.compile(r"@(\d{1,4}):(\d{1,6})(?:\.(.*))?", re.ASCII | re.DOTALL)
@@ -78,7 +78,9 @@ class Scope:
         known = None
         if variable.space is Space.INSTANCE and instance is not None:
             known = self.runtime.symbols.find(f"{instance}.{variable.name}")
-        return known or self._symbol(variable)
+        if known is None or isinstance(variable.type, OpenArrayType):
+            return self._symbol(variable)
+        return known
 
     def _symbol(self, variable: Variable) -> Symbol:
         start = {Space.FRAME: self.frame, Space.INSTANCE: self.base, Space.GLOBAL: 0}[variable.space]
@@ -86,12 +88,22 @@ class Scope:
         return Symbol(
             f"{self.prefix}.{variable.name}",
             variable.name,
-            variable.type,
+            self._closed(variable.type),
             variable.comment,
             not variable.is_constant,
             steps=steps,
             location=variable.location,
         )
+
+    def _closed(self, kind: Type) -> Type:
+        """Return the type of an ARRAY[*] with the limits that it has now; other types as they are."""
+        if not isinstance(kind, OpenArrayType):
+            return kind
+        cells = [(self.frame if one.space is Space.FRAME else self.base) + one.offset for one in kind.limits]
+        low, high = (self.runtime.memory[cell] for cell in cells)
+        assert isinstance(low, int)
+        assert isinstance(high, int)
+        return ArrayType(low, high, self._closed(kind.element))
 
     def _instance(self) -> str | None:
         """Return the path of the instance whose code runs.

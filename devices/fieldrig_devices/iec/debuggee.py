@@ -243,7 +243,8 @@ class IecDebuggee:
         runtime = self._loaded().runtime
         thread, frame, rest = debugged_scopes.parts_of(path)
         if rest:
-            return [self._shown(runtime, part) for part in parts(self._symbol(path, None))]
+            inside = parts(self._symbol(path, None))
+            return [self._shown(runtime, part) for part in inside if part.name[:1] != "$"]
         scope = self._scope(thread, frame)
         return [] if scope is None else [self._shown(runtime, symbol) for symbol in scope.symbols()]
 

@@ -53,6 +53,8 @@ class Dialect:
     """VAR_STAT and VAR_INST, whose variables a function or method keeps between its calls."""
     fills_arrays: bool = False
     """An array may have fewer start values than elements; the others begin as usual (PD-361: all or none)."""
+    has_open_arrays: bool = False
+    """`ARRAY[*] OF INT` as an argument, with LOWER_BOUND and UPPER_BOUND (edition 3, 6.5.3)."""
     has_void_functions: bool = False
     """A FUNCTION without a type has no result, and is called for its effects (edition 3, 6.6.2)."""
     has_enable: bool = False
@@ -126,6 +128,7 @@ EDITION_3: Final = Dialect(
     has_partial_access=True,
     has_static_variables=True,
     fills_arrays=True,
+    has_open_arrays=True,
     has_void_functions=True,
     has_enable=True,
     allows_time_fractions=True,

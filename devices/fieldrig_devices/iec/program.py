@@ -5,7 +5,8 @@ are statements here already, so the rest knows one form only.  A program, functi
 
     expressions, each with its `type`        Constant, Load, Unary, Binary, Convert, Intrinsic, CallFunction, Enabled,
                                              AddressOf
-    places, which are read and written       Cell, Element, Component, Target, This, Result, Located, Parameter, Bit
+    places, which are read and written       Cell, Element, OpenElement, Component, Target, This, Result, Located,
+                                             Parameter, Bit
     statements, each with its source line    Assign, Evaluate, CallBlock, CallAction, If, Case, For, Loop, Exit,
                                              Continue, Return, Label, Jump
 """
@@ -23,6 +24,7 @@ from fieldrig_devices.iec.types import (
     EnumType,
     InitialValue,
     ObjectType,
+    OpenArrayType,
     PointerType,
     StringType,
     StructType,
@@ -64,8 +66,8 @@ class Variable:
 
     @property
     def is_reference(self) -> bool:
-        """True for VAR_IN_OUT: its cell contains the address of the argument."""
-        return self.section is Section.IN_OUT
+        """True for VAR_IN_OUT and ARRAY[*]: its cell contains the address of the argument."""
+        return self.section is Section.IN_OUT or type(self.type) is OpenArrayType
 
 
 # ---- places
@@ -88,6 +90,16 @@ class Element:
     low: int
     high: int
     stride: int
+    type: Type
+
+
+@dataclass(slots=True)
+class OpenElement:
+    """An element of an ARRAY[*], whose limits and stride are known at run time."""
+
+    of: "Place"
+    index: "Expression"
+    array: OpenArrayType
     type: Type
 
 
@@ -160,7 +172,7 @@ class Bit:
     type: Type = Elementary.BOOL
 
 
-Place = Cell | Element | Component | Target | This | Result | Located | Parameter | Bit
+Place = Cell | Element | OpenElement | Component | Target | This | Result | Located | Parameter | Bit
 
 
 # ---- expressions

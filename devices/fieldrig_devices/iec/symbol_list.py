@@ -177,7 +177,8 @@ def _parts(kind: StructType | BlockType) -> Iterator[tuple[str, Type, int, str, 
             yield field.name, field.type, field.offset, "VAR", field.comment
         return
     for variable in kind.pou.variables.values() if kind.pou is not None else ():
-        if variable.section not in _HIDDEN and variable.location is None:
+        is_declared = variable.name[:1] != "$"
+        if is_declared and variable.section not in _HIDDEN and variable.location is None:
             yield variable.name, variable.type, max(variable.offset, 0), variable.section.value, variable.comment
 
 

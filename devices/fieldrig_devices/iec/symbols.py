@@ -46,11 +46,14 @@ class Symbols:
         self._roots = [self._known[name] for name, variable in program.globals.items() if variable.file in files]
 
     def children(self, path: str = "") -> list[Symbol]:
-        """Return the parts of a symbol, the roots for an empty path, and nothing for an unknown one."""
+        """Return the parts of a symbol, the roots for an empty path, and nothing for an unknown one.
+
+        Variables that no source text declares, such as an accumulator of IL, are left out.
+        """
         if not path:
             return list(self._roots)
         symbol = self.find(path)
-        return parts(symbol) if symbol is not None else []
+        return [part for part in parts(symbol) if part.name[:1] != "$"] if symbol is not None else []
 
     def find(self, path: str) -> Symbol | None:
         for name, static in self._static.items():

@@ -10,7 +10,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from fieldrig_devices.iec.program import Pou
+    from fieldrig_devices.iec.program import Pou, Variable
 
 STRING_LENGTH: Final = 80
 """Length of a STRING that does not give one (PD-322)."""
@@ -200,6 +200,19 @@ class ArrayType:
         return f"ARRAY[{self.low}..{self.high}] OF {self.element}"
 
 
+@dataclass(frozen=True, slots=True)
+class OpenArrayType:
+    """ARRAY[*]: one dimension of an array whose limits are those of the argument.  Its variable is a reference."""
+
+    element: "Type"
+    limits: "tuple[Variable, Variable]" = field(compare=False, repr=False)
+    """The hidden variables with the lowest and the highest index."""
+    size: int = 0
+
+    def __str__(self) -> str:
+        return f"ARRAY[*] OF {self.element}"
+
+
 @dataclass(slots=True, eq=False)
 class Field:
     name: str
@@ -315,7 +328,18 @@ class ObjectParameter:
     """True if reading and writing goes through SERCOS and holds the task up (PD-028)."""
 
 
-Type = Elementary | StringType | ArrayType | StructType | EnumType | SubrangeType | PointerType | BlockType | ObjectType
+Type = (
+    Elementary
+    | StringType
+    | ArrayType
+    | OpenArrayType
+    | StructType
+    | EnumType
+    | SubrangeType
+    | PointerType
+    | BlockType
+    | ObjectType
+)
 Value = bool | int | float | str
 InitialValue = Value | list["InitialValue"] | dict[str, "InitialValue"]
 """The start value of a variable: a list for an array, fields by small-letter name for a structure or an instance."""

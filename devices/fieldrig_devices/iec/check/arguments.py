@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import enable
+from fieldrig_devices.iec.check import enable, open_arrays
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.program import Bit, Cell, Constant, Load, Located, Parameter, Place, Pou, Result, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import EnumType, StringType, Type
+from fieldrig_devices.iec.types import EnumType, OpenArrayType, StringType, Type
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
@@ -146,14 +146,14 @@ def _misses(of: "Expressions", node: tree.Call, pou: Pou, inputs: Sequence[Varia
 
 
 def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> Place | None:
-    """Return the argument of a VAR_IN_OUT, which is passed by its address (PD-352)."""
-    context = of.context
+    """Return the argument of a VAR_IN_OUT or an ARRAY[*], which is passed by its address (PD-352)."""
+    context, section = of.context, variable.section.value
     is_value = isinstance(node, tree.Literal | tree.Unary | tree.Binary) or _is_value(of, node)
     found = of.meaning(node) if not is_value else None
     if isinstance(found, Constant | Result) or is_value:
         context.say(
             node,
-            f"{text(node)} is passed to the VAR_IN_OUT {variable.name}",
+            f"{text(node)} is passed to the {section} {variable.name}",
             "a variable",
             "store the value in a variable first",
         )
@@ -168,21 +168,21 @@ def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> P
         what = "a located BOOL" if isinstance(place, Located) else "a bit" if is_bit else "a parameter"
         context.say(
             node,
-            f"{text(node)} is {what} and has no address for the VAR_IN_OUT {variable.name}",
+            f"{text(node)} is {what} and has no address for the {section} {variable.name}",
             "a variable without AT (PD-352)",
             "copy it into a variable before the call and back after it",
         )
         return None
-    if isinstance(place, Cell) and place.variable.is_constant:
+    if variable.section is not Section.INPUT and (fixed := _fixed(place)):
         context.say(
-            node, f"{text(node)} is a constant and {variable.name} may be changed", "a variable that may be written"
+            node, f"{text(node)} is {fixed} and {variable.name} may be changed", "a variable that may be written"
         )
         return None
-    if place.type != variable.type and not _goes_into(context, place.type, variable.type):
+    if not _fits(context, place.type, variable.type):
         context.say(
             node,
             f"{text(node)} is {a(place.type)}",
-            f"a variable of type {variable.type} for the VAR_IN_OUT {variable.name}",
+            f"a variable of type {variable.type} for the {section} {variable.name}",
         )
         return None
     return place
@@ -193,11 +193,20 @@ def _is_value(of: "Expressions", node: tree.Expression) -> bool:
     return isinstance(node, tree.Call) and not isinstance(of.expression(node), Load)
 
 
-def _goes_into(context: Context, given: Type, wanted: Type) -> bool:
-    """True for a longer text, and for an enumeration as its integer where integers mix."""
-    if isinstance(given, EnumType):
-        return given.base == wanted and context.mixes_integers
-    return _is_longer_text(given, wanted)
+def _fixed(place: Place) -> str:
+    """Return what a place is that no code may change; empty for other places."""
+    if isinstance(place, Cell) and place.variable.is_constant:
+        return "a constant"
+    return "a part of the VAR_INPUT, of which there is no copy," if open_arrays.protected(place) else ""
+
+
+def _fits(context: Context, given: Type, wanted: Type) -> bool:
+    """True for the same type, any array for an ARRAY[*], a longer text, and an enumeration where integers mix."""
+    if isinstance(wanted, OpenArrayType):
+        return open_arrays.fits(given, wanted)
+    if isinstance(given, EnumType) and context.mixes_integers:
+        return wanted in (given, given.base)
+    return given == wanted or _is_longer_text(given, wanted)
 
 
 def _is_longer_text(given: Type, wanted: Type) -> bool:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, calls, enable, inheritance, methods
+from fieldrig_devices.iec.check import access, calls, enable, inheritance, methods, open_arrays
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
@@ -114,7 +114,8 @@ def _say_class(of: "Expressions", called: tree.Expression, pou: Pou) -> None:
 
 def _say_unknown(of: "Expressions", node: tree.Call, called: tree.Name) -> None:
     context, name = of.context, called.text
-    if intrinsics.is_standard(name) or name.upper() in calls.SPECIAL:
+    is_bound = name.upper() in open_arrays.FUNCTIONS and context.project.dialect.has_open_arrays
+    if is_bound or intrinsics.is_standard(name) or name.upper() in calls.SPECIAL:
         context.say(
             called,
             f"the result of {name.upper()} is not used",
@@ -163,6 +164,7 @@ def call_block(of: "Expressions", node: tree.Call, instance: Place, pou: Pou, li
             is_whole = is_whole and place is not None
             if place is not None:
                 references.append((variable, place))
+                inputs += open_arrays.limits(variable, place)
         else:
             value = of.expression_as(given, variable.type)
             is_whole = is_whole and value is not None

@@ -1,11 +1,11 @@
 """Calls in expressions: functions of the project and of libraries, standard functions, and ADR, SIZEOF, INDEXOF."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, constants, enable, methods, places, references
+from fieldrig_devices.iec.check import access, constants, enable, methods, open_arrays, places, references
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.context import Context, place_of
 from fieldrig_devices.iec.check.sizes import Sizes
@@ -25,7 +25,7 @@ from fieldrig_devices.iec.program import (
     Pou,
     Variable,
 )
-from fieldrig_devices.iec.tree import PouKind, Section
+from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.iec.types import Elementary, Type
 
 if TYPE_CHECKING:
@@ -55,6 +55,8 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
         hint = _pin_hint(name) if isinstance(found, Variable) else f"declare an instance: x : {name};"
         context.say(node, f"{name} is not a function", "a function", hint)
         return None
+    if name.upper() in open_arrays.FUNCTIONS and context.project.dialect.has_open_arrays:
+        return open_arrays.bound(of, node, wanted)
     special = SPECIAL.get(name.upper())
     if special is not None and (context.project.dialect.has_references or name.upper() not in references.FUNCTIONS):
         return special(of, node)
@@ -116,8 +118,9 @@ def _call(of: "Expressions", pou: Pou, node: tree.Call, instance: Place | None) 
     if matched is None:
         return None
     inputs = _inputs(of, matched, source.inputs)
+    arrays = _output_arrays(of, matched, source.outputs, node)
     outputs = [(variable, of.target(given)) for variable, given, _ in matched.outputs]
-    if inputs is None or any(place is None for _, place in outputs):
+    if inputs is None or arrays is None or any(place is None for _, place in outputs):
         return None
     for (variable, place), (_, given, _negated) in zip(outputs, matched.outputs, strict=True):
         if place is not None and place.type != variable.type:
@@ -127,7 +130,7 @@ def _call(of: "Expressions", pou: Pou, node: tree.Call, instance: Place | None) 
             return None
     kept = tuple((variable, place) for variable, place in outputs if place is not None)
     kind = pou.result.type if pou.result is not None else Elementary.BOOL
-    return CallFunction(pou, tuple(inputs), kind, kept, instance)
+    return CallFunction(pou, (*inputs, *arrays), kind, kept, instance)
 
 
 def _inputs(
@@ -140,14 +143,39 @@ def _inputs(
         argument: Expression | Place | None
         if given is None:
             argument = _default(of.context, variable)
-        elif variable.section is Section.IN_OUT:
+        elif variable.is_reference:
             argument = reference(of, given, variable)
         else:
             argument = of.expression_as(given, variable.type)
         if argument is None:
             is_whole = False
         else:
-            made.append((variable, argument))
+            made += [(variable, argument), *_limits(variable, argument)]
+    return made if is_whole else None
+
+
+def _limits(variable: Variable, argument: Expression | Place) -> Iterator[tuple[Variable, Expression]]:
+    return open_arrays.limits(variable, argument) if isinstance(argument, Place) else iter(())
+
+
+def _output_arrays(
+    of: "Expressions", matched: Arguments, outputs: Sequence[Variable], node: tree.Call
+) -> list[tuple[Variable, Expression | Place]] | None:
+    """Take the outputs that are ARRAY[*] out of the arguments, since the function writes into these arrays."""
+    given = {variable: target for variable, target, _ in matched.outputs if open_arrays.is_open(variable)}
+    matched.outputs = [output for output in matched.outputs if output[0] not in given]
+    made: list[tuple[Variable, Expression | Place]] = []
+    is_whole = True
+    for variable in outputs:
+        target = given.get(variable)
+        place = reference(of, target, variable) if target is not None else None
+        if place is not None:
+            made += [(variable, place), *open_arrays.limits(variable, place)]
+        elif open_arrays.is_open(variable):
+            is_whole = False
+            if target is None:
+                what = f"the output {variable.name} is missing in the call of {text(node.called)}"
+                of.context.say(node, what, f"{variable.name} => array")
     return made if is_whole else None
 
 

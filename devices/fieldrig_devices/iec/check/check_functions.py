@@ -18,7 +18,18 @@ from typing import Final
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import constants
 from fieldrig_devices.iec.check.context import Context, place_of
-from fieldrig_devices.iec.program import Bit, CallFunction, Component, Constant, Element, Expression, Place, Pou, Target
+from fieldrig_devices.iec.program import (
+    Bit,
+    CallFunction,
+    Component,
+    Constant,
+    Element,
+    Expression,
+    OpenElement,
+    Place,
+    Pou,
+    Target,
+)
 from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.iec.types import Elementary, Family, PointerType, SubrangeType
 
@@ -31,12 +42,11 @@ REAL_DIVISOR: Final = "CheckDivReal"
 NAMES: Final = frozenset(name.lower() for name in (BOUNDS, POINTER, *RANGES, *DIVISORS.values(), REAL_DIVISOR))
 
 
-def index(context: Context, value: Expression, low: int, high: int, at: tree.Node) -> Expression:
-    """Return the index as CheckBounds leaves it; a constant one has been compared with the limits already."""
-    function = None if isinstance(value, Constant) else _function(context, BOUNDS)
-    if function is None:
-        return value
-    return _called(context, function, (value, _number(low), _number(high)), at) or value
+def index(context: Context, value: Expression, low: Expression, high: Expression, at: tree.Node) -> Expression:
+    """Return the index as CheckBounds leaves it; a constant one has been compared with constant limits already."""
+    is_known = isinstance(value, Constant) and isinstance(low, Constant)
+    function = None if is_known else _function(context, BOUNDS)
+    return value if function is None else _called(context, function, (value, low, high), at) or value
 
 
 def divisor(context: Context, value: Expression, at: tree.Node) -> Expression:
@@ -55,7 +65,7 @@ def in_subrange(context: Context, value: Expression, kind: SubrangeType, at: tre
     function = _function(context, RANGES[kind.base.family is not Family.SIGNED])
     if function is None:
         return value
-    made = _called(context, function, (value, _number(kind.low), _number(kind.high)), at)
+    made = _called(context, function, (value, limit(kind.low), limit(kind.high)), at)
     return constants.converted(made, kind.base) if made is not None else value
 
 
@@ -65,14 +75,14 @@ def address(context: Context, pointer: Expression, at: tree.Node) -> Expression:
     if function is None or not isinstance(pointer.type, PointerType):
         return pointer
     number = constants.converted(pointer, Elementary.DWORD)
-    given = (number, _number(pointer.type.to.size), Constant(False, Elementary.BOOL))
+    given = (number, limit(pointer.type.to.size), Constant(False, Elementary.BOOL))
     made = _called(context, function, given, at)
     return constants.converted(made, pointer.type) if made is not None else pointer
 
 
 def writes(place: Place) -> None:
     """Tell CheckPointer that the place behind a pointer is written."""
-    while isinstance(place, Component | Element | Bit):
+    while isinstance(place, Component | Element | OpenElement | Bit):
         place = place.of
     call = getattr(place.pointer, "operand", None) if isinstance(place, Target) else None
     if isinstance(call, CallFunction) and call.pou.name.lower() == POINTER.lower():
@@ -80,7 +90,7 @@ def writes(place: Place) -> None:
         call.inputs = (*call.inputs[:2], (variable, Constant(True, Elementary.BOOL)))
 
 
-def _number(value: int) -> Constant:
+def limit(value: int) -> Constant:
     return Constant(value, Elementary.DINT if value <= Elementary.DINT.high else Elementary.UDINT)
 
 

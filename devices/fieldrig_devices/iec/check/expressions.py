@@ -27,7 +27,16 @@ from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer, real
 from fieldrig_devices.iec.program import Cell, Constant, Expression, Load, Operator, Place, Pou, Target, Variable
 from fieldrig_devices.iec.tree import LiteralKind, PouKind
-from fieldrig_devices.iec.types import BlockType, Elementary, EnumType, ObjectType, PointerType, StringType, Type
+from fieldrig_devices.iec.types import (
+    BlockType,
+    Elementary,
+    EnumType,
+    ObjectType,
+    OpenArrayType,
+    PointerType,
+    StringType,
+    Type,
+)
 
 LITERAL_TYPES: Final[dict[LiteralKind, Elementary]] = {
     LiteralKind.BOOL: Elementary.BOOL,
@@ -177,6 +186,10 @@ def _named(of: Expressions, node: tree.Expression, wanted: Type | None) -> Expre
     if found is None or isinstance(found, Constant):
         return found
     if isinstance(found, Place):
+        if isinstance(found.type, OpenArrayType):
+            hint = f"choose an element: {text(node)}[...]"
+            of.context.say(node, f"{text(node)} is {a(found.type)} and has no value as a whole", "an element", hint)
+            return None
         return None if found.type is UNKNOWN else Load(found)
     if isinstance(found, Pou) and found.kind is PouKind.PROGRAM and found.instance is not None:
         return Load(Cell(found.instance, found.instance.type))

@@ -6,7 +6,7 @@ There are no variables of an interface: which code a call runs is known when a p
 from collections.abc import Iterator
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access
+from fieldrig_devices.iec.check import access, open_arrays
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.inheritance import unqualified
 from fieldrig_devices.iec.check.project import PouSource, Project
@@ -73,7 +73,11 @@ def _all(project: Project, source: PouSource) -> Iterator[tuple[tree.Interface, 
 
 def form(project: Project, method: Pou) -> Form:
     """Return what a call of a method needs to know of it."""
-    arguments = [variable for variable in method.variables.values() if variable.section in _ARGUMENTS]
+    arguments = [
+        variable
+        for variable in method.variables.values()
+        if variable.section in _ARGUMENTS and not variable.name.startswith("$")
+    ]
     result = method.result.type if method.result is not None else None
     return result, tuple((project.key(variable.name), variable.section, variable.type) for variable in arguments)
 
@@ -81,7 +85,7 @@ def form(project: Project, method: Pou) -> Form:
 def _wanted(project: Project, specs: TypeSpecs, method: tree.Method, context: Context) -> Form:
     result = specs.resolve(method.result, context) if method.result is not None else None
     arguments = [
-        (project.key(variable.name), block.section, specs.resolve(variable.type, context))
+        (project.key(variable.name), block.section, open_arrays.argument(specs, variable, None, context)[0])
         for block in method.blocks
         if block.section in _ARGUMENTS
         for variable in block.variables

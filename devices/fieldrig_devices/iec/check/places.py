@@ -1,10 +1,11 @@
 """The meaning of a name or a path such as belt.axis[3].pos: a place in memory, a constant, a POU or an enumeration."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, check_functions, constants, enable, methods, properties
+from fieldrig_devices.iec.check import access, check_functions, constants, enable, methods, open_arrays, properties
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
 from fieldrig_devices.iec.check.operators import integer_of, plain
@@ -24,6 +25,7 @@ from fieldrig_devices.iec.program import (
     Expression,
     Load,
     Located,
+    OpenElement,
     Operator,
     Parameter,
     Place,
@@ -40,6 +42,7 @@ from fieldrig_devices.iec.types import (
     Elementary,
     EnumType,
     ObjectType,
+    OpenArrayType,
     PointerType,
     StringType,
     StructType,
@@ -278,8 +281,8 @@ def _as_number(place: Place) -> Place:
         return Cell(place.variable, Elementary.DINT)
     if isinstance(place, Component):
         return Component(place.of, place.offset, Elementary.DINT, place.variable)
-    if isinstance(place, Element):
-        return Element(place.of, place.index, place.low, place.high, place.stride, Elementary.DINT)
+    if isinstance(place, Element | OpenElement):
+        return replace(place, type=Elementary.DINT)
     assert isinstance(place, Target)
     return Target(place.pointer, Elementary.DINT)
 
@@ -329,6 +332,12 @@ def _index(of: "Expressions", node: tree.Index) -> Place | None:
         if _is_indexed(of.context, kind) and value is not None:
             found = _behind(of.context, found, value, index)
             continue
+        if isinstance(kind, OpenArrayType):
+            opened = _open_element(of.context, found, kind, value, index) if value is not None else None
+            if opened is None:
+                return None
+            found = opened
+            continue
         if not isinstance(kind, ArrayType):
             what = f"{text(node.of)} is {a(kind)}, not an array"
             if position:
@@ -340,11 +349,23 @@ def _index(of: "Expressions", node: tree.Index) -> Place | None:
         made = _subscript(of.context, value, kind, index) if value is not None else None
         if made is None:
             return None
-        made = check_functions.index(of.context, made, kind.low, kind.high, index)
+        limits = (check_functions.limit(kind.low), check_functions.limit(kind.high))
+        made = check_functions.index(of.context, made, *limits, index)
         found = Element(found, made, kind.low, kind.high, kind.element.size, kind.element)
         if not isinstance(kind.element, SCALAR):
             of.context.project.elements.append(found)
     return found
+
+
+def _open_element(
+    context: Context, found: Place, kind: OpenArrayType, value: Expression, node: tree.Node
+) -> OpenElement | None:
+    """The element of an ARRAY[*]."""
+    number = _subscript(context, value, ArrayType(Elementary.DINT.low, Elementary.DINT.high, kind.element), node)
+    if number is None:
+        return None
+    low, high = open_arrays.ends(kind)
+    return OpenElement(found, check_functions.index(context, number, low, high, node), kind, kind.element)
 
 
 def _is_indexed(context: Context, kind: Type) -> bool:
@@ -459,7 +480,7 @@ def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str
                 if _is_local(context, found, place):
                     return f"{text(node)} belongs to its block", "from outside it can only be read"
                 return "", ""
-            case Component(of=of) | Element(of=of) | Bit(of=of):
+            case Component(of=of) | Element(of=of) | OpenElement(of=of) | Bit(of=of):
                 place = of
             case Located():
                 return (f"{text(node)} is an input", "inputs are only read") if place.area == "I" else ("", "")
@@ -484,6 +505,8 @@ def _variable_obstacle(context: Context, found: Variable) -> tuple[str, str]:
     if found.is_constant:
         return f"{found.name} is a constant", "remove CONSTANT from its declaration if it has to change"
     is_input = found.section is Section.INPUT and not isinstance(found.type, ObjectType)
+    if is_input and open_arrays.is_open(found):
+        return f"{found.name} is a VAR_INPUT, of which there is no copy", "declare it in VAR_IN_OUT"
     if is_input and not context.project.dialect.allows_changed_inputs:
         # Manual table 4-6: an input comes from outside and cannot be changed within the POU.
         return f"{found.name} is a VAR_INPUT and cannot be changed within its POU", "copy it into a variable of VAR"

@@ -22,7 +22,7 @@ from fieldrig_devices.iec.program import (
     Operator,
     Place,
 )
-from fieldrig_devices.iec.types import Elementary, PointerType
+from fieldrig_devices.iec.types import Elementary, OpenArrayType, PointerType
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
@@ -49,6 +49,9 @@ def reference_to(of: "Expressions", node: tree.Expression, kind: PointerType) ->
         return None
     if not places.has_cell(place):
         of.context.say(node, f"{text(node)} has no address of its own", "a variable", "copy it into a variable first")
+        return None
+    if isinstance(place.type, OpenArrayType):
+        of.context.say(node, f"{text(node)} is {a(place.type)}", "an element of it")
         return None
     if place.type != kind.to:
         of.context.say(node, f"{text(node)} is {a(place.type)}", f"a variable of type {kind.to} for the {kind}")

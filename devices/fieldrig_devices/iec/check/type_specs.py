@@ -15,6 +15,7 @@ from fieldrig_devices.iec.types import (
     Elementary,
     EnumType,
     Field,
+    OpenArrayType,
     PointerType,
     StringType,
     StructType,
@@ -88,6 +89,10 @@ class TypeSpecs:
                 return self._subrange(spec, context)
             case tree.ArraySpec():
                 return self._array(spec, context)
+            case tree.OpenArraySpec():
+                hint = "VAR_IN_OUT of a function, method or function block takes arrays with any limits"
+                context.say(spec, "ARRAY[*] is no type of a variable here", "limits such as ARRAY[1..10]", hint)
+                return UNKNOWN
             case tree.PointerSpec():
                 to = self.resolve(spec.to, context)
                 return UNKNOWN if to is UNKNOWN else PointerType(to, spec.is_reference)
@@ -282,7 +287,7 @@ class TypeSpecs:
 
 def block_of(kind: Type) -> Pou | None:
     """Return the function block if a variable of this type contains an instance; None otherwise."""
-    while isinstance(kind, ArrayType):
+    while isinstance(kind, ArrayType | OpenArrayType):
         kind = kind.element
     return getattr(kind, "pou", None)
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, enable
+from fieldrig_devices.iec.check import access, enable, open_arrays
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import location
 from fieldrig_devices.iec.check.project import UNKNOWN, Pending, PouSource, Project, Start
@@ -179,7 +179,7 @@ class Variables:
         source: PouSource | None,
         context: Context,
     ) -> Variable:
-        kind = self._specs.resolve(node.type, context)
+        kind = open_arrays.declared(self._specs, node, section, source, context)
         if section is Section.IN_OUT and isinstance(kind, ObjectType):
             section = Section.INPUT  # objects are references anyway (PD-023)
         made = Variable(
@@ -198,8 +198,9 @@ class Variables:
             self._locate(made, node.location, source, context)
         if node.initial is None:
             made.initial = self.default(node.type, kind)
-        elif section is Section.IN_OUT:
-            context.say(node, f"the VAR_IN_OUT {node.name} has a start value", "no start value for a reference")
+        elif made.is_reference:
+            what = f"the {section.value} {node.name} has a start value"
+            context.say(node, what, "no start value for a reference")
         else:
             self._project.starts[made] = Start(made, node.initial, source, context.file)
         return made

@@ -35,7 +35,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import Section
-from fieldrig_devices.iec.types import Elementary, Type
+from fieldrig_devices.iec.types import Elementary, OpenArrayType, Type
 
 
 class Calls:
@@ -278,7 +278,8 @@ class Calls:
             if variable.space is Space.INSTANCE:
                 self._places.keep(where)
             if where.is_raw:
-                return emitter.new(f"of_form({where}, {self._context.form(variable.type)})"), place, None
+                wanted = place.type if isinstance(variable.type, OpenArrayType) else variable.type
+                return emitter.new(f"of_form({where}, {self._context.form(wanted)})"), place, None
             return emitter.new(str(where)) if len(where.terms) > 1 else str(where), place, None
         copy = self._intermediate(place.type)
         cell = self._places.cell(copy)

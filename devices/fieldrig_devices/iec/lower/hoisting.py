@@ -22,6 +22,7 @@ from fieldrig_devices.iec.program import (
     Expression,
     Intrinsic,
     Load,
+    OpenElement,
     Operator,
     Parameter,
     Place,
@@ -55,7 +56,7 @@ def has_call(node: Expression | Place) -> bool:
             return has_call(operand)
         case Intrinsic(arguments=arguments):
             return any(map(has_call, arguments))
-        case Element(of, index):
+        case Element(of, index) | OpenElement(of, index):
             return has_call(of) or has_call(index)
         case Component(of) | Bit(of):
             return has_call(of)
@@ -149,7 +150,7 @@ class Hoisting:
         if not has_call(place):
             return place
         match place:
-            case Element():
+            case Element() | OpenElement():
                 index = self._caller.keep(self.out_of(place.index))
                 return replace(place, of=self.out_of_place(place.of), index=index)
             case Result(call):

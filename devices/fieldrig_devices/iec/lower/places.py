@@ -19,6 +19,7 @@ from fieldrig_devices.iec.program import (
     Element,
     Expression,
     Located,
+    OpenElement,
     Parameter,
     Place,
     Pou,
@@ -28,7 +29,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind
-from fieldrig_devices.iec.types import BlockType, Elementary, Family, StringType, Type
+from fieldrig_devices.iec.types import BlockType, Elementary, Family, OpenArrayType, StringType, Type
 from fieldrig_devices.iec.types import Value as PlainValue
 from fieldrig_devices.languages.registers import is_register
 
@@ -93,6 +94,8 @@ class Places:
                 return self._of_variable(variable)
             case Element():
                 return self._element(place, emitter)
+            case OpenElement():
+                return self._open_element(place, emitter)
             case Component(of, offset, _, variable):
                 outer = self.address(of, emitter)
                 if variable is None:
@@ -145,6 +148,31 @@ class Places:
             return outer.plus((index.low - low) * stride)
         text = index.text if index.is_atom or is_register(index.text) else f"({index.text})"
         return outer.plus(-low * stride, text if stride == 1 else f"{stride} * {text}")
+
+    def _open_element(self, place: OpenElement, emitter: Emitter) -> Address | AreaAddress:
+        """Return the address of an element of an ARRAY[*]; the limits are in variables."""
+        outer = self.address(place.of, emitter)
+        index = emitter.cut(self.raw_of(place.index, emitter))
+        if not is_register(index.text):
+            index = emitter.atom(index)
+        low, high = (self._limit(limit, emitter) for limit in place.array.limits)
+        emitter.charge(emitter.costs.access_ns)
+        emitter.add(f"if not {low} <= {index.text} <= {high}:")
+        emitter.add(f"{INDENT}outside_array({index.text}, {low}, {high})")
+        return outer.plus(0, f"{self._stride(place.type, emitter)} * ({index.text} - {low})")
+
+    def _stride(self, kind: Type, emitter: Emitter) -> str:
+        """Return the size of an element, which may be an ARRAY[*] of fewer dimensions."""
+        factors = []
+        while isinstance(kind, OpenArrayType):
+            low, high = (self._limit(limit, emitter) for limit in kind.limits)
+            emitter.charge(emitter.costs.operation_ns)
+            factors.append(f"({high} - {low} + 1)")
+            kind = kind.element
+        return " * ".join([str(kind.size), *factors])
+
+    def _limit(self, limit: Variable, emitter: Emitter) -> str:
+        return self.load(Cell(limit, limit.type), emitter).text
 
     def _index(self, expression: Expression, low: int, high: int, emitter: Emitter) -> Value:
         """Return an index, without cutting it if what is cut could not become an index of the array."""

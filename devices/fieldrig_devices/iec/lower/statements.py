@@ -47,7 +47,8 @@ def frame_variables(pou: Pou) -> list[Variable]:
     found = [
         variable for variable in pou.variables.values() if variable.space is Space.FRAME and variable.location is None
     ]
-    own = [variable for variable in found if variable.section not in set_by_caller and variable is not pou.result]
+    found = [variable for variable in found if variable.section not in set_by_caller and not variable.is_reference]
+    own = [variable for variable in found if variable is not pou.result]
     return own if pou.result is None else [pou.result, *own]
 
 

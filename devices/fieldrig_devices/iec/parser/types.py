@@ -104,17 +104,31 @@ class Types(Initials):
         self.close(closing, opening)
         return tree.StringSpec(length, is_wide, place=place)
 
-    def _array(self) -> tree.ArraySpec:
+    def _array(self) -> tree.ArraySpec | tree.OpenArraySpec:
         at = self.i
         self.i += 1
         opening = self.i
         self.expect("[", "An array is written ARRAY[1..10] OF INT.")
+        if self.kinds[self.i] == "*":
+            return self._open_array(at, opening)
         dimensions = [self._range()]
         while self.accept(","):
             dimensions.append(self._range())
         self.close("]", opening)
         self.expect("OF")
         return tree.ArraySpec(tuple(dimensions), self.type_spec(), place=self.places[at])
+
+    def _open_array(self, at: int, opening: int) -> tree.OpenArraySpec:
+        if not self.dialect.has_open_arrays:
+            self.say(self.i, "got *", "limits such as 1..10", "ARRAY[*] is known in the dialect edition-3.")
+        count = 1
+        self.i += 1
+        while self.accept(","):
+            self.expect("*", "Either all limits are *, or none.")
+            count += 1
+        self.close("]", opening)
+        self.expect("OF")
+        return tree.OpenArraySpec(count, self.type_spec(), place=self.places[at])
 
     def _range(self) -> tree.Range:
         place = self.places[self.i]

@@ -70,6 +70,9 @@ def _spec(lines: Lines, spec: tree.TypeSpec) -> None:
         case tree.ArraySpec(dimensions, element):
             lines.append(f"ARRAY[{', '.join(map(statements.label_text, dimensions))}] OF ")
             _spec(lines, element)
+        case tree.OpenArraySpec(count, element):
+            lines.append(f"ARRAY[{', '.join('*' * count)}] OF ")
+            _spec(lines, element)
         case tree.PointerSpec(to, is_reference):
             lines.append("REFERENCE TO " if is_reference else "POINTER TO ")
             _spec(lines, to)

@@ -32,6 +32,15 @@ class ArraySpec(Node):
 
 
 @dataclass(slots=True)
+class OpenArraySpec(Node):
+    """`ARRAY[*, *] OF element`, an argument whose limits are those of the array that is passed."""
+
+    count: int
+    """The number of dimensions."""
+    element: "TypeSpec"
+
+
+@dataclass(slots=True)
 class PointerSpec(Node):
     to: "TypeSpec"
     is_reference: bool = False
@@ -61,7 +70,7 @@ class StructSpec(Node):
     """The structure that this one extends; empty for none."""
 
 
-TypeSpec = NamedType | StringSpec | SubrangeSpec | ArraySpec | PointerSpec | EnumSpec | StructSpec
+TypeSpec = NamedType | StringSpec | SubrangeSpec | ArraySpec | OpenArraySpec | PointerSpec | EnumSpec | StructSpec
 
 
 @dataclass(slots=True)

@@ -171,6 +171,40 @@ def test_the_variables_of_every_frame_are_shown(tmp_path: Path) -> None:
     assert bench.value("Main.b[2].n") == 104
 
 
+def test_an_array_without_limits_has_those_of_its_argument(tmp_path: Path) -> None:
+    text = """\
+FUNCTION Inner : INT
+VAR_IN_OUT page : ARRAY[*, *] OF INT; END_VAR
+Inner := page[2, 5];
+END_FUNCTION
+FUNCTION_BLOCK Block
+VAR_IN_OUT list : ARRAY[*] OF INT; END_VAR
+list[8] := list[7];
+END_FUNCTION_BLOCK
+PROGRAM Main
+VAR a : ARRAY[2..2, 4..5] OF INT := 1, 2; b : Block; c : ARRAY[7..8] OF INT := 3, 4; x : INT; END_VAR
+x := Inner(a);
+b(list := c);
+END_PROGRAM
+"""
+    bench = PlcBench(tmp_path, text + task_of("Main"), dialect="edition-3").run(89)
+    stop_at(bench, 3)
+    (_, page) = ask(bench, "variables", path="@1:0")["variables"]
+    assert (page["path"], page["type"]) == ("@1:0.page", "ARRAY[2..2] OF ARRAY[4..5] OF INT")
+    (row,) = ask(bench, "variables", path="@1:0.page")["variables"]
+    parts = ask(bench, "variables", path=row["path"])["variables"]
+    assert [(part["path"], part["value"]) for part in parts] == [("@1:0.page[2,4]", 1), ("@1:0.page[2,5]", 2)]
+    ask(bench, "write", values={"@1:0.page[2,5]": 30})
+    ask(bench, "breakpoints", file=FILE, breakpoints=[{"line": 7}])
+    ask(bench, "continue")
+    bench.run(20)
+    assert bench.value("Main.x") == 30
+    (item,) = ask(bench, "variables", path="@1:0")["variables"]
+    assert (item["path"], item["type"]) == ("@1:0.list", "ARRAY[7..8] OF INT")
+    read = ask(bench, "read", names=["list[7] + list[8]", "list[9]"], thread=1)["variables"]
+    assert (read[0]["value"], "not a variable" in read[1]["error"]) == (7, True)
+
+
 @pytest.mark.parametrize("path", ["@1:9", "@2:0", "@1:0.nothing", "@1:0.list[7]", "@", "@1", "@1:x", "@1:0x"])
 def test_a_frame_or_variable_that_is_not_there_is_refused(tmp_path: Path, path: str) -> None:
     bench = PlcBench(tmp_path, NESTED).run(89)

@@ -85,9 +85,12 @@ class Kinds:
 
     def _element(self, spec: tree.TypeSpec | None, indices: int) -> tree.TypeSpec | None:
         resolved = self._resolved(spec)
-        if not isinstance(resolved, tree.ArraySpec) or indices < len(resolved.dimensions):
+        if not isinstance(resolved, tree.ArraySpec | tree.OpenArraySpec):
             return None
-        left = indices - len(resolved.dimensions)
+        count = len(resolved.dimensions) if isinstance(resolved, tree.ArraySpec) else resolved.count
+        if indices < count:
+            return None
+        left = indices - count
         return self._element(resolved.element, left) if left else resolved.element
 
 
