@@ -32,8 +32,12 @@ VAR
   doubled AT %MW11 : INT;
   on AT %MX12.0 : BOOL;
   cycles AT %MD10 : DWORD;
+  same AT %MX12.3 : BOOL;
+  same_too AT %MX12.4 : BOOL;
 END_VAR
 doubled := setpoint * 2;
+same := on;
+same_too := on;
 IF on THEN cycles := cycles + 1; END_IF
 END_PROGRAM
 """
@@ -126,3 +130,17 @@ def test_a_client_reads_and_sets_variables_of_the_program(client: ModbusBaseSync
     assert not client.write_coil(MARKERS + 16 * 12, True).isError()
     until(lambda: read(client, MARKERS + 20) > 0)
     assert not client.write_coil(MARKERS + 16 * 12, False).isError()
+
+
+def test_a_client_forces_coils_of_the_program(client: ModbusBaseSyncClient, rig: tuple[RunningRig, int]) -> None:
+    """Functions 5 and 15: Force Single Coil and Force Multiple Coils, as the protocol calls them."""
+    first = MARKERS + 16 * 12
+    for bits in ([True, False, True], [False, True, True]):
+        assert not client.write_coils(first, bits).isError()
+        until(lambda bits=bits: client.read_coils(first, count=5).bits[:5] == [*bits, bits[0], bits[0]])  # type: ignore[misc]
+    assert not client.write_coil(first, True).isError()
+    until(lambda: client.read_coils(first, count=5).bits[:5] == [True, True, True, True, True])
+    rig[0].ask("device/max4/debug", {"command": "force", "values": {"PLC_PRG.on": False}})
+    assert not client.write_coil(first, True).isError()
+    until(lambda: client.read_coils(first, count=5).bits[:5] == [False, True, True, False, False])
+    rig[0].ask("device/max4/debug", {"command": "release", "names": ["PLC_PRG.on"]})

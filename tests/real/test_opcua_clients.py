@@ -75,11 +75,12 @@ def client(rig: tuple[RunningRig, dict[str, int]], bus: str, folder: Path, *argu
 
 
 @pytest.mark.manual("PD-284")
-def test_node_opcua_browses_reads_writes_subscribes_and_calls(
+def test_node_opcua_browses_reads_writes_subscribes_calls_and_forces(
     rig: tuple[RunningRig, dict[str, int]], tmp_path: Path
 ) -> None:
     found = client(rig, "open", tmp_path)
-    assert {"PLC_PRG", "PacDriveM", "start", "stop", "reset", "quit"} <= set(found["device"])
+    methods = {"start", "stop", "reset", "quit", "force", "release", "forced"}
+    assert {"PLC_PRG", "PacDriveM", *methods} <= set(found["device"])
     assert {"count", "setpoint", "small", "table"} <= set(found["program"])
     assert {key: found[key] for key in found if key not in ("device", "program", "user", "policy")} == {
         "path": "ns=2;s=PLC_PRG.count",
@@ -96,14 +97,25 @@ def test_node_opcua_browses_reads_writes_subscribes_and_calls(
         "values": [2.5, 3.5],
         "start": "Good",
         "counts": True,
+        "forcing": {
+            "arguments": [["Variable", "NodeId", True], ["Value", "Variant", True]],
+            "refused": ["BadInvalidArgument", "Good", "BadTypeMismatch"],
+            "force": "Good",
+            "forced": ["ns=2;s=PLC_PRG.count"],
+            "held": [1000, 1000, 1000],
+            "release": "Good",
+            "left": [],
+            "counts": True,
+        },
     }
+    assert rig[0].ask("device/max4/debug", {"command": "forced"})["variables"] == []
 
 
 @pytest.mark.parametrize(
     ("user", "password", "outcome"),
     [
-        ("engineer", TOKEN, {"written": "Good"}),
-        ("visitor", TOKEN, {"written": "BadUserAccessDenied"}),
+        ("engineer", TOKEN, {"written": "Good", "forced": "Good"}),
+        ("visitor", TOKEN, {"written": "BadUserAccessDenied", "forced": "BadUserAccessDenied"}),
         ("engineer", "wrong", {"refused": "BadUserAccessDenied"}),
     ],
 )

@@ -11,20 +11,25 @@ from fieldrig.hub import LocalHub
 from fieldrig.point_values import number_in
 from fieldrig.real_clock import RealClock
 from fieldrig.testing import free_port
-from fieldrig_bus.opcua.message import OpcUaMessage, Read
+from fieldrig_bus.opcua.message import NODE, VALUE, AnyValue, Argument, OpcUaMessage, Read, Status
 from fieldrig_bus.opcua.server import OpcUaServer, OpcUaSettings
 from fieldrig_devices.opcua.face import OpcUaFace
 from fieldrig_devices.opcua.methods import Method, MethodsTree
 from fieldrig_devices.opcua.points import PointsTree
-from fieldrig_devices.opcua.tree import Trees
+from fieldrig_devices.opcua.tree import Trees, WrongArgumentsError
 
 
 class Plc:
-    """A device with points `belt.Position` (mm, at least 0), `belt.On` (read-only) and the methods start and stop."""
+    """A device with points `belt.Position` (mm, at least 0), `belt.On` (read-only) and methods.
+
+    start and stop have no arguments; hold(Variable, Value) holds a variable that is not read-only, and held() returns
+    the held ones.
+    """
 
     def __init__(self) -> None:
         self.values: dict[str, Value] = {"belt.Position": 1.5, "belt.On": True}
         self.called: list[str] = []
+        self.held: dict[str, AnyValue] = {}
         self.reads = 0
 
     def points(self) -> dict[str, Point]:
@@ -41,8 +46,20 @@ class Plc:
     def stop(self) -> None:
         raise ValueError("it is not running")
 
+    def hold(self, path: str, value: AnyValue) -> None:
+        if path == "belt.On":
+            raise WrongArgumentsError(Status.NOT_WRITABLE, Status.GOOD)
+        self.held[path] = value
+
     def tree(self) -> Trees:
-        methods = {"start": Method("start the belt", self.start), "stop": Method("stop the belt", self.stop)}
+        variable, value = Argument("Variable", NODE, "what to hold"), Argument("Value", VALUE, "where to hold it")
+        held = Argument("Variables", NODE, "what is held", is_array=True)
+        methods = {
+            "start": Method("start the belt", self.start),
+            "stop": Method("stop the belt", self.stop),
+            "hold": Method("hold a variable", self.hold, (variable, value)),
+            "held": Method("return what is held", lambda: [list(self.held)], results=(held,), is_writable=False),
+        }
         return Trees([PointsTree(self.points), MethodsTree(methods)])
 
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 from asyncua import Server, ua
 
 from fieldrig_bus.opcua.devices import Devices
-from fieldrig_bus.opcua.mapping import engineering_units, mapped, value_range
+from fieldrig_bus.opcua.mapping import described, engineering_units, mapped, value_range
 from fieldrig_bus.opcua.message import Kind, Node
 
 log = logging.getLogger(__name__)
@@ -60,7 +60,7 @@ class AddressSpace:
             self._names.append("")
         self._names[index - FIRST_NAMESPACE] = name
         node = Node("", "", name, Kind.OBJECT, has_children=True, about=about)
-        self._add(_node_id("", index), node, ua.NodeId(_O.ObjectsFolder), _O.Organizes)
+        self._add(node_id_of("", index), node, ua.NodeId(_O.ObjectsFolder), _O.Organizes)
 
     def is_known(self, name: str) -> bool:
         return name in self._names
@@ -73,7 +73,7 @@ class AddressSpace:
             return
         node = await self._devices.find(self.device(node_id), str(node_id.Identifier))
         if node is not None and node_id.Identifier == node.path:
-            parent = _node_id(node.parent, node_id.NamespaceIndex)
+            parent = node_id_of(node.parent, node_id.NamespaceIndex)
             await self.ensure(parent)
             if parent in self._nodes and node_id not in self._nodes:
                 self._add(node_id, node, parent)
@@ -89,7 +89,7 @@ class AddressSpace:
             return  # the next client may have more luck
         own = self._browsed[node_id] = []
         for child in children:
-            child_id = _node_id(child.path, node_id.NamespaceIndex)
+            child_id = node_id_of(child.path, node_id.NamespaceIndex)
             if child_id not in self._nodes:
                 self._add(child_id, child, node_id)
             own.append(child_id)
@@ -108,7 +108,7 @@ class AddressSpace:
             self._remove(node_id)
             verb = ua.ModelChangeStructureVerbMask.NodeDeleted
             if new is not None:
-                self._add(node_id, new, _node_id(new.parent, index))
+                self._add(node_id, new, node_id_of(new.parent, index))
                 verb = ua.ModelChangeStructureVerbMask.DataTypeChanged
             changes.append(_change(node_id, verb))
         for parent in [known for known in self._browsed if known.NamespaceIndex == index]:
@@ -117,7 +117,7 @@ class AddressSpace:
             added = [reference for reference in self._browsed.get(parent, []) if reference not in before]
             changes += [_change(reference, ua.ModelChangeStructureVerbMask.NodeAdded) for reference in added]
         # No client has seen the rest of the nodes, but one may have seen that they were missing.
-        return changes or [_change(_node_id("", index), ua.ModelChangeStructureVerbMask.ReferenceAdded)]
+        return changes or [_change(node_id_of("", index), ua.ModelChangeStructureVerbMask.ReferenceAdded)]
 
     def _remove(self, node_id: ua.NodeId) -> None:
         """Remove a node; subscriptions to it stay, and get their values when it comes back."""
@@ -177,6 +177,12 @@ class AddressSpace:
                 ua.Variant(values, ua.VariantType.ExtensionObject, is_array=True),
                 _O.EnumValueType,
             )
+        for name, arguments in (("InputArguments", node.arguments), ("OutputArguments", node.results)):
+            if arguments:
+                found = [described(argument) for argument in arguments]
+                self._add_property(
+                    node_id, name, ua.Variant(found, ua.VariantType.ExtensionObject, is_array=True), _O.Argument
+                )
 
     def _add_property(self, owner: ua.NodeId, name: str, value: ua.Variant, data_type: int) -> None:
         attributes = ua.VariableAttributes()
@@ -192,12 +198,15 @@ class AddressSpace:
         self._server.iserver.node_mgt_service.add_nodes([item])
 
 
-def _node_id(path: str, index: int) -> ua.NodeId:
+def node_id_of(path: str, index: int) -> ua.NodeId:
     return ua.NodeId(path or ROOT, index)
 
 
 _PROPERTY: Final = "#"
-_SUFFIXES: Final = tuple(f"{_PROPERTY}{name}" for name in ("EngineeringUnits", "InstrumentRange", "EnumValues"))
+_SUFFIXES: Final = tuple(
+    f"{_PROPERTY}{name}"
+    for name in ("EngineeringUnits", "InstrumentRange", "EnumValues", "InputArguments", "OutputArguments")
+)
 
 
 def _is_property(node_id: ua.NodeId) -> bool:

@@ -12,10 +12,12 @@ from fieldrig.untrusted import MalformedError, field, items, read_json, shown
 from fieldrig_bus.opcua.message import (
     LONGEST_PATH,
     LONGEST_TEXT,
+    MOST_ARGUMENTS,
     MOST_ELEMENTS,
     MOST_NODES,
     MOST_PATHS,
     AnyValue,
+    Argument,
     Browse,
     Call,
     Find,
@@ -82,7 +84,7 @@ def _plain(value: Any) -> Any:
     match value:
         case Kind() | Status():
             return value.value
-        case Node() | Outcome():
+        case Node() | Outcome() | Argument():
             return {part.name: _plain(getattr(value, part.name)) for part in fields(value)}
         case float() if not isfinite(value):
             return {"float": str(value)}
@@ -112,7 +114,9 @@ def _message(kind: str, data: dict[str, Any]) -> OpcUaMessage:
             return Read(device, exchange, tuple(items(field(data, "paths", list), str, MOST_PATHS, "paths")))
         case "Write":
             return Write(device, exchange, _text(data, "path"), _value(data.get("value")))
-    return (Find if kind == "Find" else Call)(device, exchange, _text(data, "path"))
+        case "Call":
+            return Call(device, exchange, _text(data, "path"), _values(data, "arguments"))
+    return Find(device, exchange, _text(data, "path"))
 
 
 def _node(data: dict[str, Any]) -> Node:
@@ -133,13 +137,38 @@ def _node(data: dict[str, Any]) -> Node:
         _optional(data, "low", float),
         _optional(data, "high", float),
         tuple((name, number) for name, number in choices),
+        _arguments(data, "arguments"),
+        _arguments(data, "results"),
+    )
+
+
+def _arguments(data: dict[str, Any], key: str) -> tuple[Argument, ...]:
+    return tuple(
+        Argument(
+            _text(row, "name"), _text(row, "type"), _text(row, "about", LONGEST_TEXT), field(row, "is_array", bool)
+        )
+        for row in items(field(data, key, list), dict, MOST_ARGUMENTS, key)
     )
 
 
 def _outcome(data: dict[str, Any]) -> Outcome:
     value = data.get("value")
     status = _member(Status, field(data, "status", str))
-    return Outcome(status, None if value is None else _value(value), _text(data, "text", LONGEST_TEXT))
+    arguments = items(field(data, "arguments", list), str, MOST_ARGUMENTS, "arguments")
+    return Outcome(
+        status,
+        None if value is None else _value(value),
+        _text(data, "text", LONGEST_TEXT),
+        _values(data, "results"),
+        tuple(_member(Status, word) for word in arguments),
+    )
+
+
+def _values(data: dict[str, Any], key: str) -> tuple[AnyValue, ...]:
+    found = field(data, key, list)
+    if len(found) > MOST_ARGUMENTS:
+        raise MalformedError(f"{len(found)} {key}, expected at most {MOST_ARGUMENTS}")
+    return tuple(_value(value) for value in found)
 
 
 def _value(value: Any) -> AnyValue:

@@ -70,8 +70,8 @@ class Devices:
     async def write(self, device: str, path: str, value: AnyValue) -> Outcome:
         return await self._outcome(Write(device, self._next(), path, value))
 
-    async def call(self, device: str, path: str) -> Outcome:
-        return await self._outcome(Call(device, self._next(), path))
+    async def call(self, device: str, path: str, arguments: Sequence[AnyValue] = ()) -> Outcome:
+        return await self._outcome(Call(device, self._next(), path, tuple(arguments)))
 
     async def _outcome(self, request: Request) -> Outcome:
         answer = await self._ask(request, Outcomes)

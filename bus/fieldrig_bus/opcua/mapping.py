@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 from asyncua import ua
 
 from fieldrig.device import Value
-from fieldrig_bus.opcua.message import MOST_ELEMENTS, AnyValue, Node, Status
+from fieldrig_bus.opcua.message import MOST_ELEMENTS, NODE, VALUE, AnyValue, Argument, Node, Status
 
 _T: Final = ua.VariantType
 EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
@@ -81,6 +81,8 @@ STATUS_CODES: Final[dict[Status, int]] = {
     Status.TYPE_MISMATCH: ua.StatusCodes.BadTypeMismatch,
     Status.OUT_OF_RANGE: ua.StatusCodes.BadOutOfRange,
     Status.REFUSED: ua.StatusCodes.BadInvalidState,
+    Status.NOT_SUPPORTED: ua.StatusCodes.BadNotSupported,
+    Status.WRONG_ARGUMENTS: ua.StatusCodes.BadInvalidArgument,
     Status.NO_ANSWER: ua.StatusCodes.BadNoCommunication,
 }
 
@@ -95,6 +97,18 @@ class WrongValueError(Exception):
 
 def mapped(node: Node) -> Mapped:
     return TYPES["ENUM"] if node.choices else TYPES.get(node.type, TYPES["STRING"])
+
+
+def described(argument: Argument) -> ua.Argument:
+    """Return an argument as the properties InputArguments and OutputArguments have it."""
+    data_types = {NODE: ua.ObjectIds.NodeId, VALUE: ua.ObjectIds.BaseDataType}
+    return ua.Argument(
+        Name=argument.name,
+        DataType=ua.NodeId(data_types.get(argument.type) or TYPES[argument.type].data_type),
+        ValueRank=1 if argument.is_array else -2 if argument.type == VALUE else -1,  # 1 array, -2 any, -1 scalar
+        ArrayDimensions=[0] if argument.is_array else [],
+        Description=ua.LocalizedText(argument.about),
+    )
 
 
 def engineering_units(unit: str) -> ua.EUInformation:

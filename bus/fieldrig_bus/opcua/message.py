@@ -21,6 +21,13 @@ MOST_PATHS: Final = 200
 MOST_ELEMENTS: Final = 10_000
 """Elements of an array that is read or written as a whole."""
 
+MOST_ARGUMENTS: Final = 20
+"""Arguments, or results, of a method."""
+NODE: Final = "NODE"
+"""The type of an argument that names a node of the device; its value is the path."""
+VALUE: Final = "VALUE"
+"""The type of an argument that is a value of the node that the argument before it names."""
+
 AnyValue = Value | list[Value]
 
 
@@ -39,8 +46,23 @@ class Status(Enum):
     OUT_OF_RANGE = "out of range"
     REFUSED = "refused"
     """Not possible in the present state."""
+    NOT_SUPPORTED = "not supported"
+    """Not possible for this node."""
+    WRONG_ARGUMENTS = "wrong arguments"
+    """Arguments of a method are not accepted, each with a status of its own."""
     NO_ANSWER = "no answer"
     """The device does not answer; only the server uses it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """An argument or a result of a method."""
+
+    name: str
+    type: str
+    """An IEC 61131-3 type, NODE or VALUE."""
+    about: str = ""
+    is_array: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +78,7 @@ class Node:
     length: int | None = None
     """Number of elements of an array; None for a single value."""
     is_writable: bool = False
+    """True for a variable that can be written, and for a method that changes something."""
     has_children: bool = False
     unit: str = ""
     about: str = ""
@@ -64,6 +87,9 @@ class Node:
     """The range of the value, if it is narrower than that of the type."""
     choices: tuple[tuple[str, int], ...] = ()
     """The values of an enumeration."""
+    arguments: tuple[Argument, ...] = ()
+    results: tuple[Argument, ...] = ()
+    """Arguments and results of a method."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +137,7 @@ class Call:
     device: str
     exchange: int
     path: str
+    arguments: tuple[AnyValue, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +154,10 @@ class Outcome:
     status: Status
     value: AnyValue | None = None
     text: str = ""
+    results: tuple[AnyValue, ...] = ()
+    """The results of a method."""
+    arguments: tuple[Status, ...] = ()
+    """A status for each argument, if the status of the whole is WRONG_ARGUMENTS."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from asyncua.crypto.permission_rules import User, UserRole
 from asyncua.server.internal_server import InternalServer
 from asyncua.server.internal_session import InternalSession
 
+from fieldrig_bus.opcua import calls
 from fieldrig_bus.opcua.address_space import AddressSpace
 from fieldrig_bus.opcua.devices import Devices
 from fieldrig_bus.opcua.mapping import STATUS_CODES, WrongValueError, from_variant, to_variant
@@ -182,8 +183,13 @@ class Session(InternalSession):  # type: ignore[misc]
     def _hide_rights(self, params: ua.ReadParameters, results: list[ua.DataValue]) -> None:
         """Show users without write access that they have none."""
         for place, asked in enumerate(params.NodesToRead):
-            if asked.AttributeId == ua.AttributeIds.UserAccessLevel and self._is_variable(asked.NodeId):
+            node = self._space.node(asked.NodeId)
+            if node is None:
+                continue
+            if asked.AttributeId == ua.AttributeIds.UserAccessLevel and node.kind is Kind.VARIABLE:
                 results[place] = ua.DataValue(ua.Variant(1 << ua.AccessLevel.CurrentRead, ua.VariantType.Byte))
+            if asked.AttributeId == ua.AttributeIds.UserExecutable and node.kind is Kind.METHOD and node.is_writable:
+                results[place] = ua.DataValue(ua.Variant(False, ua.VariantType.Boolean))
 
     async def _walk(self, path: ua.BrowsePath) -> None:
         """Add the nodes along a path of names."""
@@ -219,17 +225,10 @@ class Session(InternalSession):  # type: ignore[misc]
         return STATUS_CODES[outcome.status]
 
     async def _call(self, asked: ua.CallMethodRequest, node: Node) -> ua.CallMethodResult:
-        result = ua.CallMethodResult()
-        if not self.may_write:
-            result.StatusCode = ua.StatusCode(ua.StatusCodes.BadUserAccessDenied)
-        elif asked.InputArguments:
-            result.StatusCode = ua.StatusCode(ua.StatusCodes.BadTooManyArguments)
-        else:
-            assert self.iserver.devices is not None
-            outcome = await self.iserver.devices.call(self._space.device(asked.MethodId), node.path)
-            result.StatusCode = ua.StatusCode(STATUS_CODES[outcome.status])
-            result.InputArgumentResults = []
-        return result
+        if node.is_writable and not self.may_write:
+            return calls.refused(BAD_USER_ACCESS_DENIED)
+        assert self.iserver.devices is not None
+        return await calls.call(self._space, self.iserver.devices, asked, node)
 
     async def close_session(self, delete_subs: bool = True) -> None:
         with contextlib.suppress(ua.UaError):

@@ -33,6 +33,8 @@ from fieldrig_devices.languages.resumable import Code
 __all__ = ["Runtime", "Start", "Thread"]
 
 
+MOST_FORCED: Final = 1_000
+"""Variables that can be forced at the same time, because all of them are written twice in each cycle."""
 _WRONG_KIND: Final = (TypeError, AttributeError)
 """Raised for a value of another type where a pointer or a VAR_IN_OUT refers to a variable of a call that has ended."""
 
@@ -150,10 +152,15 @@ class Runtime:
         self._write(symbol, checked(value, symbol))
 
     def force(self, symbol: Symbol, value: Value | None) -> None:
-        """Hold a variable at a value: it is written at the start and at the end of each cycle.  None releases it."""
+        """Hold a variable at a value: it is written at the start and at the end of each cycle.  None releases it.
+
+        ValueError if it cannot have the value, and for more than MOST_FORCED variables.
+        """
         if value is None:
             self._forced.pop(symbol.path.lower(), None)
             return
+        if len(self._forced) >= MOST_FORCED and symbol.path.lower() not in self._forced:
+            raise ValueError(f"{MOST_FORCED} variables are forced already: expected a release first")
         self.write(symbol, value)
         self._forced[symbol.path.lower()] = (symbol, checked(value, symbol))
 

@@ -12,6 +12,7 @@ from fieldrig.link import Link
 from fieldrig_bus.opcua.message import AnyValue, Kind, Node, OpcUaMessage
 from fieldrig_devices.max4.configuration.tree import Object, ObjectTree, Parameter, Type
 from fieldrig_devices.opcua.face import OpcUaFace
+from fieldrig_devices.opcua.forcing import forcing
 from fieldrig_devices.opcua.methods import Method, MethodsTree
 from fieldrig_devices.opcua.symbols import SymbolsTree
 from fieldrig_devices.opcua.tree import NodeTree, Trees, UnknownNodeError
@@ -59,7 +60,7 @@ class ObjectNodes:
             raise TypeError(f"{path} is no array")
         self._known(path).set(value)
 
-    def call(self, path: str) -> None:
+    def call(self, path: str, arguments: Sequence[AnyValue]) -> Sequence[AnyValue]:
         raise UnknownNodeError(path)
 
     def _known(self, path: str) -> Parameter:
@@ -110,7 +111,7 @@ class OpcUaNodes:
     def __init__(self, max4: "Max4", link: Link[OpcUaMessage]) -> None:
         self._max4 = max4
         methods = {word: Method(about, partial(max4.operations.do, word)) for word, about in METHODS.items()}
-        self._methods = MethodsTree(methods)
+        self._methods = MethodsTree({**methods, **forcing(self._program)})
         self._face = OpcUaFace(max4.name, max4.about, link, self._nodes)
         self._objects: tuple[ObjectTree, ObjectNodes] | None = None
         max4.on_boot(self.changed)
@@ -119,7 +120,7 @@ class OpcUaNodes:
         """Offer the nodes again: after a boot, a download and an online change."""
         self._face.offer()
 
-    def _program(self) -> NodeTree | None:
+    def _program(self) -> SymbolsTree | None:
         program = self._max4.plc.program
         return None if program is None else SymbolsTree(program.runtime.symbols, program.runtime)
 

@@ -5,7 +5,7 @@ from typing import Final
 
 from fieldrig.link import Link
 from fieldrig_bus.opcua import message
-from fieldrig_devices.opcua.tree import NodeTree, UnknownNodeError
+from fieldrig_devices.opcua.tree import NodeTree, UnknownNodeError, WrongArgumentsError
 
 DONE: Final = message.Outcome(message.Status.GOOD)
 UNKNOWN: Final = message.Outcome(message.Status.UNKNOWN)
@@ -38,8 +38,8 @@ class OpcUaFace:
                 self._link.send(message.Outcomes(exchange, tuple(_read(tree, path) for path in paths)))
             case message.Write(_, exchange):
                 self._link.send(message.Outcomes(exchange, (_written(tree, request),)))
-            case message.Call(_, exchange, path):
-                self._link.send(message.Outcomes(exchange, (_called(tree, path),)))
+            case message.Call(_, exchange):
+                self._link.send(message.Outcomes(exchange, (_called(tree, request),)))
             case _:
                 pass  # an answer of another device
 
@@ -70,11 +70,18 @@ def _written(tree: NodeTree, request: message.Write) -> message.Outcome:
     return DONE
 
 
-def _called(tree: NodeTree, path: str) -> message.Outcome:
+def _called(tree: NodeTree, request: message.Call) -> message.Outcome:
+    node = tree.find(request.path)
+    if node is None or node.kind is not message.Kind.METHOD:
+        return UNKNOWN
+    if len(request.arguments) != len(node.arguments):
+        return message.Outcome(message.Status.REFUSED, text=f"expected {len(node.arguments)} arguments")
     try:
-        tree.call(path)
+        results = tree.call(request.path, request.arguments)
     except UnknownNodeError:
         return UNKNOWN
+    except WrongArgumentsError as cause:
+        return message.Outcome(message.Status.WRONG_ARGUMENTS, arguments=cause.statuses)
     except ValueError as cause:
         return message.Outcome(message.Status.REFUSED, text=str(cause))
-    return DONE
+    return message.Outcome(message.Status.GOOD, results=tuple(results))

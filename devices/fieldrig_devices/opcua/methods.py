@@ -1,17 +1,22 @@
-"""Methods without arguments as nodes below the device: `start()`, `stop()`."""
+"""Methods as nodes below the device: `start()`, `force()`."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from fieldrig_bus.opcua.message import AnyValue, Kind, Node
+from fieldrig_bus.opcua.message import AnyValue, Argument, Kind, Node
 from fieldrig_devices.opcua.tree import UnknownNodeError
 
 
 @dataclass(frozen=True, slots=True)
 class Method:
     about: str
-    call: Callable[[], None]
-    """Raises ValueError, with the reason, if it is not possible now."""
+    call: Callable[..., Sequence[AnyValue] | None]
+    """Takes the arguments, and returns the results.  WrongArgumentsError; ValueError, with the reason, if it is not
+    possible now."""
+    arguments: tuple[Argument, ...] = ()
+    results: tuple[Argument, ...] = ()
+    is_writable: bool = True
+    """False for a method that changes nothing, so that users who may only read can call it."""
 
 
 class MethodsTree:
@@ -30,10 +35,20 @@ class MethodsTree:
     def write(self, path: str, value: AnyValue) -> None:
         raise UnknownNodeError(path)
 
-    def call(self, path: str) -> None:
+    def call(self, path: str, arguments: Sequence[AnyValue]) -> Sequence[AnyValue]:
         if path not in self._methods:
             raise UnknownNodeError(path)
-        self._methods[path].call()
+        return self._methods[path].call(*arguments) or ()
 
     def _node(self, path: str) -> Node:
-        return Node(path, "", path.removesuffix("()"), Kind.METHOD, about=self._methods[path].about)
+        method, name = self._methods[path], path.removesuffix("()")
+        return Node(
+            path,
+            "",
+            name,
+            Kind.METHOD,
+            is_writable=method.is_writable,
+            about=method.about,
+            arguments=method.arguments,
+            results=method.results,
+        )

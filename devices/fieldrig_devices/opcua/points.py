@@ -45,7 +45,7 @@ class PointsTree:
             raise TypeError(f"{path} can't be written as a whole")
         point.write(value)
 
-    def call(self, path: str) -> None:
+    def call(self, path: str, arguments: Sequence[AnyValue]) -> Sequence[AnyValue]:
         raise UnknownNodeError(path)
 
     def _point(self, path: str) -> Point:

@@ -8,8 +8,9 @@ NodeId has the case of the declaration.
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final, overload
 
-from fieldrig_bus.opcua.message import MOST_ELEMENTS, AnyValue, Kind, Node
-from fieldrig_devices.iec.runtime import Runtime
+from fieldrig.device import Value
+from fieldrig_bus.opcua.message import LONGEST_PATH, MOST_ELEMENTS, AnyValue, Kind, Node
+from fieldrig_devices.iec.runtime import MOST_FORCED, Runtime, checked
 from fieldrig_devices.iec.symbols import Symbol, Symbols
 from fieldrig_devices.iec.types import (
     LONGER,
@@ -48,20 +49,51 @@ class SymbolsTree:
         return [self._runtime.read(element) for element in self._elements(symbol, symbol.type)]
 
     def write(self, path: str, value: AnyValue) -> None:
+        for symbol, one in self._each(path, value):
+            self._runtime.write(symbol, one)
+
+    def call(self, path: str, arguments: Sequence[AnyValue]) -> Sequence[AnyValue]:
+        raise UnknownNodeError(path)
+
+    # ---- forcing
+
+    def check(self, path: str, value: AnyValue) -> None:
+        """Raise TypeError or ValueError for a value that the variable cannot have."""
+        for symbol, one in self._each(path, value):
+            checked(one, symbol)
+
+    def force(self, path: str, value: AnyValue) -> None:
+        """Hold a variable, or each element of an array, at a value.  ValueError if that is not possible now."""
+        found = self._each(path, value)
+        if len(self._runtime.forced.keys() | {symbol.path for symbol, _ in found}) > MOST_FORCED:
+            raise ValueError(f"expected at most {MOST_FORCED} forced variables")
+        for symbol, one in found:
+            self._runtime.force(symbol, one)
+
+    def release(self, path: str) -> None:
+        """Release a variable with all that is below it; all variables for an empty path."""
+        top = path.lower()
+        for known in self._runtime.forced:
+            if not top or known.lower() == top or known.lower().startswith((f"{top}.", f"{top}[", f"{top[:-1]},")):
+                self._runtime.force(self._runtime.find(known), None)
+
+    def forced(self) -> Sequence[str]:
+        """Return the paths of the variables that are forced."""
+        return [path for path in self._runtime.forced if len(path) <= LONGEST_PATH]
+
+    # ---- symbols
+
+    def _each(self, path: str, value: AnyValue) -> list[tuple[Symbol, Value]]:
+        """Return a variable, or the elements of an array, with their values."""
         symbol = self._symbol(path)
         if isinstance(symbol.type, ArrayType) != isinstance(value, list):
             raise TypeError(f"{path} is {symbol.type}")
         if not isinstance(value, list):
-            self._runtime.write(symbol, value)
-            return
+            return [(symbol, value)]
         assert isinstance(symbol.type, ArrayType)
         if len(value) != symbol.type.count:
             raise ValueError(f"expected {symbol.type.count} elements, got {len(value)}")
-        for element, one in zip(self._elements(symbol, symbol.type), value, strict=True):
-            self._runtime.write(element, one)
-
-    def call(self, path: str) -> None:
-        raise UnknownNodeError(path)
+        return list(zip(self._elements(symbol, symbol.type), value, strict=True))
 
     def _symbol(self, path: str) -> Symbol:
         symbol = self._symbols.find(path)

@@ -3,11 +3,19 @@
 from collections.abc import Sequence
 from typing import Protocol
 
-from fieldrig_bus.opcua.message import AnyValue, Node
+from fieldrig_bus.opcua.message import AnyValue, Node, Status
 
 
 class UnknownNodeError(Exception):
     """There is no node with this path."""
+
+
+class WrongArgumentsError(Exception):
+    """Arguments of a method are not accepted; `statuses` has one for each."""
+
+    def __init__(self, *statuses: Status) -> None:
+        super().__init__(", ".join(status.value for status in statuses))
+        self.statuses = statuses
 
 
 class NodeTree(Protocol):
@@ -24,8 +32,11 @@ class NodeTree(Protocol):
     def write(self, path: str, value: AnyValue) -> None:
         """Write a variable.  ValueError for a value that it cannot have, TypeError for a wrong type."""
 
-    def call(self, path: str) -> None:
-        """Call a method.  UnknownNodeError; ValueError, with the reason, if it is not possible now."""
+    def call(self, path: str, arguments: Sequence[AnyValue]) -> Sequence[AnyValue]:
+        """Call a method with as many arguments as it has, and return its results.
+
+        UnknownNodeError; WrongArgumentsError; ValueError, with the reason, if it is not possible now.
+        """
 
 
 class Trees:
@@ -50,8 +61,8 @@ class Trees:
     def write(self, path: str, value: AnyValue) -> None:
         self._of(path).write(path, value)
 
-    def call(self, path: str) -> None:
-        self._of(path).call(path)
+    def call(self, path: str, arguments: Sequence[AnyValue]) -> Sequence[AnyValue]:
+        return self._of(path).call(path, arguments)
 
     def _of(self, path: str) -> NodeTree:
         for tree in self._trees:

@@ -15,16 +15,22 @@ numbers = st.integers(0, 2**31)
 single = st.booleans() | st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False) | texts
 values = single | st.lists(single, max_size=4)
 limits = st.none() | st.floats(allow_nan=False, allow_infinity=False)
+arguments = st.lists(st.builds(opc.Argument, texts, texts, texts, st.booleans()), max_size=3).map(tuple)
+statuses = st.sampled_from(opc.Status)
 nodes = st.builds(
     opc.Node, texts, texts, texts, st.sampled_from(opc.Kind), texts, st.none() | numbers, st.booleans(), st.booleans(),
     texts, texts, limits, limits, st.lists(st.tuples(texts, st.integers(-100, 100)), max_size=3).map(tuple),
+    arguments, arguments,
 )  # fmt: skip
-outcomes = st.builds(opc.Outcome, st.sampled_from(opc.Status), st.none() | values, texts)
+outcomes = st.builds(
+    opc.Outcome, statuses, st.none() | values, texts, st.lists(values, max_size=3).map(tuple),
+    st.lists(statuses, max_size=3).map(tuple),
+)  # fmt: skip
 messages: st.SearchStrategy[opc.OpcUaMessage] = st.one_of(
     st.builds(opc.Offer, texts, texts, numbers),
     st.builds(opc.Browse, texts, numbers, texts, numbers),
     st.builds(opc.Find, texts, numbers, texts),
-    st.builds(opc.Call, texts, numbers, texts),
+    st.builds(opc.Call, texts, numbers, texts, st.lists(values, max_size=3).map(tuple)),
     st.builds(opc.Read, texts, numbers, st.lists(texts, max_size=3).map(tuple)),
     st.builds(opc.Write, texts, numbers, texts, values),
     st.builds(opc.Nodes, numbers, st.lists(nodes, max_size=3).map(tuple), st.booleans()),

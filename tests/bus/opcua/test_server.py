@@ -47,7 +47,7 @@ async def test_a_client_browses_the_nodes_with_their_types_units_and_texts(tmp_p
     async with server_bench(tmp_path) as bench, Client(bench.url) as client:
         plc = await client.nodes.objects.get_child("2:plc")
         names = [(await node.read_browse_name()).Name for node in await plc.get_children()]
-        assert names == ["belt", "start", "stop"]
+        assert names == ["belt", "start", "stop", "hold", "held"]
         position = await plc.get_child(["2:belt", "2:Position"])
         assert position.nodeid.to_string() == POSITION
         assert (await position.read_data_type()).Identifier == ua.ObjectIds.Double
@@ -91,6 +91,49 @@ async def test_a_method_is_called_or_refused(tmp_path: Path) -> None:
         assert bench.plc.called == ["start"]
         assert await code_of(plc.call_method("2:stop")) == "BadInvalidState"
         assert await code_of(plc.call_method(ua.NodeId("start()", 2), 1)) == "BadTooManyArguments"
+        belt = client.get_node("ns=2;s=belt")
+        assert await code_of(belt.call_method(ua.NodeId("start()", 2))) == "BadMethodInvalid"
+        assert bench.plc.called == ["start"]
+
+
+@in_loop
+async def test_arguments_of_a_method_have_names_types_and_texts(tmp_path: Path) -> None:
+    async with server_bench(tmp_path) as bench, Client(bench.url) as client:
+        hold, held = client.get_node("ns=2;s=hold()"), client.get_node("ns=2;s=held()")
+        given = await (await hold.get_child("0:InputArguments")).read_value()
+        assert [(one.Name, one.DataType.Identifier, one.ValueRank, one.Description.Text) for one in given] == [
+            ("Variable", ua.ObjectIds.NodeId, -1, "what to hold"),
+            ("Value", ua.ObjectIds.BaseDataType, -2, "where to hold it"),
+        ]
+        [result] = await (await held.get_child("0:OutputArguments")).read_value()
+        assert (result.Name, result.DataType.Identifier, result.ValueRank) == ("Variables", ua.ObjectIds.NodeId, 1)
+        assert [await (await node.get_parent()).read_browse_name() for node in (hold, held)] == [
+            ua.QualifiedName("plc", 2)
+        ] * 2
+
+
+@in_loop
+async def test_arguments_reach_the_device_or_are_refused_one_by_one(tmp_path: Path) -> None:
+    async with server_bench(tmp_path) as bench, Client(bench.url) as client:
+        position, on = ua.NodeId("belt.Position", 2), ua.NodeId("belt.On", 2)
+        plc, hold = client.get_node("ns=2;i=1"), ua.NodeId("hold()", 2)
+        assert await plc.call_method(hold, position, 7.5) is None
+        assert bench.plc.held == {"belt.Position": 7.5}
+        assert await plc.call_method("2:held") == [position]
+
+        async def statuses(*arguments: Any) -> list[str]:
+            request = ua.CallMethodRequest(plc.nodeid, hold, [ua.Variant(argument) for argument in arguments])
+            [result] = await client.uaclient.call([request])
+            return [result.StatusCode.name, *(status.name for status in result.InputArgumentResults)]
+
+        assert await statuses(position) == ["BadArgumentsMissing"]
+        assert await statuses(position, 1.0, 2.0) == ["BadTooManyArguments"]
+        assert await statuses(position, True) == ["BadInvalidArgument", "Good", "BadTypeMismatch"]
+        assert await statuses("belt.Position", 1.0) == ["BadInvalidArgument", "BadTypeMismatch", "Good"]
+        assert await statuses(on, False) == ["BadInvalidArgument", "BadNotWritable", "Good"]
+        for unknown in (ua.NodeId("none", 2), ua.NodeId("belt.Position", 9), ua.NodeId(2253, 0)):
+            assert await statuses(unknown, 1.0) == ["BadInvalidArgument", "BadNodeIdUnknown", "Good"]
+        assert bench.plc.held == {"belt.Position": 7.5}
 
 
 @in_loop
@@ -200,6 +243,12 @@ async def test_a_secured_server_accepts_its_users_with_the_token(
             assert await code_of(position.write_value(3.0)) == "BadUserAccessDenied"
             plc = await client.nodes.objects.get_child("2:plc")
             assert await code_of(plc.call_method("2:start")) == "BadUserAccessDenied"
+            assert await plc.call_method("2:held") == []
+            executable = [
+                await client.get_node(f"ns=2;s={name}()").read_attribute(ua.AttributeIds.UserExecutable)
+                for name in ("start", "hold", "held")
+            ]
+            assert [value.Value.Value for value in executable] == [False, False, True]
         for user, password in (("engineer", "wrong"), ("nobody", "a long secret"), ("engineer", "")):
             client = await _secured(bench, tmp_path, user, password)
             assert await code_of(client.connect()) in ("BadUserAccessDenied", "BadIdentityTokenInvalid")

@@ -67,7 +67,8 @@ def bench(tmp_path: Path) -> Bench:
 
 @pytest.mark.manual("PD-284")
 def test_the_nodes_are_the_program_the_configuration_and_the_methods(bench: Bench) -> None:
-    assert {"PLC_PRG", "PacDriveM", "start()", "stop()", "reset()", "quit()"} <= bench.children("")
+    methods = {"start()", "stop()", "reset()", "quit()", "force()", "release()", "forced()"}
+    assert {"PLC_PRG", "PacDriveM", *methods} <= bench.children("")
     assert bench.children("PLC_PRG") == {"PLC_PRG.count", "PLC_PRG.speed"}
     assert "PacDriveM.DiagCode" in bench.children("PacDriveM")
     answer = bench.ask(opc.Find("max4", 1, "pacdrivem.diagcode"))
@@ -101,6 +102,32 @@ def test_methods_are_the_commands_of_an_operator(bench: Bench) -> None:
     for path, is_running in (("stop()", False), ("start()", True), ("quit()", True)):
         assert bench.outcome(opc.Call("max4", 1, path)).status is opc.Status.GOOD
         assert bench.max4.is_program_running is is_running
+
+
+def test_forcing_is_that_of_the_debugger(bench: Bench) -> None:
+    def debug(**question: Any) -> Any:
+        return bench.max4.answer("debug", question)
+
+    assert bench.outcome(opc.Call("max4", 1, "force()", ("PLC_PRG.count", 7))).status is opc.Status.GOOD
+    bench.rig.run_until(bench.rig.now_ns + S)
+    assert bench.outcome(opc.Read("max4", 1, ("PLC_PRG.count",))).value == 7
+    assert [variable["path"] for variable in debug(command="forced")["variables"]] == ["PLC_PRG.count"]
+    debug(command="force", values={"PLC_PRG.speed": 1.5})
+    assert bench.outcome(opc.Call("max4", 1, "forced()")).results == (["PLC_PRG.count", "PLC_PRG.speed"],)
+    assert bench.outcome(opc.Call("max4", 1, "release()", ("",))).status is opc.Status.GOOD
+    assert debug(command="forced")["variables"] == []
+
+
+def test_a_parameter_of_the_controller_cannot_be_forced(bench: Bench) -> None:
+    outcome = bench.outcome(opc.Call("max4", 1, "force()", ("PacDriveM.Timer1", 7)))
+    assert (outcome.status, outcome.arguments) == (
+        opc.Status.WRONG_ARGUMENTS,
+        (opc.Status.NOT_SUPPORTED, opc.Status.GOOD),
+    )
+
+
+def test_a_call_with_too_few_arguments_is_refused(bench: Bench) -> None:
+    assert bench.outcome(opc.Call("max4", 1, "force()")).status is opc.Status.REFUSED
 
 
 @pytest.mark.parametrize("is_online", [True, False])

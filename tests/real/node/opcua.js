@@ -3,7 +3,7 @@
 "use strict";
 const {
     AttributeIds, ClientMonitoredItem, DataType, MessageSecurityMode, OPCUAClient, SecurityPolicy, TimestampsToReturn,
-    UserTokenType, makeBrowsePath,
+    UserTokenType, makeBrowsePath, resolveNodeId,
 } = require("node-opcua-client");
 const { OPCUACertificateManager } = require("node-opcua-certificate-manager");
 
@@ -44,6 +44,33 @@ async function changes(session, nodeId, count, act) {
     return seen;
 }
 
+async function call(session, method, ...inputArguments) {
+    return session.call({ objectId: "ns=2;i=1", methodId: `ns=2;s=${method}()`, inputArguments });
+}
+
+async function forcing(session) {
+    // Hold the counter of the program at 1000, see it stand, and release it.
+    const found = {};
+    const signature = await session.getArgumentDefinition("ns=2;s=force()");
+    found.arguments = signature.inputArguments.map((one) => [one.name, DataType[one.dataType.value] ?? "", one.description.text !== ""]);
+    const variable = { dataType: DataType.NodeId, value: resolveNodeId(COUNT) };
+    const wrong = await call(session, "force", variable, { dataType: DataType.String, value: "x" });
+    found.refused = [wrong.statusCode, ...wrong.inputArgumentResults].map((one) => one.name);
+    found.force = (await call(session, "force", variable, { dataType: DataType.Int32, value: 1000 })).statusCode.name;
+    found.forced = (await call(session, "forced")).outputArguments[0].value.map(String);
+    await write(session, COUNT, DataType.Int32, 5);
+    found.held = [];
+    while (found.held.length < 3) {
+        const value = (await session.read({ nodeId: COUNT, attributeId: AttributeIds.Value })).value.value;
+        if (value === 1000) found.held.push(value); // the written 5 stays until the cycle ends
+    }
+    found.release = (await call(session, "release", variable)).statusCode.name;
+    found.left = (await call(session, "forced")).outputArguments[0].value.map(String);
+    const counted = await changes(session, COUNT, 3, async () => {});
+    found.counts = counted[0] >= 1000 && counted[2] > counted[0];
+    return found;
+}
+
 async function visit(session) {
     const found = {};
     found.device = await browsed(session, "ns=2;i=1");
@@ -66,6 +93,7 @@ async function visit(session) {
     found.start = (await session.call({ objectId: "ns=2;i=1", methodId: "ns=2;s=start()" })).statusCode.name;
     const counted = await changes(session, COUNT, 3, async () => {});
     found.counts = counted.every((value, place) => place === 0 || value > counted[place - 1]);
+    found.forcing = await forcing(session);
     return found;
 }
 
@@ -87,6 +115,9 @@ async function main() {
             isSecure ? { type: UserTokenType.UserName, userName, password } : { type: UserTokenType.Anonymous });
         if (isSecure) {
             found.written = await write(session, "ns=2;s=PLC_PRG.setpoint", DataType.Float, 1.25);
+            found.forced = (await call(session, "force",
+                { dataType: DataType.NodeId, value: resolveNodeId("ns=2;s=PLC_PRG.setpoint") },
+                { dataType: DataType.Float, value: 1.25 })).statusCode.name;
         } else {
             Object.assign(found, await visit(session));
         }
