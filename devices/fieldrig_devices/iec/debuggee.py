@@ -11,13 +11,14 @@ from fieldrig.device import Value
 from fieldrig_devices.iec import debugged_objects, debugged_scopes, tree
 from fieldrig_devices.iec.debugged_scopes import Scope
 from fieldrig_devices.iec.layout import storage
+from fieldrig_devices.iec.library.texts import writer
 from fieldrig_devices.iec.loaded import LoadedProgram
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.symbols import Symbol, parts
 from fieldrig_devices.iec.tasks.programs import Programs
 from fieldrig_devices.iec.tasks.task import Phase, Task, TaskState
 from fieldrig_devices.iec.thread import Thread
-from fieldrig_devices.iec.types import EnumType, StringType
+from fieldrig_devices.iec.types import Elementary, EnumType, Family, StringType, Type
 from fieldrig_devices.iec.watch import evaluate, expression_of, path_of
 from fieldrig_devices.languages.debugging.debuggee import (
     Frame,
@@ -216,7 +217,8 @@ class IecDebuggee:
             except ValueError as cause:
                 about = str(cause)
         is_forced = symbol.path in runtime.forced
-        return Variable(symbol.path, symbol.name, str(symbol.type), value, symbol.is_writable, is_forced, about)
+        text = "" if value is None else _text(symbol.type, value)
+        return Variable(symbol.path, symbol.name, str(symbol.type), value, symbol.is_writable, is_forced, about, text)
 
     def _symbol(self, path: str, thread: int | None, frame: int = 0) -> Symbol:
         """Find a variable in the scope of a thread's place, or else by its path from the root."""
@@ -281,6 +283,16 @@ class IecDebuggee:
         if not 1 <= thread <= len(tasks):
             raise ValueError(f"expected a task from 1 to {len(tasks)}, got {thread}")
         return tasks[thread - 1]
+
+
+def _text(kind: Type, value: Value) -> str:
+    """Return a time, a date, a REAL, or the name of a value of an enumeration; empty for any other value."""
+    match kind:
+        case EnumType():
+            return next((name for name, number in kind.values.items() if number == value), "")
+        case Elementary() if kind is Elementary.REAL or kind.family in (Family.TIME, Family.DATE):
+            return writer(kind)(value)
+    return ""
 
 
 _TYPES = {bool: "BOOL", int: "DINT", float: "LREAL", str: "STRING"}

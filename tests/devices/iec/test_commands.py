@@ -152,6 +152,29 @@ def test_fmt_leaves_a_file_with_mistakes_and_xml(tmp_path: Path) -> None:
 # ---- run
 
 
+TYPES = """\
+TYPE Light : (red, yellow, green := 10); END_TYPE
+PROGRAM PLC_PRG
+VAR
+  t : TIME := T#65s; d : DATE := D#1998-12-07; o : TOD := TOD#12:00:00.123; x : DT := DT#1998-02-13-14:20;
+  l : Light := green; r : REAL := 0.1; n : INT := 5; b : BOOL := TRUE; s : STRING := 'on';
+END_VAR
+END_PROGRAM
+"""
+
+
+def test_run_shows_values_as_the_language_writes_them_and_numbers_in_json(tmp_path: Path) -> None:
+    file = saved(tmp_path / "types.st", TYPES)
+    done = iec("run", file, "--for", "15ms")
+    rows = [line.split() for line in done.stdout.splitlines()[1:]]
+    assert {row[0].removeprefix("PLC_PRG."): row[-1] for row in rows} == {
+        "t": "T#1m5s", "d": "D#1998-12-07", "o": "TOD#12:00:00.123", "x": "DT#1998-02-13-14:20",
+        "l": "green", "r": "0.1", "n": "5", "b": "TRUE", "s": "'on'",
+    }  # fmt: skip
+    found = json.loads(iec("run", file, "--for", "15ms", "--json").stdout)
+    assert (found["PLC_PRG.t"], found["PLC_PRG.l"]) == (65_000, 10)
+
+
 def test_run_shows_the_variables_at_the_end(tank: Path) -> None:
     """A task of 10 ms has six cycles from 0 to 50 ms."""
     done = iec("run", tank, "--for", "1s", "--json")

@@ -319,7 +319,7 @@ class Adapter:
         value = variable["value"]
         return {
             "name": variable["name"],
-            "value": variable["type"] if value is None else text_of(value),
+            "value": variable["type"] if value is None else shown(variable),
             "type": variable["type"],
             "evaluateName": variable["path"],
             "variablesReference": self._reference(variable["path"]) if value is None else 0,
@@ -337,7 +337,7 @@ class Adapter:
 
     def _written(self, path: str, text: str) -> dict[str, Any]:
         variable = self._ask({"command": "write", "values": {path: text}})["variables"][0]
-        return {"value": text_of(variable["value"]), "type": variable["type"]}
+        return {"value": shown(variable), "type": variable["type"]}
 
     def _evaluate(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         question: dict[str, Any] = {"command": "read", "names": [field(arguments, "expression", str)]}
@@ -353,6 +353,11 @@ class Adapter:
             "type": shown["type"],
             "variablesReference": shown["variablesReference"],
         }
+
+
+def shown(variable: Mapping[str, Any]) -> str:
+    """Return the value of a variable in an answer as its language writes it."""
+    return str(variable["text"]) or text_of(variable["value"])
 
 
 def text_of(value: Any) -> str:

@@ -71,6 +71,8 @@ class Variable:
     is_writable: bool = False
     is_forced: bool = False
     about: str = ""
+    text: str = ""
+    """The value as the language writes it, such as T#5s; empty if truth values, numbers and texts say it all."""
 
 
 class Debuggee(Protocol):

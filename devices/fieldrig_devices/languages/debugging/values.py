@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from fieldrig_devices.languages.debugging.adapter import Ask, text_of
+from fieldrig_devices.languages.debugging.adapter import Ask, shown
 
 MOST_SHOWN: Final = 200
 """Values that one name shows at most."""
@@ -83,4 +83,4 @@ def _shown(variable: Mapping[str, Any]) -> str:
     about = f"  {variable['about']}" if variable["about"] else ""
     if variable["value"] is None:
         return f"{path}: {variable['type']}{about}"
-    return f"{path} = {text_of(variable['value'])}{mark}{about}"
+    return f"{path} = {shown(variable)}{mark}{about}"
