@@ -28,6 +28,7 @@ PART: Final = "part"
 """A part of a value behind a point: %X3, %B1."""
 NATIVE: Final = "{native}"
 JUNK: Final = "junk"
+"""The kind of a token that cannot be read where an operand is expected; it has its mistake."""
 END: Final = "end of the text"
 
 _KEYWORD_TEXT = """
@@ -121,6 +122,8 @@ _KINDS: Final = {
 }
 _TIME_WITHOUT_PREFIX: Final = re.compile(r"(?:[0-9]+(?:d|h|ms|m|s)_?)+", re.IGNORECASE)
 _PART: Final = re.compile("%[XBWDL][0-9]{1,2}", re.IGNORECASE)
+_OPERAND_ENDS: Final = frozenset({NAME, INTEGER, REAL, ")", "]", "^"})
+"""The kinds of tokens that end an operand."""
 _PREFIX_OF_QUOTE: Final = "'‘’´`"
 
 
@@ -354,9 +357,11 @@ class _Scanner:
             self._say(position, f"the string has the quotes {text[0]} and {text[-1]}", "straight quotes: 'text'")
         elif text[0] == "'":
             self._say(position, "the string is not closed", "' at its end, in the same line")
+        elif len(text) > 1 and text[-1] == text[0] and "'" not in text:
+            self._say(position, f"got {text}", f"a string in single quotes: '{text[1:-1]}'")
         else:
             self._say(position, f"got {text[0]}", "a string in single quotes: 'text'")
-        self._add(STRING, "''", position)
+        self._add(JUNK, text, position)
 
     def _junk(self, text: str, position: int) -> None:
         if _TIME_WITHOUT_PREFIX.fullmatch(text):
@@ -371,10 +376,18 @@ class _Scanner:
                 hint = f"Write .{text[2:]} for a bit." if text[1] in "Xx" else "Shift the value to the right."
                 self._say(position, f"{text} is a part of a value", "the number of a bit", hint)
             self._add(PART, text, position)
+        elif text[0] == "%" and self._found.kinds[-1:] and self._found.kinds[-1] in _OPERAND_ENDS:
+            self._say(position, f"got {text[0]}", "MOD", "The remainder of a division is a MOD b.")
+            self._add("MOD", text[0], position)
+            if len(text) > 1:
+                self._add(INTEGER if text[1:].isdecimal() else NAME, text[1:], position + 1)
         elif text[0] == "%":
             what = f"{text} is not an address"
             self._say(position, what, "%I, %Q or %M, a size X, B, W or D, and numbers, such as %QX1.0")
-            self._add(DIRECT, "%MX0", position)
+            self._add(JUNK, text, position)
+        elif text == "!":
+            self._say(position, "got !", "NOT", "The operator is NOT.")
+            self._add("NOT", text, position)
         else:
             shown = text if text.isprintable() else f"the character with code {ord(text[0])}"
             self._say(position, f"got {shown}", "a character that has a meaning in the language")

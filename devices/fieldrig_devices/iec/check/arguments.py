@@ -99,6 +99,11 @@ def _parameter(
 ) -> Variable | None:
     context = of.context
     is_by_position = context.project.dialect.has_calls_by_position
+    compared = _compared(of, argument, inputs, is_certain=pou.kind is not PouKind.FUNCTION and not is_by_position)
+    if compared is not None:
+        value = text(argument.value) if argument.value is not None else ""
+        context.say(argument, f"{value} is a comparison", compared, "A value is passed with :=.")
+        return None
     if argument.name:
         for variable in inputs:
             if context.key(variable.name) == context.key(argument.name):
@@ -121,6 +126,18 @@ def _parameter(
             context.say(argument, f"too many arguments for {pou.name}", f"{len(inputs)} arguments")
         return None
     return pins[position]
+
+
+def _compared(
+    of: "Expressions", argument: tree.Argument, inputs: Sequence[Variable], *, is_certain: bool
+) -> str | None:
+    """Return the argument that `IN = TRUE` means, if IN is an input, and no variable of the caller or `is_certain`."""
+    match argument:
+        case tree.Argument(name="", value=tree.Binary(operator="=", left=tree.Name(text=name), right=right)):
+            is_input = any(of.context.key(variable.name) == of.context.key(name) for variable in inputs)
+            if is_input and (is_certain or of.context.find(name) is None):
+                return f"{name} := {text(right)}"
+    return None
 
 
 def _misses(of: "Expressions", node: tree.Call, pou: Pou, inputs: Sequence[Variable], matched: Arguments) -> bool:

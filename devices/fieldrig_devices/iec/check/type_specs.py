@@ -1,6 +1,6 @@
 """Declared types, in any order: names, arrays, strings, subranges, pointers, enumerations and structures."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from functools import partial
 from typing import Final
 
@@ -29,6 +29,28 @@ LONGEST_STRING: Final = 255
 DEEPEST: Final = 40
 """Levels of declared types of which each is needed for the one before."""
 
+_OF_OTHER_LANGUAGES: Final[Mapping[str, str]] = {
+    "boolean": "BOOL",
+    "bit": "BOOL",
+    "char": "STRING",
+    "text": "STRING",
+    "integer": "INT",
+    "short": "INT",
+    "int8": "SINT",
+    "int16": "INT",
+    "int32": "DINT",
+    "long": "DINT",
+    "uint8": "USINT",
+    "uint16": "UINT",
+    "uint32": "UDINT",
+    "unsigned": "UINT",
+    "float": "REAL",
+    "single": "REAL",
+    "double": "LREAL",
+    "timer": "TON",
+    "counter": "CTU",
+}
+"""Names of types in other languages, and the types that they mean."""
 SHORT_OF_LONG: Final = {Elementary.LWORD: "DWORD", Elementary.LINT: "DINT", Elementary.ULINT: "UDINT"}
 
 
@@ -139,6 +161,9 @@ class TypeSpecs:
         if library and library.casefold() not in self._project.lists and self._is_known(self._key(plain)):
             return self._named(self._key(plain), tree.NamedType(plain, place=spec.place), context)
         blocks = [known for known, found in self._project.pous.items() if found.type is not None]
+        meant = _OF_OTHER_LANGUAGES.get(name)
+        if meant is not None:
+            return self._no(context, spec, f"the type {spec.name} is not declared", f"the type is called {meant}")
         hint = self._project.reports.closest(spec.name, [*self._project.types, *self._declared, *blocks])
         return self._no(context, spec, f"the type {spec.name} is not declared", hint)
 

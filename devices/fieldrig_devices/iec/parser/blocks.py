@@ -42,6 +42,8 @@ _CONSTANTS: Final = frozenset(
     {token.INTEGER, token.REAL, token.STRING, token.WIDE_STRING, token.TYPED, "-", "(", "TRUE", "FALSE"}
 )
 """Tokens that begin a label of CASE, besides names; a label of another type gets its message from the checker."""
+OPERANDS: Final = _CONSTANTS | {token.NAME, token.DIRECT, "NOT"}
+"""Tokens that begin an operand."""
 ALWAYS: Final = tree.Literal(tree.LiteralKind.BOOL, True, "TRUE")
 """Stands for a condition that could not be read."""
 
@@ -156,7 +158,7 @@ class Blocks(Expressions):
             self._open.pop()
             self.depth -= 1
 
-    def _end(self, word: str, opening: int, opener: str, has_semicolon: bool = True) -> None:
+    def _end(self, word: str, opening: int, opener: str, has_semicolon: bool = True, hint: str = "") -> None:
         """Read END_IF or the like; report it with the line of its beginning if it is missing."""
         if self.kinds[self.i] == word:
             self._closed.append((opening, self.i))
@@ -165,7 +167,8 @@ class Blocks(Expressions):
                 self.i += 1
             return
         line, _ = self.places[opening]
-        self.say(self.i, f"got {self.shown(self.i)}", f"{word} for the {opener} in line {line}", self._suspect(opening))
+        expected = f"{word} for the {opener} in line {line}"
+        self.say(self.i, f"got {self.shown(self.i)}", expected, hint or self._suspect(opening))
 
     def _suspect(self, opening: int) -> str:
         """Return a hint which statement inside lacks its end, if the indentation shows it."""
@@ -240,10 +243,15 @@ class Blocks(Expressions):
         """True if the present token could begin a statement."""
         return self.kinds[self.i] == token.NAME and self.kinds[self.i + 1] in (":=", ".", "[", "(", "^")
 
+    def _is_word_case(self) -> bool:
+        """True at `case 1:` of other languages."""
+        kinds, i = self.kinds, self.i
+        return kinds[i] == "CASE" and kinds[i + 1] in (token.INTEGER, token.NAME) and kinds[i + 2] == ":"
+
     def _is_case_label(self) -> bool:
         kinds = self.kinds
         i = self.i
-        if kinds[i] in _CONSTANTS:
+        if kinds[i] in _CONSTANTS or self._is_word_case():
             return True
         if kinds[i] != token.NAME:
             return False

@@ -76,6 +76,13 @@ class Cursor:
         place = Place(line, column + len(self.texts[last]))
         self.say_at(place, f"{what} is missing behind {self.shown(last)}", "", hint)
 
+    def decimal_hint(self) -> str:
+        """Return a hint if the present comma is in a decimal fraction, such as 7,4 or 1,64e9."""
+        before, behind = self.kinds[self.i - 1], self.kinds[self.i + 1 : self.i + 2]
+        if self.kinds[self.i] != "," or before != token.INTEGER or behind not in ([token.INTEGER], [token.REAL]):
+            return ""
+        return f"A decimal fraction is written with a point: {self.texts[self.i - 1]}.{self.texts[self.i + 1]}."
+
     # ---- tokens
 
     def accept(self, kind: str) -> bool:

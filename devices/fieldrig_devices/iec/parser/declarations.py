@@ -169,7 +169,8 @@ class Declarations(Types):
         if self.kinds[self.i] in _TYPES and not self.is_next_line():
             self.missing(":")
         elif not self.accept(":"):
-            raise self.unexpected(": and a type")
+            hint = "A name has letters, digits and underscores only." if self.kinds[self.i] in ("-", "/", "+") else ""
+            raise self.unexpected(": and a type", hint)
         spec = self.type_spec()
         initial = self._initial(spec)
         self._end_of_declaration(spec)

@@ -172,13 +172,16 @@ class Expressions(Cursor):
             self.i += 1
             found = self.direct(self.texts[at], at)
             return self._behind(found) if self.kinds[self.i] in (".", "[", "^") else found
+        if kind == token.JUNK:
+            self.i += 1
+            return tree.Name("", place=place)
         return self._no_operand(kind)
 
     def _no_operand(self, kind: str) -> tree.Expression:
         hint = ""
         if kind == "=" and self.i and self.kinds[self.i - 1] in ("=", ":="):
             hint = "A comparison is written with one equals sign, an assignment with := and no blank."
-        elif kind == token.JUNK or kind == "&":
+        elif kind == "&":
             hint = "The address of a variable is ADR(variable)."
         elif self.texts[self.i][:1].isalpha():
             hint = f"{kind} is a keyword and cannot be a name."

@@ -38,11 +38,7 @@ class Initials(Bodies):
         return tree.ArrayInitial(tuple(elements), place=self.places[at])
 
     def _decimal_comma(self, spec: tree.NamedType) -> None:
-        hint = ""
-        if self.kinds[self.i - 1] == token.INTEGER and self.kinds[self.i + 1] == token.INTEGER:
-            number = f"{self.texts[self.i - 1]}.{self.texts[self.i + 1]}"
-            hint = f"A decimal fraction is written with a point: {number}."
-        raise self.unexpected(f"; behind the start value of a {spec.name.upper()}", hint)
+        raise self.unexpected(f"; behind the start value of a {spec.name.upper()}", self.decimal_hint())
 
     def _element(self) -> tree.Initial | tree.Repeated:
         """Read one start value, `3(value)`, `(field := value)` or `[value, value]`."""

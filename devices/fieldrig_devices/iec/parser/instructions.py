@@ -4,6 +4,7 @@ Source: PacDrive manual 1264 to 1363 and the examples of 2010 to 2813.  An instr
 the same line (1362), and the arguments of CAL may go over several lines.
 """
 
+import re
 from typing import Final
 
 from fieldrig_devices.iec import tokens as token
@@ -14,6 +15,7 @@ from fieldrig_devices.iec.parser.cursor import UnexpectedError
 from fieldrig_devices.iec.parser.statements import Statements
 
 _KEYWORDS: Final = frozenset({"AND", "OR", "XOR", "MOD", "NOT", "&"})
+_GLUED: Final = re.compile(f"({'|'.join(sorted(SPELLINGS, key=len, reverse=True))})([0-9]+#\\w+)", re.IGNORECASE)
 _NO_OPERATOR: Final = frozenset({":=", "=", ".", "[", "^", ";", ":", "=>", "("})
 """Tokens that follow a name in ST."""
 
@@ -28,7 +30,7 @@ class Instructions(Statements):
             i += 2
         if self.kinds[i] in OUTER:
             return i > self.i
-        if self.kinds[i] in _KEYWORDS:
+        if self.kinds[i] in _KEYWORDS or self._glued(i) is not None:
             return True
         if self.kinds[i] != token.NAME or self.texts[i].upper() not in SPELLINGS:
             return False
@@ -37,6 +39,10 @@ class Instructions(Statements):
         if self.kinds[i + 1] in _NO_OPERATOR:
             return False
         return self.kinds[i + 1] == token.END or self.kinds[i + 2] not in (";", "=")
+
+    def _glued(self, at: int) -> re.Match[str] | None:
+        """Return the operator and the number of a token such as LD2#1001, which lacks a blank (manual 2218)."""
+        return _GLUED.fullmatch(self.texts[at]) if self.kinds[at] == token.TYPED else None
 
     def instructions(self, is_deferred: bool = False) -> tuple[tree.IlInstruction, ...]:
         """Read lines up to the end of the body, or to a closing bracket."""
@@ -97,6 +103,10 @@ class Instructions(Statements):
                     "an operand", "An assignment in IL is LD value, and ST variable in the next line."
                 )
             return self.texts[at]
+        glued = self._glued(at)
+        if glued is not None:
+            hint = f"Write {glued[1].upper()} {glued[2]}, with a blank."
+            raise self.unexpected("an operator of IL, such as LD, ST or AND", hint)
         if self.kinds[at] == ")":
             raise self.unexpected("an operator of IL", "There is one closing bracket more than opening ones.")
         raise self.unexpected("an operator of IL, such as LD, ST or AND")

@@ -8,7 +8,7 @@ from typing import Final
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import Dialect
-from fieldrig_devices.iec.parser.blocks import ALWAYS, BLOCK_ENDS, OUTER, STOPS, Blocks
+from fieldrig_devices.iec.parser.blocks import ALWAYS, BLOCK_ENDS, OPERANDS, OUTER, STOPS, Blocks
 from fieldrig_devices.iec.parser.cursor import UnexpectedError
 from fieldrig_devices.iec.parser.expressions import RANKS
 
@@ -45,9 +45,8 @@ class Statements(Blocks):
         kind = self.kinds[self.i]
         if self.is_next_line() or kind in STOPS or self._begins_assignment():
             self.missing(";")
-        elif kind == "," and self.kinds[self.i - 1] == token.INTEGER and self.kinds[self.i + 1] == token.INTEGER:
-            number = f"{self.texts[self.i - 1]}.{self.texts[self.i + 1]}"
-            raise self.unexpected(";", f"A decimal fraction is written with a point: {number}.")
+        elif kind == ",":
+            raise self.unexpected(";", self.decimal_hint())
         elif kind == ")":
             raise self.unexpected(";", "There is one closing bracket more than opening ones.")
         elif kind == ":=":
@@ -74,7 +73,9 @@ class Statements(Blocks):
             else:
                 self.semicolon()
             if isinstance(target, tree.Call):
-                self.say(at, "a value is assigned to a call", "a variable in front of :=")
+                hint = f"An element of an array is {self.shown(at)}[...], in square brackets."
+                self.say(at, "a value is assigned to a call", "a variable in front of :=", hint)
+                target = tree.Name("", place=place)
             return tree.Assign(target, value, others=others, place=place)
         if isinstance(target, tree.Call) and kind == ";":
             self.i += 1
@@ -110,6 +111,8 @@ class Statements(Blocks):
             return tree.Assign(target, value, place=place)
         if kind in ("+=", "-=", "*="):
             raise self.unexpected(":=", f"Write x := x {kind[0]} ... for x {kind} ...")
+        if kind in ("+", "-") and self.kinds[self.i + 1] == kind:
+            raise self.unexpected(":= or a call", f"Write x := x {kind} 1 for x{kind}{kind}.")
         if kind == token.NAME and not self.is_next_line():
             return self._two_names(target, at)
         if isinstance(target, tree.Call):
@@ -192,9 +195,14 @@ class Statements(Blocks):
         while self.kinds[self.i] == "ELSIF":
             branches.append(self._branch(ends))
         otherwise = None
+        hint = ""
         if self.accept("ELSE"):
+            if self.kinds[self.i] == "IF" and not self.is_next_line():
+                hint = (
+                    f"ELSE IF in line {self.places[self.i].line} begins an IF with an END_IF of its own. Write ELSIF."
+                )
             otherwise = self._block(frozenset({"END_IF"}))
-        self._end("END_IF", opening, "IF")
+        self._end("END_IF", opening, "IF", hint=hint)
         return tree.If(tuple(branches), otherwise, place=self.places[opening])
 
     def _branch(self, ends: frozenset[str]) -> tree.Branch:
@@ -270,6 +278,9 @@ class Statements(Blocks):
     def _return(self) -> tree.Return:
         at = self.i
         self.i += 1
+        if not self.is_next_line() and self.kinds[self.i] in OPERANDS:
+            hint = "The result of a function is assigned to its name in front of it: Name := value; RETURN;"
+            raise self.unexpected(";", hint)
         self.semicolon()
         return tree.Return(place=self.places[at])
 
@@ -322,6 +333,10 @@ class Statements(Blocks):
         self.gather()
         front = self.taken()
         labels: list[tree.Expression | tree.Range] = []
+        if self._is_word_case():
+            value = f"{self.shown(at + 1)}:"
+            self.say(at, f"got {self.shown(at)}", value, "A branch of CASE begins with its value only.")
+            self.i += 1
         try:
             labels.append(self._case_label())
             while self.accept(","):

@@ -41,7 +41,7 @@ STATEMENTS = [
     ("f(a b);", ["1:5 got b; , or ) in the arguments"]),
     ("t(IN := a\nIF x THEN ; END_IF", ["2:1 got IF; ) for the ( in line 1, column 2"]),
     ("x := 'abc;\ny = 3;", ["1:6 the string is not closed; ' at its end, in the same line", "2:3 got =; :="]),
-    ('x := "abc";', ["1:6 got \"; a string in single quotes: 'text'"]),
+    ('x := "abc";', ["1:6 got \"abc\"; a string in single quotes: 'abc'"]),
     ("x := 3; (* never\ny = 3;", ["1:9 the comment is not closed; *) at its end"]),
     ("IF a THEN\n(* never\nEND_IF;", ["2:1 the comment is not closed; *) at its end"]),
     ("x := 3 // why\n;y = 2;", ["1:8 // does not begin a comment; (* ... *)", "2:4 got =; :="]),

@@ -1,0 +1,93 @@
+"""Mistakes of a beginner who knows another language: one message for each, with the words of ST as its hint."""
+
+import pytest
+from iec_check import program
+
+from fieldrig.clock import VirtualClock
+from fieldrig_devices.iec.compiler import compile_project
+from fieldrig_devices.iec.standalone import StandaloneHost
+from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.languages.source_file import SourceFile
+
+NAMES = "i, n : INT; b : BOOL; s : STRING; r : REAL; a : ARRAY[1..3] OF INT; t : TON;"
+FUNCTION = "FUNCTION Add2 : INT VAR_INPUT x, y : INT; END_VAR Add2 := x + y; END_FUNCTION\n"
+
+# Statement, and its only message: column, what is wrong, what was expected, hint.
+STATEMENTS = [
+    ("i++;", "2 got +; := or a call | Write x := x + 1 for x++."),
+    ("i--;", "2 got -; := or a call | Write x := x - 1 for x--."),
+    ('b := "on";', "6 got \"on\"; a string in single quotes: 'on' | "),
+    ("s := 'on;", "6 the string is not closed; ' at its end, in the same line | "),
+    ("t(IN = TRUE);", "3 IN = TRUE is a comparison; IN := TRUE | A value is passed with :=."),
+    ("i := Add2(x = 1, y := 2);", "11 x = 1 is a comparison; x := 1 | A value is passed with :=."),
+    (
+        "a(3) := n;",
+        (
+            "1 a value is assigned to a call; a variable in front of := "
+            "| An element of an array is a[...], in square brackets."
+        ),
+    ),
+    ("i := n % 3;", "8 got %; MOD | The remainder of a division is a MOD b."),
+    ("i := n%3;", "7 got %; MOD | The remainder of a division is a MOD b."),
+    ("b := !b;", "6 got !; NOT | The operator is NOT."),
+    ("i := %X3;", "6 %X3 is not an address; %I, %Q or %M, a size X, B, W or D, and numbers, such as %QX1.0 | "),
+    ("r := 1,64e9;", "7 got ,; ; | A decimal fraction is written with a point: 1.64e9."),
+    (
+        "RETURN i + n;",
+        "8 got i; ; | The result of a function is assigned to its name in front of it: Name := value; RETURN;",
+    ),
+    (
+        "CASE i OF case 1: n := 2; END_CASE;",
+        "11 got case; 1: | A branch of CASE begins with its value only.",
+    ),
+    (
+        "CASE i OF 1: n := 2; case 2: n := 3; END_CASE;",
+        "22 got case; 2: | A branch of CASE begins with its value only.",
+    ),
+    (
+        "CASE i OF 1: n := 2; default: n := 3; END_CASE;",
+        "22 default is not declared;  | the last branch of CASE begins with ELSE",
+    ),
+]
+TYPES = [("boolean", "BOOL"), ("Integer", "INT"), ("float", "REAL"), ("double", "LREAL"), ("Int32", "DINT")]
+
+
+def messages(text: str) -> list[str]:
+    with pytest.raises(CompileError) as refused:
+        compile_project([SourceFile("a.st", text)], StandaloneHost(VirtualClock()))
+    return [
+        f"{found.column} {found.what}; {found.expected} | {found.hint}"
+        for found in refused.value.mistakes
+        if not found.is_note
+    ]
+
+
+@pytest.mark.parametrize(("statement", "expected"), STATEMENTS)
+def test_a_statement_of_another_language_has_one_message(statement: str, expected: str) -> None:
+    assert messages(FUNCTION + program(NAMES, "\n" + statement)) == [expected]
+
+
+@pytest.mark.parametrize(("name", "meant"), TYPES)
+def test_a_type_of_another_language_has_the_one_that_is_meant_as_its_hint(name: str, meant: str) -> None:
+    text = f"PROGRAM PLC_PRG\nVAR\nx : {name};\nEND_VAR\nEND_PROGRAM\n"
+    assert messages(text) == [f"5 the type {name} is not declared;  | the type is called {meant}"]
+
+
+def test_a_minus_in_a_name() -> None:
+    text = "PROGRAM PLC_PRG\nVAR\npump-on : BOOL;\nEND_VAR\nEND_PROGRAM\n"
+    assert messages(text) == ["5 got -; : and a type | A name has letters, digits and underscores only."]
+
+
+def test_else_if_in_two_words() -> None:
+    body = "IF i = 1 THEN\n n := 1;\nELSE IF i = 2 THEN\n n := 2;\nEND_IF\n"
+    (found,) = messages(program(NAMES, body))
+    assert "END_IF for the IF in line" in found
+    assert found.endswith("begins an IF with an END_IF of its own. Write ELSIF.")
+
+
+def test_an_instruction_without_a_blank_is_il() -> None:
+    """The manual prints LD2#1001_0011 (line 2218) and STVar1."""
+    first, *_ = messages(program("Var1 : BYTE;", "\nLD2#1001_0011\nNOT\nST Var1\n"))
+    assert (
+        first == "1 got LD2#1001_0011; an operator of IL, such as LD, ST or AND | Write LD 2#1001_0011, with a blank."
+    )
