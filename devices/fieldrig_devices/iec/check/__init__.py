@@ -19,6 +19,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import bodies, configured, enable, whole
 from fieldrig_devices.iec.check.declarations import Declarations
 from fieldrig_devices.iec.check.project import Project
+from fieldrig_devices.iec.check.startup import Startup
 from fieldrig_devices.iec.check.tasks import Tasks
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Host
@@ -52,9 +53,12 @@ def check(
     declarations.declare(units)
     links = configured.apply(project, declarations.config_blocks, declarations.variables.incomplete)
     Tasks(project).configure(declarations.configurations)
+    startup = Startup(project)
+    startup.begin()
     for number, source in enumerate(project.sources.values()):
-        bodies.check_pou(project, source)
+        bodies.check_pou(project, source, startup)
         on_progress(number + 1, len(project.sources))
+    startup.finish()
     enable.begin_bodies(project)
     whole.check(project, declarations.variables.lists)
     result = Program(project.pous, project.globals, declarations.specs.declared(), project.tasks, host.objects, links)

@@ -5,12 +5,16 @@ from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.il import lower_il
 from fieldrig_devices.iec.check.project import PouSource, Project
 from fieldrig_devices.iec.check.sfc import lower_sfc
+from fieldrig_devices.iec.check.startup import Startup
 from fieldrig_devices.iec.check.statements import Statements
 from fieldrig_devices.iec.program import AnyStatement, Pou
 
 
-def check_pou(project: Project, source: PouSource) -> None:
+def check_pou(project: Project, source: PouSource, startup: Startup) -> None:
     source.pou.body = _body(project, source, source.pou, source.tree.body)
+    first = startup.in_calls(source)
+    if first:
+        source.pou.body[:0] = _body(project, source, source.pou, tree.StBody(tuple(first)))
     for name, (node, level) in source.actions.items():
         action = source.pou.actions[name]
         action.body = _body(project, source, action, node.body, level)

@@ -5,9 +5,11 @@ from math import prod
 from typing import Final
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import startup
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.project import UNKNOWN, Start
+from fieldrig_devices.iec.check.properties import name_to_write
 from fieldrig_devices.iec.tree import Section
 from fieldrig_devices.iec.types import (
     ArrayType,
@@ -20,6 +22,8 @@ from fieldrig_devices.iec.types import (
     Type,
 )
 
+NOT_CONSTANT: Final = " is not constant"
+"""The end of a message about a value that a program can only compute."""
 DEEPEST: Final = 40
 """Constants of which each is needed for the one before."""
 
@@ -37,7 +41,13 @@ def compute(start: Start, context: Context) -> None:
         return
     start.is_busy = True
     context.project.depth += 1
+    reports, before = context.project.reports, len(context.project.reports.mistakes)
     start.variable.initial = value(start.initial, start.variable.type, context)
+    if start.variable.initial is None and startup.may_compute(context.project, start):
+        found = reports.mistakes[before:]
+        if any(mistake.what.endswith(NOT_CONSTANT) for mistake in found):
+            reports.withdraw(before)
+            context.project.computed[start.variable] = start
     context.project.depth -= 1
     start.is_done = True
 
@@ -89,6 +99,10 @@ def _fields(node: tree.StructInitial, kind: StructType | BlockType, context: Con
     for field in node.fields:
         name = context.key(field.name)
         field_type = _field_type(kind, name)
+        if field_type is None and _has_property(kind, context.key(name_to_write(field.name))):
+            context.say(field, f"the property {field.name}{NOT_CONSTANT}", "a variable of the function block")
+            is_whole = False
+            continue
         if field_type is None:
             known = list(kind.fields) if isinstance(kind, StructType) else []
             hint = context.project.reports.closest(field.name, known)
@@ -105,6 +119,10 @@ def _fields(node: tree.StructInitial, kind: StructType | BlockType, context: Con
         else:
             made[name] = found
     return made if is_whole else None
+
+
+def _has_property(kind: Type, writer: str) -> bool:
+    return isinstance(kind, BlockType) and kind.pou is not None and writer in kind.pou.methods
 
 
 def _field_type(kind: StructType | BlockType, name: str) -> Type | None:

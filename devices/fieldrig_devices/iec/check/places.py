@@ -9,7 +9,7 @@ from fieldrig_devices.iec.check import access, check_functions, constants, enabl
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
 from fieldrig_devices.iec.check.operators import integer_of, plain
-from fieldrig_devices.iec.check.project import UNKNOWN
+from fieldrig_devices.iec.check.project import START, UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.program import (
@@ -473,7 +473,7 @@ def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str
                 return _variable_obstacle(context, found)
             case Component(variable=Variable() as found):
                 is_part = place is not whole and context.project.dialect.writes_parts_of_outputs
-                if found.section is Section.OUTPUT and not is_part:
+                if found.section is Section.OUTPUT and not is_part and not _is_start(context):
                     return f"{text(node)} is an output and only its block writes it", "outputs are read: x := inst.Q;"
                 if found.is_constant:
                     return f"{text(node)} is a constant", ""
@@ -494,11 +494,17 @@ def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str
                 return "", ""
 
 
+def _is_start(context: Context) -> bool:
+    """True for the code that gives variables their start values."""
+    return context.owner is not None and START in context.owner.name
+
+
 def _is_local(context: Context, found: Variable, place: Component) -> bool:
     """True for a variable of a function block that only the code of the block may write."""
     kind = place.of.type
     is_block = isinstance(kind, BlockType) and kind.pou is not None and kind.pou.kind is PouKind.FUNCTION_BLOCK
-    return is_block and found.section is Section.LOCAL and not access.is_open(context.project, found)
+    is_inside = found.section is Section.LOCAL and not access.is_open(context.project, found)
+    return is_block and is_inside and not _is_start(context)
 
 
 def _variable_obstacle(context: Context, found: Variable) -> tuple[str, str]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Final
 
 from fieldrig_devices.iec import program, tree
 from fieldrig_devices.iec.check.reports import Keys, Reports
@@ -22,6 +23,8 @@ from fieldrig_devices.iec.types import (
     Value,
 )
 
+START: Final = "$start"
+"""The name of the methods and functions that run before the first cycle."""
 UNKNOWN: Type = StructType("an unknown type")
 """The type of what a mistake was reported for already; nothing more is said about it."""
 
@@ -130,6 +133,10 @@ class Project:
         self.defaults: dict[str, InitialValue] = {}
         """Start values of declared types, by name."""
         self.starts: dict[Variable, Start] = {}
+        self.computed: dict[Variable, Start] = {}
+        """The start values that are computed when the program starts."""
+        self.declared: dict[Variable, tree.Variable] = {}
+        """The declarations of variables."""
         self.compute: Callable[[Start], None] = lambda start: None
         """Works out a start value; set by the checker."""
         self.enumerations: dict[EnumType, Callable[[], None]] = {}

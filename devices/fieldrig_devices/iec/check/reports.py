@@ -40,6 +40,11 @@ class Reports:
             self._notes += 1
             self.mistakes.append(Mistake(place.line, place.column, what, is_note=True, file=file, hint=hint))
 
+    def withdraw(self, first: int) -> None:
+        """Forget the mistakes from this number on."""
+        self._mistakes -= sum(not mistake.is_note for mistake in self.mistakes[first:])
+        del self.mistakes[first:]
+
     def closest(self, name: str, known: Iterable[str]) -> str:
         """Return a hint that names the known name which is most alike; empty if none is."""
         self._searches += 1

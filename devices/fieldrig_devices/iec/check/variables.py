@@ -193,6 +193,7 @@ class Variables:
             file=context.file,
             comment=comment_of(node),
         )
+        self._project.declared[made] = node
         self._check_type(made, node, source, context)
         if node.location is not None:
             self._locate(made, node.location, source, context)
@@ -207,6 +208,12 @@ class Variables:
 
     def _check_type(self, made: Variable, node: tree.Variable, source: PouSource | None, context: Context) -> None:
         block = block_of(made.type)
+        spec = node.type
+        while isinstance(spec, tree.ArraySpec):
+            spec = spec.element
+        has_arguments = isinstance(spec, tree.NamedType) and bool(spec.arguments or spec.rows)
+        if has_arguments and made.type is not UNKNOWN and (block is None or "fb_init" not in block.methods):
+            context.say(spec, f"{made.type} has no method FB_init for the arguments", "the name of the type alone")
         if block is None:
             return
         if made.section is not Section.IN_OUT and self._project.is_abstract(block):

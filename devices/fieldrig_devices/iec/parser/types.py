@@ -74,9 +74,13 @@ class Types(Initials):
         while self.kinds[self.i] == ".":
             self.i += 1
             name += f".{self.name('the name of a type')}"
+        if self.kinds[self.i] == "[" and self.dialect.has_constructors:
+            return tree.NamedType(name, rows=self._rows(), place=place)
         if self.kinds[self.i] != "(":
             return tree.NamedType(name, place=place)
         opening = self.i
+        if self.dialect.has_constructors and not self._is_subrange(opening):
+            return tree.NamedType(name, self.arguments(), place=place)
         if self.dialect.has_typed_enumerations and upper in INTEGERS and self._is_enumeration():
             found = self._enumeration()
             found.base = "" if upper == "INT" else upper
@@ -89,6 +93,30 @@ class Types(Initials):
         high = self.expression()
         self.close(")", opening)
         return tree.SubrangeSpec(tree.NamedType(name, place=place), low, high, place=place)
+
+    def _rows(self) -> tuple[tuple[tree.Argument, ...], ...]:
+        """Read the arguments of FB_init for each element of an array."""
+        at = self.i
+        found: list[tuple[tree.Argument, ...]] = []
+        while self.kinds[self.i] in ("[", ","):
+            self.i += 1
+            if self.kinds[self.i] != "(":
+                raise self.unexpected("(", "The arguments of each element are in brackets.")
+            found.append(self.arguments())
+        self.close("]", at)
+        return tuple(found)
+
+    def _is_subrange(self, opening: int) -> bool:
+        """True if the brackets contain limits and no arguments."""
+        depth = 0
+        for at in range(opening, len(self.kinds)):
+            kind = self.kinds[at]
+            depth += (kind == "(") - (kind == ")")
+            if depth == 0 or kind in (";", token.END):
+                return False
+            if kind == ".." and depth == 1:
+                return True
+        return False
 
     def _is_enumeration(self) -> bool:
         """True if names of values follow the bracket, and no limits of a subrange."""

@@ -3,7 +3,7 @@
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.parser.initials import RESERVED
 from fieldrig_devices.iec.printer import statements
-from fieldrig_devices.iec.printer.expressions import direct_text
+from fieldrig_devices.iec.printer.expressions import argument_text, direct_text
 from fieldrig_devices.iec.printer.expressions import expression_text as text_of
 from fieldrig_devices.iec.printer.lines import INDENT, Lines
 
@@ -57,11 +57,19 @@ def _variable(lines: Lines, variable: tree.Variable) -> None:
     lines.append(f"{_initial(variable.initial, variable.type)};")
 
 
+def _arguments(arguments: tuple[tree.Argument, ...]) -> str:
+    return f"({', '.join(map(argument_text, arguments))})"
+
+
 def _spec(lines: Lines, spec: tree.TypeSpec) -> None:
     """Append a type to the last line, and further lines if it needs them."""
     match spec:
-        case tree.NamedType(name):
+        case tree.NamedType(name, arguments, rows):
             lines.append(name)
+            if arguments:
+                lines.append(_arguments(arguments))
+            if rows:
+                lines.append(f"[{', '.join(map(_arguments, rows))}]")
         case tree.StringSpec(length, is_wide):
             name = "WSTRING" if is_wide else "STRING"
             lines.append(name if length is None else f"{name}({text_of(length)})")

@@ -2,13 +2,17 @@
 
 from dataclasses import dataclass, field
 
-from fieldrig_devices.iec.tree.expressions import Direct, Expression, Range
+from fieldrig_devices.iec.tree.expressions import Argument, Direct, Expression, Range
 from fieldrig_devices.iec.tree.nodes import Node, Statement
 
 
 @dataclass(slots=True)
 class NamedType(Node):
     name: str
+    arguments: tuple[Argument, ...] = ()
+    """The arguments of FB_init, `motor : Motor(number := 3);`."""
+    rows: tuple[tuple[Argument, ...], ...] = ()
+    """The same for each element of an array, `ARRAY[1..2] OF Motor[(number := 3), (number := 4)]`."""
 
 
 @dataclass(slots=True)

@@ -1,0 +1,302 @@
+"""The code before the first cycle: FB_init of each instance, and start values that are computed.
+
+Source: the public descriptions of CODESYS V3 and TwinCAT 3.  All variables have their constant start values first.
+Then the members of an instance are started, after them FB_init of the function blocks that it extends, from the top,
+and its own.  What the declaration assigns behind that, `motor : Motor(3) := (speed := 5)`, is assigned last.
+
+The code is made as a tree and checked like any other: a method `$start` for each function block and program that needs
+it, and functions `$start0` and so on, which the first program that runs calls.  Variables of functions are started in
+each call.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.project import START, PouSource, Project, Start
+from fieldrig_devices.iec.program import (
+    AnyStatement,
+    Assign,
+    CallFunction,
+    Cell,
+    Constant,
+    Evaluate,
+    If,
+    Load,
+    Operator,
+    Pou,
+    Space,
+    Unary,
+    Variable,
+)
+from fieldrig_devices.iec.tree import PouKind, Section
+from fieldrig_devices.iec.types import ArrayType, BlockType, Elementary, PointerType, StructType, Type
+
+COUNTER: Final = "$element"
+MOST_LOOPS: Final = 3
+"""Dimensions of arrays of instances, one within the other."""
+FLAG: Final = "$isStarted"
+INIT: Final = "fb_init"
+IMPLICIT: Final = (
+    tree.Literal(tree.LiteralKind.BOOL, True, "TRUE"),
+    tree.Literal(tree.LiteralKind.BOOL, False, "FALSE"),
+)
+"""The arguments bInitRetains and bInCopyCode, which no declaration gives."""
+OWN: Final = frozenset({Section.LOCAL, Section.TEMP})
+"""The variables of a function that it may compute at the beginning of each call."""
+
+
+def may_compute(project: Project, start: Start) -> bool:
+    """True if the start value of a variable may be computed when the program starts."""
+    variable = start.variable
+    if not project.dialect.has_constructors or variable.is_constant or variable.location is not None:
+        return False
+    if start.source is None:
+        return variable.section is Section.GLOBAL
+    return variable.space is not Space.FRAME or variable.section in OWN
+
+
+class Startup:
+    """The code that starts a project.  `begin` makes it as trees, and `finish` calls it from the programs."""
+
+    def __init__(self, project: Project) -> None:
+        self._project = project
+        self._loops = 0
+        """The number of loops around the present statement."""
+        self._needs: dict[Pou, bool] = {}
+        self._functions: dict[str, Pou] = {}
+        """The functions `$start` by file, so that messages have the right one."""
+
+    def begin(self) -> None:
+        project = self._project
+        if not project.dialect.has_constructors:
+            return
+        for source in list(project.sources.values()):
+            if source.pou.type is not None and self._is_needed(source.pou):
+                self._add_method(source)
+        for variable in self._globals():
+            self._add_to_function(variable.file, self._started(variable, variable.name))
+        for pou in list(project.pous.values()):
+            if pou.kind is PouKind.PROGRAM and self._is_needed(pou):
+                self._add_to_function(pou.file, [_call(tree.Member(tree.Name(pou.name), START))])
+        if self._functions:
+            project.globals[FLAG.lower()] = Variable(FLAG, Elementary.BOOL, Space.GLOBAL, Section.GLOBAL)
+
+    def finish(self) -> None:
+        if not self._functions:
+            return
+        flag = Cell(self._project.globals[FLAG.lower()], Elementary.BOOL)
+        for pou in dict.fromkeys(pou for task in self._project.tasks for pou in task.programs):
+            line = self._project.sources[pou].tree.place.line
+            run: list[AnyStatement] = [Assign(flag, Constant(True, Elementary.BOOL), line=line)]
+            functions = self._functions.values()
+            run += [Evaluate(CallFunction(function, (), Elementary.BOOL), line=line) for function in functions]
+            pou.body.insert(0, If(Unary(Operator.NOT, Load(flag), Elementary.BOOL), run, line=line))
+
+    def in_calls(self, source: PouSource) -> list[tree.AnyStatement]:
+        """Return what a body does first in each call, for its variables on the stack."""
+        if not self._project.dialect.has_constructors:
+            return []
+        own = [variable for variable in source.pou.variables.values() if variable.space is Space.FRAME]
+        found = [one for variable in own for one in self._started(variable, variable.name)]
+        if _has_loop(found):
+            _count_with(source)
+        return found
+
+    # ---- what needs a start
+
+    def _globals(self) -> list[Variable]:
+        """The global variables with a name of their own, without the instances of programs."""
+        found = self._project.globals.items()
+        return [one for name, one in found if self._project.names.get(name) is one]
+
+    def _is_needed(self, pou: Pou) -> bool:
+        if pou not in self._needs:
+            self._needs[pou] = False
+            own = [variable for variable in pou.variables.values() if variable.space is Space.INSTANCE]
+            self._needs[pou] = any(self._needs_start(variable) for variable in own)
+        return self._needs[pou]
+
+    def _needs_start(self, variable: Variable) -> bool:
+        if variable in self._project.computed:
+            return True
+        return not variable.is_reference and self._has_instances(variable.type)
+
+    def _has_instances(self, kind: Type) -> bool:
+        """True if a type is or contains a function block that has to be started."""
+        while isinstance(kind, ArrayType):
+            kind = kind.element
+        if isinstance(kind, StructType):
+            return any(self._has_instances(field.type) for field in kind.fields.values())
+        block = _block(kind)
+        return block is not None and (INIT in block.methods or self._is_needed(block))
+
+    # ---- the code
+
+    def _add_to_function(self, file: str, statements: Iterable[tree.AnyStatement]) -> None:
+        made = tuple(statements)
+        if not made:
+            return
+        if file not in self._functions:
+            name = f"{START}{len(self._functions)}"
+            function = self._functions[file] = self._project.pous[name] = Pou(PouKind.FUNCTION, name, file)
+            node = tree.Pou(PouKind.FUNCTION, name, None, (), tree.StBody(()))
+            self._project.sources[function] = PouSource(function, node, is_library=False)
+        source = self._project.sources[self._functions[file]]
+        assert isinstance(source.tree.body, tree.StBody)
+        source.tree.body = tree.StBody((*source.tree.body.statements, *made))
+        if _has_loop(made):
+            _count_with(source)
+
+    def _add_method(self, source: PouSource) -> None:
+        """Give a function block or program its method `$start`."""
+        pou, project = source.pou, self._project
+        own = [variable for variable in pou.variables.values() if variable.space is Space.INSTANCE]
+        body = [one for variable in own for one in self._started(variable, variable.name)]
+        node = tree.Pou(PouKind.FUNCTION, START, None, (), tree.StBody(tuple(body)), place=source.tree.place)
+        made = Pou(PouKind.FUNCTION, f"{pou.name}.{START}", pou.file, owner=pou)
+        pou.methods[START] = project.pous[f"{project.key(pou.name)}.{START}"] = made
+        project.sources[made] = own_source = PouSource(made, node, source.is_library, outer=source)
+        if _has_loop(body):
+            _count_with(own_source)
+
+    def _started(self, variable: Variable, name: str) -> Iterator[tree.AnyStatement]:
+        """Yield the statements that start a variable of the code that has it."""
+        if not self._needs_start(variable) or "." in name:
+            return
+        node = self._project.declared.get(variable)
+        spec = node.type if node is not None else _PLAIN
+        target = tree.Name(name, place=variable.place)
+        yield from self._instances(target, variable.type, spec)
+        is_computed = variable in self._project.computed
+        if node is not None and node.initial is not None and (is_computed or _has_init(variable.type)):
+            yield from _assignments(target, variable.type, node.initial)
+
+    def _instances(
+        self, target: tree.Expression, kind: Type, spec: tree.TypeSpec, at: int = 0
+    ) -> Iterator[tree.AnyStatement]:
+        if not self._has_instances(kind):
+            return
+        if isinstance(kind, StructType):
+            for field in kind.fields.values():
+                yield from self._instances(tree.Member(target, field.name, place=target.place), field.type, _PLAIN)
+            return
+        if isinstance(kind, ArrayType):
+            yield from self._elements(target, kind, spec, at)
+            return
+        block = _block(kind)
+        assert block is not None
+        if self._is_needed(block):
+            yield _call(tree.Member(target, START, place=target.place))
+        rows = spec.rows if isinstance(spec, tree.NamedType) else ()
+        given = rows[at] if at < len(rows) else spec.arguments if isinstance(spec, tree.NamedType) else ()
+        versions = sorted((name for name in block.methods if name.partition("@")[0] == INIT), reverse=True)
+        for name in versions:
+            yield _call(tree.Member(target, name, place=target.place), self._fitting(block.methods[name], given))
+
+    def _elements(
+        self, target: tree.Expression, kind: ArrayType, spec: tree.TypeSpec, at: int
+    ) -> Iterator[tree.AnyStatement]:
+        """Start the elements of an array in a loop, or one by one if each has arguments of its own."""
+        inner = spec
+        while isinstance(inner, tree.ArraySpec):
+            inner = inner.element
+        if isinstance(inner, tree.NamedType) and inner.rows:
+            for number in range(kind.count):
+                element = _element(target, kind.low + number)
+                yield from self._instances(element, kind.element, inner, at * kind.count + number)
+            return
+        counter = tree.Name(f"{COUNTER}{self._loops}")
+        self._loops += 1
+        element = tree.Index(target, (counter,), place=target.place)
+        body = tuple(self._instances(element, kind.element, inner))
+        self._loops -= 1
+        yield tree.For(counter, _number(kind.low), _number(kind.high), None, body, place=target.place)
+
+    def _fitting(self, method: Pou, given: Sequence[tree.Argument]) -> Sequence[tree.Argument]:
+        """Return the arguments for the FB_init of one level; that of a derived block has those of its base in front."""
+        inputs = self._project.sources[method].inputs
+        names = {self._project.key(one.name) for one in inputs}
+        implicit = [tree.Argument(value) for value in IMPLICIT[: len(inputs)]]
+        is_above = "@" in method.name
+        rest = [one for one in given if not is_above or not one.name or self._project.key(one.name) in names]
+        return [*implicit, *(rest[: len(inputs) - len(implicit)] if is_above else rest)]
+
+
+_PLAIN: Final = tree.NamedType("")
+"""Stands for the type of what has no arguments of its own."""
+
+
+def _has_init(kind: Type) -> bool:
+    block = _block(kind)
+    return block is not None and INIT in block.methods
+
+
+def _block(kind: Type) -> Pou | None:
+    while isinstance(kind, ArrayType):
+        kind = kind.element
+    return kind.pou if isinstance(kind, BlockType) else None
+
+
+def _call(called: tree.Expression, arguments: Sequence[tree.Argument] = ()) -> tree.CallStatement:
+    return tree.CallStatement(tree.Call(called, tuple(arguments), place=called.place), place=called.place)
+
+
+def _number(value: int) -> tree.Literal:
+    return tree.Literal(tree.LiteralKind.INTEGER, value, str(value))
+
+
+def _element(target: tree.Expression, index: int) -> tree.Index:
+    return tree.Index(target, (_number(index),), place=target.place)
+
+
+def _count_with(source: PouSource) -> None:
+    """Give a body that has loops the variables that count in them."""
+    for number in range(MOST_LOOPS):
+        name = f"{COUNTER}{number}"
+        counter = Variable(name, Elementary.DINT, Space.FRAME, Section.TEMP, file=source.pou.file)
+        source.names[name] = source.pou.variables[name] = counter
+
+
+def _has_loop(statements: Iterable[tree.AnyStatement]) -> bool:
+    return any(isinstance(one, tree.For) for one in statements)
+
+
+def _assignments(target: tree.Expression, kind: Type, initial: tree.Initial) -> Iterator[tree.AnyStatement]:
+    """Yield the assignments of a start value, part by part."""
+    match initial:
+        case tree.StructInitial(fields):
+            for field in fields:
+                member = tree.Member(target, field.name, place=field.place)
+                yield from _assignments(member, _part(kind, field.name), field.value)
+        case tree.ArrayInitial(elements) if isinstance(kind, ArrayType):
+            index = kind.low
+            for element in elements:
+                count = _count(element)
+                value = element.value if isinstance(element, tree.Repeated) else element
+                for number in range(index, index + count):
+                    yield from _assignments(_element(target, number), kind.element, value)
+                index += count
+        case tree.ArrayInitial():
+            return
+        case _:
+            is_reference = isinstance(kind, PointerType) and kind.is_reference
+            how = tree.AssignKind.REFER if is_reference else tree.AssignKind.PLAIN
+            yield tree.Assign(target, initial, how, place=initial.place)
+
+
+def _count(element: tree.Initial | tree.Repeated) -> int:
+    """The number of repetitions, which is a number in the text."""
+    if not isinstance(element, tree.Repeated):
+        return 1
+    count = element.count
+    return int(count.value) if isinstance(count, tree.Literal) and isinstance(count.value, int) else 0
+
+
+def _part(kind: Type, name: str) -> Type:
+    """The type of a component; that of a property does not matter."""
+    if isinstance(kind, BlockType) and kind.pou is not None:
+        found = kind.pou.variables.get(name.lower())
+        return found.type if found is not None else Elementary.BOOL
+    fields = getattr(kind, "fields", {})
+    return fields[name.lower()].type if name.lower() in fields else Elementary.BOOL
