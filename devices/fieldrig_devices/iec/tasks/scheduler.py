@@ -133,6 +133,8 @@ class Scheduler:
         for task in self._active:
             task.begin_ns += pause_ns
             task.deadline_ns += pause_ns
+        if self._is_ended and self.current is not None:  # its last chunk still takes the processor
+            self.current.begin_ns += pause_ns
 
     # ---- what else happens
 

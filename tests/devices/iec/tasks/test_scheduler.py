@@ -122,6 +122,30 @@ def bench() -> Bench:
     return Bench()
 
 
+class StallingClock(VirtualClock):
+    """A clock whose host can stand still, so that timers are called late."""
+
+    def stall_to(self, ms: float) -> None:
+        self.instant_ns = round(ms * MS)
+        while (timer := self._timers.pop_due(self.instant_ns)) is not None:
+            action, timer.action = timer.action, None
+            assert action is not None
+            action()
+
+
+@pytest.mark.manual("PD-072")
+@pytest.mark.parametrize("stalls_at_ms", [0.1, 0.6], ids=["in the first chunk", "in the last chunk"])
+def test_time_in_which_the_host_stands_still_is_no_load_of_the_program(stalls_at_ms: float) -> None:
+    clock = StallingClock()
+    bench = Bench(clock=clock)
+    task = bench.task("late", 650, ms=10)
+    bench.start()
+    bench.run_to(stalls_at_ms)
+    clock.stall_to(45)
+    bench.run_to(48)
+    assert (task.cycles, task.load_ns, bench.told) == (2, 650 * US, [])
+
+
 @pytest.mark.manual("PD-061", "PD-060")
 def test_higher_priority_interrupts_the_lower_one_at_its_instant_and_the_lower_one_resumes(bench: Bench) -> None:
     bench.task("low", 1_100, ms=10, priority=31)
