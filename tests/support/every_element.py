@@ -1,6 +1,7 @@
 """Documents of the exchange formats that hold every kind of element, for tests that damage them."""
 
 from exchange_documents import block, coil, contact, pou, rail, sink, source, tc6
+from object_documents import CODESYS_OBJECTS, PART10_CLASSES
 
 _WIRE = '<connectionPointIn><connection refLocalId="{}"/></connectionPointIn>'
 
@@ -76,4 +77,4 @@ TWINCAT = (
     "</Implementation></Action></POU></TcPlcObject>"
 )
 ENI = "<pou><name>P</name><interface><![CDATA[PROGRAM P]]></interface><st><body><![CDATA[;]]></body></st></pou>"
-DOCUMENTS = (NETWORKS, CHART, PART_10, TWINCAT, ENI)
+DOCUMENTS = (NETWORKS, CHART, PART_10, TWINCAT, ENI, CODESYS_OBJECTS, PART10_CLASSES)

@@ -39,6 +39,8 @@ class Raw:
     accessor: str = ""
     """GET or SET for an accessor, whose property has the type `result`."""
     extends: str = ""
+    implements: tuple[str, ...] = ()
+    modifiers: tuple[str, ...] = ()
 
 
 def assemble(raws: Sequence[Raw], others: Sequence[tree.Declaration], fragments: Fragments) -> list[tree.Pou]:
@@ -85,6 +87,8 @@ def _pou(raw: Raw, kinds: Kinds, fragments: Fragments) -> tree.Pou:
         (*actions, *bodies.actions),
         tuple(methods),
         raw.extends,
+        raw.modifiers,
+        raw.implements,
         comments=raw.comments,
         place=place,
         end=tree.Place(max((drawn.line for drawn in raw.bodies), default=raw.line), 1),
@@ -99,7 +103,19 @@ def _method(raw: Raw, outer: Raw, kinds: Kinds, fragments: Fragments) -> tree.Me
         bodies = Bodies(fragments, hidden, inner)
         body = _joined([bodies.body(drawn) for drawn in raw.bodies], fragments, place)
     blocks = (*raw.blocks, *hidden.block())
-    return tree.Method(raw.name, raw.result, blocks, body, accessor=raw.accessor, comments=raw.comments, place=place)
+    return tree.Method(
+        raw.name, raw.result, blocks, body, raw.modifiers, raw.accessor, comments=raw.comments, place=place
+    )
+
+
+def prototype(raw: Raw) -> tree.Method:
+    """Return a method of an interface, which has no code, no access specifier and no variables but its arguments."""
+    kinds = (tree.Section.INPUT, tree.Section.OUTPUT, tree.Section.IN_OUT)
+    arguments = tuple(block for block in raw.blocks if block.section in kinds)
+    place, comments = tree.Place(raw.line, 1), raw.comments
+    return tree.Method(
+        raw.name, raw.result, arguments, tree.StBody(()), accessor=raw.accessor, comments=comments, place=place
+    )
 
 
 def _action(part: Part, bodies: Bodies, fragments: Fragments) -> tree.Action:

@@ -2,19 +2,12 @@
 
 import pytest
 from exchange_documents import messages, only_pou, read, st, unit_of
+from iec_program import IecBench
+from object_documents import PART10_CLASSES, XSI, body, content, part10, result
 
 from fieldrig_devices.iec import tree
-
-XSI = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
-
-
-def part10(content: str, instances: str = "") -> str:
-    return (
-        f'<Project xmlns="www.iec.ch/public/TC65SC65BWG7TF10" {XSI} schemaVersion="1.0">'
-        '<FileHeader companyName="" productName="test" productVersion="1"/>'
-        '<ContentHeader name="test" creationDateTime="2026-01-01T00:00:00"/>'
-        f"<Types><GlobalNamespace>{content}</GlobalNamespace></Types><Instances>{instances}</Instances></Project>"
-    )
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4, Dialect
+from fieldrig_devices.iec.imports import read_source
 
 
 def program(body: str, variables: str = "") -> str:
@@ -24,10 +17,6 @@ def program(body: str, variables: str = "") -> str:
 
 def variable(name: str, type: str, more: str = "") -> str:
     return f'<Variable name="{name}"><Type><TypeName>{type}</TypeName></Type>{more}</Variable>'
-
-
-def content(kind: str, inside: str, more: str = "") -> str:
-    return f'<BodyContent xsi:type="{kind}" {more}>{inside}</BodyContent>'
 
 
 def wires(*points: int) -> str:
@@ -288,9 +277,13 @@ def test_a_chart_by_analogy_with_tc6() -> None:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        (part10('<Class name="C"/>'), "The class C is not supported"),
-        (part10('<Interface name="I"/>'), "The interface I is not supported"),
-        (part10('<FunctionBlock name="F"><Method name="M"/></FunctionBlock>'), "The method M is not supported"),
+        (
+            part10('<Class name="C"><Method name="M"><Pragma/></Method></Class>'),
+            "CLASS C, method M: A method has the element Pragma, which is not known; expected ResultType, Parameters",
+        ),
+        (part10('<Class name="1"/>'), '"1" cannot be the name of a POU'),
+        (part10('<Interface name="1"/>'), '"1" cannot be the name of an interface'),
+        (part10('<Class name="C"><Method name="1"/></Class>'), '"1" cannot be the name of a method'),
         (program(content("CFC", "")), "The body has the type cfc; expected ST, IL, LD, FBD or SFC"),
         (
             program(content("FBD", f"<Network>{fbd('DataSink', wires(7), 'identifier=' + repr('a'))}</Network>")),
@@ -303,3 +296,84 @@ def test_a_chart_by_analogy_with_tc6() -> None:
 )
 def test_what_cannot_come_over_is_named(text: str, expected: str) -> None:
     assert any(expected in message for message in messages(text)), read(text)[1]
+
+
+def test_classes_interfaces_and_methods_are_those_of_the_language() -> None:
+    unit, mistakes = read(PART10_CLASSES)
+    assert mistakes == []
+    assert (
+        unit.declarations[:4]
+        == unit_of("""
+        INTERFACE Filling
+        METHOD Fill : BOOL
+        VAR_INPUT amount : REAL; END_VAR
+        END_METHOD
+        END_INTERFACE
+        CLASS ABSTRACT Vessel IMPLEMENTS Filling
+        VAR PROTECTED held : REAL; END_VAR
+        METHOD PUBLIC ABSTRACT Room : REAL
+        END_METHOD
+        METHOD PUBLIC FINAL Fill : BOOL
+        VAR_INPUT amount : REAL; END_VAR
+        IF held + amount <= Room() THEN held := held + amount; Fill := TRUE; END_IF;
+        END_METHOD
+        END_CLASS
+        CLASS Drum EXTENDS Vessel
+        VAR PUBLIC height : REAL; END_VAR
+        METHOD PUBLIC OVERRIDE Room : REAL
+        Room := 3.0 * height;
+        END_METHOD
+        END_CLASS
+        FUNCTION_BLOCK FINAL Pump
+        VAR n : INT; END_VAR
+        Step();
+        METHOD PUBLIC Step
+        n := n + 1;
+        END_METHOD
+        END_FUNCTION_BLOCK""").declarations
+    )
+    running = IecBench(PART10_CLASSES, EDITION_3)
+    running.cycle()
+    assert (running["a"], running["b"]) == (True, False)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "expected"),
+    [
+        (CODESYS, '<Class name="C"/>', "The class C is not supported; expected functions, function blocks and actions"),
+        (EPAS_4, '<Interface name="I"/>', "The interface I is not supported"),
+        (EPAS_4, '<FunctionBlock name="F"><Method name="M"/></FunctionBlock>', "FUNCTION_BLOCK F: The method M is not"),
+        (
+            EPAS_4,
+            '<FunctionBlock name="F"><Extends><TypeName>G</TypeName></Extends></FunctionBlock>',
+            "FUNCTION_BLOCK F: EXTENDS is not supported",
+        ),
+    ],
+)
+def test_objects_need_a_dialect_that_has_them(dialect: Dialect, text: str, expected: str) -> None:
+    (message,) = read_source("test.xml", part10(text), dialect)[1]
+    assert expected in str(message)
+    assert message.hint == "Choose the dialect edition-3."
+
+
+def test_an_interface_of_another_file_is_left_out_with_a_note() -> None:
+    text = part10('<FunctionBlock name="F"><Implements><TypeName>Shop.Filling</TypeName></Implements></FunctionBlock>')
+    (note,) = read(text)[1]
+    assert note.is_note
+    assert note.what == "FUNCTION_BLOCK F: IMPLEMENTS Filling is left out"
+
+
+def test_an_array_without_limits_has_stars() -> None:
+    """The form is that of the text; no document of a tool has one."""
+    stars = '<IndexRange lower="*" upper="*"/>'
+    kind = (
+        '<Type><InstantlyDefinedType xsi:type="ArrayTypeSpec"><BaseType><TypeName>INT</TypeName></BaseType>'
+        f'<DimensionSpec dimensionNumber="1">{stars}</DimensionSpec>'
+        f'<DimensionSpec dimensionNumber="2">{stars}</DimensionSpec></InstantlyDefinedType></Type>'
+    )
+    given = f'<Parameters><InoutVars><Variable name="a">{kind}</Variable></InoutVars></Parameters>'
+    text = part10(f'<Function name="F">{result("INT")}{given}{body("F := a[1, 1];")}</Function>')
+    expected = "FUNCTION F : INT VAR_IN_OUT a : ARRAY[*, *] OF INT; END_VAR F := a[1, 1]; END_FUNCTION"
+    assert read(text)[0].declarations == unit_of(expected).declarations
+    (message,) = read_source("test.xml", text, EPAS_4)[1]
+    assert "An array has the limit *; expected limits such as 1..10" in str(message)

@@ -2,8 +2,12 @@
 
 import pytest
 from exchange_documents import messages, only_pou, pou, read, st, tc6, unit_of
+from iec_program import IecBench
+from object_documents import CODESYS_OBJECTS, added
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.dialect import CODESYS, EPAS_4
+from fieldrig_devices.iec.imports import read_source
 
 ST = "<ST><xhtml:p>;</xhtml:p></ST>"
 
@@ -333,8 +337,95 @@ def test_what_cannot_come_over_is_named(text: str, expected: str) -> None:
     assert any(expected in message for message in messages(text)), read(text)[1]
 
 
-def test_what_a_block_implements_is_left_out_with_a_note() -> None:
-    text = tc6(pou(ST).replace("</interface>", "<addData><Implements>I_Run</Implements></addData></interface>"))
+def test_an_interface_of_a_library_is_left_out_with_a_note() -> None:
+    text = tc6(pou(ST).replace("</interface>", "<addData><Implements>LIB.I_Run</Implements></addData></interface>"))
     (note,) = read(text)[1]
     assert note.is_note
-    assert "IMPLEMENTS I_Run is left out" in note.what
+    assert "IMPLEMENTS LIB.I_Run is left out" in note.what
+
+
+def test_interfaces_and_access_specifiers_of_the_codesys_family() -> None:
+    expected = unit_of("""
+        INTERFACE I_Fill
+        METHOD Fill : BOOL
+        VAR_INPUT amount : INT; END_VAR
+        END_METHOD
+        PROPERTY Level : INT
+        GET END_GET
+        END_PROPERTY
+        END_INTERFACE
+        FUNCTION_BLOCK ABSTRACT Vessel IMPLEMENTS I_Fill
+        VAR held : INT; END_VAR
+        METHOD PROTECTED ABSTRACT Room : INT
+        END_METHOD
+        METHOD FINAL Fill : BOOL
+        VAR_INPUT amount : INT; END_VAR
+        Fill := held + amount <= Room(); IF Fill THEN held := held + amount; END_IF
+        END_METHOD
+        PROPERTY Level : INT
+        GET Level := held; END_GET
+        END_PROPERTY
+        END_FUNCTION_BLOCK
+        FUNCTION_BLOCK Drum EXTENDS Vessel
+        METHOD PROTECTED Room : INT
+        Room := 15;
+        END_METHOD
+        END_FUNCTION_BLOCK""").declarations
+    unit, mistakes = read(CODESYS_OBJECTS)
+    assert mistakes == []
+    assert unit.declarations[:3] == expected
+    running = IecBench(CODESYS_OBJECTS, CODESYS, name="plc.xml")
+    running.cycle()
+    assert [running[name] for name in ("a", "b", "n")] == [True, False, 12]
+
+
+def test_an_interface_needs_a_dialect_with_methods() -> None:
+    found = read_source("test.xml", CODESYS_OBJECTS, EPAS_4)[1]
+    assert str(found[0]).endswith("hint: Choose the dialect codesys.")
+    assert found[0].what == "The interface I_Fill is not supported"
+
+
+def test_a_structure_extends_another_one() -> None:
+    above = added("datatypeinheritance", "<Inheritance><Extends>LIB.Spot</Extends></Inheritance>")
+    types = (
+        f'<dataType name="Spot"><baseType><struct>{variable("x", "<INT/>")}</struct></baseType></dataType>'
+        f'<dataType name="Place"><baseType><struct>{variable("y", "<INT/>")}</struct></baseType>'
+        f"<addData>{above}</addData></dataType>"
+    )
+    text = tc6(f"<dataTypes>{types}</dataTypes><pous/>")
+    assert (
+        declarations(text)
+        == unit_of("""
+        TYPE Spot : STRUCT x : INT; END_STRUCT END_TYPE
+        TYPE Place EXTENDS Spot : STRUCT y : INT; END_STRUCT END_TYPE""").declarations
+    )
+    (message,) = read_source("test.xml", text, EPAS_4)[1]
+    assert message.what == "type Place: EXTENDS is not supported here"
+
+
+def test_a_list_with_constants_among_its_variables_is_there_once() -> None:
+    """The list has all variables, and once more in parts with their attributes."""
+    a, b, c = (variable(name, "<INT/>") for name in "abc")
+    parts = (
+        f'<globalVars name="GVL" constant="true">{b}</globalVars><globalVars name="GVL" retain="true">{a}</globalVars>'
+    )
+    mixed = added("mixedattrsvarlist", f"<MixedAttrsVarList>{parts}</MixedAttrsVarList>")
+    list_ = f'<globalVars name="GVL">{a}{b}{c}<addData>{mixed}</addData></globalVars>'
+    text = tc6("<pous/>").replace("</project>", f"<addData>{added('globalvars', list_)}</addData></project>")
+    assert (
+        declarations(text)
+        == unit_of("""
+        VAR_GLOBAL c : INT; END_VAR
+        VAR_GLOBAL CONSTANT b : INT; END_VAR
+        VAR_GLOBAL RETAIN a : INT; END_VAR""").declarations
+    )
+    assert [block.name for block in declarations(text) if isinstance(block, tree.Variables)] == ["GVL"] * 3
+
+
+def test_a_function_without_a_result_has_none_where_the_dialect_knows_it() -> None:
+    text = tc6(pou(ST, kind="function"))
+    assert only_pou(text).result is None
+    unit, (note,) = read_source("test.xml", text, EPAS_4)
+    assert isinstance(unit.declarations[0], tree.Pou)
+    assert unit.declarations[0].result == tree.NamedType("BOOL")
+    assert "BOOL is assumed" in note.what

@@ -144,6 +144,25 @@ def plain_text(of: Element | None, fragments: Fragments) -> tuple[tree.Variables
     return fragments.variables(text[start.start() :], line + text.count("\n", 0, start.start()))
 
 
+def array(dimensions: Sequence[Element], base: tree.TypeSpec, place: tree.Place, fragments: Fragments) -> tree.TypeSpec:
+    """An array; each dimension is an element with its limits, which are `*` in an ARRAY[*]."""
+    if dimensions and all(attribute(e, end).strip() == "*" for e in dimensions for end in ("lower", "upper")):
+        if not fragments.dialect.has_open_arrays:
+            hint = "ARRAY[*] is known in the dialect edition-3."
+            fragments.report.mistake(place.line, "An array has the limit *", "limits such as 1..10", hint)
+        return tree.OpenArraySpec(len(dimensions), base, place=place)
+    ranges = (limits(found, fragments) for found in dimensions)
+    return tree.ArraySpec(tuple(found for found in ranges if found is not None), base, place=place)
+
+
+def limits(of: Element, fragments: Fragments) -> tree.Range | None:
+    """The range in the attributes `lower` and `upper`; None with a message."""
+    line = line_of(of)
+    low = fragments.expression(attribute(of, "lower"), line)
+    high = fragments.expression(attribute(of, "upper"), line)
+    return None if low is None or high is None else tree.Range(low, high, place=tree.Place(line, 1))
+
+
 def enumeration(of: Element, values: Sequence[Element], fragments: Fragments) -> tree.EnumSpec:
     found: list[tree.EnumValue] = []
     for value in values:

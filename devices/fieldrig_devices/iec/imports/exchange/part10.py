@@ -2,14 +2,18 @@
 
 The name space is `www.iec.ch/public/TC65SC65BWG7TF10`.  POUs and types are in name spaces under `Types`, tasks under
 `Instances`.  Some tools export single POUs, with the POU as the root and its declarations as text.
+
+No tool's document with a class, an interface or a method is public.  They are read as function blocks and functions are
+written, with the attributes `abstract`, `final`, `override` and `accessSpecifier`; what is unknown in one is refused.
 """
 
 from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.imports.assembly import Part, Raw, assemble
-from fieldrig_devices.iec.imports.exchange.declared import DEPTH, enumeration, initial, plain_text, section, variable
-from fieldrig_devices.iec.imports.exchange.part10_bodies import read_bodies, type_of
+from fieldrig_devices.iec.imports.assembly import Part, Raw, assemble, prototype
+from fieldrig_devices.iec.imports.exchange.declared import plain_text, section
+from fieldrig_devices.iec.imports.exchange.part10_bodies import read_bodies
+from fieldrig_devices.iec.imports.exchange.part10_types import NOTHING, read_declaration, read_type
 from fieldrig_devices.iec.imports.exchange.tasks import duration, program_without_task, resource_of
 from fieldrig_devices.iec.imports.fragments import Fragments
 from fieldrig_devices.iec.imports.xml import (
@@ -18,10 +22,10 @@ from fieldrig_devices.iec.imports.xml import (
     comment_of,
     element,
     elements,
+    is_set,
     line_of,
     name_of,
     namespace_of,
-    text_of,
 )  # fmt: skip
 
 NAMESPACE: Final = "www.iec.ch/public/TC65SC65BWG7TF10"
@@ -29,11 +33,13 @@ _POUS: Final = {
     "Program": tree.PouKind.PROGRAM,
     "Function": tree.PouKind.FUNCTION,
     "FunctionBlock": tree.PouKind.FUNCTION_BLOCK,
+    "Class": tree.PouKind.CLASS,
 }
 _LISTS: Final = ("Vars", "TempVars", "ExternalVars", "GlobalVars", "AccessVars")
 _PARAMETERS: Final = ("InputVars", "OutputVars", "InoutVars")
-_OBJECTS: Final = ("Class", "Interface")
-_NOTHING: Final = tree.NamedType("INT")
+_BODIES: Final = ("MainBody", "Body", "BodyContent")
+_OF_METHODS: Final = (*_LISTS, *_BODIES, "Parameters", "ResultType", "Documentation", "AddData", "UsingDirective")
+_FLAGS: Final = ("ABSTRACT", "FINAL", "OVERRIDE")
 
 
 def is_project(root: Element) -> bool:
@@ -42,137 +48,138 @@ def is_project(root: Element) -> bool:
 
 def read_project(root: Element, fragments: Fragments) -> tuple[tree.Declaration, ...]:
     """Everything that a `Project` declares, or a single POU."""
-    types = [d for e in root.iter("{*}DataTypeDecl") if (d := _type_declaration(e, fragments)) is not None]
+    types = [d for e in root.iter("{*}DataTypeDecl") if (d := read_declaration(e, fragments)) is not None]
     globals_: list[tree.Variables] = []
     for found in root.iter("{*}GlobalVars"):
         if not any(name_of(parent) in _POUS for parent in found.iterancestors()):
             block = section(found, read_type, fragments)
             globals_ += [block] if block is not None else []
-    raws = [raw for e in root.iter() if name_of(e) in _POUS and (raw := _pou(e, fragments)) is not None]
-    for left_out in root.iter():
-        if name_of(left_out) in _OBJECTS:
-            _object(left_out, fragments)
-    others: list[tree.Declaration] = [*types, *globals_]
+    interfaces = [i for e in root.iter("{*}Interface") if (i := _interface(e, fragments)) is not None]
+    known = frozenset(interface.name.casefold() for interface in interfaces)
+    raws = [raw for e in root.iter() if name_of(e) in _POUS and (raw := _pou(e, fragments, known)) is not None]
+    others: list[tree.Declaration] = [*types, *globals_, *interfaces]
     configurations = [c for e in root.iter("{*}Resource") if (c := _resource(e, fragments)) is not None]
     return (*others, *assemble(raws, others, fragments), *configurations)
 
 
-def _object(of: Element, fragments: Fragments) -> None:
+def _refused(of: Element, fragments: Fragments, dialect: str) -> None:
     fragments.report.mistake(
         line_of(of),
         f"The {name_of(of).lower()} {attribute(of, 'name')[:60]} is not supported",
         "functions, function blocks and actions",
-        "Turn it into an action or into a function block of its own.",
+        f"Choose the dialect {dialect}.",
     )
-
-
-# ---- types
-
-
-def read_type(of: Element | None, fragments: Fragments, depth: int = 0) -> tree.TypeSpec:
-    """A reference to a type: its name, or a type that is defined in place."""
-    line = 1 if of is None else line_of(of)
-    name = element(of, "TypeName")
-    if name is not None:
-        return _named(text_of(name).strip(), line_of(name), fragments)
-    inner = element(of, "InstantlyDefinedType")
-    if inner is not None:
-        return _specified(inner, fragments, depth + 1)
-    if of is not None and text_of(of).strip() and not elements(of):
-        return _named(text_of(of).strip(), line, fragments)
-    fragments.report.mistake(line, "The type is missing", "a TypeName or an InstantlyDefinedType")
-    return _NOTHING
-
-
-def _named(name: str, line: int, fragments: Fragments) -> tree.TypeSpec:
-    """A type by its name, whose name space does not count."""
-    if "[" not in name and "(" not in name:
-        name = name.replace("\\", ".").rpartition(".")[2]
-    return fragments.type(name, line)
-
-
-def _specified(of: Element, fragments: Fragments, depth: int = 0) -> tree.TypeSpec:
-    place, kind = tree.Place(line_of(of), 1), type_of(of)
-    if depth > DEPTH:
-        fragments.report.mistake(place.line, f"Types are nested more than {DEPTH} deep")
-        return _NOTHING
-    match kind:
-        case "arraytypespec":
-            base = read_type(element(of, "BaseType"), fragments, depth)
-            ranges = (_range(element(d, "IndexRange"), fragments) for d in elements(of, "DimensionSpec"))
-            return tree.ArraySpec(tuple(found for found in ranges if found is not None), base, place=place)
-        case "structtypespec":
-            fields = (variable(member, read_type, fragments) for member in elements(of, "Member"))
-            return tree.StructSpec(tuple(found for found in fields if found is not None), place=place)
-        case "enumtypespec" | "enumtypewithnamedvaluespec":
-            return enumeration(of, elements(of, "Enumerator"), fragments)
-        case "subrangetypespec":
-            return _subrange(of, fragments, depth)
-        case "directlyderivedtypespec" | "derivedtypespec":
-            return read_type(element(of, "BaseType"), fragments, depth)
-    fragments.report.mistake(
-        place.line, f"The type specification {kind[:40] or 'without xsi:type'} is not known", "an array, structure, "
-        "enumeration, subrange or derived type"
-    )  # fmt: skip
-    return _NOTHING
-
-
-def _range(of: Element | None, fragments: Fragments) -> tree.Range | None:
-    if of is None:
-        return None
-    low = fragments.expression(attribute(of, "lower"), line_of(of))
-    high = fragments.expression(attribute(of, "upper"), line_of(of))
-    return None if low is None or high is None else tree.Range(low, high, place=tree.Place(line_of(of), 1))
-
-
-def _subrange(of: Element, fragments: Fragments, depth: int) -> tree.TypeSpec:
-    base = read_type(element(of, "BaseType"), fragments, depth)
-    limits = next((_range(e, fragments) for e in (*elements(of), of) if attribute(e, "lower")), None)
-    if limits is None or not isinstance(base, tree.NamedType):
-        fragments.report.mistake(line_of(of), "The subrange is incomplete", "a range and an integer type")
-        return base
-    return tree.SubrangeSpec(base, limits.low, limits.high, place=tree.Place(line_of(of), 1))
-
-
-def _type_declaration(of: Element, fragments: Fragments) -> tree.TypeDeclaration | None:
-    name, line = attribute(of, "name").strip(), line_of(of)
-    if not fragments.is_name(name, line, "a type"):
-        return None
-    with fragments.report.inside(f"type {name[:60]}"):
-        specification = element(of, "UserDefinedTypeSpec")
-        if specification is None:
-            fragments.report.mistake(line, "The type has no specification", "a UserDefinedTypeSpec")
-            return None
-        spec = _specified(specification, fragments)
-        start = initial(element(specification, "InitialValue"), spec, fragments)
-        comments = comment_of(element(of, "Documentation"))
-        return tree.TypeDeclaration(name, spec, start, comments=comments, place=tree.Place(line, 1))
 
 
 # ---- POUs
 
 
-def _pou(of: Element, fragments: Fragments) -> Raw | None:
+def _pou(of: Element, fragments: Fragments, interfaces: frozenset[str]) -> Raw | None:
+    """A POU; `interfaces` are those of the document in small letters."""
     name, line, kind, report = attribute(of, "name").strip(), line_of(of), _POUS[name_of(of)], fragments.report
+    if kind is tree.PouKind.CLASS and not fragments.dialect.has_classes:
+        _refused(of, fragments, "edition-3")
+        return None
     if not fragments.is_name(name, line, "a POU"):
         return None
     with report.inside(f"{kind.value} {name[:60]}"):
-        lists = [*elements(element(of, "Parameters"), *_PARAMETERS), *elements(of, *_LISTS)]
-        blocks = [b for found in lists if (b := section(found, read_type, fragments)) is not None and b.variables]
         raw = Raw(kind, name, line, comments=comment_of(element(of, "Documentation")))
-        raw.blocks = tuple(blocks) or plain_text(element(of, "AddData"), fragments)
+        raw.blocks = _blocks(of, kind, fragments) or plain_text(element(of, "AddData"), fragments)
         if kind is tree.PouKind.FUNCTION:
             result = element(of, "ResultType")
-            raw.result = read_type(result, fragments) if result is not None else tree.NamedType("BOOL")
-            if result is None:
+            raw.result = read_type(result, fragments) if result is not None else None
+            if result is None and not fragments.dialect.has_void_functions:
+                raw.result = tree.NamedType("BOOL")
                 report.note(line, "The function declares no result; BOOL is assumed")
         body = element(of, "MainBody")
         raw.bodies = [] if body is None else read_bodies(body, report)
         raw.actions = [part for e in elements(of, "Action") for part in _part(e, fragments)]
         raw.transitions = [part for e in elements(of, "Transition") for part in _part(e, fragments)]
-        for method in elements(of, "Method"):
-            _object(method, fragments)
+        raw.methods = _methods(of, fragments)
+        if fragments.dialect.has_methods:
+            raw.modifiers = tuple(word for word in _FLAGS if is_set(of, word.lower()))
+        raw.extends = _above(of, fragments)
+        for implemented in _names(of, "Implements", fragments):
+            if implemented.casefold() in interfaces:
+                raw.implements = (*raw.implements, implemented)
+            else:
+                report.note(line, f"IMPLEMENTS {implemented[:60]} is left out")
         return raw
+
+
+def _blocks(of: Element, kind: tree.PouKind, fragments: Fragments) -> tuple[tree.Variables, ...]:
+    blocks: list[tree.Variables] = []
+    for list_ in (*elements(element(of, "Parameters"), *_PARAMETERS), *elements(of, *_LISTS)):
+        block = section(list_, read_type, fragments)
+        if block is None or not block.variables:
+            continue
+        word = attribute(list_, "accessSpecifier").strip().upper()
+        is_open = kind is tree.PouKind.FUNCTION_BLOCK and word == "PUBLIC" and fragments.dialect.has_methods
+        if word in tree.ACCESS and block.section is tree.Section.LOCAL and (kind is tree.PouKind.CLASS or is_open):
+            block.access = word  # tools write "private" at every list of a function block or program
+        blocks.append(block)
+    return tuple(blocks)
+
+
+# ---- methods and interfaces
+
+
+def _methods(of: Element, fragments: Fragments) -> list[Raw]:
+    found: list[Raw] = []
+    for added in elements(of, "Method"):
+        name = attribute(added, "name").strip()
+        if not fragments.dialect.has_methods:
+            _refused(added, fragments, "edition-3")
+        elif fragments.is_name(name, line_of(added), "a method"):
+            with fragments.report.inside(f"method {name[:60]}"):
+                found.append(_method(added, fragments))
+    return found
+
+
+def _method(of: Element, fragments: Fragments) -> Raw:
+    for unknown in elements(of):
+        if name_of(unknown) not in _OF_METHODS:
+            what = f"A method has the element {name_of(unknown)[:40]}, which is not known"
+            fragments.report.mistake(line_of(unknown), what, "ResultType, Parameters, Vars, TempVars and MainBody")
+    result, body = element(of, "ResultType"), element(of, "MainBody")
+    raw = Raw(tree.PouKind.FUNCTION, attribute(of, "name").strip(), line_of(of))
+    raw.comments = comment_of(element(of, "Documentation"))
+    raw.result = read_type(result, fragments) if result is not None else None
+    raw.blocks = _blocks(of, raw.kind, fragments) or plain_text(element(of, "AddData"), fragments)
+    raw.bodies = read_bodies(of if body is None else body, fragments.report)
+    word = attribute(of, "accessSpecifier").strip().upper()
+    flags = (flag for flag in _FLAGS if is_set(of, flag.lower()))
+    raw.modifiers = (*((word,) if word in tree.ACCESS else ()), *flags)
+    return raw
+
+
+def _interface(of: Element, fragments: Fragments) -> tree.Interface | None:
+    name, line = attribute(of, "name").strip(), line_of(of)
+    if not fragments.dialect.has_methods:
+        _refused(of, fragments, "edition-3")
+        return None
+    if not fragments.is_name(name, line, "an interface"):
+        return None
+    with fragments.report.inside(f"INTERFACE {name[:60]}"):
+        methods = tuple(prototype(raw) for raw in _methods(of, fragments))
+        above = tuple(_names(of, "Extends", fragments))
+    comments = comment_of(element(of, "Documentation"))
+    return tree.Interface(name, above, methods, comments=comments, place=tree.Place(line, 1))
+
+
+def _above(of: Element, fragments: Fragments) -> str:
+    """The function block or class that a POU extends; empty for none."""
+    names = _names(of, "Extends", fragments)
+    if names and not fragments.dialect.has_methods:
+        fragments.report.mistake(line_of(of), "EXTENDS is not supported", hint="Choose the dialect edition-3.")
+        return ""
+    return names[0] if names else ""
+
+
+def _names(of: Element, kind: str, fragments: Fragments) -> list[str]:
+    """The names in the references `Extends` or `Implements`, without their name spaces."""
+    specs = [read_type(e, fragments) for e in elements(of, kind)]
+    return [spec.name for spec in specs if isinstance(spec, tree.NamedType) and spec is not NOTHING]
 
 
 def _part(of: Element, fragments: Fragments) -> list[Part]:

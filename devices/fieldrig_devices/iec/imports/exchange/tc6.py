@@ -5,13 +5,15 @@ variables and applications also into `addData`; they are found wherever they are
 """
 
 import re
+from dataclasses import replace
 from typing import Final
 
 from lxml import etree
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.assembly import Part, Raw, assemble
-from fieldrig_devices.iec.imports.exchange.declared import SECTIONS, Element, initial, plain_text, section
+from fieldrig_devices.iec.imports.exchange import tc6_objects
+from fieldrig_devices.iec.imports.exchange.declared import Element, initial, plain_text, section
 from fieldrig_devices.iec.imports.exchange.tasks import duration, program_without_task, resource_of
 from fieldrig_devices.iec.imports.exchange.tc6_bodies import read_body
 from fieldrig_devices.iec.imports.exchange.tc6_types import read_declaration, read_type
@@ -26,6 +28,7 @@ from fieldrig_devices.iec.imports.xml import (
     text_of,
 )  # fmt: skip
 
+_MIXED: Final = "MixedAttrsVarList"
 _POUS: Final = {
     "program": tree.PouKind.PROGRAM,
     "function": tree.PouKind.FUNCTION,
@@ -40,9 +43,11 @@ def read_project(root: Element, fragments: Fragments) -> tuple[tree.Declaration,
     for left_out in _all(root, "accessVars"):
         section(left_out, read_type, fragments)
     config = [block for e in _all(root, "configVars") if (block := _config(e, fragments)) is not None]
-    raws = [raw for e in _all(root, "pou") if not _is_of_pou(e) and (raw := _pou(e, fragments)) is not None]
+    prototypes = [i for e in tc6_objects.interfaces(root) if (i := tc6_objects.interface(e, fragments)) is not None]
+    known = frozenset(found.name.casefold() for found in prototypes)
+    raws = [raw for e in _all(root, "pou") if not _is_of_pou(e) and (raw := _pou(e, fragments, known)) is not None]
     configurations = [found for e in _all(root, "resource") if (found := _resource(e, fragments)) is not None]
-    others: list[tree.Declaration] = [*types, *globals_, *config]
+    others: list[tree.Declaration] = [*types, *globals_, *config, *prototypes]
     return (*others, *assemble(raws, others, fragments), *configurations)
 
 
@@ -51,19 +56,33 @@ def _all(root: Element, name: str) -> list[Element]:
 
 
 def _is_of_pou(of: Element) -> bool:
-    """True for global variables that a POU declares, and for POUs inside of a POU."""
-    return any(name_of(parent) == "pou" for parent in of.iterancestors())
+    """True for global variables that a POU declares, for POUs inside of a POU, and for parts of a list."""
+    return any(name_of(parent) in ("pou", _MIXED) for parent in of.iterancestors())
 
 
 def _globals(of: Element, fragments: Fragments) -> list[tree.Variables]:
     with fragments.report.inside(f"global variables {attribute(of, 'name')}".strip()):
         found = section(of, read_type, fragments)
         if found is None or found.variables:
-            return [] if found is None else [found]
+            return [] if found is None else _mixed(of, found, fragments)
         blocks = list(plain_text(of, fragments))
         for block in blocks:
             block.name = attribute(of, "name")
         return blocks
+
+
+def _mixed(of: Element, whole: tree.Variables, fragments: Fragments) -> list[tree.Variables]:
+    """The parts of a list of which only some variables are CONSTANT or RETAIN, as the CODESYS family writes it."""
+    inner = (e for added in of.iter(f"{{*}}{_MIXED}") for e in elements(added, "globalVars"))
+    parts = [part for e in inner if (part := section(e, read_type, fragments)) is not None and part.variables]
+    if not parts:
+        return [whole]
+    known = {variable.name.casefold() for part in parts for variable in part.variables}
+    for part in parts:
+        part.name = whole.name
+    rest = tuple(variable for variable in whole.variables if variable.name.casefold() not in known)
+    parts[0].comments = whole.comments
+    return [replace(whole, variables=rest, comments=()), *parts] if rest else parts
 
 
 def _config(of: Element, fragments: Fragments) -> tree.Variables | None:
@@ -85,7 +104,7 @@ def _config(of: Element, fragments: Fragments) -> tree.Variables | None:
     return tree.Variables(tree.Section.CONFIG, tuple(found), place=tree.Place(line_of(of), 1)) if found else None
 
 
-def _pou(of: Element, fragments: Fragments) -> Raw | None:
+def _pou(of: Element, fragments: Fragments, interfaces: frozenset[str]) -> Raw | None:
     name, line, report = attribute(of, "name").strip(), line_of(of), fragments.report
     kind = _POUS.get(attribute(of, "pouType").casefold())
     if kind is None:
@@ -97,24 +116,19 @@ def _pou(of: Element, fragments: Fragments) -> Raw | None:
         interface = element(of, "interface")
         result = element(interface, "returnType")
         raw = Raw(kind, name, line, comments=comment_of(element(of, "documentation")))
-        raw.blocks = _blocks(of, interface, fragments)
+        raw.blocks = tc6_objects.blocks(of, interface, fragments)
         if kind is tree.PouKind.FUNCTION:
-            raw.result = read_type(result, fragments) if result is not None else tree.NamedType("BOOL")
-            if result is None:
+            raw.result = read_type(result, fragments) if result is not None else None
+            if result is None and not fragments.dialect.has_void_functions:
+                raw.result = tree.NamedType("BOOL")
                 report.note(line, "The function declares no result; BOOL is assumed")
         raw.bodies = [drawn for body in elements(of, "body") if (drawn := read_body(body, report)) is not None]
         raw.actions = _parts(element(of, "actions"), "action", fragments)
         raw.transitions = _parts(element(of, "transitions"), "transition", fragments)
-        raw.methods = _methods(of, fragments)
-        raw.extends = _extends(interface, fragments)
+        raw.methods = tc6_objects.methods(of, fragments)
+        raw.modifiers = tc6_objects.modifiers(of, fragments)
+        tc6_objects.inherit(raw, interface, fragments, interfaces)
         return raw
-
-
-def _blocks(pou: Element, interface: Element | None, fragments: Fragments) -> tuple[tree.Variables, ...]:
-    lists = [e for e in elements(interface) if name_of(e).casefold() in (*SECTIONS, "accessvars")]
-    blocks = [block for found in lists if (block := section(found, read_type, fragments)) is not None]
-    used = [block for block in blocks if block.variables]
-    return tuple(used) or plain_text(element(pou, "addData"), fragments) or plain_text(interface, fragments)
 
 
 def _parts(of: Element | None, name: str, fragments: Fragments) -> list[Part]:
@@ -127,62 +141,6 @@ def _parts(of: Element | None, name: str, fragments: Fragments) -> list[Part]:
             comments = comment_of(element(part, "documentation"))
             found.append(Part(attribute(part, "name").strip(), line_of(part), drawn, comments))
     return found
-
-
-def _methods(of: Element, fragments: Fragments) -> list[Raw]:
-    """The methods and properties that the tools of the CODESYS family add to a POU."""
-    found: list[Raw] = []
-    for added in of.iter("{*}Method", "{*}Property"):
-        name, kind = attribute(added, "name").strip(), name_of(added).lower()
-        if not fragments.dialect.has_methods:
-            fragments.report.mistake(
-                line_of(added),
-                f"The {kind} {name[:60]} is not supported",
-                "functions, function blocks and actions",
-                "Choose the dialect codesys.",
-            )
-        elif fragments.is_name(name, line_of(added), f"a {kind}"):
-            with fragments.report.inside(f"{kind} {name[:60]}"):
-                found += [_method(added, fragments)] if kind == "method" else _property(added, fragments)
-    return found
-
-
-def _method(of: Element, fragments: Fragments) -> Raw:
-    interface = element(of, "interface")
-    result = element(interface, "returnType")
-    raw = Raw(tree.PouKind.FUNCTION, attribute(of, "name").strip(), line_of(of))
-    raw.comments = comment_of(element(of, "documentation"))
-    raw.result = read_type(result, fragments) if result is not None else None
-    raw.blocks = _blocks(of, interface, fragments)
-    raw.bodies = [drawn for body in elements(of, "body") if (drawn := read_body(body, fragments.report)) is not None]
-    return raw
-
-
-def _property(of: Element, fragments: Fragments) -> list[Raw]:
-    kind = read_type(element(element(of, "interface"), "returnType"), fragments)
-    found: list[Raw] = []
-    for part in elements(of):
-        word = name_of(part).upper().removesuffix("ACCESSOR")
-        if word in ("GET", "SET"):
-            raw = _method(part, fragments)
-            raw.name, raw.result, raw.accessor = attribute(of, "name").strip(), kind, word
-            found.append(raw)
-    return found
-
-
-def _extends(interface: Element | None, fragments: Fragments) -> str:
-    """The function block that a POU extends; interfaces that it implements are left out with a note."""
-    if interface is None:
-        return ""
-    for added in interface.iter("{*}Implements"):
-        fragments.report.note(line_of(added), f"IMPLEMENTS {text_of(added).strip()[:60]} is left out")
-    above = next(interface.iter("{*}Extends"), None)
-    if above is None:
-        return ""
-    if not fragments.dialect.has_methods:
-        fragments.report.mistake(line_of(above), "EXTENDS is not supported", hint="Choose the dialect codesys.")
-        return ""
-    return text_of(above).strip()
 
 
 # ---- tasks

@@ -5,9 +5,17 @@ from typing import Final
 from lxml import etree
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.imports.exchange.declared import DEPTH, TypeReader, enumeration, initial, variable
+from fieldrig_devices.iec.imports.exchange.declared import (
+    DEPTH,
+    TypeReader,
+    array,
+    enumeration,
+    initial,
+    limits,
+    variable,
+)
 from fieldrig_devices.iec.imports.fragments import Fragments
-from fieldrig_devices.iec.imports.xml import attribute, comment_of, element, elements, line_of, name_of
+from fieldrig_devices.iec.imports.xml import attribute, comment_of, element, elements, line_of, name_of, text_of
 
 Element = etree._Element
 
@@ -42,8 +50,7 @@ def read_type(of: Element | None, fragments: Fragments, depth: int = 0) -> tree.
             return _derived(inner, fragments)
         case "array":
             base = read_type(element(inner, "baseType"), fragments, depth + 1)
-            ranges = tuple(r for d in elements(inner, "dimension") if (r := _range(d, fragments)) is not None)
-            return tree.ArraySpec(ranges, base, place=place)
+            return array(elements(inner, "dimension"), base, place, fragments)
         case "struct":
             fields = (variable(field, _nested(depth), fragments) for field in elements(inner, "variable"))
             return tree.StructSpec(tuple(field for field in fields if field is not None), place=place)
@@ -70,25 +77,34 @@ def _derived(of: Element, fragments: Fragments) -> tree.TypeSpec:
         fragments.report.mistake(line_of(of), "The derived type has no name")
         return _NOTHING
     if "." in name and "[" not in name:
-        name = name.rpartition(".")[2]  # a name space or library in front of the type
+        name = plain_name(name)
     return fragments.type(name, line_of(of))
 
 
-def _range(of: Element, fragments: Fragments) -> tree.Range | None:
-    line = line_of(of)
-    low = fragments.expression(attribute(of, "lower"), line)
-    high = fragments.expression(attribute(of, "upper"), line)
-    return None if low is None or high is None else tree.Range(low, high, place=tree.Place(line, 1))
+def plain_name(name: str) -> str:
+    """Return a name without the library or name space in front of it."""
+    return name.strip().rpartition(".")[2]
+
+
+def _extend(of: Element, spec: tree.TypeSpec, fragments: Fragments) -> None:
+    """Note the structure that a structure extends, which the tools of the CODESYS family add."""
+    above = next(of.iter("{*}Extends"), None)
+    if above is None:
+        return
+    if isinstance(spec, tree.StructSpec) and fragments.dialect.has_methods:
+        spec.extends = plain_name(text_of(above))
+    else:
+        fragments.report.mistake(line_of(above), "EXTENDS is not supported here", hint="Choose the dialect codesys.")
 
 
 def _subrange(of: Element, fragments: Fragments, depth: int) -> tree.TypeSpec:
     bounds = element(of, "range")
-    limits = None if bounds is None else _range(bounds, fragments)
+    found = None if bounds is None else limits(bounds, fragments)
     base = read_type(element(of, "baseType"), fragments, depth + 1)
-    if limits is None or not isinstance(base, tree.NamedType):
+    if found is None or not isinstance(base, tree.NamedType):
         fragments.report.mistake(line_of(of), "The subrange is incomplete", "a range and an integer type")
         return base
-    return tree.SubrangeSpec(base, limits.low, limits.high, place=tree.Place(line_of(of), 1))
+    return tree.SubrangeSpec(base, found.low, found.high, place=tree.Place(line_of(of), 1))
 
 
 def read_declaration(of: Element, fragments: Fragments) -> tree.TypeDeclaration | None:
@@ -98,6 +114,7 @@ def read_declaration(of: Element, fragments: Fragments) -> tree.TypeDeclaration 
         return None
     with fragments.report.inside(f"type {name[:60]}"):
         spec = read_type(element(of, "baseType"), fragments)
+        _extend(of, spec, fragments)
         return tree.TypeDeclaration(
             name,
             spec,

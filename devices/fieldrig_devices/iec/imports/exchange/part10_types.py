@@ -1,0 +1,97 @@
+"""Types of IEC 61131-10: names, types that are defined in place, and declared types."""
+
+from typing import Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.imports.exchange.declared import DEPTH, array, enumeration, initial, limits, variable
+from fieldrig_devices.iec.imports.exchange.part10_bodies import type_of
+from fieldrig_devices.iec.imports.fragments import Fragments
+from fieldrig_devices.iec.imports.xml import (
+    Element,
+    attribute,
+    comment_of,
+    element,
+    elements,
+    line_of,
+    text_of,
+)  # fmt: skip
+
+NOTHING: Final = tree.NamedType("INT")
+"""Stands for a type that has a message already."""
+
+
+def read_type(of: Element | None, fragments: Fragments, depth: int = 0) -> tree.TypeSpec:
+    """A reference to a type: its name, or a type that is defined in place."""
+    line = 1 if of is None else line_of(of)
+    name = element(of, "TypeName")
+    if name is not None:
+        return _named(text_of(name).strip(), line_of(name), fragments)
+    inner = element(of, "InstantlyDefinedType")
+    if inner is not None:
+        return _specified(inner, fragments, depth + 1)
+    if of is not None and text_of(of).strip() and not elements(of):
+        return _named(text_of(of).strip(), line, fragments)
+    fragments.report.mistake(line, "The type is missing", "a TypeName or an InstantlyDefinedType")
+    return NOTHING
+
+
+def _named(name: str, line: int, fragments: Fragments) -> tree.TypeSpec:
+    """A type by its name, whose name space does not count."""
+    if "[" not in name and "(" not in name:
+        name = name.replace("\\", ".").rpartition(".")[2]
+    return fragments.type(name, line)
+
+
+def _specified(of: Element, fragments: Fragments, depth: int = 0) -> tree.TypeSpec:
+    place, kind = tree.Place(line_of(of), 1), type_of(of)
+    if depth > DEPTH:
+        fragments.report.mistake(place.line, f"Types are nested more than {DEPTH} deep")
+        return NOTHING
+    match kind:
+        case "arraytypespec":
+            base = read_type(element(of, "BaseType"), fragments, depth)
+            dimensions = [_limits_of(e) for e in elements(of, "DimensionSpec")]
+            return array(dimensions, base, place, fragments)
+        case "structtypespec":
+            fields = (variable(member, read_type, fragments) for member in elements(of, "Member"))
+            return tree.StructSpec(tuple(found for found in fields if found is not None), place=place)
+        case "enumtypespec" | "enumtypewithnamedvaluespec":
+            return enumeration(of, elements(of, "Enumerator"), fragments)
+        case "subrangetypespec":
+            return _subrange(of, fragments, depth)
+        case "directlyderivedtypespec" | "derivedtypespec":
+            return read_type(element(of, "BaseType"), fragments, depth)
+    fragments.report.mistake(
+        place.line, f"The type specification {kind[:40] or 'without xsi:type'} is not known", "an array, structure, "
+        "enumeration, subrange or derived type"
+    )  # fmt: skip
+    return NOTHING
+
+
+def _limits_of(dimension: Element) -> Element:
+    found = element(dimension, "IndexRange")
+    return dimension if found is None else found
+
+
+def _subrange(of: Element, fragments: Fragments, depth: int) -> tree.TypeSpec:
+    base = read_type(element(of, "BaseType"), fragments, depth)
+    found = next((limits(e, fragments) for e in (*elements(of), of) if attribute(e, "lower")), None)
+    if found is None or not isinstance(base, tree.NamedType):
+        fragments.report.mistake(line_of(of), "The subrange is incomplete", "a range and an integer type")
+        return base
+    return tree.SubrangeSpec(base, found.low, found.high, place=tree.Place(line_of(of), 1))
+
+
+def read_declaration(of: Element, fragments: Fragments) -> tree.TypeDeclaration | None:
+    name, line = attribute(of, "name").strip(), line_of(of)
+    if not fragments.is_name(name, line, "a type"):
+        return None
+    with fragments.report.inside(f"type {name[:60]}"):
+        specification = element(of, "UserDefinedTypeSpec")
+        if specification is None:
+            fragments.report.mistake(line, "The type has no specification", "a UserDefinedTypeSpec")
+            return None
+        spec = _specified(specification, fragments)
+        start = initial(element(specification, "InitialValue"), spec, fragments)
+        comments = comment_of(element(of, "Documentation"))
+        return tree.TypeDeclaration(name, spec, start, comments=comments, place=tree.Place(line, 1))

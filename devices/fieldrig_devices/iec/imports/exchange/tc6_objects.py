@@ -1,0 +1,159 @@
+"""Methods, properties, interfaces and inheritance, which the tools of the CODESYS family add to PLCopen TC6.
+
+Source: exports of CODESYS V3.5 and TwinCAT 3 by their public form.  TC6 itself ends at edition 2 of the language, so
+these are `addData`: a `Method` or `Property` below its POU, an `Inheritance` below the interface of a POU, and an
+`Interface` beside the POUs.  Access specifiers are attributes of `AccessModifiers`, and words of the header where a
+declaration is text.  A library's name in front of a type, `LIB.IDrive`, does not count.
+"""
+
+import re
+from typing import Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.imports.assembly import Raw, prototype
+from fieldrig_devices.iec.imports.exchange.declared import SECTIONS, Element, plain_text, section
+from fieldrig_devices.iec.imports.exchange.tc6_bodies import read_body
+from fieldrig_devices.iec.imports.exchange.tc6_types import plain_name, read_type
+from fieldrig_devices.iec.imports.fragments import Fragments
+from fieldrig_devices.iec.imports.xml import (
+    attribute,
+    comment_of,
+    element,
+    elements,
+    formatted_text,
+    is_set,
+    line_of,
+    name_of,
+    text_of,
+)  # fmt: skip
+
+_WORDS: Final = ("PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "ABSTRACT", "FINAL", "OVERRIDE")
+_HEAD: Final = re.compile(r"\b(?:FUNCTION_BLOCK|METHOD|PROPERTY)\b((?:\s+[A-Za-z_]\w*)+)", re.IGNORECASE)
+
+
+def blocks(pou: Element, interface: Element | None, fragments: Fragments) -> tuple[tree.Variables, ...]:
+    """Return the variables of a POU or a method."""
+    lists = [e for e in elements(interface) if name_of(e).casefold() in (*SECTIONS, "accessvars")]
+    found = [block for e in lists if (block := section(e, read_type, fragments)) is not None]
+    used = [block for block in found if block.variables]
+    return tuple(used) or plain_text(element(pou, "addData"), fragments) or plain_text(interface, fragments)
+
+
+def methods(of: Element, fragments: Fragments) -> list[Raw]:
+    """Return the methods of a POU or an interface, and the accessors of its properties."""
+    found: list[Raw] = []
+    for added in of.iter("{*}Method", "{*}Property"):
+        name, kind = attribute(added, "name").strip(), name_of(added).lower()
+        if not fragments.dialect.has_methods:
+            fragments.report.mistake(
+                line_of(added),
+                f"The {kind} {name[:60]} is not supported",
+                "functions, function blocks and actions",
+                "Choose the dialect codesys.",
+            )
+        elif fragments.is_name(name, line_of(added), f"a {kind}"):
+            with fragments.report.inside(f"{kind} {name[:60]}"):
+                found += [_method(added, fragments)] if kind == "method" else _property(added, fragments)
+    return found
+
+
+def _method(of: Element, fragments: Fragments) -> Raw:
+    interface = element(of, "interface")
+    result = element(interface, "returnType")
+    raw = Raw(tree.PouKind.FUNCTION, attribute(of, "name").strip(), line_of(of))
+    raw.comments = comment_of(element(of, "documentation"))
+    raw.result = read_type(result, fragments) if result is not None else None
+    raw.blocks = blocks(of, interface, fragments)
+    raw.bodies = [drawn for body in elements(of, "body") if (drawn := read_body(body, fragments.report)) is not None]
+    raw.modifiers = modifiers(of, fragments)
+    return raw
+
+
+def _property(of: Element, fragments: Fragments) -> list[Raw]:
+    kind = read_type(element(element(of, "interface"), "returnType"), fragments)
+    own = modifiers(of, fragments)
+    found: list[Raw] = []
+    for part in elements(of):
+        word = name_of(part).upper().removesuffix("ACCESSOR")
+        if word in ("GET", "SET"):
+            raw = _method(part, fragments)
+            raw.name, raw.result, raw.accessor, raw.modifiers = attribute(of, "name").strip(), kind, word, own
+            found.append(raw)
+    return found
+
+
+def modifiers(of: Element, fragments: Fragments) -> tuple[str, ...]:
+    """Return the words in front of the name of a POU, method or property, from its attributes or its text."""
+    if not fragments.dialect.has_methods:
+        return ()
+    words = {word for e in _own(of, "AccessModifiers") for word in _WORDS if is_set(e, word.capitalize())}
+    for holder in _own(of, "InterfaceAsPlainText"):
+        head = _HEAD.search(_without_comments(formatted_text(holder)[0]))
+        for word in head[1].upper().split() if head is not None else ():
+            if word not in _WORDS:
+                break  # the name of the POU, method or property
+            words.add(word)
+    for added in _own(of, "AccessModifiers"):
+        for name in map(str, added.attrib):
+            if name.upper() not in _WORDS and is_set(added, name):
+                fragments.report.note(line_of(added), f"The modifier {name[:30]} is left out")
+    return tuple(word for word in _WORDS if word in words)
+
+
+def _own(of: Element, name: str) -> list[Element]:
+    """The added elements of this name that belong to the element itself, and not to a method or property in it."""
+    inner = ("Method", "Property", "GetAccessor", "SetAccessor")
+    return [
+        e for e in of.iter(f"{{*}}{name}") if next(p for p in e.iterancestors() if name_of(p) in inner or p is of) is of
+    ]
+
+
+def _without_comments(text: str) -> str:
+    return re.sub(r"\(\*.*?\*\)|//[^\n]*|\{[^}]*\}", " ", text, flags=re.DOTALL)
+
+
+# ---- inheritance
+
+
+def inherit(raw: Raw, interface: Element | None, fragments: Fragments, known: frozenset[str]) -> None:
+    """Note what a function block extends and implements; `known` are the interfaces of the document in small letters.
+
+    Interfaces of libraries are left out with a note.
+    """
+    if interface is None:
+        return
+    for added in interface.iter("{*}Implements"):
+        for name in text_of(added).split(","):
+            plain = plain_name(name)
+            if plain.casefold() in known and fragments.dialect.has_methods:
+                raw.implements = (*raw.implements, plain)
+            else:
+                fragments.report.note(line_of(added), f"IMPLEMENTS {name.strip()[:60]} is left out")
+    above = next(interface.iter("{*}Extends"), None)
+    if above is not None and fragments.dialect.has_methods:
+        raw.extends = plain_name(text_of(above))
+    elif above is not None:
+        fragments.report.mistake(line_of(above), "EXTENDS is not supported", hint="Choose the dialect codesys.")
+
+
+# ---- interfaces
+
+
+def interfaces(root: Element) -> list[Element]:
+    """Return the interfaces of a document; the `interface` of a POU is another element."""
+    return [e for e in root.iter("{*}Interface") if attribute(e, "name").strip()]
+
+
+def interface(of: Element, fragments: Fragments) -> tree.Interface | None:
+    name, line = attribute(of, "name").strip(), line_of(of)
+    if not fragments.dialect.has_methods:
+        what = f"The interface {name[:60]} is not supported"
+        fragments.report.mistake(line, what, "functions, function blocks and actions", "Choose the dialect codesys.")
+        return None
+    if not fragments.is_name(name, line, "an interface"):
+        return None
+    with fragments.report.inside(f"INTERFACE {name[:60]}"):
+        prototypes = [prototype(raw) for raw in methods(of, fragments)]
+        above = [plain_name(part) for e in _own(of, "Extends") for part in text_of(e).split(",")]
+        comments = comment_of(element(of, "documentation"))
+    return tree.Interface(name, tuple(above), tuple(prototypes), comments=comments, place=tree.Place(line, 1))
