@@ -71,8 +71,9 @@ def run_side_by_side(stages: Sequence[Stage]) -> list[Outcome]:
             output.seek(0)
             return outcome, output.read()
 
+    say(f"side by side: {', '.join(stage.name for stage in stages)}")
     outcomes = []
-    with ThreadPoolExecutor() as pool:
+    with ThreadPoolExecutor(max(len(stages), 1)) as pool:
         for outcome, text in pool.map(run, stages):
             sys.stdout.write(text)
             sys.stdout.flush()

@@ -71,10 +71,11 @@ def pytest_stage(
     wants: tuple[Need, ...] = (),
     around: Callable[[], AbstractContextManager[Mapping[str, str]]] = lambda: nullcontext({}),
     in_real_time: bool = False,
+    is_apart: bool = False,
 ) -> Stage:
     command = pytest_command(name, marks, *more)
     again = (lambda: only_failed(name, marks, *PATIENT)) if in_real_time else None
-    return Stage(name, about, lambda: command, needs, wants, around, report_of(name), again)
+    return Stage(name, about, lambda: command, needs, wants, around, report_of(name), again, is_apart)
 
 
 def guest_stage(
@@ -183,6 +184,7 @@ WHOLE = (
             needs.CHAT,
         ),
         in_real_time=True,
+        is_apart=True,  # most of its time it waits for its peers
     ),
     pytest_stage(
         "system",

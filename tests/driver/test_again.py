@@ -57,7 +57,9 @@ def test_stages_run_side_by_side_and_each_has_its_outcome(capfd: pytest.CaptureF
         ("types", True),
         ("prose", False),
     ]
-    assert capfd.readouterr().out == ("\n--- types: about types\nall typed\n\n--- prose: about prose\na finding\n")
+    assert capfd.readouterr().out == (
+        "\n--- side by side: types, prose\n\n--- types: about types\nall typed\n\n--- prose: about prose\na finding\n"
+    )
 
 
 def test_byte_code_is_kept_where_the_user_wants_none_beside_the_sources() -> None:

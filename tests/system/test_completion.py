@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -41,16 +42,22 @@ devices:
     links: {{can: can0}}
 """
 SCRIPT = """
-source <(_FIELDRIG_COMPLETE=source_bash fieldrig)
 COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1))
 _fieldrig_completion fieldrig
 printf '%s\\n' "${COMPREPLY[@]}"
 """
 
 
+@cache
+def installed_function() -> str:
+    """Return what `--install-completion` installs for bash."""
+    environment = {**os.environ, "_FIELDRIG_COMPLETE": "source_bash"}
+    return subprocess.run([BIN / "fieldrig"], env=environment, capture_output=True, text=True, check=True).stdout
+
+
 def offered(folder: Path, environment: dict[str, str], *words: str) -> list[str]:
-    """Return what bash offers for the last word, by the function that `--install-completion` installs."""
-    command = ["bash", "--norc", "-c", SCRIPT, "bash", "fieldrig", *words]
+    """Return what bash offers for the last word."""
+    command = ["bash", "--norc", "-c", installed_function() + SCRIPT, "bash", "fieldrig", *words]
     surroundings = {**os.environ, **environment, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}"}
     done = subprocess.run(command, cwd=folder, env=surroundings, capture_output=True, text=True, check=True)
     assert done.stderr == ""
