@@ -57,6 +57,8 @@ class Dialect:
     """`ARRAY[*] OF INT` as an argument, with LOWER_BOUND and UPPER_BOUND (edition 3, 6.5.3)."""
     has_void_functions: bool = False
     """A FUNCTION without a type has no result, and is called for its effects (edition 3, 6.6.2)."""
+    has_operator_calls: bool = False
+    """`AND(a, b, c)` and `MOD(a, b)`: keywords that are called like functions (edition 3, Std_Func_Name)."""
     has_enable: bool = False
     """EN and ENO in calls of ST and IL, and ENO in bodies (edition 3, 6.6.1.5); today's tools draw them in networks."""
     allows_time_fractions: bool = False
@@ -133,6 +135,7 @@ EDITION_3: Final = Dialect(
     fills_arrays=True,
     has_open_arrays=True,
     has_void_functions=True,
+    has_operator_calls=True,
     has_enable=True,
     allows_time_fractions=True,
     allows_negative_times=True,
@@ -151,6 +154,7 @@ CODESYS: Final = replace(
     EDITION_3,
     name="codesys",
     has_classes=False,
+    has_operator_calls=False,
     has_enable=False,
     reads_locals=True,
     indexes_pointers=True,

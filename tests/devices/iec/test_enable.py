@@ -126,6 +126,13 @@ def test_a_drawn_block_does_what_the_same_call_does() -> None:
     assert seen == [(4, True), (4, False), (4, False), (10, True)]
 
 
+def test_a_division_with_en_alone_still_stops_the_task() -> None:
+    bench = IecBench(program("a, zero : INT;", "a := DIV(EN := zero = 0, 5, zero);"), EDITION_3)
+    bench.cycle()
+    assert bench.thread.fault is not None
+    assert bench.thread.fault.code == "division"
+
+
 @pytest.mark.parametrize(
     ("body", "expected"),
     [

@@ -20,6 +20,7 @@ from fieldrig_devices.iec.program import (
     Constant,
     Enabled,
     Expression,
+    Load,
     Operator,
     Place,
     Pou,
@@ -119,18 +120,24 @@ def _call(of: "Expressions", pou: Pou, node: tree.Call, instance: Place | None) 
         return None
     inputs = _inputs(of, matched, source.inputs)
     arrays = _output_arrays(of, matched, source.outputs, node)
-    outputs = [(variable, of.target(given)) for variable, given, _ in matched.outputs]
-    if inputs is None or arrays is None or any(place is None for _, place in outputs):
+    outputs = _outputs(of, matched)
+    if inputs is None or arrays is None or outputs is None:
         return None
-    for (variable, place), (_, given, _negated) in zip(outputs, matched.outputs, strict=True):
-        if place is not None and place.type != variable.type:
-            of.context.say(
-                given, f"{text(given)} is {a(place.type)}", str(variable.type), "outputs of a function keep their type"
-            )
-            return None
-    kept = tuple((variable, place) for variable, place in outputs if place is not None)
     kind = pou.result.type if pou.result is not None else Elementary.BOOL
-    return CallFunction(pou, (*inputs, *arrays), kind, kept, instance)
+    return CallFunction(pou, (*inputs, *arrays), kind, outputs, instance)
+
+
+def _outputs(of: "Expressions", matched: Arguments) -> tuple[tuple[Variable, Place, bool], ...] | None:
+    """Check the targets of outputs, which have the types of these; None after a message."""
+    made: list[tuple[Variable, Place, bool]] = []
+    for variable, given, is_negated in matched.outputs:
+        place = of.target(given)
+        if place is not None and place.type != variable.type:
+            hint = "outputs of a function keep their type"
+            of.context.say(given, f"{text(given)} is {a(place.type)}", str(variable.type), hint)
+        elif place is not None and (not is_negated or of.negate(Operator.NOT, Load(place), given) is not None):
+            made.append((variable, place, is_negated))
+    return tuple(made) if len(made) == len(matched.outputs) else None
 
 
 def _inputs(

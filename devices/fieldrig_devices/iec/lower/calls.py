@@ -14,6 +14,7 @@ from fieldrig_devices.iec.lower.places import Address, Places
 from fieldrig_devices.iec.lower.values import constant, of_type
 from fieldrig_devices.iec.program import (
     Assign,
+    Binary,
     Bit,
     CallAction,
     CallBlock,
@@ -124,7 +125,7 @@ class Calls:
             instance = self._hoisting.out_of_place(instance)
         eno = statement.pou.eno
         own = Component(instance, 0, Elementary.BOOL, eno) if eno is not None else None
-        self._while_enabled(statement.enable, lambda: self._call_block(statement, instance, own), own)
+        self._while_enabled(statement.enable, lambda otherwise: self._call_block(statement, instance, own), own)
 
     def _call_block(self, statement: CallBlock, instance: Place, own: Place | None) -> None:
         """Call an instance; `own` is the ENO that its body sets."""
@@ -144,14 +145,17 @@ class Calls:
             self.assign(Assign(target, value, line=statement.line))
         self._give_eno(statement.enable, Load(own) if own is not None else _TRUE)
 
-    def _while_enabled(self, enable: Enable, run: Callable[[], None], own: Place | None) -> None:
-        """Do what `run` does while EN is TRUE; otherwise ENO is FALSE."""
-        if enable.condition is None:
-            run()
-            return
+    def _while_enabled(
+        self, enable: Enable, run: Callable[[Label], None], own: Place | None, *, may_fail: bool = False
+    ) -> None:
+        """Do what `run` does while EN is TRUE; otherwise, and where it jumps to its label, ENO is FALSE."""
         otherwise, end = self.assembler.label(), self.assembler.label()
-        self.branch_unless(enable.condition, otherwise)
-        run()
+        if enable.condition is None and not may_fail:
+            run(otherwise)
+            return
+        if enable.condition is not None:
+            self.branch_unless(enable.condition, otherwise)
+        run(otherwise)
         if own is not None or enable.ok is not None:
             self.assembler.jump(end)
         self.assembler.place(otherwise)
@@ -171,22 +175,36 @@ class Calls:
         kept = self._intermediate(call.type)
         if function is not None and function.result is not None:
             kept.initial = function.result.initial
-        if call.enable.condition is not None:
+        may_fail = _may_fail(call)
+        if call.enable.condition is not None or may_fail:
             emitter = self.emitter()
             self.start(kept, emitter)
             self.assembler.do(emitter)
-        self._while_enabled(call.enable, lambda: self._computed(call, kept), None)
+        self._while_enabled(
+            call.enable, lambda otherwise: self._computed(call, kept, otherwise), None, may_fail=may_fail
+        )
         return Cell(kept, kept.type)
 
-    def _computed(self, call: Enabled, kept: Variable) -> None:
+    def _computed(self, call: Enabled, kept: Variable, otherwise: Label) -> None:
         value, eno = call.value, _TRUE
+        if _may_fail(call):
+            value = self._divided(value, otherwise)
         if isinstance(value, CallFunction) and value.pou.eno is not None:
             copy = Cell(self._intermediate(Elementary.BOOL), Elementary.BOOL)
-            value, eno = replace(value, outputs=(*value.outputs, (value.pou.eno, copy))), Load(copy)
+            value, eno = replace(value, outputs=(*value.outputs, (value.pou.eno, copy, False))), Load(copy)
         free = self._hoisting.out_of(value)
         if not isinstance(value, CallFunction) or value.pou.result is not None:
             self.store(Cell(kept, kept.type), free)
         self._give_eno(call.enable, eno)
+
+    def _divided(self, value: Expression, otherwise: Label) -> Expression:
+        """Return a division whose divisor is not 0; jump to the label if it is."""
+        value = self._hoisting.out_of(value)
+        assert isinstance(value, Binary)
+        left, right = self.keep(value.left), self.keep(value.right)
+        is_right = Binary(Operator.NE, right, Constant(_zero(right.type), right.type), Elementary.BOOL)
+        self.branch_unless(is_right, otherwise)
+        return replace(value, left=left, right=right)
 
     def start(self, variable: Variable, emitter: Emitter) -> None:
         """Add the lines that give a variable on the stack its start value."""
@@ -227,8 +245,10 @@ class Calls:
         self.assembler.do(emitter)
         self._call(pou, base)
         self._copy_back(copies)
-        for variable, place in call.outputs:
-            self.assign(Assign(place, Load(_callee_cell(variable, step)), line=self.assembler.line))
+        for variable, place, is_negated in call.outputs:
+            value = Load(_callee_cell(variable, step))
+            given = Unary(Operator.NOT, value, value.type) if is_negated else value
+            self.assign(Assign(place, given, line=self.assembler.line))
         return _callee_cell(pou.result, step) if pou.result is not None else Cell(_NOTHING, Elementary.BOOL)
 
     def _base_of_method(self, call: CallFunction) -> Address:
@@ -324,6 +344,18 @@ class Calls:
         self._places.store(cell, of_type(f"taken({kind_number(kind)})", kind), emitter)
         self.assembler.do(emitter)
         return cell
+
+
+def _may_fail(call: Enabled) -> bool:
+    """True for DIV and MOD whose ENO is used, and which may divide by 0; no other standard function fails."""
+    value = call.value
+    if call.enable.ok is None or not isinstance(value, Binary) or value.operator not in (Operator.DIV, Operator.MOD):
+        return False
+    return not isinstance(value.right, Constant) or value.right.value == 0
+
+
+def _zero(kind: Type) -> int | float:
+    return 0.0 if isinstance(kind, Elementary) and kind.is_real else 0
 
 
 _TRUE: Final[Expression] = Constant(True, Elementary.BOOL)

@@ -39,6 +39,8 @@ _OTHER_SYSTEMS: Final[Mapping[str, str]] = {
     "AND_THEN": "Write AND, or two IF in each other.",
     "OR_ELSE": "Write OR, or two IF.",
 }
+_FUNCTIONS: Final = frozenset({"AND", "OR", "XOR", "MOD"})
+"""Keywords that are names of functions too."""
 _INTEGER_TYPES: Final = frozenset(
     {"SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "BYTE", "WORD", "DWORD", "LWORD"}
 )
@@ -168,6 +170,9 @@ class Expressions(Cursor):
         if kind == token.WIDE_STRING:
             self.i += 1
             return self._literal(LiteralKind.WSTRING, at, self.texts[at], literals.wide_string)
+        if kind in _FUNCTIONS and self.kinds[at + 1] == "(" and self.dialect.has_operator_calls:
+            self.i += 1
+            return tree.Call(tree.Name(self.texts[at], place=place), self.arguments(), place=place)
         if kind == token.DIRECT:
             self.i += 1
             found = self.direct(self.texts[at], at)

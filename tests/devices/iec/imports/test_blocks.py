@@ -186,6 +186,18 @@ def test_the_eno_of_a_block_whose_code_may_set_it_is_an_output() -> None:
         assert body.body == tree.StBody(st(expected))
 
 
+def test_a_division_whose_eno_is_used_is_a_function_with_eno() -> None:
+    drawn = fbd(
+        source("1", "a"),
+        source("2", "b"),
+        block("3", "DIV", {"IN1": "1", "IN2": "2"}, "ENO OUT"),
+        sink("4", "c", "3.OUT"),
+        sink("5", "y", "3.ENO"),
+    )
+    assert statements(drawn) == st("Net1_Result2 := DIV(a, b, ENO => Net1_Ok1); c := Net1_Result2; y := Net1_Ok1;")
+    assert statements(drawn.replace('"DIV"', '"MUL"')) == st("c := a * b; y := TRUE;")
+
+
 def test_a_variable_at_eno_itself_is_written() -> None:
     """Part 10 draws no element for it."""
     pin = (

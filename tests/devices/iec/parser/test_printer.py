@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from iec_trees import EXPRESSIONS, INITIALS, STATEMENTS, UNITS
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.dialect import EDITION_3
+from fieldrig_devices.iec.dialect import DIALECTS, EDITION_3
 from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.printer import print_unit
 
@@ -114,6 +114,17 @@ def test_a_section_of_a_step_may_begin_with_an_empty_statement(section: str) -> 
 
 
 PROGRAMS = sorted((Path(__file__).parents[1] / "programs").glob("*.st"))
+
+
+@pytest.mark.parametrize("file", PROGRAMS, ids=lambda file: file.stem)
+def test_a_small_program_is_the_same_behind_the_formatter(file: Path) -> None:
+    text = file.read_text(encoding="ascii")
+    head = re.match(r"\(\* dialects: ([\w-]+)", text)
+    assert head is not None
+    unit, mistakes = parse(text, "a.st", DIALECTS[head[1]])
+    printed = print_unit(unit)
+    assert parse(printed, "a.st", DIALECTS[head[1]]) == (unit, mistakes)
+    assert print_unit(parse(printed, "a.st", DIALECTS[head[1]])[0]) == printed
 
 
 @pytest.mark.parametrize("file", PROGRAMS[::6], ids=lambda file: file.stem)

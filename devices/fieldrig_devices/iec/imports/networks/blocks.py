@@ -42,10 +42,11 @@ class Blocks(Flow):
         self._write_eno(item)
 
     def _may_set_eno(self, item: Item) -> bool:
-        """True if ENO is used and is perhaps not EN: in edition 3 the code of a block may set it."""
+        """True if ENO is used and is perhaps not EN: in edition 3 the code of a block may set it, and a division."""
         if not self.fragments.dialect.has_enable or item.code:
             return False
-        if functions.is_standard(item.text) or functions.is_block(item.text):
+        is_division = functions.OPERATORS.get(item.text.casefold()) in functions.DIVISIONS
+        if not is_division and (functions.is_standard(item.text) or functions.is_block(item.text)):
             return False
         is_written = any(pin.expression and pin.name.casefold() == "eno" for pin in item.outputs)
         return is_written or any(wire.pin.casefold() == "eno" for _, _, wire in self.consumers.get(item.id, ()))
@@ -157,6 +158,10 @@ class Blocks(Flow):
             if operator and len(given) > HIGHEST and operator not in ("AND", "OR", "XOR"):
                 self.mistake(item.line, f"The {item} has {len(given)} inputs", f"at most {HIGHEST}")
                 return None
+            if operator and item.id in self.enos:
+                division = tree.Name(functions.DIVISIONS[operator], place=place)
+                passed = [tree.Argument(value, place=value.place) for value in given]
+                return tree.Call(division, (*passed, *self._eno_argument(item)), place=place)
             if operator:
                 return functions.operation(operator, given, place)
             return negated(given[0]) if name.casefold() == "not" else given[0]

@@ -16,6 +16,9 @@ OPERATORS: Final = {
 
 COMPARISONS: Final = frozenset((">", ">=", "=", "<=", "<", "<>"))
 
+DIVISIONS: Final = {"/": "DIV", "MOD": "MOD"}
+"""The functions of the operators whose ENO is FALSE after a division by 0."""
+
 _OF_THE_ARGUMENTS: Final = frozenset(
     ("move", "abs", "sel", "mux", "min", "max", "limit", "shl", "shr", "rol", "ror", "not", "insert", "neg")
 )
