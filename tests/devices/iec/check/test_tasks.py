@@ -104,6 +104,13 @@ def test_priorities_are_0_to_31(priority: int) -> None:
     assert found["T"].priority == priority
 
 
+@pytest.mark.manual("PD-061")
+@pytest.mark.parametrize("priority", [-1, 32])
+def test_other_priorities_are_refused(priority: int) -> None:
+    inside = f"TASK T(INTERVAL := T#1ms, PRIORITY := {priority}); PROGRAM a WITH T : Belt;"
+    assert messages(PROGRAMS, configuration(inside)) == [f"2:39 the priority {priority}; 0 (highest) to 31 (PD-061)"]
+
+
 def test_without_a_configuration_plc_prg_runs_every_10_ms() -> None:
     found, mistakes = checked(PROGRAMS, program("x : INT;"))
     assert [(task.name, task.interval_ms) for task in found.tasks] == [("PLC_PRG", 10.0)]

@@ -197,6 +197,16 @@ def test_a_late_start_shortens_the_interval_to_return_to_the_grid(bench: Bench) 
     assert late.load_ns == 100 * US
 
 
+@pytest.mark.manual("PD-069")
+def test_a_cycle_that_ends_behind_the_next_point_of_the_grid_is_followed_by_a_shorter_one(bench: Bench) -> None:
+    late = bench.task("late", 1_000, ms=10, priority=20)
+    bench.task("other", 12_000, ms=100, priority=1)
+    bench.start()
+    bench.run_to(45)
+    assert bench.begins("late")[::4] == [12_000, 13_000, 20_000, 30_000, 40_000]  # a cycle has four chunks
+    assert late.cycle_ns == 10 * MS
+
+
 @pytest.mark.manual("PD-073")
 @pytest.mark.parametrize(("used_us", "told"), [(10_250, []), (10_251, [("t", "minor", 10_251)])])
 def test_transgression_is_more_than_250_us_over_the_cycle_time(bench: Bench, used_us: int, told: object) -> None:

@@ -85,6 +85,45 @@ def test_offsets_move_the_cam_along_both_axes(bench: CamBench) -> None:
         assert bench.place() - begin == pytest.approx(y, abs=1e-3)
 
 
+@pytest.mark.manual("PD-190")
+@pytest.mark.parametrize(
+    ("low_on", "high_on", "places"),
+    [
+        (True, True, {80.0: 9.8, 200.0: 9.8}),
+        (True, True, {30.0: 3.2, 25.0: 3.2}),
+        (True, False, {25.0: 3.2, 0.0: 3.2}),
+        (True, False, {100.0: 12.2, 120.0: 13.0}),
+        (False, True, {25.0: 3.05, 20.0: 3.0}),
+        (False, True, {79.0: 10 * (1 - 2 * 0.41**2) + 3, 90.0: 9.8}),
+        (False, False, {25.0: 3.05, 100.0: 12.2}),
+    ],
+)
+def test_each_limit_holds_only_if_it_is_on(
+    bench: CamBench, low_on: bool, high_on: bool, places: dict[float, float]
+) -> None:
+    """y = 10 f((x - 20) / 100) + 3 for the quadratic parabola, f(z) = 2 z^2 or 1 - 2 (1 - z)^2, from x = 50 on."""
+    profile = bench.call("ProfilLoad", "quadpara")
+    begin, bench.master.position = bench.place(), 50.0
+    bench.cam(
+        profile, lrXOffset=20.0, lrYOffset=3.0, lrXFactor=100.0, lrYFactor=10.0, lrXSetposPos=50.0,
+        lrXLimMin=30.0, lrXLimMax=80.0, bXLimMinOn=low_on, bXLimMaxOn=high_on,
+    )  # fmt: skip
+    bench.run(1)
+    assert bench.place() - begin == pytest.approx(10 * 2 * 0.3**2 + 3, abs=1e-3)
+    for x, y in places.items():
+        bench.master.position = x
+        bench.run(1)
+        assert bench.place() - begin == pytest.approx(y, abs=1e-3)
+
+
+@pytest.mark.manual("PD-188")
+def test_lambda_is_between_0_and_1(bench: CamBench) -> None:
+    profile = bench.call("ProfilLoad", "modisin")
+    found = [bench.call("ProfilSetLambda", profile, value) for value in (-0.1, 0.0, 0.3, 1.0, 1.1, inf, nan)]
+    assert found == [False, True, True, True, False, False, False]
+    assert bench.call("ProfilSetLambda", profile + 1, 0.5) is False
+
+
 @pytest.mark.manual("PD-191")
 def test_result_0_means_that_the_cam_was_taken(bench: CamBench) -> None:
     profile = bench.call("ProfilLoad", "straight")

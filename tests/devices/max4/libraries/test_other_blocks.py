@@ -34,6 +34,9 @@ def test_a_slave_cam_needs_an_active_master_cam(bench: CamBench) -> None:
     assert bench.part(bump, 50.0, 5.0, kind="SLAVECAM", instance=200)[0] == -7
     bench.part(straight, 1000.0, 1000.0)
     assert bench.part(bump, 50.0, 5.0, kind="SLAVECAM", instance=200) == (0, True, False)
+    bench.master.position = 1001.0
+    bench.run(1)  # the master cam is over
+    assert bench.part(bump, 50.0, 5.0, kind="SLAVECAM", instance=300)[0] == -7
 
 
 @pytest.mark.manual("PD-186")

@@ -41,6 +41,28 @@ def test_a_program_inserts_entries_into_the_log(tmp_path: Path) -> None:
     assert line.split("\t")[1:] == ["92", "0x0004", "IEC_TASK", "T", "4711", "lane 3", "film torn"]
 
 
+@pytest.mark.manual("PD-201", "PD-025")
+def test_an_axis_is_enabled_and_disabled_by_its_logical_address(tmp_path: Path) -> None:
+    """Manual 3072: ControllerEnableSet(r_MC_4.logAdr) is the enable."""
+    text = once("a, b, c, d : DINT := 9; bOn, bOff : BOOL;", "a := ControllerEnableSet(_belt); bOn := "
+                "belt.ControllerEnable; b := ControllerEnableSet(belt.logAdr, FALSE); bOff := belt.ControllerEnable;"
+                "c := ControllerEnableSet(_belt, TRUE); d := ControllerEnableSet(_belt + 1);")  # fmt: skip
+    bench = PlcBench(tmp_path, text, simulated=("belt",)).run(150)
+    assert [bench.value(f"PLC_PRG.{name}") for name in "abcd"] == [0, 0, 0, -1]
+    assert (bench.value("PLC_PRG.bOn"), bench.value("PLC_PRG.bOff")) == (True, False)
+    assert bench.get("belt.ControllerEnable") is True
+
+
+@pytest.mark.manual("PD-080")
+def test_multicam_takes_12_us(tmp_path: Path) -> None:
+    def cpu_us(call: str) -> int:
+        text = f"PROGRAM PLC_PRG VAR fb : MultiCam3; i : INT; END_VAR\nFOR i := 1 TO 100 DO {call} END_FOR\nEND_PROGRAM"
+        bench = PlcBench(tmp_path, text + task_of("PLC_PRG", 10_000, 0)).run(200)
+        return int(bench.get("plc/task/T/cpu"))
+
+    assert 1_200 <= cpu_us("fb(bReset := FALSE);") - cpu_us(";") <= 1_250  # 100 times, with the calls themselves
+
+
 @pytest.mark.manual("PD-080")
 def test_append_to_write_file_holds_the_task_for_several_100_ms(tmp_path: Path) -> None:
     text = once(

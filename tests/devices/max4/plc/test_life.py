@@ -414,6 +414,63 @@ def test_a_changed_task_configuration_needs_a_download(bench: PlcBench) -> None:
     assert bench.value("PLC_PRG.lCount") == 111
 
 
+# ---- tasks
+
+
+@pytest.mark.manual("PD-071")
+def test_state_of_an_iec_task_object_has_the_values_of_table_5_1(tmp_path: Path) -> None:
+    text = """
+    VAR_GLOBAL bEvent : BOOL; END_VAR
+    PROGRAM Cyclic VAR n : DINT; END_VAR n := n + 1; END_PROGRAM
+    PROGRAM Free ; END_PROGRAM
+    PROGRAM Single ; END_PROGRAM
+    PROGRAM Wrong VAR n : DINT; END_VAR n := 1 / n; END_PROGRAM
+    CONFIGURATION c RESOURCE r ON PLC
+    TASK T1(INTERVAL := T#10ms, PRIORITY := 5);
+    TASK T2(PRIORITY := 20);
+    TASK T3(SINGLE := bEvent, PRIORITY := 4);
+    TASK T4(INTERVAL := T#10ms, PRIORITY := 6);
+    PROGRAM p1 WITH T1 : Cyclic; PROGRAM p2 WITH T2 : Free;
+    PROGRAM p3 WITH T3 : Single; PROGRAM p4 WITH T4 : Wrong;
+    END_RESOURCE END_CONFIGURATION
+    """
+    objects = ["O1", "O2", "O3", "O4", "O5"]
+    bench = PlcBench(tmp_path, text, iec_tasks=objects, autostart=False).run(150)
+
+    def states() -> list[object]:
+        return [bench.get(f"{name}.State") for name in objects]
+
+    assert states() == [1, 1, 1, 1, 0]  # ready; there is no fifth task
+    bench.do("start").run(50)
+    assert states() == [3, 2, 1, 6, 0]  # cyclic operation, running, still ready, error
+    bench.put("bEvent", True).run(5)
+    assert states() == [3, 2, 7, 6, 0]  # finished
+    bench.do("stop").run(5)
+    assert states() == [4, 4, 4, 6, 0]
+    bench.do("start").run(5)
+    bench.loaded.runtime.break_at({"plc.st": {3}})
+    bench.run(20)
+    assert states() == [5, 2, 7, 6, 0]
+    bench.do("reset")
+    assert states() == [1, 1, 1, 1, 0]
+
+
+@pytest.mark.manual("PD-060")
+def test_the_programs_of_a_task_run_one_after_the_other_in_each_of_its_cycles(tmp_path: Path) -> None:
+    text = """
+    VAR_GLOBAL sOrder : STRING(255); END_VAR
+    PROGRAM A VAR i : DINT; END_VAR FOR i := 1 TO 5000 DO ; END_FOR; sOrder := CONCAT(sOrder, 'A'); END_PROGRAM
+    PROGRAM B sOrder := CONCAT(sOrder, 'B'); END_PROGRAM
+    CONFIGURATION c RESOURCE r ON PLC
+    TASK T(INTERVAL := T#10ms, PRIORITY := 5);
+    PROGRAM b1 WITH T : B; PROGRAM a1 WITH T : A; PROGRAM b2 WITH T : B;
+    END_RESOURCE END_CONFIGURATION
+    """
+    bench = PlcBench(tmp_path, text).run(92 + 25)
+    assert bench.value("sOrder") == 3 * "BAB"
+    assert bench.get("plc/task/T/cycles") == 3
+
+
 # ---- the cost of a program
 
 
@@ -489,6 +546,8 @@ def test_a_program_that_does_not_compile_is_refused_at_the_start_with_file_line_
     ("version", "kilobytes", "arrays", "refusal"),
     [
         ("V00.12.00", 33, 1, ""),
+        ("V00.12.00", 128, 1, ""),
+        ("V00.12.00", 129, 1, "at most 131072 bytes"),
         ("V00.11.99", 33, 1, "at most 32768 bytes"),
         ("V00.07.00", 32, 31, ""),
         ("V00.06.99", 32, 31, "at most 851968 bytes"),  # 1 MByte without the three areas of 64 kByte

@@ -43,6 +43,7 @@ TASK_1 = task_of("PowerIndicatorH1", 100, 31, "Task1")
 def test_the_lamp_changes_every_600_ms_because_its_task_runs_every_100_ms(tmp_path: Path) -> None:
     """Listing PD-L52: strictly longer than 500 ms, seen every 100 ms, so the period is 1.2 s and not 1 s."""
     bench = PlcBench(tmp_path, LAMP + TASK_1, outputs=OUTPUTS).run(2_000)
+    assert bench.get("plc/task/Task1/priority") == 31
     assert bench.edges("panel.h1") == [
         (0, False), (START_MS + 600, True), (START_MS + 1_200, False), (START_MS + 1_800, True)
     ]  # fmt: skip
