@@ -33,6 +33,9 @@ from fieldrig_devices.iec.types import (
     Value,
 )
 
+CLASS: Final = "$class"
+"""The name of the hidden word that tells the function block of an instance."""
+
 
 class Space(Enum):
     """The memory that a variable is in, and that its address counts from."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from fieldrig_devices.iec.layout import members, storage
-from fieldrig_devices.iec.program import Located, Program, Variable
+from fieldrig_devices.iec.program import CLASS, Located, Program, Variable
 from fieldrig_devices.iec.types import ArrayType, BlockType, StructType, Type
 
 _PART: Final = re.compile(r"\.?([A-Za-z_]\w*)|\[\s*(-?\d+(?:\s*,\s*-?\d+)*)\s*\]")
@@ -99,7 +99,8 @@ def parts(symbol: Symbol) -> list[Symbol]:
     if isinstance(kind, StructType):
         return [_part(symbol, name) or symbol for name in kind.fields]
     if isinstance(kind, BlockType) and kind.pou is not None:
-        return [part for name in kind.pou.variables if (part := _part(symbol, name)) is not None]
+        names = (name for name in kind.pou.variables if name != CLASS)
+        return [part for name in names if (part := _part(symbol, name)) is not None]
     return []
 
 

@@ -289,6 +289,17 @@ class PointerType:
         return f"{'REFERENCE' if self.is_reference else 'POINTER'} TO {self.to}"
 
 
+@dataclass(frozen=True, slots=True)
+class InterfaceType(PointerType):
+    """An INTERFACE: the address of an instance that has its methods; 0 is none.
+
+    `to` is a block with the dispatchers of the methods.
+    """
+
+    def __str__(self) -> str:
+        return str(self.to)
+
+
 @dataclass(slots=True, eq=False)
 class BlockType:
     """A function block or a program, as the type of its instances."""
@@ -296,6 +307,8 @@ class BlockType:
     name: str
     pou: "Pou | None" = None
     size: int = 0
+    open: "BlockType | None" = None
+    """The type that instances of this block and of all that extend it have in common; None if nothing extends it."""
 
     def __str__(self) -> str:
         return self.name

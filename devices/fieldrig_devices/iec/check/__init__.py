@@ -18,6 +18,7 @@ from collections.abc import Callable, Collection, Sequence
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import bodies, configured, enable, whole
 from fieldrig_devices.iec.check.declarations import Declarations
+from fieldrig_devices.iec.check.dispatch import Dispatchers
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.check.startup import Startup
 from fieldrig_devices.iec.check.tasks import Tasks
@@ -53,12 +54,15 @@ def check(
     declarations.declare(units)
     links = configured.apply(project, declarations.config_blocks, declarations.variables.incomplete)
     Tasks(project).configure(declarations.configurations)
+    dispatchers = Dispatchers(project)
+    dispatchers.begin()
     startup = Startup(project)
     startup.begin()
     for number, source in enumerate(project.sources.values()):
         bodies.check_pou(project, source, startup)
         on_progress(number + 1, len(project.sources))
     startup.finish()
+    dispatchers.finish()
     enable.begin_bodies(project)
     whole.check(project, declarations.variables.lists)
     result = Program(project.pous, project.globals, declarations.specs.declared(), project.tasks, host.objects, links)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import enable, open_arrays
+from fieldrig_devices.iec.check import dispatch, enable, open_arrays
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.program import Bit, Cell, Constant, Load, Located, Parameter, Place, Pou, Result, Variable
@@ -218,12 +218,15 @@ def _fixed(place: Place) -> str:
 
 
 def _fits(context: Context, given: Type, wanted: Type) -> bool:
-    """True for the same type, any array for an ARRAY[*], a longer text, and an enumeration where integers mix."""
+    """True for the same type, any array for an ARRAY[*], a longer text, and an enumeration where integers mix.
+
+    An instance may be one of a function block that extends the wanted one.
+    """
     if isinstance(wanted, OpenArrayType):
         return open_arrays.fits(given, wanted)
     if isinstance(given, EnumType) and context.mixes_integers:
         return wanted in (given, given.base)
-    return given == wanted or _is_longer_text(given, wanted)
+    return given == wanted or _is_longer_text(given, wanted) or dispatch.derives(context.project, given, wanted)
 
 
 def _is_longer_text(given: Type, wanted: Type) -> bool:

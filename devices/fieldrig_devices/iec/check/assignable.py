@@ -4,19 +4,20 @@ This is the rule for assignments, arguments, start values and everything else th
 """
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import check_functions, constants, implicit
+from fieldrig_devices.iec.check import check_functions, constants, dispatch, implicit
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.library.integers import cut
 from fieldrig_devices.iec.library.reals import single
-from fieldrig_devices.iec.program import AddressOf, Constant, Convert, Expression
+from fieldrig_devices.iec.program import AddressOf, Constant, Convert, Expression, Load
 from fieldrig_devices.iec.types import (
     ArrayType,
     BlockType,
     Elementary,
     EnumType,
     Family,
+    InterfaceType,
     ObjectType,
     PointerType,
     StringType,
@@ -50,6 +51,8 @@ def convert(context: Context, value: Expression, kind: Type, at: tree.Node) -> E
         return _subrange(context, value, kind, at)
     if isinstance(kind, EnumType):
         return _enumeration(context, value, kind, at)
+    if isinstance(kind, InterfaceType):
+        return _interface(context, value, kind, at)
     if isinstance(kind, PointerType) and _is_address(source):
         return _pointer(value, kind)
     return _no(context, value, kind, at)
@@ -67,6 +70,22 @@ def _no_instance(context: Context, value: Expression, at: tree.Node) -> Expressi
         at, f"{text(at)} is an instance of {value.type} and cannot be copied", "a variable without a function block"
     )
     return None
+
+
+def _interface(context: Context, value: Expression, kind: InterfaceType, at: tree.Node) -> Expression | None:
+    """Return an instance of a block that implements an interface, or a variable of an interface that extends it."""
+    source = value.type
+    if isinstance(value, Constant) and value.value == 0:
+        return Constant(0, kind)
+    if isinstance(source, InterfaceType) and dispatch.extends(context.project, source, kind):
+        return constants.converted(value, kind)
+    block = source.pou if isinstance(source, BlockType) else None
+    if isinstance(value, Load) and block is not None and dispatch.implements(context.project, block, kind):
+        return AddressOf(value.place, kind)
+    if isinstance(source, BlockType | InterfaceType):
+        context.say(at, f"{text(at)} is {a(source)}", f"an instance of a block that implements {kind}")
+        return None
+    return _no(context, value, kind, at)
 
 
 def _is_address(kind: Type) -> bool:
@@ -130,6 +149,8 @@ def _literal(context: Context, value: Untyped, kind: Type, at: tree.Node) -> Exp
         return _subrange(context, value, kind, at)
     if isinstance(kind, EnumType):
         return _enumeration(context, value, kind, at)
+    if isinstance(kind, InterfaceType) and given != 0:
+        return _no(context, value, kind, at)
     if isinstance(kind, PointerType) and not value.is_real:
         address = _literal(context, value, Elementary.DWORD, at)
         return Constant(address.value, kind) if isinstance(address, Constant) else None

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, calls, enable, inheritance, methods, open_arrays
+from fieldrig_devices.iec.check import access, calls, dispatch, enable, inheritance, methods, open_arrays
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
@@ -173,6 +173,7 @@ def call_block(of: "Expressions", node: tree.Call, instance: Place, pou: Pou, li
     outputs = _outputs(of, matched, lambda variable: Component(instance, 0, variable.type, variable))
     if not is_whole or outputs is None:
         return []
+    instance, pou = dispatch.body(instance, pou)
     return [CallBlock(instance, pou, tuple(inputs), tuple(references), tuple(outputs), parts[1], line=line)]
 
 

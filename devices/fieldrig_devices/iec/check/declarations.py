@@ -4,7 +4,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, classes, inheritance, initials, interfaces, properties, resources
+from fieldrig_devices.iec.check import (
+    access,
+    classes,
+    dispatch,
+    inheritance,
+    initials,
+    interfaces,
+    properties,
+    resources,
+)
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import UNKNOWN, Entity, Pending, PouSource, Project, Start
 from fieldrig_devices.iec.check.sizes import DEEPEST, Sizes
@@ -59,9 +68,12 @@ class Declarations:
             for node in unit.declarations:
                 if isinstance(node, tree.Pou):
                     self._trees.setdefault(self._project.key(node.name), (node, unit.file))
+                    self._project.extended |= {self._project.key(inheritance.unqualified(node.extends))} - {""}
         for unit in units:
             for node in unit.declarations:
                 self._declare(node, unit.file)
+        for name in [name for name in self._project.interfaces if not self._project.facades[name].methods]:
+            self._methods_of_interface(name)
         self._foreign_lists()
         self.specs.resolve_all()
         self._type_defaults(structures)
@@ -91,6 +103,7 @@ class Declarations:
             case tree.Interface():
                 if self._is_free(self._project.key(node.name), node.name, node, file):
                     self._project.interfaces[self._project.key(node.name)] = node, file
+                    self._project.facades[self._project.key(node.name)] = dispatch.facade(node.name, file)
             case tree.Pou():
                 self._pou(node, file)
             case tree.Variables():
@@ -158,6 +171,16 @@ class Declarations:
         for block in node.blocks:
             if block.section is Section.GLOBAL and node.kind is PouKind.PROGRAM:
                 self._list(block, file)
+
+    def _methods_of_interface(self, name: str) -> None:
+        """Declare the methods of an interface, and of those that it extends, as dispatchers."""
+        facade = self._project.facades[name]
+        outer = dispatch.source_of(facade)
+        for interface, file in inheritance.closure(self._project, [name]):
+            for method in interface.methods:
+                title = properties.name_to_write(method.name) if method.accessor == "SET" else method.name
+                if self._project.key(title) not in facade.methods:
+                    self._method(method, outer, 0, file, outer.tree)
 
     def _action(self, node: tree.Action, source: PouSource, level: int, file: str) -> None:
         name, pou = self._project.key(node.name), source.pou

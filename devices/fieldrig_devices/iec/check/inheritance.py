@@ -2,9 +2,10 @@
 
 The code that is inherited is checked and compiled again for the function block that inherits it, so that a call in it
 reaches the methods that override others.  A body is not inherited; `SUPER^()` runs that of the function block above.
+Interfaces are inherited as well, by function blocks and by other interfaces.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.context import Context
@@ -73,3 +74,28 @@ def method_above(context: Context, name: str) -> Pou | None:
     line = (source.outer or source).line if source is not None else None
     versions = line.versions.get(context.key(name), []) if line is not None else []
     return next((method for level, method in versions if level > context.level), None)
+
+
+def implemented(source: PouSource) -> list[str]:
+    """Return the interfaces that a function block and those that it extends name."""
+    line = source.line.trees if source.line is not None else []
+    return [name for above, _ in line for name in above.implements]
+
+
+def closure(
+    project: Project, names: Iterable[str], say: Callable[[str], None] = lambda name: None
+) -> Iterator[tuple[tree.Interface, str]]:
+    """Yield these interfaces and those that they extend, each once; `say` is called for one that is not declared."""
+    open_names = list(names)
+    known: set[str] = set()
+    while open_names:
+        name = open_names.pop(0)
+        if (key := project.key(unqualified(name))) in known:
+            continue
+        known.add(key)
+        found = project.interfaces.get(key)
+        if found is None:
+            say(name)
+            continue
+        yield found
+        open_names += found[0].extends

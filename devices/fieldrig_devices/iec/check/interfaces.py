@@ -1,14 +1,13 @@
 """Interfaces: a function block that implements one must have its methods and properties, with the same variables.
 
-There are no variables of an interface: which code a call runs is known when a program is compiled.
+Calls by a variable of an interface are in `dispatch.py`.
 """
 
 from collections.abc import Iterator
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, open_arrays
+from fieldrig_devices.iec.check import access, inheritance, open_arrays
 from fieldrig_devices.iec.check.context import Context
-from fieldrig_devices.iec.check.inheritance import unqualified
 from fieldrig_devices.iec.check.project import PouSource, Project
 from fieldrig_devices.iec.check.properties import name_to_write
 from fieldrig_devices.iec.check.type_specs import TypeSpecs
@@ -54,21 +53,12 @@ def _all(project: Project, source: PouSource) -> Iterator[tuple[tree.Interface, 
 
     An interface that is not declared gets a message.
     """
-    line = source.line.trees if source.line is not None else []
-    open_names = [name for above, _ in line for name in above.implements]
-    known: set[str] = set()
-    while open_names:
-        name = open_names.pop(0)
-        if (key := project.key(unqualified(name))) in known:
-            continue
-        known.add(key)
-        found = project.interfaces.get(key)
-        if found is None:
-            hint = project.reports.closest(name, project.interfaces)
-            project.reports.say(source.pou.file, source.tree.place, f"the interface {name} is not declared", hint=hint)
-            continue
-        yield found
-        open_names += found[0].extends
+
+    def say(name: str) -> None:
+        hint = project.reports.closest(name, project.interfaces)
+        project.reports.say(source.pou.file, source.tree.place, f"the interface {name} is not declared", hint=hint)
+
+    yield from inheritance.closure(project, inheritance.implemented(source), say)
 
 
 def form(project: Project, method: Pou) -> Form:

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import inheritance
+from fieldrig_devices.iec.check import dispatch, inheritance
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.program import Cell, Place, Pou
 from fieldrig_devices.iec.types import BlockType
@@ -57,8 +57,12 @@ def find(of: "Expressions", called: tree.Expression) -> Found | None:
     owner = of.meaning(called.of)
     if isinstance(owner, Pou) and owner.instance is not None:
         owner = Cell(owner.instance, owner.instance.type)
+    owner = dispatch.target(owner) if isinstance(owner, Place) else owner
     if not isinstance(owner, Place) or not isinstance(owner.type, BlockType) or owner.type.pou is None:
         return None
+    facade = dispatch.general(owner)
+    if facade is not None and context.key(called.name) in facade.methods:
+        return dispatch.through_facade(owner, facade), facade.methods[context.key(called.name)]
     method = owner.type.pou.methods.get(context.key(called.name))
     if method is None:
         return None

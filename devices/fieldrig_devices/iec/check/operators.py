@@ -33,7 +33,7 @@ def plain(value: Expression) -> Expression:
     kind = value.type
     if isinstance(kind, EnumType | SubrangeType):
         return constants.converted(value, kind.base)
-    if type(kind) is PointerType:
+    if isinstance(kind, PointerType):
         return constants.converted(value, Elementary.DWORD)
     return value
 

@@ -41,6 +41,7 @@ from fieldrig_devices.iec.types import (
     BlockType,
     Elementary,
     EnumType,
+    InterfaceType,
     ObjectType,
     OpenArrayType,
     PointerType,
@@ -150,6 +151,11 @@ def _member(of: "Expressions", node: tree.Member) -> Meaning | None:
         return _field(of.context, owner, kind, node)
     if isinstance(kind, BlockType) and kind.pou is not None:
         return _pin(of.context, owner, kind.pou, node)
+    if isinstance(kind, InterfaceType):
+        known = [name.partition("@")[0] for name in of.context.project.facades[of.context.key(str(kind))].methods]
+        hint = of.context.project.reports.closest(node.name, known)
+        of.context.say(node, f"{kind} has no method or property {node.name}", ", ".join(known[:8]), hint)
+        return None
     return _of_object(of.context, Load(owner), kind, node)
 
 
@@ -415,7 +421,7 @@ def _dereference(of: "Expressions", node: tree.Dereference) -> Place | None:
     pointer = of.place(node.of)
     if pointer is None:
         return None
-    if not isinstance(pointer.type, PointerType):
+    if not isinstance(pointer.type, PointerType) or isinstance(pointer.type, InterfaceType):
         of.context.say(node, f"{text(node.of)} is {a(pointer.type)}", "a pointer in front of ^")
         return None
     return Target(check_functions.address(of.context, Load(pointer), node), pointer.type.to)
@@ -428,6 +434,8 @@ def _result(of: "Expressions", node: tree.Call) -> Place | None:
         return found.place
     if isinstance(found, CallFunction) and isinstance(found.type, StructType | ArrayType):
         return Result(found)
+    if found is not None and isinstance(found.type, InterfaceType):
+        return Target(found, found.type.to)
     if found is not None:
         of.context.say(node, f"{text(node)} is a value", "a variable")
     return None

@@ -117,6 +117,10 @@ class Project:
         """The names of all properties."""
         self.interfaces: dict[str, tuple[tree.Interface, str]] = {}
         """The interfaces by name, each with its file."""
+        self.facades: dict[str, Pou] = {}
+        """The blocks with dispatchers for the methods of interfaces, by the name of the interface."""
+        self.extended: set[str] = set()
+        """The names of the function blocks that others extend."""
         self.key = Keys(dialect).__getitem__
         self.names: dict[str, Entity | Pending] = {}
         self.declared_at: dict[str, tuple[str, tree.Place]] = {}

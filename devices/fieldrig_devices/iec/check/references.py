@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import places
+from fieldrig_devices.iec.check import dispatch, places
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.program import (
@@ -22,7 +22,7 @@ from fieldrig_devices.iec.program import (
     Operator,
     Place,
 )
-from fieldrig_devices.iec.types import Elementary, OpenArrayType, PointerType
+from fieldrig_devices.iec.types import Elementary, InterfaceType, OpenArrayType, PointerType
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
@@ -53,18 +53,20 @@ def reference_to(of: "Expressions", node: tree.Expression, kind: PointerType) ->
     if isinstance(place.type, OpenArrayType):
         of.context.say(node, f"{text(node)} is {a(place.type)}", "an element of it")
         return None
-    if place.type != kind.to:
+    if place.type != kind.to and not dispatch.derives(of.context.project, place.type, kind.to):
         of.context.say(node, f"{text(node)} is {a(place.type)}", f"a variable of type {kind.to} for the {kind}")
         return None
     return AddressOf(place, kind)
 
 
-def _reference(of: "Expressions", node: tree.Expression) -> Place | None:
+def _reference(of: "Expressions", node: tree.Expression, *, may_be_interface: bool = False) -> Place | None:
     """Return the place of the reference itself; None after a message."""
     found = places.itself(of, node)
     if found is None or (isinstance(found, Place) and found.type is UNKNOWN):
         return None
     if isinstance(found, Place) and isinstance(found.type, PointerType) and found.type.is_reference:
+        return found
+    if isinstance(found, Place) and isinstance(found.type, InterfaceType) and may_be_interface:
         return found
     of.context.say(node, f"{text(node)} is not a reference", "a variable that is declared as REFERENCE TO")
     return None
@@ -72,7 +74,7 @@ def _reference(of: "Expressions", node: tree.Expression) -> Place | None:
 
 def _is_valid(of: "Expressions", node: tree.Call) -> Expression | None:
     given = _argument(of, node)
-    found = _reference(of, given) if given is not None else None
+    found = _reference(of, given, may_be_interface=True) if given is not None else None
     if found is None:
         return None
     number = Convert(Load(found), Elementary.DWORD)

@@ -15,6 +15,7 @@ from fieldrig_devices.iec.types import (
     Elementary,
     EnumType,
     Field,
+    InterfaceType,
     OpenArrayType,
     PointerType,
     StringType,
@@ -155,8 +156,7 @@ class TypeSpecs:
             hint = "call it by its name" if pou.kind is tree.PouKind.FUNCTION else "a program has no instances (PD-356)"
             return self._no(context, spec, f"{spec.name} is {a(kind)}, not a type", hint)
         if name in self._project.interfaces:
-            hint = "declare a REFERENCE TO the function block that implements it"
-            return self._no(context, spec, f"{spec.name} is an interface, of which there are no variables", hint)
+            return InterfaceType(self._project.facades[name].type or UNKNOWN)
         library, _, plain = spec.name.rpartition(".")
         if library and library.casefold() not in self._project.lists and self._is_known(self._key(plain)):
             return self._named(self._key(plain), tree.NamedType(plain, place=spec.place), context)

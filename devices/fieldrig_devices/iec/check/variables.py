@@ -4,13 +4,13 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, enable, open_arrays
+from fieldrig_devices.iec.check import access, dispatch, enable, open_arrays
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import location
 from fieldrig_devices.iec.check.project import UNKNOWN, Pending, PouSource, Project, Start
 from fieldrig_devices.iec.check.texts import a
 from fieldrig_devices.iec.check.type_specs import TypeSpecs, block_of, comment_of
-from fieldrig_devices.iec.program import Space, Variable
+from fieldrig_devices.iec.program import CLASS, Space, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import ArrayType, InitialValue, ObjectType, Type
 
@@ -67,6 +67,8 @@ class Variables:
         elif pou.kind is PouKind.FUNCTION and pou.owner is None and not self._project.dialect.has_void_functions:
             context.say(source.tree, f"the function {pou.name} has no type", f"FUNCTION {pou.name} : INT")
         line = source.line.trees if source.line is not None else []
+        if dispatch.has_class(self._project, source):
+            pou.variables[CLASS] = dispatch.class_word(pou)
         for level in range(len(line) - 1, 0, -1):
             above, home = line[level]
             for block in above.blocks:

@@ -10,7 +10,7 @@ from fieldrig_devices.iec.lower.context import Context
 from fieldrig_devices.iec.lower.emitter import Emitter
 from fieldrig_devices.iec.lower.expressions import Expressions
 from fieldrig_devices.iec.lower.hoisting import Hoisting, has_call
-from fieldrig_devices.iec.lower.places import Address, Places
+from fieldrig_devices.iec.lower.places import Address, Places, common
 from fieldrig_devices.iec.lower.values import constant, of_type
 from fieldrig_devices.iec.program import (
     Assign,
@@ -299,7 +299,7 @@ class Calls:
                 self._places.keep(where)
             if where.is_raw:
                 wanted = place.type if isinstance(variable.type, OpenArrayType) else variable.type
-                return emitter.new(f"of_form({where}, {self._context.form(wanted)})"), place, None
+                return emitter.new(f"of_form({where}, {self._context.form(common(wanted))})"), place, None
             return emitter.new(str(where)) if len(where.terms) > 1 else str(where), place, None
         copy = self._intermediate(place.type)
         cell = self._places.cell(copy)

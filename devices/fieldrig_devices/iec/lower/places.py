@@ -200,7 +200,7 @@ class Places:
         where = self.address(place, emitter)
         assert isinstance(where, Address)
         if where.is_raw:
-            return Address((emitter.new(f"of_form({where}, {self._form_of(place.type)})"),), 0)
+            return Address((emitter.new(f"of_form({where}, {self._form_of(common(place.type))})"),), 0)
         return where
 
     # ---- reading
@@ -351,6 +351,11 @@ class Places:
             emitter.add(f"poke_cells({where}, {self._form_of(kind)}, {_kept(cells, emitter)})")
         else:
             emitter.add(f"M[{_slice(where, kind.size, emitter)}] = {cells}")
+
+
+def common(kind: Type) -> Type:
+    """Return what an instance at a pointer must at least be, which may be one of a block that extends the type."""
+    return kind.open if isinstance(kind, BlockType) and kind.open is not None else kind
 
 
 def _kept(cells: str, emitter: Emitter) -> str:

@@ -1,0 +1,238 @@
+"""Calls whose code depends on the instance: by an interface, or by a reference to a block that others extend.
+
+An instance that may be called so begins with a hidden word that tells its function block.  For each interface there is
+a block that never runs itself, its facade.  Each of its methods is a dispatcher, which compares the word with the
+numbers of all function blocks that implement the interface, and runs the method of the right one for the same instance.
+A function block that others extend has a facade for all of them, which calls by a pointer, a reference or a VAR_IN_OUT
+go through.  All other calls are made directly.
+"""
+
+from collections.abc import Sequence
+from typing import Final
+from zlib import crc32
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import inheritance, open_arrays
+from fieldrig_devices.iec.check.project import PouSource, Project
+from fieldrig_devices.iec.program import (
+    CLASS,
+    AddressOf,
+    AnyStatement,
+    Assign,
+    Binary,
+    CallBlock,
+    CallFunction,
+    Cell,
+    Component,
+    Constant,
+    Evaluate,
+    Expression,
+    If,
+    Load,
+    Operator,
+    Place,
+    Pou,
+    Space,
+    Target,
+    This,
+    Variable,
+)
+from fieldrig_devices.iec.tree import PouKind, Section
+from fieldrig_devices.iec.types import BlockType, Elementary, InterfaceType, OpenArrayType, Type
+
+BODY: Final = "$body"
+"""The dispatcher of the bodies of function blocks."""
+
+
+def facade(name: str, file: str) -> Pou:
+    """Return a block that has nothing but the word with the function block of the instance, in its first cell."""
+    made = Pou(PouKind.FUNCTION_BLOCK, name, file)
+    made.type = BlockType(name, made, Elementary.UDINT.size)
+    made.variables[CLASS] = Variable(CLASS, Elementary.UDINT, Space.INSTANCE, Section.LOCAL, offset=0, file=file)
+    return made
+
+
+def source_of(made: Pou) -> PouSource:
+    """Return the source of a facade, which its methods belong to."""
+    return PouSource(made, tree.Pou(PouKind.FUNCTION_BLOCK, made.name, None, (), tree.StBody(())), is_library=False)
+
+
+def has_class(project: Project, source: PouSource) -> bool:
+    """True for a function block that implements an interface, extends another one or is extended."""
+    if source.line is None or not source.pou.kind.has_instances:
+        return False
+    is_above = project.key(source.pou.name) in project.extended
+    return is_above or len(source.line.trees) > 1 or bool(inheritance.implemented(source))
+
+
+def class_word(pou: Pou) -> Variable:
+    """Return the hidden word of a function block."""
+    word = Variable(CLASS, Elementary.UDINT, Space.INSTANCE, Section.LOCAL, _number(pou), file=pou.file)
+    word.is_constant = True
+    return word
+
+
+def _number(pou: Pou) -> int:
+    """The number of a function block, which is the same after an online change."""
+    return crc32(pou.name.casefold().encode())
+
+
+# ---- which calls go through a facade
+
+
+def target(place: Place) -> Place:
+    """Return the instance that a variable of an interface refers to, for a call."""
+    kind = place.type
+    return Target(Load(place), kind.to) if isinstance(kind, InterfaceType) else place
+
+
+def general(place: Place) -> Pou | None:
+    """Return the facade for a call of what is at a place; None for a direct call."""
+    kind = place.type
+    return kind.open.pou if isinstance(kind, BlockType) and kind.open is not None and _may_derive(place) else None
+
+
+def through_facade(place: Place, made: Pou) -> Place:
+    """Return the same instance as one of a facade."""
+    assert made.type is not None
+    return Target(place.pointer if isinstance(place, Target) else AddressOf(place, Elementary.DWORD), made.type)
+
+
+def body(instance: Place, pou: Pou) -> tuple[Place, Pou]:
+    """Return the instance and the body that a call runs."""
+    made = general(instance)
+    return (instance, pou) if made is None else (through_facade(instance, made), made.methods[BODY])
+
+
+def _may_derive(place: Place) -> bool:
+    """True if the instance at a place may be one of a function block that extends the type of the place."""
+    if isinstance(place, Cell | Component):
+        return place.variable is not None and place.variable.is_reference
+    return isinstance(place, Target)
+
+
+# ---- which instances a variable may refer to
+
+
+def implements(project: Project, block: Pou, interface: InterfaceType) -> bool:
+    source = project.sources.get(block)
+    return source is not None and _has(project, inheritance.implemented(source), str(interface))
+
+
+def extends(project: Project, one: InterfaceType, other: InterfaceType) -> bool:
+    """True if an interface is or extends another one."""
+    return _has(project, [str(one)], str(other))
+
+
+def _has(project: Project, names: Sequence[str], wanted: str) -> bool:
+    return any(project.key(found.name) == project.key(wanted) for found, _ in inheritance.closure(project, names))
+
+
+def derives(project: Project, kind: Type, above: Type) -> bool:
+    """True if a function block extends another one, at whatever distance."""
+    if not isinstance(kind, BlockType) or not isinstance(above, BlockType) or kind.pou is None or above.pou is None:
+        return False
+    source, base = project.sources.get(kind.pou), project.sources.get(above.pou)
+    if source is None or base is None or source.line is None:
+        return False
+    return any(found is base.tree for found, _ in source.line.trees)
+
+
+# ---- the code of the facades
+
+
+class Dispatchers:
+    """The facades and their code: `begin` makes the blocks, and `finish` the bodies."""
+
+    def __init__(self, project: Project) -> None:
+        self._project = project
+        self._families: list[tuple[Pou, list[Pou]]] = []
+        """The facades, each with the function blocks whose instances it may stand for."""
+
+    def begin(self) -> None:
+        project = self._project
+        blocks = [pou for pou in project.sources if pou.type is not None and CLASS in pou.variables]
+        concrete = [pou for pou in blocks if not project.is_abstract(pou)]
+        for made in project.facades.values():
+            assert made.type is not None
+            kind = InterfaceType(made.type)
+            self._families.append((made, [pou for pou in concrete if implements(project, pou, kind)]))
+        for pou in blocks:
+            if project.key(pou.name) in project.extended and pou.type is not None:
+                self._families.append((self._above(pou, pou.type), [one for one in concrete if self._is_a(one, pou)]))
+
+    def _is_a(self, one: Pou, above: Pou) -> bool:
+        return one.type is not None and above.type is not None and derives(self._project, one.type, above.type)
+
+    def _above(self, pou: Pou, kind: BlockType) -> Pou:
+        """Make the facade of a function block and of those that extend it."""
+        made = facade(f"{pou.name}@any", pou.file)
+        kind.open = made.type
+        for name, method in list(pou.methods.items()):
+            has_open = any(isinstance(variable.type, OpenArrayType) for variable in method.variables.values())
+            if "@" not in name.removesuffix("@set") and not has_open:
+                self._copy(made, name, method)
+        self._add(made, BODY, Pou(PouKind.FUNCTION, f"{made.name}.{BODY}", pou.file, owner=made))
+        return made
+
+    def _copy(self, owner: Pou, name: str, method: Pou) -> None:
+        """Give a facade a method with the arguments and the result of another one."""
+        made = Pou(PouKind.FUNCTION, f"{owner.name}.{name}", method.file, owner=owner, is_accessor=method.is_accessor)
+        source, original = self._add(owner, name, made), self._project.sources[method]
+        if method.result is not None:
+            made.result = _copied(method.result)
+        for variable in (*original.inputs, *original.outputs):
+            made.variables[self._project.key(variable.name)] = copy = _copied(variable)
+            (source.inputs if variable in original.inputs else source.outputs).append(copy)
+            if variable in self._project.starts:
+                self._project.starts[copy] = self._project.starts[variable]
+        if method in self._project.guards:
+            self._project.guards[made] = self._project.guards[method]
+
+    def _add(self, owner: Pou, name: str, made: Pou) -> PouSource:
+        owner.methods[name] = self._project.pous[f"{self._project.key(owner.name)}.{name}"] = made
+        node = tree.Pou(PouKind.FUNCTION, name, None, (), tree.StBody(()))
+        self._project.sources[made] = source = PouSource(made, node, is_library=False, outer=source_of(owner))
+        return source
+
+    def finish(self) -> None:
+        for made, blocks in self._families:
+            word = Load(Cell(made.variables[CLASS], Elementary.UDINT))
+            for name, dispatcher in made.methods.items():
+                for block in blocks:
+                    number = Constant(_number(block), Elementary.UDINT)
+                    condition = Binary(Operator.EQ, word, number, Elementary.BOOL)
+                    call = self._call(name, dispatcher, block)
+                    if call is not None:
+                        dispatcher.body.append(If(condition, [call], line=0))
+
+    def _call(self, name: str, dispatcher: Pou, block: Pou) -> AnyStatement | None:
+        """Return the call of what a dispatcher stands for in one function block."""
+        if name == BODY:
+            assert block.type is not None
+            return CallBlock(This(block.type), block, line=0)
+        line = self._project.sources[block].line
+        versions = line.versions.get(name, []) if line is not None else []
+        if not versions:
+            return None
+        method = versions[0][1]
+        own, theirs = self._project.sources[dispatcher], self._project.sources[method]
+        inputs: list[tuple[Variable, Expression | Place]] = []
+        for wanted, given in zip(theirs.inputs, own.inputs, strict=False):
+            cell = Cell(given, given.type)
+            inputs.append((wanted, cell if given.is_reference else Load(cell)))
+            inputs += open_arrays.limits(wanted, cell)
+        outputs = (
+            (wanted, Cell(given, given.type), False) for wanted, given in zip(theirs.outputs, own.outputs, strict=False)
+        )
+        kind = method.result.type if method.result is not None else Elementary.BOOL
+        call = CallFunction(method, tuple(inputs), kind, tuple(outputs))
+        if dispatcher.result is None or method.result is None:
+            return Evaluate(call, line=0)
+        return Assign(Cell(dispatcher.result, kind), call, line=0)
+
+
+def _copied(variable: Variable) -> Variable:
+    found = Variable(variable.name, variable.type, Space.FRAME, variable.section, variable.initial)
+    found.place, found.file = variable.place, variable.file
+    return found
