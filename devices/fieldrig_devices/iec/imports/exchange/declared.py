@@ -163,6 +163,14 @@ def limits(of: Element, fragments: Fragments) -> tree.Range | None:
     return None if low is None or high is None else tree.Range(low, high, place=tree.Place(line, 1))
 
 
+def subrange(of: Element, base: tree.TypeSpec, found: tree.Range | None, fragments: Fragments) -> tree.TypeSpec:
+    """Return the part of an integer type; the type itself after a message."""
+    if found is None or not isinstance(base, tree.NamedType):
+        fragments.report.mistake(line_of(of), "The subrange is incomplete", "a range and an integer type")
+        return base
+    return tree.SubrangeSpec(base, found.low, found.high, place=tree.Place(line_of(of), 1))
+
+
 def enumeration(of: Element, values: Sequence[Element], fragments: Fragments) -> tree.EnumSpec:
     found: list[tree.EnumValue] = []
     for value in values:

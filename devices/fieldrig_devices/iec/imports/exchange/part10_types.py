@@ -3,7 +3,15 @@
 from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.imports.exchange.declared import DEPTH, array, enumeration, initial, limits, variable
+from fieldrig_devices.iec.imports.exchange.declared import (
+    DEPTH,
+    array,
+    enumeration,
+    initial,
+    limits,
+    subrange,
+    variable,
+)
 from fieldrig_devices.iec.imports.exchange.part10_bodies import type_of
 from fieldrig_devices.iec.imports.fragments import Fragments
 from fieldrig_devices.iec.imports.xml import (
@@ -76,10 +84,7 @@ def _limits_of(dimension: Element) -> Element:
 def _subrange(of: Element, fragments: Fragments, depth: int) -> tree.TypeSpec:
     base = read_type(element(of, "BaseType"), fragments, depth)
     found = next((limits(e, fragments) for e in (*elements(of), of) if attribute(e, "lower")), None)
-    if found is None or not isinstance(base, tree.NamedType):
-        fragments.report.mistake(line_of(of), "The subrange is incomplete", "a range and an integer type")
-        return base
-    return tree.SubrangeSpec(base, found.low, found.high, place=tree.Place(line_of(of), 1))
+    return subrange(of, base, found, fragments)
 
 
 def read_declaration(of: Element, fragments: Fragments) -> tree.TypeDeclaration | None:

@@ -12,6 +12,7 @@ from fieldrig_devices.iec.imports.exchange.declared import (
     enumeration,
     initial,
     limits,
+    subrange,
     variable,
 )
 from fieldrig_devices.iec.imports.fragments import Fragments
@@ -101,10 +102,7 @@ def _subrange(of: Element, fragments: Fragments, depth: int) -> tree.TypeSpec:
     bounds = element(of, "range")
     found = None if bounds is None else limits(bounds, fragments)
     base = read_type(element(of, "baseType"), fragments, depth + 1)
-    if found is None or not isinstance(base, tree.NamedType):
-        fragments.report.mistake(line_of(of), "The subrange is incomplete", "a range and an integer type")
-        return base
-    return tree.SubrangeSpec(base, found.low, found.high, place=tree.Place(line_of(of), 1))
+    return subrange(of, base, found, fragments)
 
 
 def read_declaration(of: Element, fragments: Fragments) -> tree.TypeDeclaration | None:
