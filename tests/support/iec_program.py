@@ -80,7 +80,7 @@ class IecBench:
         self.compiled = self.compile(text)
         self.runtime = Runtime(self.compiled, self.host)
         self.main = main
-        self.thread: Thread = self.runtime.thread(self.compiled.program.pous[main.lower()])
+        self.thread: Thread = self.runtime.thread(self.compiled.program.pous[dialect.key(main)])
 
     def compile(self, text: str, previous: Compiled | None = None) -> Compiled:
         return compile_project(

@@ -45,8 +45,9 @@ class Scope:
         if number >= len(frames):
             raise ValueError(f"expected a frame from 0 to {len(frames) - 1}, got {number}" if frames else _BETWEEN)
         title, frame, base = frames[number]
-        pous = runtime.compiled.program.pous
-        pou = pous.get(title.lower()) or pous.get(title.partition(".")[0].lower())
+        program = runtime.compiled.program
+        first, *rest = map(program.dialect.key, title.split("."))
+        pou = program.pous.get(".".join([first, *rest])) or program.pous.get(first)
         return None if pou is None else cls(runtime, pou, frame, base, f"{MARK}{task}:{number}")
 
     def symbols(self) -> Iterator[Symbol]:
@@ -61,13 +62,14 @@ class Scope:
     def find(self, path: str) -> Symbol | None:
         """Return a variable, or a part of one."""
         first = path.partition(".")[0].partition("[")[0]
-        variable = next((known for known in self._variables() if known.name.lower() == first.lower()), None)
+        key = self.runtime.compiled.program.dialect.key
+        variable = next((known for known in self._variables() if key(known.name) == key(first)), None)
         result = self.pou.result
-        if variable is None and result is not None and result.name.lower() == first.lower():
+        if variable is None and result is not None and key(result.name) == key(first):
             variable = result
         if variable is None:
             return None
-        return below(self._shown(variable, self._instance()), path[len(first) :])
+        return below(self._shown(variable, self._instance()), path[len(first) :], key)
 
     def _variables(self) -> list[Variable]:
         """The variables of the routine, then those of the function block of a method."""

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
 
+from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.tree import NOWHERE, PouKind, Section
 from fieldrig_devices.iec.tree import Place as SourcePlace
 from fieldrig_devices.iec.types import (
@@ -521,6 +522,8 @@ class Program:
     tasks: list[Task]
     objects: Mapping[str, "ConfiguredObject"] = field(default_factory=dict)
     links: Sequence[Link] = ()
+    dialect: Dialect = EPAS_4
+    """Its `key` gives the keys of the tables: small letters, and in EPAS-4 the first 32 of them (PD-350)."""
 
 
 @dataclass(frozen=True, slots=True)

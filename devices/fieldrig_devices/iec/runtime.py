@@ -241,8 +241,8 @@ class Runtime:
     def _linked(self, link: Link) -> Iterator[tuple[str, Symbol, Symbol]]:
         """Yield for each value of a link the program that exchanges it, empty for all programs, and both ends."""
         symbol = self.find(link.path)
-        root = link.path.partition(".")[0].lower()
-        root = root if root in self.compiled.program.pous else ""
+        program, root = self.compiled.program, link.path.partition(".")[0].lower()
+        root = root if program.dialect.key(root) in program.pous else ""
         outside = replace(symbol, location=link.where)
         for inner, outer in zip(self.symbols.values(symbol), self.symbols.values(outside), strict=True):
             yield root, inner, outer

@@ -5,7 +5,7 @@ dimensions are `[1,2]` or `[1][2]`.  Global variables and programs are the roots
 """
 
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -40,6 +40,7 @@ class Symbol:
 class Symbols:
     def __init__(self, program: Program, files: Collection[str]) -> None:
         """`files` are those of the project; variables of libraries are found by their names only."""
+        self._key = program.dialect.key
         self._known = {name: _of_variable(variable) for name, variable in program.globals.items()}
         self._static = {name: symbol for name, symbol in self._known.items() if "." in name}
         """The variables of VAR_STAT, whose names begin with that of their unit."""
@@ -58,10 +59,10 @@ class Symbols:
     def find(self, path: str) -> Symbol | None:
         for name, static in self._static.items():
             if path.lower().startswith(name) and path[len(name) : len(name) + 1] in ("", ".", "["):
-                return below(static, path[len(name) :])
+                return below(static, path[len(name) :], self._key)
         first = _PART.match(path)
-        symbol = self._known.get((first[1] or "").lower()) if first is not None and path[:1] != "." else None
-        return below(symbol, path[first.end() :]) if symbol is not None and first is not None else None
+        symbol = self._known.get(self._key(first[1] or "")) if first is not None and path[:1] != "." else None
+        return below(symbol, path[first.end() :], self._key) if symbol is not None and first is not None else None
 
     def values(self, symbol: Symbol | None = None) -> Iterator[Symbol]:
         """Yield all symbols that have a value of their own, below one symbol or of the whole program."""
@@ -72,8 +73,11 @@ class Symbols:
             yield from self.values(part)
 
 
-def below(symbol: Symbol, path: str) -> Symbol | None:
-    """Return what a path such as `.axis[3].pos` means behind a symbol; the symbol itself for an empty path."""
+def below(symbol: Symbol, path: str, key: Callable[[str], str]) -> Symbol | None:
+    """Return what a path such as `.axis[3].pos` means behind a symbol; the symbol itself for an empty path.
+
+    `key` is that of the dialect, which says what a name is found by.
+    """
     found: Symbol | None = symbol
     at, method = 0, ""
     for match in _PART.finditer(path):
@@ -81,7 +85,7 @@ def below(symbol: Symbol, path: str) -> Symbol | None:
             return None
         at = match.end()
         if match[1]:
-            name = f"{method}{match[1].lower()}"
+            name = f"{method}{key(match[1])}"
             part = _part(found, name)
             method = f"{name}." if part is None and not method else ""
             found = part if part is not None or not method else found

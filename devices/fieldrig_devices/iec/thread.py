@@ -95,7 +95,8 @@ class Thread:
         self._task.start(routine, self._stack, base)
 
     def _found(self) -> tuple[str, int]:
-        pou = self._runtime.compiled.program.pous.get(self.pou.lower())
+        program = self._runtime.compiled.program
+        pou = program.pous.get(program.dialect.key(self.pou))
         if pou is None or pou.instance is None:
             raise ValueError(f"expected a program of the project, got {self.pou}")
         return self.pou.lower(), pou.instance.offset

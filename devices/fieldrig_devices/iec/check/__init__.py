@@ -65,7 +65,8 @@ def check(
     dispatchers.finish()
     enable.begin_bodies(project)
     whole.check(project, declarations.variables.lists)
-    result = Program(project.pous, project.globals, declarations.specs.declared(), project.tasks, host.objects, links)
+    types = declarations.specs.declared()
+    result = Program(project.pous, project.globals, types, project.tasks, host.objects, links, dialect)
     order = {unit.file: place for place, unit in enumerate(units)}
     mistakes = dict.fromkeys(project.reports.mistakes)
     return result, sorted(mistakes, key=lambda found: (order.get(found.file, -1), found.line, found.column))
