@@ -13,7 +13,7 @@ from asyncua import Server, ua
 
 from fieldrig_bus.opcua.devices import Devices
 from fieldrig_bus.opcua.mapping import described, engineering_units, mapped, value_range
-from fieldrig_bus.opcua.message import Kind, Node
+from fieldrig_bus.opcua.message import LONGEST_PATH, Kind, Node
 
 log = logging.getLogger(__name__)
 
@@ -71,7 +71,8 @@ class AddressSpace:
         """Add the node and its parents, if the device has it."""
         if node_id not in self or node_id in self._nodes or _is_property(node_id):
             return
-        node = await self._devices.find(self.device(node_id), str(node_id.Identifier))
+        path = str(node_id.Identifier)
+        node = await self._devices.find(self.device(node_id), path) if len(path) <= LONGEST_PATH else None
         if node is not None and node_id.Identifier == node.path:
             parent = node_id_of(node.parent, node_id.NamespaceIndex)
             await self.ensure(parent)

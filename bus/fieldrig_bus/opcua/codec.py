@@ -43,6 +43,11 @@ def encode(message: OpcUaMessage) -> bytes:
     return json.dumps([type(message).__name__, data], separators=(",", ":")).encode()
 
 
+def size(part: Node | Outcome) -> int:
+    """Return the number of bytes that a part of a message takes."""
+    return len(json.dumps(_plain(part), separators=(",", ":"))) + 1
+
+
 def decode(data: bytes) -> OpcUaMessage:
     """Return the message of `encode`'s bytes.  ValueError for anything else."""
     match read_json(data, LONGEST):

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Final, TypeVar
 
 from fieldrig.link import Link
+from fieldrig_bus.opcua.codec import check_sent
 from fieldrig_bus.opcua.message import (
     ANSWERS,
     MOST_PATHS,
@@ -60,11 +61,11 @@ class Devices:
     async def read(self, device: str, paths: Sequence[str]) -> list[Outcome]:
         """Return an outcome for each path."""
         found: list[Outcome] = []
-        for first in range(0, len(paths), MOST_PATHS):
-            some = tuple(paths[first : first + MOST_PATHS])
+        while len(found) < len(paths):
+            some = tuple(paths[len(found) : len(found) + MOST_PATHS])
             answer = await self._ask(Read(device, self._next(), some), Outcomes)
-            is_whole = answer is not None and len(answer.outcomes) == len(some)
-            found += answer.outcomes if answer is not None and is_whole else [NO_ANSWER] * len(some)
+            first = answer.outcomes[: len(some)] if answer is not None else ()
+            found += first or [NO_ANSWER] * len(some)
         return found
 
     async def write(self, device: str, path: str, value: AnyValue) -> Outcome:
@@ -74,6 +75,10 @@ class Devices:
         return await self._outcome(Call(device, self._next(), path, tuple(arguments)))
 
     async def _outcome(self, request: Request) -> Outcome:
+        try:
+            check_sent(request)
+        except ValueError:  # a value that no variable can have
+            return Outcome(Status.OUT_OF_RANGE)
         answer = await self._ask(request, Outcomes)
         return answer.outcomes[0] if answer is not None and answer.outcomes else NO_ANSWER
 

@@ -83,6 +83,7 @@ STATUS_CODES: Final[dict[Status, int]] = {
     Status.REFUSED: ua.StatusCodes.BadInvalidState,
     Status.NOT_SUPPORTED: ua.StatusCodes.BadNotSupported,
     Status.WRONG_ARGUMENTS: ua.StatusCodes.BadInvalidArgument,
+    Status.TOO_LARGE: ua.StatusCodes.BadEncodingLimitsExceeded,
     Status.NO_ANSWER: ua.StatusCodes.BadNoCommunication,
 }
 

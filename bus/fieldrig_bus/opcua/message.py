@@ -11,8 +11,8 @@ from typing import Final
 
 from fieldrig.device import Value
 
-LONGEST_PATH: Final = 1024
-"""Longest path, name or unit, in characters."""
+LONGEST_PATH: Final = 4096
+"""Longest path, name or unit, in characters; a NodeId has no more (OPC 10000-3, 8.2.4)."""
 LONGEST_TEXT: Final = 4096
 MOST_NODES: Final = 100
 """Nodes in one answer; the server asks for the rest."""
@@ -50,6 +50,8 @@ class Status(Enum):
     """Not possible for this node."""
     WRONG_ARGUMENTS = "wrong arguments"
     """Arguments of a method are not accepted, each with a status of its own."""
+    TOO_LARGE = "too large"
+    """A value is larger than a message can be."""
     NO_ANSWER = "no answer"
     """The device does not answer; only the server uses it."""
 
@@ -162,7 +164,7 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Outcomes:
-    """The answer to Read, with an outcome for each path, and to Write and Call, with one."""
+    """The answer to Read, with an outcome for each of the first paths, and to Write and Call, with one."""
 
     exchange: int
     outcomes: tuple[Outcome, ...]

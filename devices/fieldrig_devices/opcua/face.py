@@ -5,6 +5,7 @@ from typing import Final
 
 from fieldrig.link import Link
 from fieldrig_bus.opcua import message
+from fieldrig_devices.opcua.sizes import fits, fitting, refusal, sendable
 from fieldrig_devices.opcua.tree import NodeTree, UnknownNodeError, WrongArgumentsError
 
 DONE: Final = message.Outcome(message.Status.GOOD)
@@ -28,14 +29,15 @@ class OpcUaFace:
         tree = self._tree()
         match request:
             case message.Browse(_, exchange, path, first):
+                first = max(first, 0)
                 children = tree.children(path)
-                last = max(first, 0) + message.MOST_NODES
-                self._link.send(message.Nodes(exchange, tuple(children[max(first, 0) : last]), last >= len(children)))
+                nodes = fitting(sendable(node) for node in children[first : first + message.MOST_NODES])
+                self._link.send(message.Nodes(exchange, nodes, first + len(nodes) >= len(children)))
             case message.Find(_, exchange, path):
                 node = tree.find(path)
-                self._link.send(message.Nodes(exchange, () if node is None else (node,)))
+                self._link.send(message.Nodes(exchange, () if node is None else (sendable(node),)))
             case message.Read(_, exchange, paths):
-                self._link.send(message.Outcomes(exchange, tuple(_read(tree, path) for path in paths)))
+                self._link.send(message.Outcomes(exchange, fitting(_read(tree, path) for path in paths)))
             case message.Write(_, exchange):
                 self._link.send(message.Outcomes(exchange, (_written(tree, request),)))
             case message.Call(_, exchange):
@@ -46,11 +48,12 @@ class OpcUaFace:
 
 def _read(tree: NodeTree, path: str) -> message.Outcome:
     try:
-        return message.Outcome(message.Status.GOOD, tree.read(path))
+        outcome = message.Outcome(message.Status.GOOD, tree.read(path))
     except UnknownNodeError:
         return UNKNOWN
     except ValueError as cause:
-        return message.Outcome(message.Status.REFUSED, text=str(cause))
+        return refusal(message.Status.REFUSED, cause)
+    return outcome if fits(outcome) else message.Outcome(message.Status.TOO_LARGE)
 
 
 def _written(tree: NodeTree, request: message.Write) -> message.Outcome:
@@ -64,9 +67,9 @@ def _written(tree: NodeTree, request: message.Write) -> message.Outcome:
     except UnknownNodeError:
         return UNKNOWN
     except TypeError as cause:
-        return message.Outcome(message.Status.TYPE_MISMATCH, text=str(cause))
+        return refusal(message.Status.TYPE_MISMATCH, cause)
     except ValueError as cause:
-        return message.Outcome(message.Status.OUT_OF_RANGE, text=str(cause))
+        return refusal(message.Status.OUT_OF_RANGE, cause)
     return DONE
 
 
@@ -83,5 +86,6 @@ def _called(tree: NodeTree, request: message.Call) -> message.Outcome:
     except WrongArgumentsError as cause:
         return message.Outcome(message.Status.WRONG_ARGUMENTS, arguments=cause.statuses)
     except ValueError as cause:
-        return message.Outcome(message.Status.REFUSED, text=str(cause))
-    return message.Outcome(message.Status.GOOD, results=tuple(results))
+        return refusal(message.Status.REFUSED, cause)
+    outcome = message.Outcome(message.Status.GOOD, results=tuple(results))
+    return outcome if fits(outcome) else message.Outcome(message.Status.TOO_LARGE)

@@ -25,6 +25,7 @@ from fieldrig_devices.iec.types import (
 )
 from fieldrig_devices.opcua.tree import UnknownNodeError
 
+_LONGEST_INDEX: Final = len("[-2147483648]")
 _UNITS: Final = {Elementary.TIME: "ms", **dict.fromkeys(LONGER.values(), "ns")}
 
 
@@ -35,11 +36,12 @@ class SymbolsTree:
     def children(self, path: str) -> Sequence[Node]:
         symbol = self._symbols.find(path) if path else None
         if symbol is not None and isinstance(symbol.type, ArrayType):
-            return _Elements(symbol.type, lambda index: self._node(self._element(symbol, index)))
-        return [self._node(child) for child in self._symbols.children(path)]
+            has_room = len(path) + _LONGEST_INDEX <= LONGEST_PATH
+            return _Elements(symbol.type, lambda index: self._node(self._element(symbol, index))) if has_room else []
+        return [self._node(child) for child in self._symbols.children(path) if len(child.path) <= LONGEST_PATH]
 
     def find(self, path: str) -> Node | None:
-        symbol = self._symbols.find(path)
+        symbol = self._symbols.find(path) if len(path) <= LONGEST_PATH else None
         return None if symbol is None else self._node(symbol)
 
     def read(self, path: str) -> AnyValue:

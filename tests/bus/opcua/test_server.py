@@ -70,6 +70,18 @@ async def test_a_value_is_that_of_the_instant_of_reading(tmp_path: Path) -> None
 
 
 @in_loop
+async def test_values_that_fit_into_no_message_together_are_read_one_after_the_other(tmp_path: Path) -> None:
+    async with server_bench(tmp_path) as bench, Client(bench.url) as client:
+        bench.plc.values |= {f"belt.Text{number}": str(number) * 300_000 for number in range(8)}
+        bench.plc.values["belt.Long"] = "x" * 2_000_000
+        texts = [client.get_node(f"ns=2;s=belt.Text{number}") for number in range(8)]
+        assert await client.read_values(texts) == [str(number) * 300_000 for number in range(8)]
+        assert await code_of(client.get_node("ns=2;s=belt.Long").read_value()) == "BadEncodingLimitsExceeded"
+        assert await code_of(texts[0].write_value("y" * 2_000_000)) == "BadNotWritable"
+        assert await code_of(client.get_node(f"ns=2;s={'x' * 5_000}").read_value()) == "BadNodeIdUnknown"
+
+
+@in_loop
 async def test_a_write_is_carried_out_or_refused_with_its_status(tmp_path: Path) -> None:
     async with server_bench(tmp_path) as bench, Client(bench.url) as client:
         position = client.get_node(POSITION)

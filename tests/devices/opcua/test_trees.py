@@ -5,6 +5,7 @@ import pytest
 from fieldrig.clock import VirtualClock
 from fieldrig.device import Point
 from fieldrig.testing import RecordedLink
+from fieldrig_bus.opcua import codec
 from fieldrig_bus.opcua import message as opc
 from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.runtime import Runtime, Start
@@ -201,3 +202,82 @@ def test_values_come_in_the_order_of_the_paths() -> None:
         4, (opc.Outcome(opc.Status.GOOD, 1), opc.Outcome(opc.Status.UNKNOWN), opc.Outcome(opc.Status.GOOD, 0))
     )
     assert FaceBench().ask(opc.Find("io", 5, "none")) == opc.Nodes(5, ())
+
+
+# ---- what is too large for one message
+
+
+def face_of(*trees: NodeTree) -> RecordedLink[opc.OpcUaMessage]:
+    link = RecordedLink[opc.OpcUaMessage]()
+    OpcUaFace("io", "an IO", link, lambda: Trees(trees))
+    return link
+
+
+def answers(link: RecordedLink[opc.OpcUaMessage], request: opc.OpcUaMessage) -> opc.OpcUaMessage:
+    link.deliver(request)
+    [answer] = link.take()
+    codec.check_sent(answer)
+    return answer
+
+
+def test_long_comments_are_cut_and_many_names_of_an_enumeration_come_in_parts() -> None:
+    names = ", ".join(f"value_{number}_{'x' * 20}" for number in range(1_000))
+    text = (
+        f"TYPE Wide : ({names}); END_TYPE VAR_GLOBAL "
+        + "".join(f"v{number} : Wide; " for number in range(99))
+        + f"last : INT; (* {'c' * 5_000} *) END_VAR PROGRAM PLC_PRG last := 1; END_PROGRAM"
+    )
+    host = StandaloneHost(VirtualClock())
+    compiled = compile_project([SourceFile("plc.st", text)], host)
+    link = face_of(SymbolsTree(compiled.symbols, Runtime(compiled, host)))
+    found, is_complete = list[opc.Node](), False
+    while not is_complete:
+        answer = answers(link, opc.Browse("io", 1, "", len(found)))
+        assert isinstance(answer, opc.Nodes)
+        assert answer.nodes
+        found += answer.nodes
+        is_complete = answer.is_complete
+    assert [node.path for node in found if node.path != "PLC_PRG"] == [*(f"v{n}" for n in range(99)), "last"]
+    assert {len(node.choices) for node in found} == {0, 1_000}
+    [comment] = [node.about for node in found if node.path == "last"]
+    assert comment == "c" * opc.LONGEST_TEXT
+
+
+def test_large_values_come_in_parts_and_one_that_fits_into_no_message_is_refused() -> None:
+    half, whole = "x" * 500_000, "x" * 2_000_000
+    link = face_of(PointsTree(lambda: {"half": Point(lambda: half), "whole": Point(lambda: whole)}))
+    answer = answers(link, opc.Read("io", 1, ("half", "half", "half", "whole")))
+    assert answer == opc.Outcomes(1, (opc.Outcome(opc.Status.GOOD, half),) * 2)
+    assert answers(link, opc.Read("io", 2, ("whole", "half"))) == opc.Outcomes(
+        2, (opc.Outcome(opc.Status.TOO_LARGE), opc.Outcome(opc.Status.GOOD, half))
+    )
+
+
+def test_the_reason_of_a_refusal_has_an_end() -> None:
+    def refuse(value: object) -> None:
+        raise ValueError(f"expected something else than {value}")
+
+    link = face_of(PointsTree(lambda: {"x": Point(lambda: "", refuse)}))
+    answer = answers(link, opc.Write("io", 1, "x", "y" * 100_000))
+    assert isinstance(answer, opc.Outcomes)
+    assert [(outcome.status, len(outcome.text)) for outcome in answer.outcomes] == [
+        (opc.Status.OUT_OF_RANGE, opc.LONGEST_TEXT)
+    ]
+
+
+def test_a_path_that_no_node_id_can_have_is_no_node() -> None:
+    types = "TYPE T0 : STRUCT last : INT; END_STRUCT END_TYPE "
+    names = [f"{'n' * 120}{number}" for number in range(1, 39)]
+    for number, name in enumerate(names, 1):
+        types += f"TYPE T{number} : STRUCT {name} : T{number - 1}; END_STRUCT END_TYPE "
+    text = f"{types} VAR_GLOBAL deep : T{len(names)}; END_VAR PROGRAM PLC_PRG ; END_PROGRAM"
+    host = StandaloneHost(VirtualClock())
+    compiled = compile_project([SourceFile("plc.st", text)], host)
+    tree = SymbolsTree(compiled.symbols, Runtime(compiled, host))
+    link, path, depth = face_of(tree), "deep", 0
+    while nodes := getattr(answers(link, opc.Browse("io", 1, path)), "nodes", ()):
+        [node] = nodes
+        path, depth = node.path, depth + 1
+    assert 0 < depth < len(names)
+    assert opc.LONGEST_PATH - 123 < len(path) <= opc.LONGEST_PATH
+    assert tree.find(".".join(["deep", *reversed(names), "last"])) is None
