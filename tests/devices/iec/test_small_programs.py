@@ -167,3 +167,18 @@ def test_variables_of_instances_belong_to_methods() -> None:
 )
 def test_a_chained_assignment_has_variables_in_front(dialect: Dialect, body: str, expected: str) -> None:
     assert any(expected in message for message in refused(program("n : INT;", body), dialect))
+
+
+@pytest.mark.parametrize(
+    ("dialect", "body", "expected"),
+    [
+        (EDITION_3, "n := F(n);", "VAR_IN_OUT CONSTANT; expected CONSTANT behind VAR"),
+        (CODESYS, "n := F(n + 1);", "n + 1 is passed to the VAR_IN_OUT k"),
+        (CODESYS, "n := F('a');", "'a' is a STRING(1); expected INT"),
+        (CODESYS, "n := G(n);", "k is a constant"),
+    ],
+)
+def test_a_constant_reference_is_only_read(dialect: Dialect, body: str, expected: str) -> None:
+    text = "FUNCTION F : INT VAR_IN_OUT CONSTANT k : INT; END_VAR F := k; END_FUNCTION "
+    text += "FUNCTION G : INT VAR_IN_OUT CONSTANT k : INT; END_VAR k := 1; END_FUNCTION " if "G" in body else ""
+    assert any(expected in message for message in refused(text + program("n : INT;", body), dialect))

@@ -8,9 +8,21 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import dispatch, enable, open_arrays
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.texts import a, text
-from fieldrig_devices.iec.program import Bit, Cell, Constant, Load, Located, Parameter, Place, Pou, Result, Variable
+from fieldrig_devices.iec.program import (
+    Bit,
+    Cell,
+    Constant,
+    Load,
+    Located,
+    Parameter,
+    Place,
+    Pou,
+    Result,
+    Space,
+    Variable,
+)
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import EnumType, OpenArrayType, StringType, Type
+from fieldrig_devices.iec.types import Elementary, EnumType, OpenArrayType, StringType, Type
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
@@ -165,6 +177,8 @@ def _misses(of: "Expressions", node: tree.Call, pou: Pou, inputs: Sequence[Varia
 def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> Place | None:
     """Return the argument of a VAR_IN_OUT or an ARRAY[*], which is passed by its address (PD-352)."""
     context, section = of.context, variable.section.value
+    if variable.is_constant and (kept := _constant(of, node, variable)) is not None:
+        return kept
     is_value = isinstance(node, tree.Literal | tree.Unary | tree.Binary) or _is_value(of, node)
     found = of.meaning(node) if not is_value else None
     if isinstance(found, Constant | Result) or is_value:
@@ -190,12 +204,13 @@ def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> P
             "copy it into a variable before the call and back after it",
         )
         return None
-    if variable.section is not Section.INPUT and (fixed := _fixed(place)):
+    if variable.section is not Section.INPUT and not variable.is_constant and (fixed := _fixed(place)):
         context.say(
             node, f"{text(node)} is {fixed} and {variable.name} may be changed", "a variable that may be written"
         )
         return None
-    if not _fits(context, place.type, variable.type):
+    is_text = variable.is_constant and _is_text(place.type, variable.type)
+    if not is_text and not _fits(context, place.type, variable.type):
         context.say(
             node,
             f"{text(node)} is {a(place.type)}",
@@ -203,6 +218,29 @@ def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> P
         )
         return None
     return place
+
+
+def _constant(of: "Expressions", node: tree.Expression, variable: Variable) -> Place | None:
+    """Return a hidden variable with a constant that is passed to a VAR_IN_OUT CONSTANT; None for other arguments."""
+    if isinstance(node, tree.Call) or not isinstance(variable.type, Elementary | StringType | EnumType):
+        return None
+    is_named = isinstance(node, tree.Name | tree.Member)
+    if is_named and not isinstance(of.meaning(node), Constant):
+        return None
+    if isinstance(node, tree.Index | tree.Dereference | tree.BitOf | tree.Direct):
+        return None
+    found = of.expression_as(node, variable.type)
+    if not isinstance(found, Constant):
+        return None
+    wanted = found.type if isinstance(found.type, StringType) else variable.type
+    name = f"$constant{len(of.context.project.globals)}"
+    made = Variable(name, wanted, Space.GLOBAL, Section.GLOBAL, found.value, is_constant=True)
+    of.context.project.globals[of.context.key(name)] = made
+    return Cell(made, wanted)
+
+
+def _is_text(given: Type, wanted: Type) -> bool:
+    return isinstance(given, StringType) and isinstance(wanted, StringType) and given.is_wide is wanted.is_wide
 
 
 def _is_value(of: "Expressions", node: tree.Expression) -> bool:
@@ -230,5 +268,4 @@ def _fits(context: Context, given: Type, wanted: Type) -> bool:
 
 
 def _is_longer_text(given: Type, wanted: Type) -> bool:
-    is_text = isinstance(given, StringType) and isinstance(wanted, StringType) and given.is_wide is wanted.is_wide
-    return is_text and given.size >= wanted.size
+    return _is_text(given, wanted) and given.size >= wanted.size

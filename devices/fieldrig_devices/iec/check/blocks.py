@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, calls, dispatch, enable, inheritance, methods, open_arrays
+from fieldrig_devices.iec.check import access, calls, dispatch, enable, inheritance, methods, open_arrays, places
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
@@ -51,10 +51,11 @@ def call_statement(of: "Expressions", node: tree.Call, line: int) -> list[AnySta
 
 
 def _resolve(of: "Expressions", node: tree.Call) -> Resolved | None:
-    context, called = of.context, node.called
-    method = methods.find(of, called)
+    context = of.context
+    method = methods.find(of, node.called)
     if method is not None:
         return method
+    called = places.without_library(context, node.called)
     if methods.is_super(context, called):
         body = inheritance.body_above(context)
         if body is None:

@@ -39,12 +39,13 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
     method = methods.find(of, node.called)
     if method is not None:
         return _method_value(of, node, *method)
-    if not isinstance(node.called, tree.Name):
+    called = places.without_library(context, node.called)
+    if not isinstance(called, tree.Name):
         if of.meaning(node.called) is None:
             return None
         context.say(node, f"the call of {text(node.called)} has no result", "a function", _pin_hint(text(node.called)))
         return None
-    name = node.called.text
+    name = called.text
     found = context.find(name)
     if found is None or isinstance(found, Variable):
         function = called_function(context, name)
@@ -213,7 +214,9 @@ def _in_order(context: Context, name: str, node: tree.Call) -> list[tree.Express
         if argument.value is None or argument.is_output:
             context.say(argument, f"{name} has no outputs", "arguments without =>")
             return None
-        formal = argument.name.upper() or (names[position] if position < len(names) else str(position))
+        formal = _as_in_standard(argument.name.upper(), names) or (
+            names[position] if position < len(names) else str(position)
+        )
         if (argument.name and formal not in names) or formal in found:
             context.say(argument, f"{name} has no free argument {argument.name}", ", ".join(names))
             return None
@@ -221,6 +224,12 @@ def _in_order(context: Context, name: str, node: tree.Call) -> list[tree.Express
     return [
         found[formal] for formal in sorted(found, key=lambda formal: names.index(formal) if formal in names else 99)
     ]
+
+
+def _as_in_standard(name: str, names: Sequence[str]) -> str:
+    """Return the name of an argument in the standard, which has IN1 where CoDeSys has STR1."""
+    other = f"IN{name.removeprefix('STR')}"
+    return other if name.startswith("STR") and name not in names and other in names else name
 
 
 def standard(

@@ -12,6 +12,7 @@ from fieldrig_devices.iec.check.operators import integer_of, plain
 from fieldrig_devices.iec.check.project import START, UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
+from fieldrig_devices.iec.library import intrinsics
 from fieldrig_devices.iec.program import (
     AddressOf,
     Binary,
@@ -79,11 +80,24 @@ def itself(of: "Expressions", node: tree.Expression) -> Meaning | None:
     reading = properties.reading(of, node) if of.context.project.properties else None
     if reading is not None:
         return _result(of, reading[0]) if reading else None
+    node = without_library(of.context, node)
     find = _MEANINGS.get(type(node))
     if find is not None:
         return find(of, node)
     of.context.say(node, f"{text(node)} is a value", "a variable")
     return None
+
+
+def without_library(context: Context, node: tree.Expression) -> tree.Expression:
+    """Return a name without that of a library in front, `Tc2_Standard.LEN`; other expressions as they are."""
+    if not isinstance(node, tree.Member) or not isinstance(node.of, tree.Name):
+        return node
+    project, library, name = context.project, context.key(node.of.text), context.key(node.name)
+    known = (project.types, project.lists, project.facades, {"this": None, "super": None})
+    if context.find(node.of.text) is not None or any(library in names for names in known):
+        return node
+    is_ours = project.find(name) is not None or name in project.types or intrinsics.is_standard(node.name)
+    return tree.Name(node.name, place=node.place) if is_ours else node
 
 
 def _name(of: "Expressions", node: tree.Name) -> Meaning | None:
@@ -113,7 +127,7 @@ def _name(of: "Expressions", node: tree.Name) -> Meaning | None:
 def variable(context: Context, found: Variable) -> Place | Constant | None:
     """Return the cell of a variable; its value if it is a constant with one."""
     kind = found.type
-    if found.is_constant and isinstance(kind, SCALAR):
+    if found.is_constant and isinstance(kind, SCALAR) and not found.is_reference:
         value = context.project.constant_of(found)
         return Constant(value, kind) if value is not None else None
     if found.location is not None:
@@ -193,8 +207,9 @@ def _owner(of: "Expressions", node: tree.Member) -> Meaning | None:
 
     A variable without components may have the name of the type.
     """
-    if isinstance(node.of, tree.Name):
-        kind, known = of.context.project.types.get(of.context.key(node.of.text)), of.context.find(node.of.text)
+    named = without_library(of.context, node.of)
+    if isinstance(named, tree.Name):
+        kind, known = of.context.project.types.get(of.context.key(named.text)), of.context.find(named.text)
         if isinstance(kind, EnumType) and (known is None or isinstance(getattr(known, "type", None), SCALAR)):
             return kind
     found = meaning(of, node.of)
