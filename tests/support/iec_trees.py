@@ -21,7 +21,7 @@ def many(of: st.SearchStrategy[T], least: int = 0, most: int = 3) -> st.SearchSt
 
 _WORDS = st.from_regex(r"[A-Za-z][a-z0-9]{0,5}(_[a-z0-9]{1,3})?", fullmatch=True)
 _NOT_NAMES = keywords(EDITION_3) | {"T", "D", "TIME", "STEP", "TASK", "FROM", "JMP", "STRING"}
-NAMES = st.one_of(st.sampled_from(["a", "b", "axis", "i_count", "S", "R", "LD", "End"]), _WORDS).filter(
+NAMES = st.one_of(st.sampled_from(["a", "b", "axis", "i_count", "S", "R", "LD", "End", "EN", "ENO"]), _WORDS).filter(
     lambda name: name.upper() not in _NOT_NAMES
 )
 PLAIN_NAMES = NAMES.filter(lambda name: name not in ("S", "R", "LD"))

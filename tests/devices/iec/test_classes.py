@@ -148,6 +148,13 @@ BASE = (
         ),
         (class_with("VAR_INPUT n : INT; END_VAR"), "main.st:2:1: VAR_INPUT in a class; expected VAR, VAR PUBLIC"),
         (
+            (
+                "CLASS A\nVAR_OUTPUT n : INT; END_VAR\nEND_CLASS\n"
+                "PROGRAM PLC_PRG VAR a : A; n : INT; END_VAR n := a.n; END_PROGRAM"
+            ),
+            "main.st:2:1: VAR_OUTPUT in a class; expected VAR, VAR PUBLIC",
+        ),
+        (
             class_with("METHOD ABSTRACT m END_METHOD"),
             "the method m is ABSTRACT, and A is not; expected CLASS ABSTRACT A",
         ),

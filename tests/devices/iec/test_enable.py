@@ -144,12 +144,14 @@ def test_a_division_with_en_alone_still_stops_the_task() -> None:
         ("l(ENO => TRUE);", "TRUE is a value"),
         ("l.ENO := b;", "l.ENO is an output and only its block writes it"),
         ("EN := b;", "EN is a constant; expected a variable that may be written here"),
+        ("b := box.ENO;", "Box has no variable ENO"),
         ("n := ADR(n, EN := b);", "ADR with 2 arguments"),
         ("n := ABS(ENO => b);", "ABS with nothing; expected one number"),
     ],
 )
 def test_a_wrong_en_or_eno_has_one_message(body: str, expected: str) -> None:
-    found = refused(HALF + LAMP + program("n : INT; b : BOOL; l : Lamp;", body), EDITION_3)
+    box = "CLASS Box END_CLASS "
+    found = refused(HALF + LAMP + box + program("n : INT; b : BOOL; l : Lamp; box : Box;", body), EDITION_3)
     assert sum("note:" not in message for message in found) == 1, found
     assert any(expected in message for message in found), found
 

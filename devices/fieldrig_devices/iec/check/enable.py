@@ -156,7 +156,8 @@ def name(context: Context, text_: str) -> Place | Constant | None:
 
 def pin(context: Context, pou: Pou, name_: str) -> Variable | None:
     """Return the ENO of an instance of a function block whose body does not mention it; None for other names."""
-    if name_.upper() != "ENO" or not context.project.dialect.has_enable or pou.is_native:
+    is_callable = pou.kind is not PouKind.CLASS and not pou.is_native
+    if name_.upper() != "ENO" or not context.project.dialect.has_enable or not is_callable:
         return None
     return _eno(pou)
 

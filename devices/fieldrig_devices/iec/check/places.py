@@ -252,7 +252,10 @@ def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning
         context.say(node, f"{pou.name} has no variable {node.name}", "an input or output", hint)
         return None
     if pou.kind is PouKind.CLASS and not access.is_open(context.project, found):
-        word = context.project.guards[found].word
+        guard = context.project.guards.get(found)
+        if guard is None:
+            return None  # its section has a message
+        word = guard.word
         hint = "declare it in VAR PUBLIC, or write a method that returns it"
         context.say(node, f"{found.name} is {word} in {pou.name}", "a variable in VAR PUBLIC", hint)
         return None

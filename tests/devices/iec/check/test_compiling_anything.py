@@ -57,10 +57,50 @@ END_PROGRAM
 """
 MORE = ["CAL", "LDN", "JMP", "RET", "NOT", "(", ")", "REAL", "STRING", "'a'", "1.5", "^", "%MW3"]
 WORDS = sorted({*PROGRAM.split(), *MORE})
+OF_EDITION_3 = """
+FUNCTION Sum : INT
+VAR_INPUT scale : INT := 1; END_VAR
+VAR_IN_OUT a : ARRAY[*, *] OF INT; END_VAR
+VAR i, j : INT; END_VAR
+FOR i := LOWER_BOUND(a, 1) TO UPPER_BOUND(a, 1) DO
+Sum := Sum + Row(a[i]) * scale;
+END_FOR;
+ENO := Sum < 100 AND EN;
+END_FUNCTION
+FUNCTION Row : INT
+VAR_INPUT a : ARRAY[*] OF INT; END_VAR
+VAR_OUTPUT least : INT; END_VAR
+Row := a[UPPER_BOUND(a, 1)]; least := DIV(Row, a[0], ENO => ENO);
+END_FUNCTION
+FUNCTION Clear
+VAR_OUTPUT a : ARRAY[*] OF INT; END_VAR
+a[LOWER_BOUND(a, 1)] := 0;
+END_FUNCTION
+CLASS Box
+VAR t : ARRAY[0..1, 0..2] OF INT; END_VAR
+METHOD PUBLIC Fill : BOOL VAR_IN_OUT b : ARRAY[*] OF INT; END_VAR
+Clear(a => b); Fill := Sum(EN := b[1] > 0, a := t, ENO => ENO) > 3; END_METHOD
+END_CLASS
+FUNCTION_BLOCK Gate
+VAR_INPUT EN : BOOL := TRUE; x : INT; END_VAR
+VAR_IN_OUT list : ARRAY[*] OF INT; END_VAR
+VAR_OUTPUT ENO : BOOL; y : INT; END_VAR
+y := x + list[x]; ENO := y < 9;
+END_FUNCTION_BLOCK
+PROGRAM PLC_PRG
+VAR g : Gate; box : Box; t : TON; c : ARRAY[0..3] OF INT; ok : BOOL; n : INT; r : REAL; END_VAR
+g(EN := n = 0, x := 1, list := c, NOT ENO => ok);
+n := 1 + Row(c, EN := ok, ENO => ok, least => n);
+r := SQRT(EN := ok, IN := 4.0) + MOD(n, 3, ENO => ok);
+ok := AND(g.ENO, t.Q, box.Fill(c, EN := FALSE));
+t(IN := ok, ENO => ok);
+END_PROGRAM
+"""
+WORDS_OF_EDITION_3 = sorted({*OF_EDITION_3.split(), "ARRAY[*]", "EN", "ENO", "=>", ":=", "a", "[", "*"})
 
 
-def compiled(text: str) -> None:
-    compile_project([SourceFile("any.st", text)], StandaloneHost(VirtualClock()))
+def compiled(text: str, dialect: Dialect = EPAS_4) -> None:
+    compile_project([SourceFile("any.st", text)], StandaloneHost(VirtualClock()), dialect)
 
 
 @pytest.mark.parametrize(
@@ -73,9 +113,9 @@ def test_an_odd_statement_compiles_or_has_messages(statement: str) -> None:
         compiled(f"PROGRAM PLC_PRG VAR r : REAL; s : STRING; END_VAR {statement} END_PROGRAM")
 
 
-def mistakes_of(text: str) -> list[Mistake]:
+def mistakes_of(text: str, dialect: Dialect = EPAS_4) -> list[Mistake]:
     try:
-        compiled(text)
+        compiled(text, dialect)
     except CompileError as error:
         return error.mistakes
     return []
@@ -83,6 +123,7 @@ def mistakes_of(text: str) -> list[Mistake]:
 
 def test_the_program_that_is_damaged_below_compiles() -> None:
     compiled(PROGRAM)
+    compiled(OF_EDITION_3, EDITION_3)
 
 
 @pytest.mark.long
@@ -91,6 +132,18 @@ def test_the_program_that_is_damaged_below_compiles() -> None:
 def test_a_damaged_program_compiles_or_has_messages(start: int, length: int, inserted: str) -> None:
     text = f"{PROGRAM[:start]}{inserted}{PROGRAM[start + length :]}"
     assert all(mistake.line for mistake in mistakes_of(text) if not mistake.is_note)
+
+
+@pytest.mark.long
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    st.integers(0, len(OF_EDITION_3)),
+    st.integers(0, 20),
+    st.lists(st.sampled_from(WORDS_OF_EDITION_3), max_size=3).map(" ".join),
+)
+def test_a_damaged_program_of_edition_3_compiles_or_has_messages(start: int, length: int, inserted: str) -> None:
+    text = f"{OF_EDITION_3[:start]}{inserted}{OF_EDITION_3[start + length :]}"
+    assert all(mistake.line for mistake in mistakes_of(text, EDITION_3) if not mistake.is_note)
 
 
 @pytest.mark.long
