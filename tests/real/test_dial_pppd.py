@@ -45,6 +45,15 @@ def pppd(path: str, folder: Path, *options: str) -> Iterator[None]:
             process.terminate()
 
 
+@contextmanager
+def started(command: list[str]) -> Iterator[subprocess.Popen[str]]:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
 def received(connection: socket.socket) -> bytes:
     found = bytearray()
     while chunk := connection.recv(65536):
@@ -70,19 +79,21 @@ def test_fieldrig_dial_reaches_a_server_of_linux_over_pppd(tmp_path: Path) -> No
     ):
         command = [sys.executable, "-m", "fieldrig", "dial", f"tcp://127.0.0.1:{line.getsockname()[1]}"]
         command += ["--user", "service", "--password", "secret", "--forward", f"{local}:7"]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as dial:
+        with started(command) as dial:
             end, _ = line.accept()
             threading.Thread(target=bridge, args=(end, master), daemon=True).start()
             assert dial.stdout is not None
             said = iter(dial.stdout.readline, "")
             assert any("The link is up: this end is 190.200.100.101" in text for text in said)
-            threading.Thread(target=serve_echo, daemon=True).start()
+            until_up(tmp_path)
             until_leading(said)
-            data = bytes(place * 7 & 0xFF for place in range(30_000))
-            with socket.create_connection(("127.0.0.1", local), timeout=LIMIT_S) as connection:
-                connection.sendall(data)
-                connection.shutdown(socket.SHUT_WR)
-                assert received(connection) == data
+            with socket.create_server((CONTROLLER, 7)) as server:
+                threading.Thread(target=echo, args=(server,), daemon=True).start()
+                data = bytes(place * 7 & 0xFF for place in range(30_000))
+                with socket.create_connection(("127.0.0.1", local), timeout=LIMIT_S) as connection:
+                    connection.sendall(data)
+                    connection.shutdown(socket.SHUT_WR)
+                    assert received(connection) == data
             dial.terminate()
             assert dial.wait(timeout=LIMIT_S) == 0
             end.close()
@@ -102,11 +113,10 @@ def until_leading(said: Iterator[str]) -> None:
     assert any("Ctrl-C hangs up." in text for text in said)
 
 
-def serve_echo() -> None:
-    with socket.create_server((CONTROLLER, 7)) as server:
-        connection, _ = server.accept()
-        with connection:
-            connection.sendall(received(connection))
+def echo(server: socket.socket) -> None:
+    connection, _ = server.accept()
+    with connection:
+        connection.sendall(received(connection))
 
 
 def bridge(end: socket.socket, master: int) -> None:
