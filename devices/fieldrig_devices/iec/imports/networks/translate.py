@@ -5,8 +5,9 @@ Source: PacDrive manual 4.4 (lines 1844 to 1913), PD-380; IEC 61131-3 for edges,
 - An element is executed where its first consumer needs it; the rest follows in the order of `order.in_order`.
 - Power that several elements consume is calculated once, in a hidden variable.
 - A wire that closes a loop carries the value of the previous cycle.
-- A block with EN is executed only while EN is TRUE.  ENO is EN.  A variable at its output then keeps its value, as in
-  CoDeSys V2.3; the result of a comparison is FALSE, because power does not flow through it.
+- A block with EN is executed only while EN is TRUE.  A variable at its output otherwise keeps its value, as in CoDeSys
+  V2.3; the result of a comparison is FALSE, because power does not flow through it.
+- ENO is EN.  In edition 3 the code of a block may set it, so the call has an argument ENO there (`check/enable.py`).
 - A rising edge is TRUE for one execution.  The first execution after the start compares with FALSE.
 """
 
