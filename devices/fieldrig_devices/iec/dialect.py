@@ -85,6 +85,8 @@ class Dialect:
     """Functions and methods may have instances of function blocks, which get their start values in each call."""
     writes_parts_of_outputs: bool = False
     """`inst.output.component := 3`: today's tools refuse only an assignment to the whole output."""
+    has_name_spaces: bool = False
+    """Two named lists of global variables may have a variable of the same name, which is written `list.variable`."""
     has_constant_references: bool = False
     """VAR_IN_OUT CONSTANT, to which constants and texts of any length may be passed, and which is only read."""
     has_constructors: bool = False
@@ -166,6 +168,7 @@ CODESYS: Final = replace(
     allows_open_addresses=True,
     has_local_instances=True,
     writes_parts_of_outputs=True,
+    has_name_spaces=True,
     has_constant_references=True,
     has_constructors=True,
     allows_idle_tasks=True,

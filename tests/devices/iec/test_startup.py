@@ -32,6 +32,22 @@ def test_constructors_run_once_after_each_start() -> None:
     assert (bench["p.started"], bench["runs"]) == (1, 1)
 
 
+def test_variables_of_methods_and_functions_that_last_are_started_once() -> None:
+    text = (
+        PUMP
+        + """
+FUNCTION Last : INT VAR_STAT p : Pump(4); END_VAR Last := p.number * 10 + p.started; END_FUNCTION
+FUNCTION_BLOCK Holder
+METHOD Last : INT VAR_INST p : Pump(6); END_VAR Last := p.number * 10 + p.started; END_METHOD
+END_FUNCTION_BLOCK
+"""
+        + program("h : Holder; a, b : INT;", "a := Last(); b := h.Last();")
+    )
+    bench = IecBench(text, CODESYS)
+    bench.cycle(2)
+    assert (bench["a"], bench["b"]) == (31, 21)
+
+
 def test_an_online_change_starts_nothing_again() -> None:
     text = PUMP + program("p : Pump(3); runs : INT;", "runs := runs + 1;")
     bench = IecBench(text, CODESYS)

@@ -40,6 +40,8 @@ class Context:
         """True if integers and bit strings go into one another; libraries are written for EPAS-4."""
         self.level = max(level, source.level if source is not None else 0)
         """How many steps above the function block the code was declared that is checked; SUPER^ is above it."""
+        self.listed: Mapping[str, str] = {}
+        """The names of the list of global variables that is declared, with those by which the project knows them."""
         self._unknown: set[str] = set()
         self._hidden = 0
 
@@ -58,7 +60,7 @@ class Context:
         found: Entity | None = self.names.get(wanted)
         if found is None and self.is_library:
             found = self.project.shadowed.get(wanted)
-        return found or self.project.find(wanted)
+        return found or self.project.find(self.listed.get(wanted, wanted))
 
     def say(self, node: Node, what: str, expected: str = "", hint: str = "") -> None:
         self.project.reports.say(self.file, place_of(node), what, expected, hint)

@@ -45,7 +45,13 @@ class Declarations:
         if project.dialect.has_wide_strings:
             project.types["wstring"] = StringType(is_wide=True)
         project.types.update(project.host.object_types)
-        project.compute = lambda start: initials.compute(start, Context(project, start.source, start.file))
+        project.compute = self._compute
+
+    def _compute(self, start: Start) -> None:
+        context = Context(self._project, start.source, start.file)
+        if start.source is None:
+            context.listed = self._project.lists.get(self._project.key(start.variable.name.partition(".")[0]), {})
+        initials.compute(start, context)
 
     def declare(self, units: Sequence[tree.Unit]) -> None:
         """Work out all declarations; afterwards only bodies are open.
@@ -69,9 +75,11 @@ class Declarations:
                 if isinstance(node, tree.Pou):
                     self._trees.setdefault(self._project.key(node.name), (node, unit.file))
                     self._project.extended |= {self._project.key(inheritance.unqualified(node.extends))} - {""}
-        for unit in units:
-            for node in unit.declarations:
-                self._declare(node, unit.file)
+        declared = [(node, unit.file) for unit in units for node in unit.declarations]
+        for node, file in sorted(
+            declared, key=lambda found: isinstance(found[0], tree.Variables) and bool(found[0].name)
+        ):
+            self._declare(node, file)
         for name in [name for name in self._project.interfaces if not self._project.facades[name].methods]:
             self._methods_of_interface(name)
         self._foreign_lists()
@@ -130,7 +138,7 @@ class Declarations:
     def _is_free(self, name: str, shown: str, node: tree.Node, file: str) -> bool:
         """POUs, types, global variables and enumeration values share one space of names (PD-357)."""
         project = self._project
-        is_known = name in project.names or name in project.pous or name in self.specs.names or name in project.types
+        is_known = self._is_known(name)
         if is_known and name in project.library_names:
             project.reports.note(file, node.place, f"{shown} replaces the one of the library")
             project.replace(name)
@@ -144,6 +152,14 @@ class Declarations:
             )
             project.reports.say(file, node.place, what, "a name that is unique in the project (PD-357)")
         return not is_known
+
+    def _is_known(self, name: str) -> bool:
+        project = self._project
+        return any(name in known for known in (project.names, project.pous, self.specs.names, project.types))
+
+    def _is_taken(self, name: str) -> bool:
+        """True if the project itself has given a name a meaning already."""
+        return self._is_known(name) and name not in self._project.library_names
 
     def _pou(self, node: tree.Pou, file: str) -> None:
         name = self._project.key(node.name)
@@ -228,7 +244,7 @@ class Declarations:
         match block.section:
             case Section.GLOBAL:
                 self.variables.add_globals(
-                    block, file, lambda name, entity, node: self._global(name, entity, node, file)
+                    block, file, lambda name, entity, node: self._global(name, entity, node, file), self._is_taken
                 )
             case Section.CONFIG:
                 self._config_blocks.append((block, file))

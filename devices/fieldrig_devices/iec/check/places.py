@@ -198,7 +198,8 @@ def _of_list(context: Context, node: tree.Member) -> Variable | None:
     if not context.project.lists or not isinstance(node.of, tree.Name) or context.find(node.of.text) is not None:
         return None
     name = context.key(node.name)
-    found = context.project.find(name) if name in context.project.lists.get(context.key(node.of.text), ()) else None
+    full = context.project.lists.get(context.key(node.of.text), {}).get(name)
+    found = context.project.find(full) if full is not None else None
     return found if isinstance(found, Variable) else None
 
 

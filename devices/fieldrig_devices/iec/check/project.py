@@ -131,8 +131,9 @@ class Project:
         self.pous: dict[str, Pou] = {}
         self.sources: dict[Pou, PouSource] = {}
         self.globals: dict[str, Variable] = {}
-        self.lists: dict[str, set[str]] = {}
-        """Names of the variables in each named list of global variables, for `list.variable` of today's tools."""
+        self.lists: dict[str, dict[str, str]] = {}
+        """The names in each named list of global variables, for `list.variable` of today's tools, each with the name by
+        which the project knows the variable."""
         self.types: dict[str, Type] = {}
         self.defaults: dict[str, InitialValue] = {}
         """Start values of declared types, by name."""

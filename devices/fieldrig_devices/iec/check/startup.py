@@ -162,7 +162,7 @@ class Startup:
 
     def _started(self, variable: Variable, name: str) -> Iterator[tree.AnyStatement]:
         """Yield the statements that start a variable of the code that has it."""
-        if not self._needs_start(variable) or "." in name:
+        if not self._needs_start(variable):
             return
         node = self._project.declared.get(variable)
         spec = node.type if node is not None else _PLAIN

@@ -34,19 +34,34 @@ class Variables:
     # ---- global variables
 
     def add_globals(
-        self, block: tree.Variables, file: str, declare: Callable[[str, Pending, tree.Variable], bool]
+        self,
+        block: tree.Variables,
+        file: str,
+        declare: Callable[[str, Pending, tree.Variable], bool],
+        is_taken: Callable[[str], bool],
     ) -> None:
-        """Note a list of global variables.  Each is made at its first use, since types may need constants."""
+        """Note a list of global variables.  Each is made at its first use, since types may need constants.
+
+        A variable of a named list whose own name is taken already is known by `list.variable` only.
+        """
         context = Context(self._project, None, file)
+        if block.name:
+            context.listed = self._project.lists.setdefault(self._project.key(block.name), {})
         members: list[Variable] = []
         self.lists.append((members, block, file))
         for node in block.variables:
             name = self._project.key(node.name)
+            full = node.name
+            if block.name and self._project.dialect.has_name_spaces and is_taken(name):
+                full = f"{block.name}.{node.name}"
             if block.name:
-                self._project.lists.setdefault(self._project.key(block.name), set()).add(name)
+                listed = self._project.lists.setdefault(self._project.key(block.name), {})
+                listed[name] = self._project.key(full)
+            name = self._project.key(full)
 
-            def make(node: tree.Variable = node, name: str = name) -> Variable:
+            def make(node: tree.Variable = node, name: str = name, full: str = full) -> Variable:
                 made = self._make(node, block, Space.GLOBAL, Section.GLOBAL, None, context)
+                made.name = full
                 self._project.globals[name] = made
                 members.append(made)
                 return made
@@ -144,7 +159,8 @@ class Variables:
         """
         made = self._make(node, block, Space.GLOBAL, Section.STATIC, None, context)
         made.name = f"{source.pou.name}.{node.name}"
-        self._project.globals[self._project.key(made.name)] = made
+        name = self._project.key(made.name)
+        self._project.globals[name] = self._project.names[name] = made
         return made
 
     def _of_instance(self, node: tree.Variable, block: tree.Variables, source: PouSource, context: Context) -> Variable:
@@ -153,7 +169,8 @@ class Variables:
         made = self._make(node, block, Space.INSTANCE, Section.LOCAL, owner, context)
         made.name = f"{source.pou.name.partition('.')[2]}.{node.name}"
         if source.pou.is_method:
-            owner.pou.variables[self._project.key(made.name)] = made
+            name = self._project.key(made.name)
+            owner.pou.variables[name] = owner.names[name] = made
         return made
 
     def _space(self, section: Section, kind: PouKind) -> Space:
