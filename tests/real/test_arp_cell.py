@@ -150,14 +150,23 @@ def test_variables_of_all_blocks_and_parameters_are_kept(plc: Plc) -> None:
 # The winder
 
 
+def keep_running(plc: Plc, pdo: bytes = b"") -> None:
+    """Let the film run, at first and when a busy host has held up a card until it tripped.
+
+    `pdo` is an RPDO 2 that the line gets before.
+    """
+    if plc.variable(STAGE) != RUNS:
+        plc.rest()
+        if pdo:
+            plc.network.send_message(0x300 + LINE, pdo)
+        plc.run()
+
+
 def test_film_runs_at_its_tension_and_is_cut(cell: Cell, plc: Plc) -> None:
     wanted = bytes.fromhex("50 c3 00 00 c0 d4 01 00")  # RPDO 2: 50 %, 120 N
 
     def runs() -> bool:
-        if plc.variable(STAGE) != RUNS:  # at first, and when a busy host has held up a card until it tripped
-            plc.rest()
-            plc.network.send_message(0x300 + LINE, wanted)
-            plc.run()
+        keep_running(plc, wanted)
         return (
             plc.variable(SHEETS) >= 1_000
             and abs(cell.value("roll/tension") - 120) < 2
@@ -177,16 +186,24 @@ def test_pdos_tell_positions_and_flags_while_it_runs(plc: Plc) -> None:
     heard: list[tuple[int, ...]] = []
     plc.line.tpdo.read()
     plc.line.tpdo[2].add_callback(lambda pdo: heard.append(tuple(variable.raw for variable in pdo)))
-    plc.run()
-    until(lambda: len(heard) > 50)
+
+    def has_heard() -> bool:
+        keep_running(plc)
+        return len(heard) > 50
+
+    until(has_heard)
     knife, nip = zip(*heard, strict=True)
     assert len(set(nip)) > 25
     assert all(0 <= position <= 360_000 for position in knife)
     assert all(0 <= position <= 1_000_000 for position in nip)
-    plc.line.tpdo[4].wait_for_reception(10)
-    flags = plc.line.tpdo[4][1].raw
-    assert flags >> 7 & 1  # F296: axis 2 has its final speed
-    assert plc.line.tpdo[4][0].raw >> 4 & 1  # F261: the knife is in its cam
+
+    def has_flags() -> bool:
+        keep_running(plc)
+        knife_flags, nip_flags = plc.line.tpdo[4][0].raw, plc.line.tpdo[4][1].raw
+        # F261: the knife is in its cam; F296: axis 2 has its final speed
+        return bool(knife_flags >> 4 & 1 and nip_flags >> 7 & 1)
+
+    until(has_flags)
 
 
 def test_speed_is_a_variable(plc: Plc) -> None:
