@@ -51,6 +51,19 @@ def test_a_method_has_an_eno_of_its_own() -> None:
     assert bench.compiled.program.pous["lamp"].eno is None, "a name that only the method uses"
 
 
+def test_the_eno_of_an_instance_is_that_of_its_last_call() -> None:
+    bench = run(
+        "l, never : Lamp; first, second, third : BOOL;",
+        """first := l.ENO;
+        l();
+        second := l.ENO AND NOT never.ENO;
+        l(EN := FALSE);
+        third := NOT l.ENO;""",
+    )
+    assert [bench[name] for name in ("first", "second", "third")] == [False, True, True]
+    assert bench["never.ENO"] is False
+
+
 def test_arguments_are_not_evaluated_without_en() -> None:
     """Otherwise the index would stop the task."""
     bench = run(

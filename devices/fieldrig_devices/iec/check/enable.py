@@ -7,7 +7,8 @@ declaring them; a declared `VAR_INPUT EN : BOOL` or `VAR_OUTPUT ENO : BOOL` mean
   keep their values, and the variables behind => keep theirs.
 - An assignment of the result does not happen either.  Within a larger expression the result is the start value of its
   type, which the standard leaves open.
-- ENO is TRUE when a body begins.  What the body assigns to it is the ENO of the call.
+- ENO is TRUE when a body begins.  What the body assigns to it is the ENO of the call.  The ENO of an instance that has
+  never been called is FALSE, like other outputs.
 """
 
 from collections.abc import Callable
@@ -165,7 +166,7 @@ def pin(context: Context, pou: Pou, name_: str) -> Variable | None:
 def _eno(pou: Pou) -> Variable:
     if pou.eno is None:
         space = Space.FRAME if pou.kind is PouKind.FUNCTION else Space.INSTANCE
-        pou.eno = pou.variables["eno"] = Variable("ENO", BOOL, space, Section.OUTPUT, initial=True, file=pou.file)
+        pou.eno = pou.variables["eno"] = Variable("ENO", BOOL, space, Section.OUTPUT, file=pou.file)
     return pou.eno
 
 

@@ -186,6 +186,21 @@ def test_the_eno_of_a_block_whose_code_may_set_it_is_an_output() -> None:
         assert body.body == tree.StBody(st(expected))
 
 
+def test_a_block_of_the_file_may_have_an_output_eno_of_its_own() -> None:
+    own = (
+        '<pou name="GATE" pouType="functionBlock"><interface><outputVars><variable name="ENO"><type><BOOL/></type>'
+        "</variable></outputVars></interface><body><ST><xhtml:p>;</xhtml:p></ST></body></pou>"
+    )
+    gate = block("2", "GATE", {}, "ENO", 'instanceName="g1"')
+    drawn = fbd(gate, sink("3", "y", "2.ENO"), g1='<derived name="GATE"/>').replace("<pous>", f"<pous>{own}")
+    for dialect, expected in ((CODESYS, "g1(); y := g1.ENO;"), (EDITION_3, "g1(ENO => Net1_Ok1); y := Net1_Ok1;")):
+        unit, mistakes = read_source("test.xml", drawn, dialect)
+        assert mistakes == []
+        body = unit.declarations[-1]
+        assert isinstance(body, tree.Pou)
+        assert body.body == tree.StBody(st(expected))
+
+
 def test_a_division_whose_eno_is_used_is_a_function_with_eno() -> None:
     drawn = fbd(
         source("1", "a"),

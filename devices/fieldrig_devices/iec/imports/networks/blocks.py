@@ -56,8 +56,16 @@ class Blocks(Flow):
         for pin in item.outputs:
             target = self.fragments.place(pin.expression, pin.line) if pin.expression else None
             if target is not None and pin.name.casefold() == "eno":
-                value = self.values.get(Wire(item.id, "ENO"), _true(item))
+                value = self._eno(item)
                 self.put(tree.Assign(target, negated(value) if pin.is_negated else value, place=place_of(item)))
+
+    def _eno(self, item: Item) -> tree.Expression:
+        """Return the value of ENO: that of EN, what the code has set, or an output that is declared with this name."""
+        found = self.values.get(Wire(item.id, "ENO"))
+        own = None
+        if found is None and item.instance and self.kinds.parameter(item.text, "ENO") is not None:
+            own = self.fragments.place(item.instance, item.line)
+        return found or (_true(item) if own is None else tree.Member(own, "ENO", place=place_of(item)))
 
     def _guarded(self, enable: tree.Expression | None, statements: list[tree.AnyStatement], item: Item) -> None:
         if enable is None or not statements:
@@ -259,10 +267,10 @@ class Blocks(Flow):
         if pin is None:
             return None
         full = Wire(item.id, "ENO" if pin.name.casefold() == "eno" else pin.name)
+        if full.pin == "ENO":
+            return self._eno(item)
         if full in self.values:
             return self.values[full]
-        if full.pin == "ENO":
-            return _true(item)
         if pin in item.in_outs:
             return self.input(pin, item) if pin.wires or pin.expression else None
         if item.instance:
