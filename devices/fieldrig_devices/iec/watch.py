@@ -1,7 +1,7 @@
 """Watch expressions: what a debugger shows, and the conditions of breakpoints.
 
 They are expressions of Structured Text over the variables of a running program, computed without a compiler: integers
-do not overflow, and there are no calls.  Names are looked up by the caller.
+of any type have 64 bits and a sign of their own, and there are no calls.  Names are looked up by the caller.
 """
 
 from collections.abc import Callable, Mapping
@@ -55,6 +55,8 @@ def expression_of(text: str, dialect: Dialect = EDITION_3) -> tree.Expression:
     raise ValueError(f"expected one expression, got {text!r}")
 
 
+_MOST: Final = 1 << 64
+"""No variable has an integer as large as this one."""
 _PART_BITS: Final = {"B": 8, "W": 16, "D": 32, "L": 64}
 
 
@@ -97,11 +99,18 @@ def evaluate(expression: tree.Expression, read: Read) -> Value:
             value = evaluate(first, read)
             try:
                 for term in reversed(chain):
-                    value = _binary(term.operator, value, evaluate(term.right, read))
+                    value = _fitting(_binary(term.operator, value, evaluate(term.right, read)))
             except OverflowError as cause:  # an integer beyond the range of LREAL
                 raise ValueError("the result is too large") from cause
             return value
     raise ValueError("expected an expression of variables, constants and operators")
+
+
+def _fitting(value: Value) -> Value:
+    """Return a result.  OverflowError if it has more digits than a value of the language."""
+    if isinstance(value, int) and not -_MOST < value < _MOST:
+        raise OverflowError
+    return value
 
 
 def _unary(operator: str, value: Value) -> Value:

@@ -361,7 +361,9 @@ def shown(variable: Mapping[str, Any]) -> str:
 
 
 def text_of(value: Any) -> str:
-    """Return a value as the languages write it."""
+    """Return a value as the languages write it; nothing for None."""
+    if value is None:
+        return ""
     if isinstance(value, bool):
         return "TRUE" if value else "FALSE"
     return f"'{value}'" if isinstance(value, str) else str(value)

@@ -123,7 +123,7 @@ def _picture(program: Alone, names: Sequence[str], now_ns: int) -> Any:
 def _row(variable: Variable) -> tuple[str, str, str]:
     from fieldrig_devices.languages.debugging.adapter import text_of
 
-    return variable.path, variable.type, variable.text or ("" if variable.value is None else text_of(variable.value))
+    return variable.path, variable.type, variable.text or text_of(variable.value)
 
 
 def shown(program: Alone, names: Sequence[str]) -> list[Variable]:

@@ -12,6 +12,8 @@ from typing import Final
 
 from fieldrig.device import Value
 
+Read = Callable[[], Value | None]
+"""Returns a value, or None if there is none at present."""
 MOST_SAMPLES: Final = 100_000
 MOST_VALUES: Final = 32
 
@@ -26,7 +28,7 @@ class Edge(Enum):
 class Trigger:
     """A value that crosses `level`: rising from at most the level to above it, falling from above it to at most it."""
 
-    read: Callable[[], Value]
+    read: Read
     edge: Edge
     level: float = 0.0
     before: int = 0
@@ -44,7 +46,7 @@ class Recorder:
 
     def __init__(
         self,
-        reads: Sequence[Callable[[], Value]],
+        reads: Sequence[Read],
         *,
         every: int = 1,
         depth: int = 1_000,
@@ -62,7 +64,7 @@ class Recorder:
         self._reads, self._every, self._depth, self._trigger = tuple(reads), every, depth, trigger
         self._until_next = 0
         self._was_above: bool | None = None
-        self._samples: deque[tuple[int, tuple[Value, ...]]] = deque(maxlen=depth)
+        self._samples: deque[tuple[int, tuple[Value | None, ...]]] = deque(maxlen=depth)
         self.state = RecorderState.RECORDING if trigger is None else RecorderState.WAITING
         self.triggered_ns: int | None = None
         self.taken = 0
@@ -88,7 +90,7 @@ class Recorder:
         elif len(self._samples) == self._depth:
             self.state = RecorderState.FULL
 
-    def samples(self, after: int = 0) -> list[tuple[int, tuple[Value, ...]]]:
+    def samples(self, after: int = 0) -> list[tuple[int, tuple[Value | None, ...]]]:
         """Return the kept samples, as (time in ns, values), without the first `after` of all that were taken."""
         first_kept = self.taken - len(self._samples)
         return list(self._samples)[max(after - first_kept, 0) :]
@@ -97,7 +99,9 @@ class Recorder:
         trigger = self._trigger
         assert trigger is not None
         value = trigger.read()
-        is_above = not isinstance(value, str) and float(value) > trigger.level
+        if value is None:
+            return
+        is_above = not isinstance(value, str) and value > trigger.level
         was_above, self._was_above = self._was_above, is_above
         if was_above is None or was_above is is_above:
             return

@@ -261,10 +261,14 @@ class DebugService:
         before = typed(wanted.get("before", 0), int, "before")
         return Trigger(self._reader(field(wanted, "name", str)), edge, level, before)
 
-    def _reader(self, name: str) -> Callable[[], Value]:
-        def read() -> Value:
-            value = self._debuggee.evaluate(name).value
-            return 0 if value is None else value
+    def _reader(self, name: str) -> Callable[[], Value | None]:
+        """Return a function for the value; None where there is none, as after a download or the end of a call."""
+
+        def read() -> Value | None:
+            try:
+                return self._debuggee.evaluate(name).value
+            except ValueError:
+                return None
 
         if self._debuggee.evaluate(name).value is None:
             raise ValueError(f"{shown(name)} is a group of values\nexpected a single value")

@@ -78,3 +78,16 @@ def test_numbers_out_of_range_are_refused(count: int, every: int, depth: int, be
     trigger = Trigger(ramp.read, Edge.ANY, before=before)
     with pytest.raises(ValueError, match=expected):
         Recorder([ramp.read] * count, every=every, depth=depth, trigger=trigger)
+
+
+def test_a_value_that_is_gone_leaves_a_gap_and_is_no_edge() -> None:
+    values = iter([1, None, 3, None, 10**400, None])
+    seen = iter([1, None, 3, None, 4, 5])
+    trigger = Trigger(lambda: next(values), Edge.RISING, level=3.5)
+    recorder = Recorder([lambda: next(seen)], depth=10, trigger=trigger)
+    for cycle in range(5):
+        recorder.sample(cycle)
+    assert (recorder.state, recorder.triggered_ns, recorder.samples()) == (RecorderState.RECORDING, 4, [(4, (4,))])
+    plain = Recorder([lambda: None])
+    plain.sample(0)
+    assert plain.samples() == [(0, (None,))]

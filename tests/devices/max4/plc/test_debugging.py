@@ -250,6 +250,35 @@ def test_parameters_are_observed_like_variables(bench: PlcBench) -> None:
     assert [after - before for before, after in pairwise(times)] == [4, 4, 4, 4]
 
 
+def test_a_trace_outlives_its_variables(bench: PlcBench) -> None:
+    stop_at(bench, IN_FUNCTION)
+    ask(bench, "record", names=["@1:0.x", "Main.b", "Other.n"], trigger={"name": "@1:0.x", "level": 1e9})
+    ask(bench, "record", names=["@1:0.x", "Main.b", "Other.n"])
+    bench.run(20)
+    ask(bench, "breakpoints", file=FILE, breakpoints=[])
+    ask(bench, "continue")
+    bench.run(20)
+    text = ask(bench, "source", file=FILE)["text"]
+    ask(bench, "part", file=FILE, text=text.replace("a, b : INT", "a, bb : INT").replace("b := ", "bb := "))
+    ask(bench, "download", online=True)
+    bench.run(3_000)
+    assert ask(bench, "state")["problem"] == ""
+    samples = ask(bench, "samples")["samples"]
+    assert samples[0][1] is not None
+    assert samples[-1][1:3] == [None, None]
+    assert samples[-1][3] == int(bench.value("Other.n"))
+
+
+@pytest.mark.parametrize("expression", ["*".join(["a"] * 400), "*".join(["4000000000"] * 3), "1.0 / 0"])
+def test_an_expression_without_a_value_that_can_be_shown_is_refused(bench: PlcBench, expression: str) -> None:
+    ask(bench, "write", values={"Main.a": 32_000})
+    stop_at(bench, CALL_BLOCK)
+    (found,) = ask(bench, "read", names=[expression], thread=1)["variables"]
+    assert found["error"] in ("the result is too large", "a division by zero")
+    with pytest.raises(ValueError, match=r"too large|zero|not a variable"):
+        ask(bench, "record", names=[expression])
+
+
 def test_parameters_are_written_by_the_rules_of_the_controller(bench: PlcBench) -> None:
     written = ask(bench, "write", values={"PacDriveM.MsgFilter": "16#F"})["variables"][0]
     assert (written["value"], int(bench.get("MsgFilter"))) == (15, 15)
