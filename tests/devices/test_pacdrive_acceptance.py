@@ -441,6 +441,7 @@ def test_forty_axes_at_1_ms_do_not_fit_and_that_is_reported() -> None:
         assert lab.get("ring.state") == "down"
 
 
+@pytest.mark.manual("PD-319")
 @pytest.mark.parametrize(("ms", "right"), [(1, True), (2, True), (3, False), (4, True), (8, False)])
 def test_other_cycles_than_1_2_and_4_ms_are_refused(ms: int, right: bool) -> None:
     overrides = [f"devices.max4.cycle_ms={ms}"]

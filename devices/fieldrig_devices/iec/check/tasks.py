@@ -13,8 +13,9 @@ from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.iec.types import Elementary
 
 LOWEST_PRIORITY: Final = 31
-DEFAULT_PRIORITY: Final = 16
-"""The priority of a task that gives none, and of the one that is made if there is no task configuration."""
+DEFAULT_PRIORITY: Final = LOWEST_PRIORITY
+"""The priority of a task that gives none, and of the one that is made if there is no task configuration: the dialog of
+EPAS-4 proposes 31 (manual 3705)."""
 DEFAULT_INTERVAL_MS: Final = 10.0
 MAINS: Final = ("plc_prg", "main")
 """The programs that CoDeSys and TwinCAT run if there is no task configuration."""

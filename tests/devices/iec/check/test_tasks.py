@@ -111,6 +111,12 @@ def test_other_priorities_are_refused(priority: int) -> None:
     assert messages(PROGRAMS, configuration(inside)) == [f"2:39 the priority {priority}; 0 (highest) to 31 (PD-061)"]
 
 
+@pytest.mark.manual("PD-081")
+def test_a_task_without_a_priority_has_the_one_that_the_dialog_of_epas_4_proposes() -> None:
+    """Manual 3705: "leave the priority at 31"."""
+    assert tasks("TASK T(INTERVAL := T#100ms); PROGRAM a WITH T : Belt;")["T"].priority == 31
+
+
 def test_without_a_configuration_plc_prg_runs_every_10_ms() -> None:
     found, mistakes = checked(PROGRAMS, program("x : INT;"))
     assert [(task.name, task.interval_ms) for task in found.tasks] == [("PLC_PRG", 10.0)]

@@ -239,6 +239,7 @@ def test_a_cam_that_comes_too_late_begins_from_rest(bench: CamBench) -> None:
     assert bench.place() - begin == pytest.approx(120.0, abs=0.01)
 
 
+@pytest.mark.manual("PD-191")
 def test_set_position_modes_say_what_the_coordinates_are(bench: CamBench) -> None:
     profile = bench.call("ProfilLoad", "straight")
     bench.master.position, begin = 500.0, bench.place()
