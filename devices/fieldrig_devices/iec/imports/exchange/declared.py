@@ -180,3 +180,21 @@ def enumeration(of: Element, values: Sequence[Element], fragments: Fragments) ->
             given = fragments.expression(number, line) if number else None
             found.append(tree.EnumValue(name, given, place=tree.Place(line, 1)))
     return tree.EnumSpec(tuple(found), place=tree.Place(line_of(of), 1))
+
+
+def plain_name(name: str) -> str:
+    """Return a name without the library or name space in front of it."""
+    return name.strip().rpartition(".")[2]
+
+
+def known_interfaces(
+    word: str, names: Sequence[str], line: int, fragments: Fragments, known: frozenset[str]
+) -> tuple[str, ...]:
+    """Return the interfaces of the document without the names of libraries; others are left out with a note."""
+    found: list[str] = []
+    for name in filter(str.strip, names):
+        if plain_name(name).casefold() in known and fragments.dialect.has_methods:
+            found.append(plain_name(name))
+        else:
+            fragments.report.note(line, f"{word} {name.strip()[:60]} is left out")
+    return tuple(found)

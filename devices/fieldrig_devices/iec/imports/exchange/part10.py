@@ -11,7 +11,7 @@ from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.assembly import Part, Raw, assemble, prototype
-from fieldrig_devices.iec.imports.exchange.declared import plain_text, section
+from fieldrig_devices.iec.imports.exchange.declared import known_interfaces, plain_text, section
 from fieldrig_devices.iec.imports.exchange.part10_bodies import read_bodies
 from fieldrig_devices.iec.imports.exchange.part10_types import NOTHING, read_declaration, read_type
 from fieldrig_devices.iec.imports.exchange.tasks import duration, program_without_task, resource_of
@@ -54,8 +54,8 @@ def read_project(root: Element, fragments: Fragments) -> tuple[tree.Declaration,
         if not any(name_of(parent) in _POUS for parent in found.iterancestors()):
             block = section(found, read_type, fragments)
             globals_ += [block] if block is not None else []
-    interfaces = [i for e in root.iter("{*}Interface") if (i := _interface(e, fragments)) is not None]
-    known = frozenset(interface.name.casefold() for interface in interfaces)
+    known = frozenset(attribute(e, "name").strip().casefold() for e in root.iter("{*}Interface"))
+    interfaces = [i for e in root.iter("{*}Interface") if (i := _interface(e, fragments, known)) is not None]
     raws = [raw for e in root.iter() if name_of(e) in _POUS and (raw := _pou(e, fragments, known)) is not None]
     others: list[tree.Declaration] = [*types, *globals_, *interfaces]
     configurations = [c for e in root.iter("{*}Resource") if (c := _resource(e, fragments)) is not None]
@@ -99,11 +99,8 @@ def _pou(of: Element, fragments: Fragments, interfaces: frozenset[str]) -> Raw |
         if fragments.dialect.has_methods:
             raw.modifiers = tuple(word for word in _FLAGS if is_set(of, word.lower()))
         raw.extends = _above(of, fragments)
-        for implemented in _names(of, "Implements", fragments):
-            if implemented.casefold() in interfaces:
-                raw.implements = (*raw.implements, implemented)
-            else:
-                report.note(line, f"IMPLEMENTS {implemented[:60]} is left out")
+        names = _names(of, "Implements", fragments)
+        raw.implements = known_interfaces("IMPLEMENTS", names, line, fragments, interfaces)
         return raw
 
 
@@ -153,7 +150,7 @@ def _method(of: Element, fragments: Fragments) -> Raw:
     return raw
 
 
-def _interface(of: Element, fragments: Fragments) -> tree.Interface | None:
+def _interface(of: Element, fragments: Fragments, known: frozenset[str]) -> tree.Interface | None:
     name, line = attribute(of, "name").strip(), line_of(of)
     if not fragments.dialect.has_methods:
         _refused(of, fragments, "edition-3")
@@ -162,7 +159,7 @@ def _interface(of: Element, fragments: Fragments) -> tree.Interface | None:
         return None
     with fragments.report.inside(f"INTERFACE {name[:60]}"):
         methods = tuple(prototype(raw) for raw in _methods(of, fragments))
-        above = tuple(_names(of, "Extends", fragments))
+        above = known_interfaces("EXTENDS", _names(of, "Extends", fragments), line, fragments, known)
     comments = comment_of(element(of, "Documentation"))
     return tree.Interface(name, above, methods, comments=comments, place=tree.Place(line, 1))
 

@@ -43,8 +43,9 @@ def read_project(root: Element, fragments: Fragments) -> tuple[tree.Declaration,
     for left_out in _all(root, "accessVars"):
         section(left_out, read_type, fragments)
     config = [block for e in _all(root, "configVars") if (block := _config(e, fragments)) is not None]
-    prototypes = [i for e in tc6_objects.interfaces(root) if (i := tc6_objects.interface(e, fragments)) is not None]
-    known = frozenset(found.name.casefold() for found in prototypes)
+    named = tc6_objects.interfaces(root)
+    known = frozenset(attribute(e, "name").strip().casefold() for e in named)
+    prototypes = [i for e in named if (i := tc6_objects.interface(e, fragments, known)) is not None]
     raws = [raw for e in _all(root, "pou") if not _is_of_pou(e) and (raw := _pou(e, fragments, known)) is not None]
     configurations = [found for e in _all(root, "resource") if (found := _resource(e, fragments)) is not None]
     others: list[tree.Declaration] = [*types, *globals_, *config, *prototypes]

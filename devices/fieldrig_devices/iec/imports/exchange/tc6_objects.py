@@ -11,9 +11,16 @@ from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.assembly import Raw, prototype
-from fieldrig_devices.iec.imports.exchange.declared import SECTIONS, Element, plain_text, section
+from fieldrig_devices.iec.imports.exchange.declared import (
+    SECTIONS,
+    Element,
+    known_interfaces,
+    plain_name,
+    plain_text,
+    section,
+)
 from fieldrig_devices.iec.imports.exchange.tc6_bodies import read_body
-from fieldrig_devices.iec.imports.exchange.tc6_types import plain_name, read_type
+from fieldrig_devices.iec.imports.exchange.tc6_types import read_type
 from fieldrig_devices.iec.imports.fragments import Fragments
 from fieldrig_devices.iec.imports.xml import (
     attribute,
@@ -29,6 +36,8 @@ from fieldrig_devices.iec.imports.xml import (
 
 _WORDS: Final = ("PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "ABSTRACT", "FINAL", "OVERRIDE")
 _HEAD: Final = re.compile(r"\b(?:FUNCTION_BLOCK|METHOD|PROPERTY)\b((?:\s+[A-Za-z_]\w*)+)", re.IGNORECASE)
+
+_EXTENDED: Final = re.compile(r"\bINTERFACE\s+\w+\s+EXTENDS\s+([\w.]+(?:\s*,\s*[\w.]+)*)", re.IGNORECASE)
 
 
 def blocks(pou: Element, interface: Element | None, fragments: Fragments) -> tuple[tree.Variables, ...]:
@@ -63,7 +72,7 @@ def _method(of: Element, fragments: Fragments) -> Raw:
     raw = Raw(tree.PouKind.FUNCTION, attribute(of, "name").strip(), line_of(of))
     raw.comments = comment_of(element(of, "documentation"))
     raw.result = read_type(result, fragments) if result is not None else None
-    raw.blocks = blocks(of, interface, fragments)
+    raw.blocks = blocks(of, interface, fragments) or plain_text(of, fragments)
     raw.bodies = [drawn for body in elements(of, "body") if (drawn := read_body(body, fragments.report)) is not None]
     raw.modifiers = modifiers(of, fragments)
     return raw
@@ -122,13 +131,8 @@ def inherit(raw: Raw, interface: Element | None, fragments: Fragments, known: fr
     """
     if interface is None:
         return
-    for added in interface.iter("{*}Implements"):
-        for name in text_of(added).split(","):
-            plain = plain_name(name)
-            if plain.casefold() in known and fragments.dialect.has_methods:
-                raw.implements = (*raw.implements, plain)
-            else:
-                fragments.report.note(line_of(added), f"IMPLEMENTS {name.strip()[:60]} is left out")
+    names = [name for added in interface.iter("{*}Implements") for name in text_of(added).split(",")]
+    raw.implements = known_interfaces("IMPLEMENTS", names, raw.line, fragments, known)
     above = next(interface.iter("{*}Extends"), None)
     if above is not None and fragments.dialect.has_methods:
         raw.extends = plain_name(text_of(above))
@@ -144,7 +148,14 @@ def interfaces(root: Element) -> list[Element]:
     return [e for e in root.iter("{*}Interface") if attribute(e, "name").strip()]
 
 
-def interface(of: Element, fragments: Fragments) -> tree.Interface | None:
+def _extended_in_text(of: Element) -> list[str]:
+    """Return the names behind EXTENDS in the header of an interface."""
+    texts = (_without_comments(formatted_text(holder)[0]) for holder in _own(of, "InterfaceAsPlainText"))
+    heads = (head for text in texts if (head := _EXTENDED.search(text)) is not None)
+    return [name for head in heads for name in head[1].split(",")]
+
+
+def interface(of: Element, fragments: Fragments, known: frozenset[str]) -> tree.Interface | None:
     name, line = attribute(of, "name").strip(), line_of(of)
     if not fragments.dialect.has_methods:
         what = f"The interface {name[:60]} is not supported"
@@ -154,6 +165,7 @@ def interface(of: Element, fragments: Fragments) -> tree.Interface | None:
         return None
     with fragments.report.inside(f"INTERFACE {name[:60]}"):
         prototypes = [prototype(raw) for raw in methods(of, fragments)]
-        above = [plain_name(part) for e in _own(of, "Extends") for part in text_of(e).split(",")]
+        names = [part for e in _own(of, "Extends") for part in text_of(e).split(",")] or _extended_in_text(of)
+        above = known_interfaces("EXTENDS", names, line, fragments, known)
         comments = comment_of(element(of, "documentation"))
-    return tree.Interface(name, tuple(above), tuple(prototypes), comments=comments, place=tree.Place(line, 1))
+    return tree.Interface(name, above, tuple(prototypes), comments=comments, place=tree.Place(line, 1))

@@ -12,6 +12,7 @@ from fieldrig_devices.iec.imports.exchange.declared import (
     enumeration,
     initial,
     limits,
+    plain_name,
     subrange,
     variable,
 )
@@ -80,11 +81,6 @@ def _derived(of: Element, fragments: Fragments) -> tree.TypeSpec:
     if "." in name and "[" not in name:
         name = plain_name(name)
     return fragments.type(name, line_of(of))
-
-
-def plain_name(name: str) -> str:
-    """Return a name without the library or name space in front of it."""
-    return name.strip().rpartition(".")[2]
 
 
 def _extend(of: Element, spec: tree.TypeSpec, fragments: Fragments) -> None:
