@@ -168,6 +168,16 @@ def test_check_bounds_gets_the_limits_of_the_argument() -> None:
     assert [bench[f"n[{number}]"] for number in range(1, 5)] == [6, 4, 8, 8]
 
 
+def test_an_input_at_an_address_is_read_and_not_written_back() -> None:
+    """A value that arrives during the call stays."""
+    late = OUTER.replace("Read := a[1];", "Read := a[1]; late := 99;")
+    declarations = "n : INT; w AT %MW4 : ARRAY[1..2] OF INT; END_VAR VAR_EXTERNAL late : INT;"
+    shared = "VAR_GLOBAL late AT %MW4 : INT; END_VAR "
+    bench = IecBench(shared + late + program(declarations, "w[1] := 7; n := Read(w);"), EDITION_3)
+    bench.cycle()
+    assert (bench["n"], bench["late"], bench["w[1]"]) == (7, 99, 99)
+
+
 def test_an_array_behind_a_pointer_must_have_the_form_that_it_says() -> None:
     body = "p := ADR({}); n := Sum(p^);"
     declarations = "n : INT; good : Row := [5, 6, 7]; bad : ARRAY[1..3] OF REAL; p : POINTER TO Row;"

@@ -238,8 +238,10 @@ class Calls:
                 if place is None:  # an address that the checker has made
                     emitter.add(f"M[{cell}] = {self._expressions.value(value, emitter).text}")
                     continue
-                copies.append(self._refer(place, variable, emitter))
-                emitter.add(f"M[{cell}] = {copies[-1][0]}")
+                referred = self._refer(place, variable, emitter)
+                emitter.add(f"M[{cell}] = {referred[0]}")
+                if variable.section is not Section.INPUT:
+                    copies.append(referred)
             else:
                 self._pass(cell, variable.type, value, emitter)
         self.assembler.do(emitter)
