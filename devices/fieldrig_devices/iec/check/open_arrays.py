@@ -5,12 +5,13 @@ in-outs of function blocks.  All of them pass the array itself: of an input no c
 The caller also passes the limits, in two hidden variables for each dimension.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import constants
 from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.operators import integer_of, plain
 from fieldrig_devices.iec.check.project import UNKNOWN, PouSource
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import integer
@@ -71,10 +72,9 @@ def argument(specs: "TypeSpecs", node: tree.Variable, pou: Pou | None, context: 
         return UNKNOWN, made
     is_function = pou is None or pou.kind is PouKind.FUNCTION
     space, section = (Space.FRAME, Section.INPUT) if is_function else (Space.INSTANCE, Section.LOCAL)
-    for number in range(spec.count, 0, -1):
-        names = (f"${node.name}.{end}{number}" for end in ("low", "high"))
-        low, high = (Variable(name, LIMIT, space, section, place=node.place, file=context.file) for name in names)
-        made += [low, high]
+    names = (f"${node.name}.{end}{number}" for number in range(1, spec.count + 1) for end in ("low", "high"))
+    made = [Variable(name, LIMIT, space, section, place=node.place, file=context.file) for name in names]
+    for low, high in zip(made[-2::-2], made[::-2], strict=True):
         kind = OpenArrayType(kind, (low, high))
     return kind, made
 
@@ -129,12 +129,17 @@ def bound(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
     name = text(node.called).upper()
     given = _array_and_dimension(of, node, name)
     place = of.place(given[0]) if given is not None else None
-    number = of.constant_integer(given[1]) if given is not None else None
-    if place is None or number is None or given is None:
+    index = of.expression(given[1]) if given is not None else None
+    if place is None or index is None or given is None:
         return None
     kinds = list(_dimensions(place.type))
     if not kinds:
         of.context.say(given[0], f"{text(given[0])} is {a(place.type)}", "an array")
+        return None
+    if not isinstance(index, Constant) and all(isinstance(kind, OpenArrayType) for kind in kinds):
+        return _in(_chosen(of, kinds, index, given[1], is_high=name == "UPPER_BOUND"), wanted)
+    number = of.constant_integer(given[1])
+    if number is None:
         return None
     if not 1 <= number <= len(kinds):
         expected = "1" if len(kinds) == 1 else f"1 to {len(kinds)}"
@@ -143,9 +148,28 @@ def bound(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
     kind, is_high = kinds[number - 1], name == "UPPER_BOUND"
     if isinstance(kind, ArrayType):
         return integer(kind.high if is_high else kind.low)
-    found = ends(kind)[is_high]
+    return _in(ends(kind)[is_high], wanted)
+
+
+def _in(found: Expression | None, wanted: Type | None) -> Expression | None:
     is_integer = isinstance(wanted, Elementary) and wanted.is_integer
-    return constants.converted(found, wanted) if is_integer and wanted is not None else found
+    return constants.converted(found, wanted) if found is not None and is_integer and wanted is not None else found
+
+
+def _chosen(
+    of: "Expressions", kinds: Sequence[Type], index: Expression, node: tree.Expression, *, is_high: bool
+) -> Expression | None:
+    """Return a limit of the dimension with this number; other numbers are a fault at run time.
+
+    The limits of all dimensions follow one another in memory, so they are an array themselves.
+    """
+    first = kinds[0]
+    assert isinstance(first, OpenArrayType)
+    if integer_of(index) is None:
+        of.context.say(node, f"the dimension is {a(index.type)}", "an integer")
+        return None
+    start = Cell(first.limits[is_high], LIMIT)
+    return Load(Element(start, plain(index), 1, len(kinds), 2 * LIMIT.size, LIMIT))
 
 
 def _dimensions(kind: Type) -> Iterator[ArrayType | OpenArrayType]:
