@@ -98,7 +98,7 @@ class Natives:
     # ---- waiting
 
     def _begin(self, ask: Callable[..., Pending], *arguments: Value) -> None:
-        self.wake, self._store = _asked(ask, *arguments), ignore
+        self.wake, self._store = _accessed(ask, *arguments), ignore
 
     @property
     def waiting(self) -> Waiting:
@@ -129,10 +129,10 @@ class Natives:
     # ---- parameters
 
     def _parameter(self, address: int, number: int) -> Value:
-        return _LIMITS[number](_asked(self._host.read, address))
+        return _LIMITS[number](_accessed(self._host.read, address))
 
     def _set_parameter(self, address: int, value: Value) -> None:
-        _asked(self._host.write, address, value)
+        _accessed(self._host.write, address, value)
 
 
 def _cells_of(variable: Variable) -> int | None:
@@ -149,10 +149,16 @@ def _asked(ask: Callable[..., Any], *arguments: Any) -> Any:
     """Call the host; what it refuses is a fault of the program."""
     try:
         return ask(*arguments)
-    except KeyError as cause:
-        raise RunError("native", f"expected the logical address of a parameter, got {arguments[0]}") from cause
     except ValueError as cause:
         raise RunError("native", str(cause)) from cause
+
+
+def _accessed(ask: Callable[..., Any], *arguments: Any) -> Any:
+    """Access a parameter by the address that the program has computed from its object."""
+    try:
+        return _asked(ask, *arguments)
+    except KeyError as cause:
+        raise RunError("pointer", "a reference to no object of the control configuration") from cause
 
 
 def _missing(name: str) -> None:

@@ -536,7 +536,7 @@ def test_parameters_of_configuration_objects() -> None:
     del host.parameters[1_003]
     bench.cycle()
     assert bench.thread.fault is not None
-    assert bench.thread.fault.code == "native"
+    assert bench.thread.fault.code == "pointer"
 
 
 # ---- debugging

@@ -121,6 +121,19 @@ def test_run_time_faults_have_codes_of_their_own(tmp_path: Path, declaration: st
     assert bench.get("DiagExtCode") == "PLC_PRG 2"
 
 
+@pytest.mark.manual("PD-023", "PD-102")
+@pytest.mark.parametrize("access", ["n := r.AxisState;", "r.ControllerEnable := TRUE;", "r.DiagQuit := TRUE;"])
+def test_a_reference_to_no_object_is_an_invalid_pointer(tmp_path: Path, access: str) -> None:
+    text = f"""
+    FUNCTION_BLOCK Watch
+    VAR_INPUT r : MC_4; END_VAR VAR n : UINT; END_VAR
+    {access}
+    END_FUNCTION_BLOCK
+    PROGRAM PLC_PRG VAR fb : Watch; END_VAR fb(); END_PROGRAM""" + task_of("PLC_PRG")
+    bench = PlcBench(tmp_path, text, simulated=("Axis_9",)).run(200)
+    assert (bench.get("DiagCode"), bench.get("DiagExtCode")) == (4193, "Watch 4")
+
+
 ENDLESS = """
 PROGRAM Doubling
 VAR iCounter : INT := 1; iVar : INT := 1; END_VAR
