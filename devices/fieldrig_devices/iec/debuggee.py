@@ -150,7 +150,7 @@ class IecDebuggee:
             parameters = debugged_objects.inside(program.host, path)
             if parameters is not None:
                 return parameters
-            raise ValueError(f"{path} is not a variable of the program")
+            raise _unknown(program.runtime, path)
         return [self._shown(program.runtime, symbol) for symbol in program.runtime.symbols.children(path)]
 
     def evaluate(self, text: str, thread: int | None = None, frame: int = 0) -> Variable:
@@ -228,7 +228,7 @@ class IecDebuggee:
         symbol = self._local(path, thread, frame) if thread is not None else None
         symbol = symbol or runtime.symbols.find(path)
         if symbol is None:
-            raise ValueError(f"{path} is not a variable of the program")
+            raise _unknown(runtime, path)
         return symbol
 
     def _local(self, path: str, thread: int, frame: int) -> Symbol | None:
@@ -283,6 +283,11 @@ class IecDebuggee:
         if not 1 <= thread <= len(tasks):
             raise ValueError(f"expected a task from 1 to {len(tasks)}, got {thread}")
         return tasks[thread - 1]
+
+
+def _unknown(runtime: Runtime, path: str) -> ValueError:
+    meant = runtime.symbols.closest(path)
+    return ValueError(f"{path} is not a variable of the program" + (f": expected {meant}, perhaps" if meant else ""))
 
 
 def _text(kind: Type, value: Value) -> str:

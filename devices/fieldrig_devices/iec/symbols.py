@@ -7,6 +7,7 @@ dimensions are `[1,2]` or `[1][2]`.  Global variables and programs are the roots
 import re
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from typing import Final
 
 from fieldrig_devices.iec.layout import members, storage
@@ -63,6 +64,20 @@ class Symbols:
         first = _PART.match(path)
         symbol = self._known.get(self._key(first[1] or "")) if first is not None and path[:1] != "." else None
         return below(symbol, path[first.end() :], self._key) if symbol is not None and first is not None else None
+
+    def closest(self, path: str) -> str:
+        """Return the path that a wrong one may mean: the same in a program, or one that is most alike; or nothing."""
+        inside = [found.path for root in self._roots if (found := self.find(f"{root.path}.{path}")) is not None]
+        if inside:
+            return inside[0]
+        known = [root.path for root in self._roots]
+        known += [part.path for root in self._roots for part in self.children(root.path)]
+        last = {name.rpartition(".")[2].casefold(): name for name in reversed(known)}
+        whole = {name.casefold(): name for name in known}
+        for names in (whole, last):
+            for name in get_close_matches(path.casefold(), names, n=1):
+                return names[name]
+        return ""
 
     def values(self, symbol: Symbol | None = None) -> Iterator[Symbol]:
         """Yield all symbols that have a value of their own, below one symbol or of the whole program."""

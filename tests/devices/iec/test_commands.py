@@ -163,6 +163,23 @@ END_PROGRAM
 """
 
 
+@pytest.mark.parametrize(
+    ("option", "meant"),
+    [
+        (("--watch", "level"), "PLC_PRG.level"),
+        (("--watch", "PLC_PRG.levl"), "PLC_PRG.level"),
+        (("--set", "vlave=1"), "PLC_PRG.valve"),
+        (("--watch", "quite_different"), ""),
+    ],
+)
+def test_run_proposes_the_variable_that_a_wrong_name_may_mean(tank: Path, option: tuple[str, str], meant: str) -> None:
+    done = iec("run", tank, "--for", "1s", *option)
+    name = option[1].partition("=")[0]
+    expected = f": expected {meant}, perhaps" if meant else ""
+    assert done.exit_code == 2
+    assert f"{name} is not a variable of the program{expected}\n" in done.stderr
+
+
 def test_run_shows_values_as_the_language_writes_them_and_numbers_in_json(tmp_path: Path) -> None:
     file = saved(tmp_path / "types.st", TYPES)
     done = iec("run", file, "--for", "15ms")
