@@ -87,8 +87,9 @@ class Dialect:
     """`inst.output.component := 3`: today's tools refuse only an assignment to the whole output."""
     has_name_spaces: bool = False
     """Two named lists of global variables may have a variable of the same name, which is written `list.variable`."""
-    has_constant_references: bool = False
-    """VAR_IN_OUT CONSTANT, to which constants and texts of any length may be passed, and which is only read."""
+    has_constant_arguments: bool = False
+    """VAR_IN_OUT CONSTANT, to which constants and texts of any length may be passed, and which is only read; and
+    VAR_INPUT CONSTANT, which is an input."""
     has_constructors: bool = False
     """`motor : Motor(3);`: FB_init runs for each instance before the first cycle, with these arguments.  Start values
     may be computed then, from variables and by functions."""
@@ -169,7 +170,7 @@ CODESYS: Final = replace(
     has_local_instances=True,
     writes_parts_of_outputs=True,
     has_name_spaces=True,
-    has_constant_references=True,
+    has_constant_arguments=True,
     has_constructors=True,
     allows_idle_tasks=True,
     allows_calls_without_brackets=True,

@@ -124,6 +124,8 @@ _TIME_WITHOUT_PREFIX: Final = re.compile(r"(?:[0-9]+(?:d|h|ms|m|s)_?)+", re.IGNO
 _PART: Final = re.compile("%[XBWDL][0-9]{1,2}", re.IGNORECASE)
 _OPERAND_ENDS: Final = frozenset({NAME, INTEGER, REAL, ")", "]", "^"})
 """The kinds of tokens that end an operand."""
+_OPERATORS: Final = frozenset({"__ISVALIDREF", "__POUNAME", "__QUERYINTERFACE"})
+"""Names of functions of today's tools that begin with two underscores."""
 _PREFIX_OF_QUOTE: Final = "'‘’´`"
 
 
@@ -279,7 +281,7 @@ class _Scanner:
         self._add(NAME, text, position)
         if not text.isascii():
             self._say(position, f"the name {text} has letters that are not allowed", "A to Z, digits and underscores")
-        elif "__" in text and not (upper == "__ISVALIDREF" and self._dialect.has_references):
+        elif "__" in text and not (upper in _OPERATORS and self._dialect.has_references):
             hint = f"Write {re.sub('_+', '_', text)}."
             self._say(position, f"the name {text} has several underscores in a row", "single underscores", hint)
 

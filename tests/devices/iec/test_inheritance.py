@@ -107,7 +107,7 @@ WITH_X = "FUNCTION_BLOCK a VAR x : INT; END_VAR END_FUNCTION_BLOCK"
             "SUPER^() without EXTENDS; a call in a function block that extends another one",
         ),
         ("TYPE t EXTENDS t : STRUCT a : INT; END_STRUCT END_TYPE", "t is no structure that can be extended; the name"),
-        ("TYPE t EXTENDS u : STRUCT a : INT; END_STRUCT END_TYPE", "u is no structure that can be extended; the name"),
+        ("TYPE t EXTENDS u : STRUCT a : INT; END_STRUCT END_TYPE", "the structure u is not declared; the name"),
     ],
 )
 def test_what_cannot_be_extended_is_refused(text: str, expected: str) -> None:

@@ -25,6 +25,7 @@ from fieldrig_devices.iec.program import (
     Cell,
     Component,
     Constant,
+    Convert,
     Evaluate,
     Expression,
     If,
@@ -136,6 +137,41 @@ def derives(project: Project, kind: Type, above: Type) -> bool:
     if source is None or base is None or source.line is None:
         return False
     return any(found is base.tree for found, _ in source.line.trees)
+
+
+# ---- __QUERYINTERFACE
+
+
+def query(project: Project, kind: InterfaceType) -> tuple[Pou, Sequence[Variable]]:
+    """Return the function behind __QUERYINTERFACE for an interface: an address in, and a variable of the interface."""
+    name = f"$query.{kind}"
+    found = project.pous.get(project.key(name))
+    if found is None:
+        found = project.pous[project.key(name)] = Pou(PouKind.FUNCTION, name, "")
+        address = Variable("address", Elementary.DWORD, Space.FRAME, Section.INPUT)
+        into = Variable("into", kind, Space.FRAME, Section.IN_OUT)
+        found.variables = {"address": address, "into": into}
+        found.result = Variable(name, Elementary.BOOL, Space.FRAME, Section.OUTPUT)
+        found.body = _query_body(project, kind, found.result, address, into)
+    return found, list(found.variables.values())
+
+
+def _query_body(
+    project: Project, kind: InterfaceType, result: Variable, address: Variable, into: Variable
+) -> list[AnyStatement]:
+    given = Load(Cell(address, Elementary.DWORD))
+    word = Load(Target(given, Elementary.UDINT))
+    blocks = [pou for pou in project.sources if CLASS in pou.variables and implements(project, pou, kind)]
+    tests: list[AnyStatement] = []
+    for block in blocks:
+        condition = Binary(Operator.EQ, word, Constant(_number(block), Elementary.UDINT), Elementary.BOOL)
+        found = [Assign(Cell(into, kind), Convert(given, kind), line=0)]
+        tests.append(If(condition, [*found, Assign(Cell(result, Elementary.BOOL), _TRUE, line=0)], line=0))
+    is_something = Binary(Operator.NE, given, Constant(0, Elementary.DWORD), Elementary.BOOL)
+    return [Assign(Cell(into, kind), Constant(0, kind), line=0), If(is_something, tests, line=0)]
+
+
+_TRUE: Final = Constant(True, Elementary.BOOL)
 
 
 # ---- the code of the facades

@@ -15,6 +15,7 @@ from fieldrig_devices.iec.program import (
     AddressOf,
     Assign,
     Binary,
+    CallFunction,
     Constant,
     Convert,
     Expression,
@@ -22,7 +23,7 @@ from fieldrig_devices.iec.program import (
     Operator,
     Place,
 )
-from fieldrig_devices.iec.types import Elementary, InterfaceType, OpenArrayType, PointerType
+from fieldrig_devices.iec.types import BlockType, Elementary, InterfaceType, OpenArrayType, PointerType, StringType
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
@@ -95,7 +96,39 @@ def _argument(of: "Expressions", node: tree.Call) -> tree.Expression | None:
     return None
 
 
+def _query(of: "Expressions", node: tree.Call) -> Expression | None:
+    """__QUERYINTERFACE(from, into) lets `into` refer to the instance if that implements the interface of `into`."""
+    values = [argument.value for argument in node.arguments if argument.value is not None]
+    if len(values) != 2:
+        of.context.say(node, f"{text(node.called)} with {len(node.arguments)} arguments", "two variables of interfaces")
+        return None
+    source, target = of.place(values[0]), of.target(values[1])
+    if source is None or target is None:
+        return None
+    kind = target.type
+    if not isinstance(kind, InterfaceType) or not isinstance(source.type, InterfaceType | BlockType):
+        wrong = values[1] if not isinstance(kind, InterfaceType) else values[0]
+        found = target if wrong is values[1] else source
+        of.context.say(wrong, f"{text(wrong)} is {a(found.type)}", "a variable of an interface")
+        return None
+    given = Load(source) if isinstance(source.type, InterfaceType) else AddressOf(source, Elementary.DWORD)
+    function, (address, into) = dispatch.query(of.context.project, kind)
+    return CallFunction(function, ((address, Convert(given, Elementary.DWORD)), (into, target)), Elementary.BOOL)
+
+
+def _pou_name(of: "Expressions", node: tree.Call) -> Expression | None:
+    """__POUNAME() is the name of the unit whose code it is in, `Tank.Fill` in a method."""
+    pou = of.context.pou
+    if node.arguments or pou is None:
+        of.context.say(node, f"{text(node.called)} with {len(node.arguments)} arguments", "no argument")
+        return None
+    name = ".".join(part.partition("@")[0] for part in pou.name.split("."))
+    return Constant(name, StringType(max(len(name), 1)))
+
+
 FUNCTIONS: Final[dict[str, Callable[["Expressions", tree.Call], Expression | None]]] = {
     "REF": _ref,
     "__ISVALIDREF": _is_valid,
+    "__POUNAME": _pou_name,
+    "__QUERYINTERFACE": _query,
 }

@@ -254,12 +254,17 @@ class TypeSpecs:
         fields, seen = spec.fields, set[str]()
         extends = spec.extends
         while extends:
-            declaration, _ = self._declared.get(self._key(extends), (None, None))
+            plain = self._key(extends.rpartition(".")[2])
+            declaration, _ = self._declared.get(plain, (None, None))
             above = declaration.type if declaration is not None else None
-            if not isinstance(above, tree.StructSpec) or self._key(extends) in seen:
+            if declaration is None:
+                hint = self._project.reports.closest(extends, self._declared)
+                context.say(spec, f"the structure {extends} is not declared", "the name of another structure", hint)
+                break
+            if not isinstance(above, tree.StructSpec) or plain in seen:
                 context.say(spec, f"{extends} is no structure that can be extended", "the name of another structure")
                 break
-            seen.add(self._key(extends))
+            seen.add(plain)
             fields, extends = (*above.fields, *fields), above.extends
         return tree.StructSpec(fields, spec.is_union, place=spec.place)
 

@@ -105,8 +105,8 @@ class Variables:
             context.say(block, f"VAR_INST in {a(kind.value)}", "VAR_INST in a METHOD", "use VAR or VAR_STAT")
         if kind is PouKind.FUNCTION and section is not Section.INSTANCE and (block.is_retain or block.is_persistent):
             context.say(block, "RETAIN in a function", "a function keeps nothing between calls (PD-354)")
-        is_reference = section is Section.IN_OUT and self._project.dialect.has_constant_references
-        if block.is_constant and section not in MAY_BE_CONSTANT and not is_reference:
+        is_argument = section in (Section.IN_OUT, Section.INPUT) and self._project.dialect.has_constant_arguments
+        if block.is_constant and section not in MAY_BE_CONSTANT and not is_argument:
             context.say(block, f"{section.value} CONSTANT", "CONSTANT behind VAR, VAR_GLOBAL or VAR_EXTERNAL")
         if kind is PouKind.CLASS and section not in IN_CLASSES:
             hint = "give a METHOD its VAR_INPUT and VAR_OUTPUT"

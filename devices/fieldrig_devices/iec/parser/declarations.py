@@ -261,6 +261,13 @@ class Declarations(Types):
         self._end("END_TYPE", opening, "TYPE")
         return found
 
+    def qualified_name(self, expected: str) -> str:
+        """Read a name, which may have the name of a library in front."""
+        name = self.name(expected)
+        while self.accept("."):
+            name += f".{self.name(expected)}"
+        return name
+
     def _type_declaration(self) -> tree.TypeDeclaration:
         at = self.i
         name = self.name("the name of a type")
@@ -268,7 +275,7 @@ class Declarations(Types):
             self.say(at, f"{name} is an elementary type", "another name for the type")
         extends = ""
         if self.dialect.has_methods and self.accept_word("EXTENDS"):
-            extends = self.name("the name of a structure")
+            extends = self.qualified_name("the name of a structure")
         elif self.is_word("EXTENDS"):
             raise self.unexpected(":", UNKNOWN["EXTENDS"])
         self.expect(":")

@@ -82,17 +82,10 @@ class Units(Methods):
         """Read a list of names of interfaces behind a word, if it is there."""
         if not self.accept_word(word):
             return ()
-        found = [self._qualified_name("the name of an interface")]
+        found = [self.qualified_name("the name of an interface")]
         while self.accept(","):
-            found.append(self._qualified_name("the name of an interface"))
+            found.append(self.qualified_name("the name of an interface"))
         return tuple(found)
-
-    def _qualified_name(self, expected: str) -> str:
-        """Read a name, which may have the name of a library in front."""
-        name = self.name(expected)
-        while self.accept("."):
-            name += f".{self.name(expected)}"
-        return name
 
     def _part_of(self, pou: tree.Declaration | None) -> None:
         """Read an action or a method that follows its POU."""
@@ -228,7 +221,7 @@ class Units(Methods):
             name = self.name(f"the name of the {kind.value}")
             extends = ""
             if self.dialect.has_methods and kind.has_instances and self.accept_word("EXTENDS"):
-                extends = self._qualified_name(
+                extends = self.qualified_name(
                     "the name of a class" if kind is tree.PouKind.CLASS else "the name of a function block"
                 )
             implements: tuple[str, ...] = ()
