@@ -29,6 +29,7 @@ from fieldrig_bus.opcua import codec
 from fieldrig_bus.opcua.address_space import AddressSpace
 from fieldrig_bus.opcua.certificate import make_certificate
 from fieldrig_bus.opcua.devices import Devices
+from fieldrig_bus.opcua.library_log import quieten
 from fieldrig_bus.opcua.message import ANSWERS, REQUESTS, Offer, OpcUaMessage
 from fieldrig_bus.opcua.model import SERVER, OpcUaModel
 from fieldrig_bus.opcua.session import Backend
@@ -99,7 +100,7 @@ class OpcUaServer(ModelBus[OpcUaMessage]):
         return message.device if isinstance(message, Offer) else None
 
     def ports(self) -> Sequence[Port]:
-        logging.getLogger("asyncua").setLevel(logging.WARNING)  # it reports every request otherwise
+        quieten()
         return (OpcUaPort(self.name, self.settings),)
 
     def tools(self, run: Path) -> list[Tool]:

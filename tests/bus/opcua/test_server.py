@@ -223,6 +223,51 @@ async def test_a_second_device_has_a_namespace_of_its_own(tmp_path: Path) -> Non
         assert await client.get_node("ns=3;s=belt.Position").read_value() == 1.5
 
 
+# ---- malformed bytes
+
+HELLO = (
+    b"HELF\x38\x00\x00\x00\x00\x00\x00\x00\x00\x00\x01\x00\x00\x00\x01\x00\x00\x00\x00\x00\x00\x00\x00\x00"
+    b"\x18\x00\x00\x00opc.tcp://127.0.0.1:4840"
+)
+"""OPC 10000-6, 7.1.2.3: message type, size, version, two buffer sizes, limits, and the URL with its length."""
+HOSTILE = {
+    "noise": [b"\x00\xff" * 500],
+    "size 0": [b"HELF\x00\x00\x00\x00"],
+    "largest size": [b"HELF\xff\xff\xff\xff" + bytes(100)],
+    "cut": [HELLO[:20]],
+    "message before a channel": [HELLO, b"MSGF\x18\x00\x00\x00" + bytes(16)],
+    "channel without a policy": [HELLO, b"OPNF\x20\x00\x00\x00\x00\x00\x00\x00\xff\xff\xff\x7f" + bytes(16)],
+    "nothing": [],
+}
+
+
+@in_loop
+async def test_malformed_bytes_disturb_no_other_client_and_fill_no_log(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with server_bench(tmp_path) as bench:
+        caplog.clear()
+        host, port = bench.settings.listen.split(":")
+        for parts in HOSTILE.values():
+            _, writer = await asyncio.open_connection(host, int(port))
+            for part in parts:
+                writer.write(part)
+            async with Client(bench.url) as client:
+                assert await client.get_node(POSITION).read_value() == 1.5
+            writer.close()
+        assert [record.name for record in caplog.records if record.levelname == "ERROR"] == []
+
+
+@in_loop
+async def test_a_fault_of_ours_is_logged(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with server_bench(tmp_path) as bench, Client(bench.url) as client:
+        monkeypatch.setattr("fieldrig_bus.opcua.session.from_variant", lambda node, variant: node.nothing)
+        assert await code_of(client.get_node(POSITION).write_value(1.0)) == "BadInternalError"
+        assert "asyncua.server.uaprocessor" in [record.name for record in caplog.records]
+
+
 # ---- security
 
 
