@@ -251,6 +251,7 @@ END_CONFIGURATION
 def test_run_lists_the_mistakes_of_a_program(tmp_path: Path) -> None:
     done = iec("run", saved(tmp_path / "wrong.st", WRONG), "--for", "1s")
     assert (done.exit_code, "wrong.st:3:6: " in done.stderr, "wrong.st:4:6: " in done.stderr) == (2, True, True)
+    assert "note" not in done.stderr, "that the program has no task configuration is no mistake"
 
 
 # ---- symbols

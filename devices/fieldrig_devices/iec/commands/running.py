@@ -59,7 +59,8 @@ def _started(files: Any, dialect: "Dialect", resource: str, settings: Sequence[s
         compiled = compile_project(read_sources(files), host, dialect, resource=resource)
     except CompileError as wrong:
         for mistake in wrong.mistakes:
-            typer.echo(str(mistake), err=True)
+            if not mistake.is_note:
+                typer.echo(str(mistake), err=True)
         raise typer.Exit(Exit.WRONG) from wrong
     if not compiled.program.tasks:
         raise UsageError("there is no program to run", "expected PROGRAM name ... END_PROGRAM in the source")
