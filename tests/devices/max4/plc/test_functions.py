@@ -31,6 +31,15 @@ def test_a_program_saves_resets_and_deletes_the_log(tmp_path: Path) -> None:
     assert "8004" not in lines, "it was saved after the reset"
 
 
+@pytest.mark.manual("PD-119")
+def test_the_log_is_saved_and_deleted_as_the_manual_prints_it(tmp_path: Path) -> None:
+    """Table 6-2: MsgLogSave(), MsgLogReset(), MsgLogDelete()."""
+    bench = PlcBench(tmp_path, once("", "MsgLogSave(); MsgLogReset();")).run(600)
+    assert b"8004" in bench.max4.disk.read("\\MSG.LOG")
+    bench = PlcBench(tmp_path, once("", "MsgLogSave(); MsgLogDelete();")).run(1_500)
+    assert "\\MSG.LOG" not in bench.max4.disk.names
+
+
 @pytest.mark.manual("PD-201")
 @pytest.mark.manual("PD-119", "PD-117")
 def test_a_program_inserts_entries_into_the_log(tmp_path: Path) -> None:
