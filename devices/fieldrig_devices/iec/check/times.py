@@ -12,6 +12,7 @@ from fieldrig_devices.iec.program import COMPARISONS, Constant, Expression, Oper
 from fieldrig_devices.iec.types import LONGER, UNITS_NS, Elementary
 
 _DURATIONS: Final = (Elementary.TIME, Elementary.LTIME)
+_DAY_MS: Final = 86_400_000
 _MOMENTS: Final = (Elementary.DT, Elementary.TOD, Elementary.LDT, Elementary.LTOD)
 
 
@@ -71,8 +72,11 @@ def _moved(operator: Operator, moment: Expression, by: Expression) -> Expression
     kind = moment.type
     assert isinstance(kind, Elementary)
     number, units = _number(kind), UNITS_NS[kind] // UNITS_NS[_duration(kind)]
-    distance = _times(constants.converted(by, number), units, Operator.DIV)
-    return constants.converted(constants.binary(operator, constants.converted(moment, number), distance, number), kind)
+    distance, start = _times(constants.converted(by, number), units, Operator.DIV), constants.converted(moment, number)
+    if kind is Elementary.TOD:  # what is before midnight belongs to the day before
+        distance = _times(distance, _DAY_MS, Operator.MOD)
+        start = _times(start, _DAY_MS, Operator.ADD)
+    return constants.converted(constants.binary(operator, start, distance, number), kind)
 
 
 def _scaled(operator: Operator, time: Expression, number: Expression, kind: Elementary) -> Expression | None:
