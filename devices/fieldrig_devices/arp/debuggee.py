@@ -44,6 +44,7 @@ class ArpDebuggee:
         self.on_load: Callable[[], None] = lambda: None
         self.on_sample: Callable[[], None] | None = None
         self.progress = self.problem = ""
+        self._downloads = 0
         self._values = CardValues(card, lambda: self._source.equs)
         self._watched: ArpProgram | None = None
         self._known: dict[bytes, SourceText] = {}
@@ -185,31 +186,44 @@ class ArpDebuggee:
         if self._card.state in (CardState.INIT, CardState.RUN):
             raise ValueError(_RUNNING)
         [(name, text)] = files.items()
+        self._downloads += 1
         self._compile(SourceText(name, text), self._load)
 
     def _compile(self, source: SourceText, on_compiled: Callable[[bytes], None]) -> None:
-        """Compile a source beside the card, and remember it by its object."""
-        self.progress = "compiling 0 %"
+        """Compile a source beside the card, and remember it by its object.  A later download takes its place."""
+        self.progress, number = "compiling 0 %", self._downloads
 
         def on_done(found: Prepared | Unusable | Failure) -> None:
+            if isinstance(found, Prepared):
+                self._remember(found.data, SourceText(source.name, source.text, found.equs))
+            if number != self._downloads:
+                return
             self.progress, self.problem = "", ""
             if isinstance(found, Prepared):
-                self._known[found.data] = SourceText(source.name, source.text, found.equs)
                 on_compiled(found.data)
             else:
                 self.problem = found.why
 
-        order, takes_ns = (source, self._card.number), source.duration_ns
-        self._background.run(debug_sources.prepare, order, on_done, self._on_progress, virtual_ns=takes_ns)
+        def on_progress(what: str, done: int, steps: int) -> None:
+            if number == self._downloads:
+                self.progress = f"{what} {100 * done // max(steps, 1)} %"
 
-    def _on_progress(self, what: str, done: int, steps: int) -> None:
-        self.progress = f"{what} {100 * done // max(steps, 1)} %"
+        order, takes_ns = (source, self._card.number), source.duration_ns
+        self._background.run(debug_sources.prepare, order, on_done, on_progress, virtual_ns=takes_ns)
+
+    def _remember(self, data: bytes, source: SourceText) -> None:
+        """Keep the source of the program in the card and this one."""
+        present = self._card.program_object
+        self._known = {known: text for known, text in self._known.items() if known == present}
+        self._known[data] = source
 
     def _load(self, data: bytes) -> None:
         """Give the card the object, which it compiles again, as from its USER port."""
-        self.progress = "loading"
+        self.progress, number = "loading", self._downloads
 
         def on_loaded(why_not: RefusedError | ObjectError | None) -> None:
+            if number != self._downloads:
+                return
             self.progress = ""
             self.problem = "" if why_not is None else str(why_not)
 

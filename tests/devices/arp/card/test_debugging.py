@@ -257,6 +257,21 @@ def test_a_download_with_mistakes_leaves_the_program(bench: CardBench) -> None:
         ask(bench, "download", online=True)
 
 
+@pytest.mark.parametrize("loops_between", [0, 60, 200])
+def test_the_later_one_of_two_downloads_counts(bench: CardBench, loops_between: int) -> None:
+    ask(bench, "stop")
+    good, wrong = PROGRAM.replace("COUNT * 2", "COUNT * 5"), "BEG MAIN\nV1 == V2000\nEND\n"
+    for first, last, problems in ((wrong, good, []), (good, wrong, ["five.I01:2:7"])):
+        for text in (first, last):
+            ask(bench, "part", file="five.I01", text=text, is_first=True)
+            ask(bench, "download")
+            bench.run_for(loops_between if text is first else 0)
+        while ask(bench, "state")["progress"]:
+            bench.run_for(1)
+        assert [line.split(": ")[0] for line in ask(bench, "state")["problem"].splitlines()] == problems
+    assert "COUNT * 5" in ask(bench, "source", file="five.I01")["text"]
+
+
 def test_a_fault_of_the_program(bench: CardBench) -> None:
     ask(bench, "stop")
     bench.load(encode(compile_text("BEG MAIN\nCALL A\nEND\nBEG A\nV1 += 1\nCALL A\nEND\n"), "deep", 1))
