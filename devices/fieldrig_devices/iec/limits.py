@@ -32,6 +32,8 @@ class Limits:
     """Bytes of the variables of functions that call one another (PD-317)."""
     if_depth: int = 15
     """PD-318."""
+    has_iec_steps: bool = True
+    """Steps with actions and qualifiers, which need IECsfc.lib (PD-204)."""
 
     @property
     def variables(self) -> int:

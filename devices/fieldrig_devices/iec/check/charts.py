@@ -58,6 +58,11 @@ def _actions(body: tree.SfcBody, context: Context) -> bool:
     """An action is an action of the POU or a BOOL variable."""
     is_whole = True
     for step in body.steps:
+        if step.uses and not context.project.limits.has_iec_steps:
+            what = f"{step.name} is an IEC step, for which the controller has no IECsfc.lib"
+            expected = "ENTRY, ACTIVE and EXIT in the step, or version V00.06.00 of the controller (PD-204)"
+            context.say(step, what, expected)
+            is_whole = False
         for use in step.uses:
             is_whole = _action(use, context) and is_whole
             for name in use.indicators:

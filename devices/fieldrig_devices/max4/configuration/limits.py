@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from fieldrig_devices.iec.limits import KB, MAX_4, Limits
-from fieldrig_devices.max4.configuration.version import LARGE_VARIABLES, TIME_STAMPS, Version
+from fieldrig_devices.max4.configuration.version import IEC_STEPS, LARGE_VARIABLES, TIME_STAMPS, Version
 
 MOST_AXES: Final = 47
 CYCLES_MS: Final = (1, 2, 4)
@@ -20,4 +20,5 @@ def limits_of(version: Version) -> Limits:
         MAX_4,
         data=(2048 if version >= TIME_STAMPS else 1024) * KB,
         variable=(128 if version >= LARGE_VARIABLES else 32) * KB,
+        has_iec_steps=version >= IEC_STEPS,
     )

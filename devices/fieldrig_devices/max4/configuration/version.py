@@ -37,6 +37,8 @@ def goes_with(upper: Version, lower: Version) -> bool:
     return upper.incompatible == lower.incompatible and upper.upward >= lower.upward
 
 
+IEC_STEPS: Final = Version(0, 6)
+"""First version with IECsfc.lib for IEC steps (manual 3372, 1791)."""
 TIME_STAMPS: Final = Version(0, 7)
 """First version with time stamps `DDD HH:MM:SS.sss` and 2 MByte of IEC data."""
 LARGE_VARIABLES: Final = Version(0, 12)

@@ -567,6 +567,22 @@ def test_the_version_of_the_controller_decides_how_much_a_program_may_need(
         PlcBench(tmp_path, text, version=version)
 
 
+@pytest.mark.manual("PD-204", "PD-335")
+def test_iec_steps_need_a_controller_of_version_6(tmp_path: Path) -> None:
+    """Manual 3372: IECsfc.lib is for V00.06.00 or higher."""
+    text = """
+    PROGRAM PLC_PRG
+    VAR bOn : BOOL; END_VAR
+    INITIAL_STEP Wait: bOn(N); END_STEP
+    TRANSITION FROM Wait TO Wait := TRUE; END_TRANSITION
+    END_PROGRAM"""
+    assert PlcBench(tmp_path, text + TASK, version="V00.06.00").run(200).value("PLC_PRG.bOn") is True
+    with pytest.raises(ConfigError, match=r"Wait is an IEC step, for which the controller has no IECsfc\.lib"):
+        PlcBench(tmp_path, text + TASK, version="V00.05.99")
+    simple = text.replace("bOn(N);", "ACTIVE bOn := TRUE; END_ACTIVE")
+    assert PlcBench(tmp_path, simple + TASK, version="V00.05.99").run(200).value("PLC_PRG.bOn") is True
+
+
 @pytest.mark.manual("PD-033")
 def test_a_task_configuration_without_a_program_is_refused(tmp_path: Path) -> None:
     task = TASK.replace("PROGRAM p WITH T : PLC_PRG;", "")
