@@ -86,8 +86,9 @@ CODESYS_OBJECTS = tc6("<dataTypes/><pous/>", version="0200").replace(
         + variable("a", "<BOOL/>")
         + variable("b", "<BOOL/>")
         + variable("n", "<INT/>")
+        + variable("any", '<derived name="I_Fill"/>')
         + "</localVars></interface>"
-        + st_body("a := oil.Fill(12); b := oil.Fill(4); n := oil.Level;")
+        + st_body("any := oil; a := any.Fill(12); b := oil.Fill(4); n := any.Level;")
         + "</pou>",
     )
     + "</addData></project>",

@@ -169,6 +169,17 @@ def test_a_wrong_en_or_eno_has_one_message(body: str, expected: str) -> None:
     assert any(expected in message for message in found), found
 
 
+def test_the_eno_of_a_block_that_others_extend_is_not_read_by_a_reference() -> None:
+    """Each of them has it elsewhere; the call itself gives it, as in `enabled-by-reference.st`."""
+    text = "FUNCTION_BLOCK Base ENO := FALSE; END_FUNCTION_BLOCK FUNCTION_BLOCK Far EXTENDS Base END_FUNCTION_BLOCK "
+    peek = "FUNCTION Peek : BOOL VAR_IN_OUT b : {}; END_VAR b(); Peek := b.ENO; END_FUNCTION "
+    found = refused(text + peek.format("Base") + program("", ""), EDITION_3)
+    assert any("Base has no variable ENO" in message for message in found), found
+    bench = IecBench(text + peek.format("Far") + program("f : Far; ok : BOOL := FALSE;", "ok := Peek(f);"), EDITION_3)
+    bench.cycle()
+    assert bench["ok"] is True
+
+
 @pytest.mark.parametrize("dialect", [EPAS_4, CODESYS], ids=lambda dialect: dialect.name)
 @pytest.mark.parametrize(
     ("body", "expected"),

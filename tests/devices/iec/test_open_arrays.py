@@ -30,7 +30,9 @@ first := a[LOWER_BOUND(a, 1), LOWER_BOUND(a, 2)];
 END_FUNCTION_BLOCK
 """
 VARIABLES = "n : INT; r : REAL; one : Row; two : ARRAY[1..2, 1..2] OF INT; reals : Row2; t : Table; d : DINT := 1;"
-ROW2 = "TYPE Row2 : ARRAY[1..3] OF REAL; END_TYPE VAR_GLOBAL CONSTANT fixed : Row := [1, 2, 3]; END_VAR "
+ROW2 = """TYPE Row2 : ARRAY[1..3] OF REAL; END_TYPE
+VAR_GLOBAL CONSTANT fixed : Row := [1, 2, 3]; pages : ARRAY[1..1] OF Row; END_VAR
+"""
 
 
 @pytest.mark.parametrize(
@@ -43,6 +45,7 @@ ROW2 = "TYPE Row2 : ARRAY[1..3] OF REAL; END_TYPE VAR_GLOBAL CONSTANT fixed : Ro
         ),
         ("n := Sum(n);", "n is an INT; expected a variable of type ARRAY[*] OF INT for the VAR_IN_OUT a"),
         ("n := Sum(fixed);", "fixed is a constant and a may be changed"),
+        ("n := Sum(pages[1]);", "pages[1] is a constant and a may be changed"),
         ("n := Sum();", "the argument a is missing in the call of Sum"),
         ("n := Read(3);", "3 is passed to the VAR_INPUT a; expected a variable"),
         ("Fill();", "the output a is missing in the call of Fill; expected a => array"),

@@ -11,9 +11,12 @@ from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.program import (
     Bit,
     Cell,
+    Component,
     Constant,
+    Element,
     Load,
     Located,
+    OpenElement,
     Parameter,
     Place,
     Pou,
@@ -250,9 +253,15 @@ def _is_value(of: "Expressions", node: tree.Expression) -> bool:
 
 def _fixed(place: Place) -> str:
     """Return what a place is that no code may change; empty for other places."""
-    if isinstance(place, Cell) and place.variable.is_constant:
+    while isinstance(place, Element | OpenElement) or (isinstance(place, Component) and place.variable is None):
+        place = place.of
+    variable = place.variable if isinstance(place, Cell | Component) else None
+    if variable is None:
+        return ""
+    if variable.is_constant:
         return "a constant"
-    return "a part of the VAR_INPUT, of which there is no copy," if open_arrays.protected(place) else ""
+    is_shared = variable.section is Section.INPUT and open_arrays.is_open(variable)
+    return "a part of the VAR_INPUT, of which there is no copy," if is_shared else ""
 
 
 def _fits(context: Context, given: Type, wanted: Type) -> bool:

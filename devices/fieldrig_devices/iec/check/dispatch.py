@@ -12,7 +12,7 @@ from typing import Final
 from zlib import crc32
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import inheritance, open_arrays
+from fieldrig_devices.iec.check import enable, inheritance, open_arrays
 from fieldrig_devices.iec.check.project import PouSource, Project
 from fieldrig_devices.iec.program import (
     CLASS,
@@ -26,6 +26,7 @@ from fieldrig_devices.iec.program import (
     Component,
     Constant,
     Convert,
+    Enable,
     Evaluate,
     Expression,
     If,
@@ -246,7 +247,8 @@ class Dispatchers:
         """Return the call of what a dispatcher stands for in one function block."""
         if name == BODY:
             assert block.type is not None
-            return CallBlock(This(block.type), block, line=0)
+            ok = Cell(enable.eno_of(dispatcher), Elementary.BOOL) if block.eno is not None else None
+            return CallBlock(This(block.type), block, enable=Enable(None, ok), line=0)
         line = self._project.sources[block].line
         versions = line.versions.get(name, []) if line is not None else []
         if not versions:
@@ -258,11 +260,12 @@ class Dispatchers:
             cell = Cell(given, given.type)
             inputs.append((wanted, cell if given.is_reference else Load(cell)))
             inputs += open_arrays.limits(wanted, cell)
-        outputs = (
-            (wanted, Cell(given, given.type), False) for wanted, given in zip(theirs.outputs, own.outputs, strict=False)
-        )
+        pairs = zip(theirs.outputs, own.outputs, strict=False)
+        outputs = tuple((wanted, Cell(given, given.type), False) for wanted, given in pairs)
         kind = method.result.type if method.result is not None else Elementary.BOOL
-        call = CallFunction(method, tuple(inputs), kind, tuple(outputs))
+        if method.eno is not None:
+            outputs = (*outputs, (method.eno, Cell(enable.eno_of(dispatcher), Elementary.BOOL), False))
+        call = CallFunction(method, tuple(inputs), kind, outputs)
         if dispatcher.result is None or method.result is None:
             return Evaluate(call, line=0)
         return Assign(Cell(dispatcher.result, kind), call, line=0)

@@ -53,11 +53,10 @@ Split = tuple[tree.Call, Enable]
 """A call without its EN and ENO, and these."""
 
 
-def hint(context: Context, name_: str) -> str:
-    """Return the hint about EN or ENO in a dialect without them; empty for other names."""
-    if name_.upper() not in NAMES or context.project.dialect.has_enable:
-        return ""
-    return f"{' and '.join(sorted(NAMES))} of every call are known in the dialect edition-3"
+def hint(context: Context, word: str) -> str:
+    """Return the hint about EN or ENO in a dialect without them; empty for other words."""
+    is_missing = word.upper() in NAMES and not context.project.dialect.has_enable
+    return "EN and ENO of every call are known in the dialect edition-3" if is_missing else ""
 
 
 # ---- calls
@@ -146,24 +145,30 @@ def statements(value: Expression, run: Callable[[Expression], AnyStatement], lin
 # ---- bodies
 
 
-def name(context: Context, text_: str) -> Place | Constant | None:
-    """Return what EN or ENO means in a body that does not declare it; None for other names."""
-    if text_.upper() not in NAMES or not context.project.dialect.has_enable or context.owner is None:
+def meaning(context: Context, word: str) -> Place | Constant | None:
+    """Return what EN or ENO means in a body that does not declare it; None for other words."""
+    if word.upper() not in NAMES or not context.project.dialect.has_enable or context.owner is None:
         return None
-    if text_.upper() == "EN":
+    if word.upper() == "EN":
         return Constant(True, BOOL)  # the body would not run otherwise
-    return Cell(_eno(context.owner), BOOL)
+    return Cell(eno_of(context.owner), BOOL)
 
 
-def pin(context: Context, pou: Pou, name_: str) -> Variable | None:
-    """Return the ENO of an instance of a function block whose body does not mention it; None for other names."""
+def of_instance(context: Context, pou: Pou, word: str) -> Variable | None:
+    """Return the ENO of an instance of a function block whose body does not mention it; None for other words."""
     is_callable = pou.kind is not PouKind.CLASS and not pou.is_native
-    if name_.upper() != "ENO" or not context.project.dialect.has_enable or not is_callable:
+    if word.upper() != "ENO" or not context.project.dialect.has_enable or not is_callable:
         return None
-    return _eno(pou)
+    return eno_of(pou)
 
 
-def _eno(pou: Pou) -> Variable:
+def is_implicit(context: Context, pou: Pou, variable: Variable) -> bool:
+    """True for an ENO that is not declared."""
+    return variable is pou.eno and "eno" not in context.project.sources[pou].names
+
+
+def eno_of(pou: Pou) -> Variable:
+    """Return the ENO that the body of a POU sets; make it at its first use."""
     if pou.eno is None:
         space = Space.FRAME if pou.kind is PouKind.FUNCTION else Space.INSTANCE
         pou.eno = pou.variables["eno"] = Variable("ENO", BOOL, space, Section.OUTPUT, file=pou.file)

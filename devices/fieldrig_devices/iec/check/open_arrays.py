@@ -21,7 +21,6 @@ from fieldrig_devices.iec.program import (
     Element,
     Expression,
     Load,
-    OpenElement,
     Place,
     Pou,
     Space,
@@ -91,7 +90,7 @@ def fits(given: Type, wanted: Type) -> bool:
     while isinstance(wanted, OpenArrayType):
         if not isinstance(given, ArrayType | OpenArrayType):
             return False
-        if isinstance(given, ArrayType) and given.high > LIMIT.high:
+        if isinstance(given, ArrayType) and not LIMIT.low <= given.low <= given.high <= LIMIT.high:
             return False
         given, wanted = given.element, wanted.element
     return given == wanted
@@ -111,14 +110,6 @@ def ends(kind: ArrayType | OpenArrayType) -> tuple[Expression, Expression]:
         return Constant(kind.low, LIMIT), Constant(kind.high, LIMIT)
     low, high = kind.limits
     return Load(Cell(low, LIMIT)), Load(Cell(high, LIMIT))
-
-
-def protected(place: Place) -> Variable | None:
-    """Return the input ARRAY[*] that a place is a part of; None for other places."""
-    while isinstance(place, Element | OpenElement):
-        place = place.of
-    variable = place.variable if isinstance(place, Cell) else None
-    return variable if variable is not None and variable.section is Section.INPUT and is_open(variable) else None
 
 
 # ---- LOWER_BOUND and UPPER_BOUND

@@ -5,7 +5,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, check_functions, constants, enable, methods, open_arrays, properties
+from fieldrig_devices.iec.check import (
+    access,
+    check_functions,
+    constants,
+    dispatch,
+    enable,
+    methods,
+    open_arrays,
+    properties,
+)
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
 from fieldrig_devices.iec.check.operators import integer_of, plain
@@ -113,7 +122,7 @@ def _name(of: "Expressions", node: tree.Name) -> Meaning | None:
             return action
         if node.text.upper() == "NULL" and context.project.dialect.has_references:
             return Constant(0, Elementary.DWORD)
-        own = enable.name(context, node.text)
+        own = enable.meaning(context, node.text)
         hint = enable.hint(context, node.text)
         if hint:
             context.say(node, f"{node.text} is not declared", "a name from a declaration", hint)
@@ -241,7 +250,10 @@ def _field(context: Context, owner: Place, kind: StructType, node: tree.Member) 
 
 def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning | None:
     """A variable of an instance: inputs and outputs of a function block, every variable of a program."""
-    found = pou.variables.get(context.key(node.name)) or enable.pin(context, pou, node.name)
+    found = pou.variables.get(context.key(node.name))
+    if found is None or enable.is_implicit(context, pou, found):
+        # Those that extend a block have their ENO elsewhere.
+        found = enable.of_instance(context, pou, node.name) if dispatch.general(owner) is None else None
     if found is None:
         action = pou.actions.get(context.key(node.name))
         if action is not None:

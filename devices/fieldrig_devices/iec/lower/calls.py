@@ -123,8 +123,9 @@ class Calls:
         instance = statement.instance
         if has_call(instance):
             instance = self._hoisting.out_of_place(instance)
-        eno = statement.pou.eno
-        own = Component(instance, 0, Elementary.BOOL, eno) if eno is not None else None
+        eno, own = statement.pou.eno, None
+        if eno is not None and eno.space is Space.INSTANCE:  # a dispatcher has it on the stack
+            own = Component(instance, 0, Elementary.BOOL, eno)
         self._while_enabled(statement.enable, lambda otherwise: self._call_block(statement, instance, own), own)
 
     def _call_block(self, statement: CallBlock, instance: Place, own: Place | None) -> None:
@@ -140,10 +141,13 @@ class Calls:
             emitter.add(f"M[{cell}] = {text}")
         self.assembler.do(emitter)
         self._call(statement.pou, base)
+        given, eno = (_TRUE if own is None else Load(own)), statement.pou.eno
+        if eno is not None and own is None and statement.enable.ok is not None:
+            given = self.keep(Load(_callee_cell(eno, self.frame_size)))
         self._copy_back([copy for _, copy in copies])
         for target, value in statement.outputs:
             self.assign(Assign(target, value, line=statement.line))
-        self._give_eno(statement.enable, Load(own) if own is not None else _TRUE)
+        self._give_eno(statement.enable, given)
 
     def _while_enabled(
         self, enable: Enable, run: Callable[[Label], None], own: Place | None, *, may_fail: bool = False
