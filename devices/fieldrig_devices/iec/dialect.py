@@ -81,6 +81,8 @@ class Dialect:
     allows_open_addresses: bool = False
     """`AT %I*` without an address in VAR_CONFIG is a variable without one, and inputs, outputs and components of
     structures may have AT, as in TwinCAT."""
+    mixes_address_sizes: bool = False
+    """`AT %MB8 : REAL`: the address of the first byte of a variable of another size, also of a STRING."""
     has_local_instances: bool = False
     """Functions and methods may have instances of function blocks, which get their start values in each call."""
     writes_parts_of_outputs: bool = False
@@ -105,6 +107,8 @@ class Dialect:
     """Names that agree in this many characters are the same name; 0 for all characters (PD-350)."""
     array_dimensions: int = 3
     """PD-361."""
+    longest_string: int = 255
+    """The most characters of a STRING.  The functions for strings take and return at most 255 in any dialect."""
     has_typed_enumerations: bool = False
     """`(red, green) UINT` and `UINT (red, green)`: an enumeration may have another integer type than INT."""
     repeats_enumeration_values: bool = False
@@ -150,6 +154,7 @@ EDITION_3: Final = Dialect(
     has_calls_by_position=True,
     allows_changed_inputs=True,
     allows_calls_without_brackets=False,
+    longest_string=32_767,
     has_typed_enumerations=True,
     repeats_enumeration_values=True,
     significant_characters=0,
@@ -167,6 +172,7 @@ CODESYS: Final = replace(
     has_chained_assignments=True,
     allows_empty_declarations=True,
     allows_open_addresses=True,
+    mixes_address_sizes=True,
     has_local_instances=True,
     writes_parts_of_outputs=True,
     has_name_spaces=True,

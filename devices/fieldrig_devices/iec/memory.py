@@ -34,8 +34,8 @@ _LETTERS: Final = {1: "Bb", 2: "Hh", 4: "Ii", 8: "Qq"}
 _SINGLE: Final = struct.Struct("<f")
 BY_NUMBER: Final = {kind_number(kind): kind for kind in Elementary}
 _INSIDE: Final = INSIDE[0]
-_LONGEST_VALUE: Final = 512
-"""Bytes of the largest value, a WSTRING(255)."""
+_LONGEST_VALUE: Final = 65_536
+"""Bytes of the largest value, a WSTRING(32767)."""
 
 
 _TEXTS: Final = {STRING_KIND: 1, WIDE_STRING_KIND: 2}

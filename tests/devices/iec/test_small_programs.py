@@ -90,6 +90,29 @@ def test_a_part_that_a_value_does_not_have_is_refused(dialect: Dialect, body: st
     assert any(expected in message or "is a constant" in message for message in found), found
 
 
+@pytest.mark.parametrize(
+    ("dialect", "declaration", "expected"),
+    [
+        (EPAS_4, "s : STRING(256);", "a STRING of 256 characters; expected 1 to 255 characters"),
+        (EDITION_3, "s : WSTRING(32768);", "a WSTRING of 32768 characters; expected 1 to 32767 characters"),
+        (CODESYS, "s : STRING(0);", "a STRING of 0 characters"),
+        (EPAS_4, "r AT %MB8 : REAL;", "the address %MB8 does not have the size of REAL; expected %MD"),
+        (EPAS_4, "r AT %MD8 : LREAL;", "the size of LREAL; expected a type of at most 4 bytes"),
+        (EDITION_3, "r AT %MD8 : LREAL;", "the size of LREAL; expected %ML"),
+        (EDITION_3, "s AT %MB8 : STRING;", "a variable of type STRING cannot have an address"),
+        (CODESYS, "r AT %MB65533 : REAL;", "the variable at %MB65533 ends at byte 65537 of its area"),
+        (CODESYS, "r AT %MX8.0 : REAL;", "the address %MX8.0 does not have the size of REAL"),
+        (CODESYS, "r AT %MB8 : BOOL;", "the address %MB8 does not have the size of BOOL; expected %MX"),
+        (EDITION_3, "AT %MX8.0 : BOOL;", "got AT; expected a name in front of AT"),
+    ],
+)
+def test_a_variable_that_its_address_or_its_length_does_not_allow_is_refused(
+    dialect: Dialect, declaration: str, expected: str
+) -> None:
+    found = refused(program(declaration, ""), dialect)
+    assert any(expected in message for message in found), found
+
+
 BLOCK = "FUNCTION_BLOCK Tank VAR level : INT; END_VAR level := level + 1; END_FUNCTION_BLOCK "
 
 

@@ -27,7 +27,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind
-from fieldrig_devices.iec.types import Elementary, Type
+from fieldrig_devices.iec.types import Elementary, StringType, Type
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
@@ -255,8 +255,15 @@ def standard(
     converted = [
         of.convert(value, kind, node) for value, kind, node in zip(values, found.parameters, places, strict=True)
     ]
-    known = [value for value in converted if value is not None]
+    known = [_cut(value, kind) for value, kind in zip(converted, found.parameters, strict=True) if value is not None]
     return constants.intrinsic(found, known) if len(known) == len(converted) else None
+
+
+def _cut(value: Expression, kind: Type) -> Expression:
+    """Return a text that is no longer than the parameter: the functions for strings know 255 characters."""
+    given = value.type
+    is_longer = isinstance(given, StringType) and isinstance(kind, StringType) and given.length > kind.length
+    return constants.converted(value, kind) if is_longer else value
 
 
 def _operator_call(

@@ -9,10 +9,10 @@ from typing import Final
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.program import Located
-from fieldrig_devices.iec.types import ArrayType, Elementary, EnumType, StructType, SubrangeType, Type
+from fieldrig_devices.iec.types import ArrayType, Elementary, EnumType, StringType, StructType, SubrangeType, Type
 
-SIZES: Final = {"B": 1, "W": 2, "D": 4}
-BITS: Final = {"B": Elementary.BYTE, "W": Elementary.WORD, "D": Elementary.DWORD}
+SIZES: Final = {"B": 1, "W": 2, "D": 4, "L": 8}
+BITS: Final = {"B": Elementary.BYTE, "W": Elementary.WORD, "D": Elementary.DWORD, "L": Elementary.LWORD}
 WORD_BITS: Final = 16
 
 
@@ -59,18 +59,22 @@ def location(node: tree.Direct, kind: Type, context: Context) -> Located | None:
     found = located(node, context)
     if found is None:
         return None
+    dialect = context.project.dialect
     base = kind.base if isinstance(kind, SubrangeType | EnumType) else kind
-    if isinstance(base, ArrayType | StructType):
-        return _spread(node, found, base, context)
+    if isinstance(base, ArrayType | StructType) or (isinstance(base, StringType) and dialect.mixes_address_sizes):
+        return _spread(node, found, kind, context)
     if not isinstance(base, Elementary):
         context.say(node, f"a variable of type {kind} cannot have an address", "an elementary type or an array of them")
         return None
+    if found.bit < 0 and base is not Elementary.BOOL and base.size != found.type.size and dialect.mixes_address_sizes:
+        return _spread(node, found, kind, context)
     if (base is Elementary.BOOL) != (found.bit >= 0) or base.size != found.type.size:
-        letter = "X" if base is Elementary.BOOL else {size: letter for letter, size in SIZES.items()}.get(base.size)
+        sizes = {size: letter for letter, size in SIZES.items() if size < 8 or dialect.has_long_types}
+        letter = "X" if base is Elementary.BOOL else sizes.get(base.size)
         expected = f"%{node.area}{letter}" if letter else "a type of at most 4 bytes"
         context.say(node, f"the address {_text(node)} does not have the size of {kind}", expected)
         return None
-    limit = context.project.dialect.bit_address_bytes
+    limit = dialect.bit_address_bytes
     if limit and found.bit >= 0 and found.byte >= limit:
         context.say(
             node, f"the bit {_text(node)} is in byte {found.byte}", f"a bit in the first {limit} bytes (PD-321)"
@@ -79,8 +83,8 @@ def location(node: tree.Direct, kind: Type, context: Context) -> Located | None:
     return Located(found.area, found.byte, found.bit, kind)
 
 
-def _spread(node: tree.Direct, found: Located, kind: ArrayType | StructType, context: Context) -> Located | None:
-    """An array or structure from a byte on, as in CoDeSys V2.3."""
+def _spread(node: tree.Direct, found: Located, kind: Type, context: Context) -> Located | None:
+    """A value from a byte on, such as an array or structure of CoDeSys V2.3."""
     end = found.byte + kind.size
     if found.bit >= 0 or end > context.project.limits.area:
         what = "starts at a bit" if found.bit >= 0 else f"ends at byte {end} of its area"

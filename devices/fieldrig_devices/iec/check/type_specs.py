@@ -24,9 +24,6 @@ from fieldrig_devices.iec.types import (
     Type,
 )
 
-LONGEST_STRING: Final = 255
-"""The limit of CoDeSys V2.3, whose string functions know no longer strings."""
-
 DEEPEST: Final = 40
 """Levels of declared types of which each is needed for the one before."""
 
@@ -181,9 +178,10 @@ class TypeSpecs:
         length = Expressions(context).constant_integer(spec.length)
         if length is None:
             return UNKNOWN
-        if not 1 <= length <= LONGEST_STRING:
+        most = context.project.dialect.longest_string
+        if not 1 <= length <= most:
             name = StringType(is_wide=spec.is_wide).name
-            context.say(spec.length, f"a {name} of {length} characters", f"1 to {LONGEST_STRING} characters")
+            context.say(spec.length, f"a {name} of {length} characters", f"1 to {most} characters")
             return UNKNOWN
         return StringType(length, spec.is_wide)
 

@@ -286,6 +286,8 @@ class Places:
         where = self.address(place, emitter)
         if isinstance(where, AreaAddress):
             emitter.charge(emitter.costs.access_ns if where.area == "M" else emitter.costs.io_ns)
+            if isinstance(kind, StringType):
+                value = Value(_cut_to(kind, value, emitter), kind)
             self._store_area(where, kind, value, emitter)
             return
         if not where.is_raw:

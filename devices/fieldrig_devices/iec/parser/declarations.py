@@ -157,6 +157,8 @@ class Declarations(Types):
     def _variable(self, is_path: bool) -> list[tree.Variable]:
         """Read `a, b AT %QX0.0 : BOOL := TRUE;`."""
         self._names = []
+        if self.kinds[self.i] == "AT" and self.kinds[self.i + 1] == token.DIRECT:
+            raise self.unexpected("a name in front of AT", "Addresses need no declaration: write them in statements.")
         self._names = names = [self._declared_name(is_path)]
         while self.accept(","):
             names.append(self._declared_name(is_path))
