@@ -150,7 +150,10 @@ class Operations:
         try:
             self._controller.disk.write(name, data)
         except ValueError as refused:
-            log.warning("%s: the download ends: %s", name, str(refused).partition("\n")[0])
+            why = str(refused).partition("\n")[0]
+            log.warning("%s: the download ends: %s", name, why)
+            if name == PROGRAM_FILE:
+                self._controller.plc.problem = f"the program is loaded until the next power-off, but not stored: {why}"
             self.cancel()
 
     # ---- the configuration, which takes effect at the next reset

@@ -66,7 +66,7 @@ class Plc:
         """True while a compiled program waits for the end of a cycle."""
         self.program: RetainingProgram | None = None
         self.problem = ""
-        """Why the stored program is not loaded; empty if it is, or if there is none."""
+        """Why the stored program is not loaded, or the loaded one not stored; empty if it is, or if there is none."""
         self.last_fault: Fault | None = None
         self.on_cycle_end: Callable[[Task], None] | None = None
         """Called at the end of each cycle of a task, for a recorder."""

@@ -250,6 +250,24 @@ def test_parameters_are_observed_like_variables(bench: PlcBench) -> None:
     assert [after - before for before, after in pairwise(times)] == [4, 4, 4, 4]
 
 
+@pytest.mark.parametrize("is_online", [False, True])
+def test_a_download_that_does_not_fit_on_the_disk_says_so(bench: PlcBench, is_online: bool) -> None:
+    disk = bench.max4.disk
+    disk.write("\\FILL.BIN", bytes(disk.free - 8_192))
+    text = ask(bench, "source", file=FILE)["text"] + f"(* {'x' * 20_000} *)"
+    ask(bench, "part", file=FILE, text=text)
+    ask(bench, "download", online=is_online)
+    bench.run(5_000)
+    problem = ask(bench, "state")["problem"]
+    assert problem.startswith("the program is loaded until the next power-off, but not stored: the flash disk")
+    assert ask(bench, "source", file=FILE)["text"] == text
+    disk.delete("\\FILL.BIN")
+    ask(bench, "part", file=FILE, text=text)
+    ask(bench, "download", online=is_online)
+    bench.run(5_000)
+    assert ask(bench, "state")["problem"] == ""
+
+
 def test_a_trace_outlives_its_variables(bench: PlcBench) -> None:
     stop_at(bench, IN_FUNCTION)
     ask(bench, "record", names=["@1:0.x", "Main.b", "Other.n"], trigger={"name": "@1:0.x", "level": 1e9})
