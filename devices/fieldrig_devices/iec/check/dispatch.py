@@ -40,7 +40,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import BlockType, Elementary, InterfaceType, OpenArrayType, Type
+from fieldrig_devices.iec.types import BlockType, Elementary, InterfaceType, Type
 
 BODY: Final = "$body"
 """The dispatcher of the bodies of function blocks."""
@@ -206,8 +206,7 @@ class Dispatchers:
         made = facade(f"{pou.name}@any", pou.file)
         kind.open = made.type
         for name, method in list(pou.methods.items()):
-            has_open = any(isinstance(variable.type, OpenArrayType) for variable in method.variables.values())
-            if "@" not in name.removesuffix("@set") and not has_open:
+            if "@" not in name.removesuffix("@set"):
                 self._copy(made, name, method)
         self._add(made, BODY, Pou(PouKind.FUNCTION, f"{made.name}.{BODY}", pou.file, owner=made))
         return made
@@ -219,7 +218,9 @@ class Dispatchers:
         if method.result is not None:
             made.result = _copied(method.result)
         for variable in (*original.inputs, *original.outputs):
-            made.variables[self._project.key(variable.name)] = copy = _copied(variable)
+            copy = _copied(variable)
+            made.variables |= {limit.name.casefold(): limit for limit in open_arrays.renew_limits(copy)}
+            made.variables[self._project.key(variable.name)] = copy
             (source.inputs if variable in original.inputs else source.outputs).append(copy)
             if variable in self._project.starts:
                 self._project.starts[copy] = self._project.starts[variable]
@@ -256,12 +257,14 @@ class Dispatchers:
         method = versions[0][1]
         own, theirs = self._project.sources[dispatcher], self._project.sources[method]
         inputs: list[tuple[Variable, Expression | Place]] = []
-        for wanted, given in zip(theirs.inputs, own.inputs, strict=False):
+        outputs: tuple[tuple[Variable, Place, bool], ...] = ()
+        pairs = [*zip(theirs.inputs, own.inputs, strict=False), *zip(theirs.outputs, own.outputs, strict=False)]
+        for wanted, given in pairs:
             cell = Cell(given, given.type)
-            inputs.append((wanted, cell if given.is_reference else Load(cell)))
-            inputs += open_arrays.limits(wanted, cell)
-        pairs = zip(theirs.outputs, own.outputs, strict=False)
-        outputs = tuple((wanted, Cell(given, given.type), False) for wanted, given in pairs)
+            if wanted.section is Section.OUTPUT and not open_arrays.is_open(wanted):
+                outputs = (*outputs, (wanted, cell, False))
+            else:
+                inputs += [(wanted, cell if given.is_reference else Load(cell)), *open_arrays.limits(wanted, cell)]
         kind = method.result.type if method.result is not None else Elementary.BOOL
         if method.eno is not None:
             outputs = (*outputs, (method.eno, Cell(enable.eno_of(dispatcher), Elementary.BOOL), False))

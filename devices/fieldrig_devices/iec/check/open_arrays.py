@@ -6,6 +6,7 @@ The caller also passes the limits, in two hidden variables for each dimension.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec import tree
@@ -73,9 +74,24 @@ def argument(specs: "TypeSpecs", node: tree.Variable, pou: Pou | None, context: 
     space, section = (Space.FRAME, Section.INPUT) if is_function else (Space.INSTANCE, Section.LOCAL)
     names = (f"${node.name}.{end}{number}" for number in range(1, spec.count + 1) for end in ("low", "high"))
     made = [Variable(name, LIMIT, space, section, place=node.place, file=context.file) for name in names]
+    return _around(kind, made), made
+
+
+def _around(kind: Type, made: Sequence[Variable]) -> Type:
+    """Return the type of an array with these limits, the first dimension first."""
     for low, high in zip(made[-2::-2], made[::-2], strict=True):
         kind = OpenArrayType(kind, (low, high))
-    return kind, made
+    return kind
+
+
+def renew_limits(variable: Variable) -> list[Variable]:
+    """Give the copy of an argument limits of its own, and return these; none if it is no ARRAY[*]."""
+    kind, made = variable.type, list[Variable]()
+    while isinstance(kind, OpenArrayType):
+        made += [replace(limit) for limit in kind.limits]
+        kind = kind.element
+    variable.type = _around(kind, made)
+    return made
 
 
 # ---- arguments
