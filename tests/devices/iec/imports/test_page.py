@@ -1,4 +1,4 @@
-"""The documents of docs/iec-import.md are imported, and become what the page says."""
+"""The documents of docs/iec-import*.md are imported, and become what the page says."""
 
 import pytest
 from doc_pages import ROOT, Block, blocks
@@ -7,8 +7,8 @@ from exchange_documents import unit_of
 from fieldrig_devices.iec.dialect import EDITION_3
 from fieldrig_devices.iec.imports import read_source
 
-PAGE = ROOT / "docs" / "iec-import.md"
-BLOCKS = [block for block in blocks(PAGE) if block.info]
+PAGES = [ROOT / "docs" / name for name in ("iec-import.md", "iec-import-examples.md")]
+BLOCKS = [block for page in PAGES for block in blocks(page) if block.info]
 PAIRS = list(zip(BLOCKS[::2], BLOCKS[1::2], strict=True))
 
 

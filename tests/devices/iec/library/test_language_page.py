@@ -20,7 +20,9 @@ from fieldrig_devices.iec.parser.sections import QUALIFIERS
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.types import Elementary, StringType
 
-PAGES = [ROOT / "docs" / f"iec-{name}.md" for name in ("language", "types", "functions", "charts", "objects")]
+PAGES = [
+    ROOT / "docs" / f"iec-{name}.md" for name in ("language", "dialects", "types", "functions", "charts", "objects")
+]
 EXAMPLES = [block for page in PAGES for block in blocks(page) if block.info[0] == "iecst"]
 TEXT = "".join(page.read_text(encoding="utf-8") for page in PAGES)
 WORDS = {word for page in PAGES for word in code_in(prose(page))}
