@@ -114,6 +114,9 @@ class Dialect:
     repeats_enumeration_values: bool = False
     """Two enumerations may have a value of the same name, of which the later one is written `Type.value`, and their
     numbers may have any order (manual 862 to 866, PD-359: they cannot)."""
+    allows_numbers_between: bool = False
+    """At run time, a variable of an enumeration takes each number from its first to its last value (manual 846: the
+    validity of the number is checked)."""
     bit_address_bytes: int = 4_096
     """Single bits are addressed in the first bytes of an area only; 0 for the whole area."""
 
@@ -157,6 +160,7 @@ EDITION_3: Final = Dialect(
     longest_string=32_767,
     has_typed_enumerations=True,
     repeats_enumeration_values=True,
+    allows_numbers_between=True,
     significant_characters=0,
     bit_address_bytes=0,
 )

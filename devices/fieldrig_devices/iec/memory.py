@@ -324,8 +324,10 @@ def outside_array(index: int, low: int, high: int) -> None:
     raise RunError("array bounds", f"the index {index} is outside {low}..{high}")
 
 
-def outside_range(value: int, low: int, high: int) -> None:
-    raise RunError("subrange", f"the value {value} is outside {low}..{high}")
+def outside_range(value: int, *ends: int) -> None:
+    """Report a value that is in none of some ranges; `ends` are their first and last numbers."""
+    ranges = [f"{low}..{high}" if low < high else f"{low}" for low, high in zip(ends[::2], ends[1::2], strict=True)]
+    raise RunError("subrange", f"the value {value} is outside {', '.join(ranges)}")
 
 
 def null_reference() -> None:

@@ -243,6 +243,10 @@ class StructType:
         return self.name
 
 
+MOST_RANGES: Final = 100
+"""In an enumeration of more values, only the first and the last are compared with a number."""
+
+
 @dataclass(slots=True, eq=False)
 class EnumType:
     """An enumeration, stored as an INT unless edition 3 gives it another integer type."""
@@ -251,10 +255,26 @@ class EnumType:
     values: dict[str, int] = field(default_factory=dict)
     """Numbers by the names as they were declared."""
     base: Elementary = Elementary.INT
+    is_closed: bool = False
+    """True if a number between two values is a fault at run time, like one outside of all."""
 
     @property
     def size(self) -> int:
         return self.base.size
+
+    @property
+    def ranges(self) -> list[tuple[int, int]]:
+        """The ranges of the numbers that a variable may have, the lowest first."""
+        numbers = sorted(self.values.values())
+        if not self.is_closed or len(numbers) > MOST_RANGES:
+            return [(numbers[0], numbers[-1])]
+        found: list[tuple[int, int]] = []
+        for number in numbers:
+            if found and number <= found[-1][1] + 1:
+                found[-1] = (found[-1][0], number)
+            else:
+                found.append((number, number))
+        return found
 
     def __str__(self) -> str:
         return self.name or f"({', '.join(self.values)})"

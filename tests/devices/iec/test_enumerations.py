@@ -1,10 +1,10 @@
-"""Enumerations of edition 3: their integer type, the order of their numbers, and names that occur twice."""
+"""Enumerations: their integer types, the order of their numbers, names that occur twice, and numbers at run time."""
 
 import pytest
 from iec_check import messages
 from iec_program import IecBench, program
 
-from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4, Dialect
 
 TYPES = """
 TYPE
@@ -78,3 +78,23 @@ def test_a_number_that_the_type_does_not_hold_is_refused(text: str, message: str
 def test_epas_wants_ascending_numbers_and_names_that_occur_once(text: str) -> None:
     assert len(messages(text, dialect=EPAS_4)) == 1
     assert messages(text, dialect=EDITION_3) == []
+
+
+@pytest.mark.manual("PD-359")
+@pytest.mark.parametrize(
+    ("number", "dialect", "is_right"),
+    [
+        (-1, EPAS_4, False), (0, EPAS_4, True), (1, EPAS_4, True), (2, EPAS_4, False), (9, EPAS_4, False),
+        (10, EPAS_4, True), (11, EPAS_4, False), (5, EDITION_3, True), (5, CODESYS, True), (11, CODESYS, False),
+    ],
+)  # fmt: skip
+def test_the_validity_of_a_number_is_checked_at_run_time(number: int, dialect: Dialect, is_right: bool) -> None:
+    """Manual 846; its example has the numbers 0, 1 and 10."""
+    text = "TYPE TrafficLights: (red, yellow, green := 10); END_TYPE\n"
+    body = "lights := i; passed := TRUE;"
+    bench = IecBench(text + program(f"lights : TrafficLights; i : INT := {number}; passed : BOOL;", body), dialect)
+    bench.cycle()
+    fault = bench.thread.fault
+    assert (bench["passed"], fault is None) == (is_right, is_right)
+    if fault is not None and dialect is EPAS_4:
+        assert (fault.code, fault.text) == ("subrange", f"the value {number} is outside 0..1, 10")

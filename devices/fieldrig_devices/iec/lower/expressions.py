@@ -212,14 +212,15 @@ class Expressions:
     def _checked(self, value: Value, kind: SubrangeType | EnumType, emitter: Emitter) -> Value:
         """Return a value in the range of a subrange or an enumeration; another one is a fault (PD-359)."""
         value = emitter.cut(value)
-        numbers = (kind.low, kind.high) if isinstance(kind, SubrangeType) else _ends(kind)
-        low, high = numbers
-        if low <= value.low and value.high <= high:
+        ranges = [(kind.low, kind.high)] if isinstance(kind, SubrangeType) else kind.ranges
+        low, high = ranges[0][0], ranges[-1][1]
+        if len(ranges) == 1 and low <= value.low and value.high <= high:
             return value
-        emitter.charge(emitter.costs.operation_ns)
+        emitter.charge(emitter.costs.operation_ns * len(ranges))
         value = emitter.atom(value)
-        emitter.add(f"if not {low} <= {value.text} <= {high}:")
-        emitter.add(f"    outside_range({value.text}, {low}, {high})")
+        allowed = " or ".join(f"{first} <= {value.text} <= {last}" for first, last in ranges)
+        emitter.add(f"if not ({allowed}):")
+        emitter.add(f"    outside_range({value.text}, {', '.join(f'{first}, {last}' for first, last in ranges)})")
         return Value(value.text, value.type, low, high)
 
     def _converted(self, raw: Value, source: Stored, target: Stored, emitter: Emitter) -> Value:
@@ -261,10 +262,6 @@ class Expressions:
 def _is_number(kind: Stored) -> bool:
     """True for the types that become one another by cutting bits alone."""
     return isinstance(kind, Elementary) and (kind.is_integer or kind is Elementary.TIME or kind is Elementary.DT)
-
-
-def _ends(kind: EnumType) -> tuple[int, int]:
-    return min(kind.values.values()), max(kind.values.values())
 
 
 def _bracketed(left: Value, sign: str, right: Value, kind: Elementary) -> str:
