@@ -133,6 +133,8 @@ def python_of(source: Type, target: Type) -> str:
         return text if given.length <= wanted.length else f"SHORTEN({text}, {wanted.length})"
     if isinstance(wanted, StringType):
         text = f"{name_of(given, wanted)}({{0}})"
+        if given is Elementary.WCHAR and not wanted.is_wide:
+            text = f"NARROW({text})"
         return text if wanted.length >= texts.LONGEST else f"SHORTEN({text}, {wanted.length})"
     if isinstance(given, StringType):
         return f"{name_of(given, wanted)}({{0}})"

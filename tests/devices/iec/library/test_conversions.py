@@ -263,6 +263,11 @@ def test_enumerations_subranges_and_pointers_convert_like_their_numbers() -> Non
     assert convert(70_000, PointerType(E.INT), E.WORD) == 4_464
 
 
+def test_a_character_that_a_string_does_not_have_becomes_a_question_mark() -> None:
+    assert [convert(code, E.WCHAR, TEXT) for code in (0x41, 0xE9, 0xFF, 0x100, 0x20AC)] == ["A", "é", "ÿ", "?", "?"]
+    assert convert(0x20AC, E.WCHAR, StringType(5, is_wide=True)) == "€"
+
+
 def test_a_short_string_takes_the_first_characters() -> None:
     assert convert("abcdef", TEXT, StringType(3)) == "abc"
     assert convert(123456, E.DINT, StringType(3)) == "123"
