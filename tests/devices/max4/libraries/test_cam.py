@@ -116,6 +116,23 @@ def test_each_limit_holds_only_if_it_is_on(
         assert bench.place() - begin == pytest.approx(y, abs=1e-3)
 
 
+@pytest.mark.manual("PD-190", "PD-191")
+@pytest.mark.parametrize("origin", [-5_000.0, -1.0, 0.0, 7_000.0])
+def test_limits_are_in_the_coordinates_of_the_cam_wherever_the_master_is(bench: CamBench, origin: float) -> None:
+    profile = bench.call("ProfilLoad", "straight")
+    begin, bench.master.position = bench.place(), origin
+    bench.cam(profile, lrXFactor=100.0, lrYFactor=100.0, lrXLimMin=-50.0, lrXLimMax=80.0, bXLimMinOn=True,
+              bXLimMaxOn=True)  # fmt: skip
+    for x in (-49.0, 20.0, 79.0):
+        bench.master.position = origin + x
+        bench.run(1)
+        assert bench.place() - begin == pytest.approx(x, abs=1e-3)
+    bench.master.position = origin + 95.0
+    bench.run(1)
+    assert bench.place() - begin == pytest.approx(80.0, abs=1e-3)
+    assert bench.cam(profile, bReset=False) == (0, False, True)
+
+
 @pytest.mark.manual("PD-188")
 def test_lambda_is_between_0_and_1(bench: CamBench) -> None:
     profile = bench.call("ProfilLoad", "modisin")

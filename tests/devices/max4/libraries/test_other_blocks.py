@@ -100,6 +100,20 @@ def test_multicam_begins_on_all_axes_or_on_none(bench: CamBench) -> None:
     assert bench.block("MultiCam3", 1, bench.master.object.log_adr, 100.0, *pins, False)[0] == 0
 
 
+@pytest.mark.manual("PD-080")
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_multicam_with_one_axis_only(place: int) -> None:
+    bench = CamBench("one")
+    straight = bench.call("ProfilLoad", "straight")
+    pins: list[Any] = [0, 0, 1.0] * 3
+    pins[3 * place : 3 * place + 3] = bench.axes["one"].log_adr, straight, 30.0
+    begin = bench.place("one")
+    assert bench.block("MultiCam3", 1, bench.master.object.log_adr, 100.0, *pins, True) == (0, True, False)
+    bench.master.position = 50.0
+    bench.run(1)
+    assert bench.place("one") - begin == pytest.approx(15.0, abs=1e-3)
+
+
 @pytest.mark.manual("PD-196")
 def test_axes_stop_together_in_proportion() -> None:
     bench = CamBench("one", "two", "three")
