@@ -49,6 +49,8 @@ class CardValues:
             return [Variable(name, name, "group") for name in names]
         if path == EQUS and self._equs():
             return [self.evaluate(name) for name in self._equs()]
+        if path.startswith("@"):
+            return []  # a routine of a card has no variables of its own
         if path not in _GROUPS:
             raise ValueError(f"{path} is not a group of values: expected {', '.join(_GROUPS)}")
         kinds = _GROUPS[path]

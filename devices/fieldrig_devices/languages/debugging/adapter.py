@@ -286,8 +286,10 @@ class Adapter:
         frame = self._frame(arguments)
         for path in (f"@{frame['thread']}:{frame['number']}", frame["routine"]):
             try:
-                self._ask({"command": "variables", "path": path})
+                found = self._ask({"command": "variables", "path": path})["variables"]
             except (RigError, ValueError):
+                continue
+            if not found:
                 continue
             scope = {"name": frame["routine"], "variablesReference": self._reference(path), "expensive": False}
             scopes.append(scope)

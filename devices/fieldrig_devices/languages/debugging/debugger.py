@@ -20,6 +20,9 @@ REACH: Final = 5
 FARTHEST: Final = 50
 """Lines after a breakpoint in which an instruction is looked for."""
 
+LONGEST_START_S: Final = 20.0
+"""Time that a device may need to have its program again after a reset, in seconds."""
+
 Moments = Callable[[float | None], Iterator[object]]
 """Yields about 50 times a second, for a number of seconds; None means without end."""
 
@@ -36,7 +39,7 @@ class Debugger:
         self._chosen: int | None = None
         self.is_over = False
         self._acts: dict[str, Callable[[list[str]], None]] = {
-            "run": lambda arguments: self._go("start", arguments),
+            "run": self._run,
             "continue": self._continue,
             "step": lambda arguments: self._step("into", arguments),
             "next": lambda arguments: self._step("over", arguments),
@@ -87,15 +90,24 @@ class Debugger:
 
     # ---- going on
 
-    def _continue(self, arguments: list[str]) -> None:
-        if self._ask({"command": "state"})["state"] not in ("paused", "failed"):
-            raise ValueError("the program is not paused\n`run` starts it, `pause` pauses it")
-        self._go("continue", arguments)
+    def _run(self, arguments: list[str]) -> None:
+        """Start the program; one that runs already is only waited for."""
+        is_running = self._ask({"command": "state"})["state"] == "running"
+        self._go(None if is_running else "start", arguments)
 
-    def _go(self, command: str, arguments: list[str]) -> None:
+    def _continue(self, arguments: list[str]) -> None:
+        state = self._ask({"command": "state"})["state"]
+        is_waited_for = state == "running" and bool(self._stops or arguments)
+        if not is_waited_for and state not in ("paused", "failed"):
+            raise ValueError("the program is not paused\n`run` starts it, `pause` pauses it")
+        self._go(None if is_waited_for else "continue", arguments)
+
+    def _go(self, command: str | None, arguments: list[str]) -> None:
+        """Give a command, if there is one, and wait for a stop."""
         limit_s = limit(arguments, self._limit_s)
         before = self._ask({"command": "state"})["stops"]
-        self._ask({"command": command})
+        if command is not None:
+            self._ask({"command": command})
         if self._stops or arguments:
             self._wait(before, limit_s)
         else:
@@ -139,8 +151,18 @@ class Debugger:
     def _reset(self, arguments: list[str]) -> None:
         if len(arguments) > 1:
             raise ValueError(f"unexpected {' '.join(arguments[1:])!r}\nexpected warm, cold or origin")
-        self._ask({"command": "reset", "kind": arguments[0] if arguments else "warm"})
+        kind = arguments[0] if arguments else "warm"
+        has_program = self._ask({"command": "state"})["state"] != "none"
+        self._ask({"command": "reset", "kind": kind})
+        if has_program and kind != "origin":
+            self._until_there()
         self.show_place()
+
+    def _until_there(self) -> None:
+        """Wait for the program of a device that starts again after a reset."""
+        for _ in self._moments(LONGEST_START_S):
+            if self._ask({"command": "state"})["state"] != "none":
+                return
 
     # ---- looking
 

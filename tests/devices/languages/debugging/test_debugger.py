@@ -74,6 +74,14 @@ def test_a_condition(session: Session) -> None:
     assert session.do("continue") == ["the program is running"], "without a breakpoint nothing is waited for"
 
 
+@pytest.mark.parametrize("word", ["run", "continue", "continue 5"])
+def test_a_program_that_runs_is_waited_for(session: Session, word: str) -> None:
+    session.do("set Main.a=0", f"break {CALL} if a = 20")
+    session.questions.clear()
+    assert session.do(word, "print a") == ["Main.a = 20"]
+    assert not {"start", "continue"} & set(session.questions)
+
+
 def test_the_source_around_a_line(session: Session) -> None:
     session.do(f"break {CALL}")
     session.bench.run(20)
@@ -139,6 +147,20 @@ def test_leaving_removes_breakpoints_and_lets_the_program_go_on(session: Session
     a = session.bench.value("Main.a")
     assert session.bench.run(100).value("Main.a") != a
     assert session.debugger.is_over
+
+
+def test_a_reset_waits_for_a_device_that_starts_again() -> None:
+    """A PAM has its application again when it has booted."""
+    states = iter(["running", "none", "none", "held", "held"])
+    asked = []
+
+    def ask(question: Any) -> dict[str, Any]:
+        asked.append(question["command"])
+        return {"state": next(states), "threads": [{"state": "held"}]} if question["command"] == "state" else {}
+
+    session = DebugSession(ask, lambda _: None)
+    assert session.do("reset") == ["the program is held"]
+    assert asked[:4] == ["state", "reset", "state", "state"]
 
 
 def test_state_threads_and_reset(session: Session) -> None:
