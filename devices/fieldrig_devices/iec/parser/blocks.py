@@ -201,9 +201,10 @@ class Blocks(Expressions):
         if self.kinds[self.i] != ":=":
             return left
         hint = "A comparison is written with =, an assignment with :=."
+        place = self.places[self.i]
         self.say(self.i, "got := in a condition", "=", hint)
         self.i += 1
-        return tree.Binary("=", left, self.expression())
+        return tree.Binary("=", left, self.expression(), place=place)
 
     def _header_word(self, word: str) -> None:
         if self.kinds[self.i] == word:

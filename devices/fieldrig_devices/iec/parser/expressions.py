@@ -112,10 +112,10 @@ class Expressions(Cursor):
     def _unknown_operator(self, left: tree.Expression) -> tree.Expression:
         """Report AND_THEN and OR_ELSE where they are not known, and go on behind them."""
         while self.kinds[self.i] == token.NAME and (word := self.texts[self.i].upper()) in _OTHER_SYSTEMS:
-            plain = word[: word.index("_")]
+            plain, place = word[: word.index("_")], self.places[self.i]
             self.say(self.i, f"the operator {word} is not supported", plain, _OTHER_SYSTEMS[word])
             self.i += 1
-            left = tree.Binary(plain, left, self.expression(RANKS[plain] + 1))
+            left = tree.Binary(plain, left, self.expression(RANKS[plain] + 1), place=place)
         return left
 
     def _unary(self) -> tree.Expression:

@@ -121,6 +121,13 @@ def mistakes_of(text: str, dialect: Dialect = EPAS_4) -> list[Mistake]:
     return []
 
 
+@pytest.mark.parametrize("condition", ["b := 5", "b AND_THEN 5"])
+def test_what_follows_from_a_repaired_condition_has_a_place(condition: str) -> None:
+    text = f"PROGRAM PLC_PRG VAR b : BOOL; END_VAR IF {condition} THEN b := FALSE; END_IF; END_PROGRAM"
+    found = [mistake for mistake in mistakes_of(text) if not mistake.is_note]
+    assert [(mistake.line, mistake.column) for mistake in found] == [(1, text.index(condition.split()[1]) + 1)] * 2
+
+
 def test_the_program_that_is_damaged_below_compiles() -> None:
     compiled(PROGRAM)
     compiled(OF_EDITION_3, EDITION_3)
