@@ -3,7 +3,8 @@
 Source: PacDrive manual 3113-3311 (digest PD-060 to PD-086).  A chunk lasts at most 250 us and ends early where a task
 of higher priority is known to begin.  What a chunk does happens at its begin; then the processor is busy for as long as
 the chunk has taken.  So a task of higher priority that becomes ready unexpectedly waits for the end of the chunk, and
-for nothing else.  The real-time process is above all tasks: its time lengthens the chunk that it interrupts.
+for nothing else.  An instruction that takes longer than a chunk is paid for in several of them.  The real-time process
+is above all tasks: its time lengthens the chunk that it interrupts.
 
 Left open by the manual, and chosen here: a free-running task begins its next cycle at the next tick of the system clock
 of 250 us; a cyclic task that is late by more than its interval leaves out the cycles in between and returns to the
@@ -23,6 +24,9 @@ from fieldrig_devices.iec.tasks.task import SERIOUS, TICK_NS, Phase, Task, WorkS
 
 SHORTEST_NS: Final = 500
 """Processor time that each chunk takes at least, for the change of tasks."""
+LONGEST_OVERRUN_NS: Final = 50_000
+"""Processor time beyond its end that the last instruction of a chunk may take; the rest is the task's debt, which it
+pays in further chunks, so that a long instruction holds up no task of higher priority."""
 WINDOW_NS: Final = 100 * MS
 """The time over which the share of the processor is measured."""
 LONGEST_CYCLE_NS: Final = 100 * MS
@@ -273,17 +277,34 @@ class Scheduler:
             self._begin_cycle(task, now_ns)
         budget_ns = self._budget(task, now_ns)
         self.current = task
-        used_ns = max(budget_ns - task.work.run(budget_ns), SHORTEST_NS)
+        used_ns = self._pay(task, budget_ns) if task.debt_ns else self._run(task, budget_ns)
         task.cpu_ns += used_ns
         task.slice_ns -= used_ns
         self.busy_ns += used_ns
         self._free_ns = max(self._free_ns, now_ns) + used_ns
-        self._is_ended = self.current is task and task.work.state is WorkState.ENDED
+        self._is_ended = self.current is task and not task.debt_ns and task.work.state is WorkState.ENDED
         if self._is_ended:
             self._leave(task)
             if not task.is_system:
                 self._owner.on_cycle_end(task, is_quiet=not self._active)
         self._wake_at(self._free_ns)
+
+    @staticmethod
+    def _run(task: Task, budget_ns: int) -> int:
+        """Let a task run, and return the processor time of the chunk."""
+        used_ns = max(budget_ns - task.work.run(budget_ns), SHORTEST_NS)
+        if used_ns <= budget_ns + LONGEST_OVERRUN_NS:
+            return used_ns
+        paid_ns = max(budget_ns, SHORTEST_NS)
+        task.debt_ns = used_ns - paid_ns
+        return paid_ns
+
+    @staticmethod
+    def _pay(task: Task, budget_ns: int) -> int:
+        """Let a task pay processor time that it has used already, and return how much."""
+        paid_ns = max(min(task.debt_ns, budget_ns), SHORTEST_NS)
+        task.debt_ns = max(task.debt_ns - paid_ns, 0)
+        return paid_ns
 
     def _budget(self, task: Task, now_ns: int) -> int:
         """The rest of the slice, or the time until a task of higher priority begins."""
@@ -318,7 +339,7 @@ class Scheduler:
 
     def _interrupt(self, task: Task, now_ns: int) -> None:
         """Put a task aside within its cycle."""
-        match task.work.state:
+        match WorkState.READY if task.debt_ns else task.work.state:
             case WorkState.READY:
                 if task.slice_ns <= 0:  # the next one of this priority
                     self._ready.remove(task)

@@ -114,6 +114,8 @@ class Task:
         """Duration of the last cycle from its begin to its end, with all interruptions (`load` in the manual)."""
         self.cpu_ns = 0
         """Processor time since the program was loaded."""
+        self.debt_ns = 0
+        """Processor time that the present cycle has used and not paid yet."""
         self.order = 0
         """Position among ready tasks of the same priority; the scheduler sets it."""
         self.slice_ns = TICK_NS
@@ -160,7 +162,7 @@ class Task:
     def renew(self) -> None:
         """Forget the cycles so far, before a start from the beginning."""
         self.phase = Phase.IDLE
-        self.cycles = self.cycle_ns = self.load_ns = self.check_ns = 0
+        self.cycles = self.cycle_ns = self.load_ns = self.check_ns = self.debt_ns = 0
         self.was_minor = self.was_high = False
         self.waits_for = None
         self.deadline_ns = NEVER_NS

@@ -63,6 +63,17 @@ class Burn:
         return left_ns
 
 
+class LongInstruction(Burn):
+    """Work whose steps are instructions, which have their effects as a whole however long they take."""
+
+    def run(self, budget_ns: int) -> int:
+        step = self._rest.pop(0)
+        assert isinstance(step, int)
+        self.state = self.ends_in if not self._rest else WorkState.READY
+        self._log.append(Chunk(self.name, self._clock.now_ns() // US, step // US))
+        return budget_ns - step
+
+
 @dataclass
 class Bench:
     """A scheduler with its log of chunks."""
@@ -155,6 +166,23 @@ def test_higher_priority_interrupts_the_lower_one_at_its_instant_and_the_lower_o
     assert bench.begins("high") == [0, 1_000, 2_000, 3_000]
     assert bench.begins("low") == [100, 350, 600, 850, 1_100, 1_200]  # cut off at 1000; its slice lasts until 1200
     assert bench.quiet == [("high", True), ("high", False), ("low", True), ("high", True), ("high", True)]
+
+
+@pytest.mark.manual("PD-061", "PD-074")
+def test_a_long_instruction_is_interrupted_and_supervised_like_short_ones(bench: Bench) -> None:
+    high = bench.task("high", 100, ms=1, priority=0)
+    long = bench.task("long", ms=10, priority=31)
+    long.work = LongInstruction("long", bench.clock, bench.log, 30_000, 90_000, 50)
+    bench.start()
+    bench.run_to(99)
+    assert bench.begins("high")[:35] == list(range(0, 35_000, 1_000))
+    assert bench.begins("long")[:2] == [100, 33_400]  # 30 ms of 0.9 ms in each ms, from 0.1 ms on
+    assert [(name, kind) for name, kind, _ in bench.told] == [("long", "minor")]
+    assert 10_250 < bench.told[0][2] <= 10_750
+    bench.run_to(102)
+    assert (long.cycles, bench.told[1][1], bench.state(long)) == (0, "serious", TaskState.ERROR)
+    assert high.load_ns == 100 * US
+    assert long.cpu_ns / US == pytest.approx(0.9 * bench.told[1][2], abs=300)  # what it had by then
 
 
 @pytest.mark.manual("PD-062")
