@@ -43,6 +43,10 @@ class Dialect:
     SUPER^; INTERFACE, and IMPLEMENTS of function blocks."""
     has_classes: bool = False
     """CLASS ... END_CLASS, with THIS and SUPER without ^.  Of the tools of today only those of the standard have it."""
+    has_namespace_blocks: bool = False
+    """NAMESPACE ... END_NAMESPACE and USING.  Each name is known everywhere, with and without its namespace."""
+    has_assignment_attempts: bool = False
+    """`a ?= b`: a variable of an interface refers to b if the instance implements the interface, else to NULL."""
     has_partial_access: bool = False
     """`w.%X3`, `w.%B1`, `d.%W0`: bits, bytes and words of a larger value (edition 3, 6.5.5)."""
     reads_locals: bool = False
@@ -93,8 +97,9 @@ class Dialect:
     """VAR_IN_OUT CONSTANT, to which constants and texts of any length may be passed, and which is only read; and
     VAR_INPUT CONSTANT, which is an input."""
     has_constructors: bool = False
-    """`motor : Motor(3);`: FB_init runs for each instance before the first cycle, with these arguments.  Start values
-    may be computed then, from variables and by functions."""
+    """`motor : Motor(3);`: FB_init runs for each instance before the first cycle, with these arguments."""
+    computes_starts: bool = False
+    """Start values may be computed before the first cycle, from variables, references to them, and by functions."""
     has_calls_by_position: bool = False
     """`Lamp(a, T#5s);`: arguments of function blocks and programs, and outputs of functions, by their position."""
     allows_idle_tasks: bool = False
@@ -103,6 +108,8 @@ class Dialect:
     """A POU may change its own VAR_INPUT, as today's tools allow (manual table 4-6: it cannot)."""
     allows_calls_without_brackets: bool = True
     """`Reset;` calls the action or program Reset, as in CoDeSys V2.3."""
+    shares_names_with_types: bool = False
+    """A global variable may have the name of a type or function block, `Pump : Pump;` (PD-357: it cannot)."""
     significant_characters: int = 32
     """Names that agree in this many characters are the same name; 0 for all characters (PD-350)."""
     array_dimensions: int = 3
@@ -142,6 +149,8 @@ EDITION_3: Final = Dialect(
     has_unions=True,
     has_methods=True,
     has_classes=True,
+    has_namespace_blocks=True,
+    has_assignment_attempts=True,
     has_partial_access=True,
     has_static_variables=True,
     fills_arrays=True,
@@ -154,9 +163,11 @@ EDITION_3: Final = Dialect(
     allows_time_overflow=True,
     mixes_integers=False,
     allows_trailing_commas=True,
+    computes_starts=True,
     has_calls_by_position=True,
     allows_changed_inputs=True,
     allows_calls_without_brackets=False,
+    shares_names_with_types=True,
     longest_string=32_767,
     has_typed_enumerations=True,
     repeats_enumeration_values=True,
@@ -168,6 +179,8 @@ CODESYS: Final = replace(
     EDITION_3,
     name="codesys",
     has_classes=False,
+    has_namespace_blocks=False,
+    has_assignment_attempts=False,
     has_operator_calls=False,
     has_enable=False,
     reads_locals=True,

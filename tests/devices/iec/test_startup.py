@@ -3,7 +3,7 @@
 import pytest
 from iec_program import IecBench, program, refused
 
-from fieldrig_devices.iec.dialect import CODESYS, EDITION_3
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4
 from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.printer import print_unit
 from fieldrig_devices.iec.runtime import Start
@@ -84,9 +84,12 @@ def test_wrong_starts_are_refused(declarations: str, expected: str) -> None:
     assert len(found) == 1, found
 
 
-def test_edition_3_has_no_constructors() -> None:
+def test_edition_3_computes_start_values_and_has_no_constructors() -> None:
     assert any("got (" in message or "got )" in message for message in refused(program("p : Pump(3);", ""), EDITION_3))
-    found = refused(PUMP + program("a : INT := Twice(3);", ""), EDITION_3)
+    bench = IecBench(PUMP + program("a : INT := Twice(3); p : Pump; q : Plain := (n := a);", ""), EDITION_3)
+    bench.cycle()
+    assert (bench["a"], bench["p.started"], bench["q.n"]) == (6, 0, 6)
+    found = refused(PUMP + program("a : INT := Twice(3);", ""), EPAS_4)
     assert any("Twice(...) is not constant" in message for message in found), found
 
 

@@ -138,7 +138,7 @@ class Declarations:
     def _is_free(self, name: str, shown: str, node: tree.Node, file: str) -> bool:
         """POUs, types, global variables and enumeration values share one space of names (PD-357)."""
         project = self._project
-        is_known = self._is_known(name)
+        is_known = self._is_known(name) and not self._shares(name, node)
         if is_known and name in project.library_names:
             project.reports.note(file, node.place, f"{shown} replaces the one of the library")
             project.replace(name)
@@ -152,6 +152,21 @@ class Declarations:
             )
             project.reports.say(file, node.place, what, "a name that is unique in the project (PD-357)")
         return not is_known
+
+    def _shares(self, name: str, node: tree.Node) -> bool:
+        """True for a variable and a type of the same name, which today's languages allow: `Pump : Pump;`."""
+        project = self._project
+        if not project.dialect.shares_names_with_types or name in project.library_names:
+            return False
+        pou = project.pous.get(name)
+        is_type = name in self.specs.names or (pou is not None and pou.kind.has_instances)
+        if isinstance(node, tree.Variable):
+            return is_type and not self._is_variable(name)
+        is_new_type = isinstance(node, tree.TypeDeclaration) or (isinstance(node, tree.Pou) and node.kind.has_instances)
+        return is_new_type and not is_type and name not in project.types and self._is_variable(name)
+
+    def _is_variable(self, name: str) -> bool:
+        return name in self._project.names and not isinstance(self._project.names[name], Pou)
 
     def _is_known(self, name: str) -> bool:
         project = self._project
@@ -175,7 +190,8 @@ class Declarations:
             self._project.globals[name] = pou.instance
         self._project.pous[name] = pou
         self._project.sources[pou] = source = PouSource(pou, node, file in self._library_files)
-        self._project.declare(name, pou, file, node.place)
+        if not self._is_variable(name):
+            self._project.declare(name, pou, file, node.place)
         source.line = inheritance.lineage(self._project, node, file, self._trees)
         for level, (above, home) in enumerate(source.line.trees):
             for action in above.actions:

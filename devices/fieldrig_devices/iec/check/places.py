@@ -98,12 +98,17 @@ def itself(of: "Expressions", node: tree.Expression) -> Meaning | None:
 
 
 def without_library(context: Context, node: tree.Expression) -> tree.Expression:
-    """Return a name without that of a library in front, `Tc2_Standard.LEN`; other expressions as they are."""
-    if not isinstance(node, tree.Member) or not isinstance(node.of, tree.Name):
+    """Return a name without that of a library in front, `Tc2_Standard.LEN`, or that of a namespace, `A.B.Name`."""
+    if not isinstance(node, tree.Member):
         return node
-    project, library, name = context.project, context.key(node.of.text), context.key(node.name)
+    first: tree.Expression = node.of
+    while isinstance(first, tree.Member) and context.project.dialect.has_namespace_blocks:
+        first = first.of
+    if not isinstance(first, tree.Name):
+        return node
+    project, library, name = context.project, context.key(first.text), context.key(node.name)
     known = (project.types, project.lists, project.facades, {"this": None, "super": None})
-    if context.find(node.of.text) is not None or any(library in names for names in known):
+    if context.find(first.text) is not None or any(library in names for names in known):
         return node
     is_ours = project.find(name) is not None or name in project.types or intrinsics.is_standard(node.name)
     return tree.Name(node.name, place=node.place) if is_ours else node
@@ -120,6 +125,8 @@ def _name(of: "Expressions", node: tree.Name) -> Meaning | None:
         action = context.block.actions.get(context.key(node.text)) if context.block is not None else None
         if action is not None:
             return action
+        if methods.is_this(context, node) and not methods.is_super(context, node):
+            return _this(context)
         if node.text.upper() == "NULL" and context.project.dialect.has_references:
             return Constant(0, Elementary.DWORD)
         own = enable.meaning(context, node.text)

@@ -18,6 +18,7 @@ from fieldrig_devices.iec.program import (
     CallFunction,
     Constant,
     Convert,
+    Evaluate,
     Expression,
     Load,
     Operator,
@@ -41,6 +42,12 @@ def assignment(of: "Expressions", node: tree.Assign) -> Assign | None:
     else:
         value = reference_to(of, node.value, target.type)
     return Assign(target, value, line=node.place.line) if value is not None else None
+
+
+def attempt(of: "Expressions", node: tree.Assign) -> Evaluate | None:
+    """`x ?= y` lets x refer to the instance of y if that implements the interface of x, and to nothing if not."""
+    call = _query_of(of, node.value, node.target)
+    return Evaluate(call, line=node.place.line) if call is not None else None
 
 
 def reference_to(of: "Expressions", node: tree.Expression, kind: PointerType) -> Expression | None:
@@ -102,18 +109,21 @@ def _query(of: "Expressions", node: tree.Call) -> Expression | None:
     if len(values) != 2:
         of.context.say(node, f"{text(node.called)} with {len(node.arguments)} arguments", "two variables of interfaces")
         return None
-    source, target = of.place(values[0]), of.target(values[1])
+    return _query_of(of, *values)
+
+
+def _query_of(of: "Expressions", given: tree.Expression, into: tree.Expression) -> CallFunction | None:
+    source, target = of.place(given), of.target(into)
     if source is None or target is None:
         return None
     kind = target.type
     if not isinstance(kind, InterfaceType) or not isinstance(source.type, InterfaceType | BlockType):
-        wrong = values[1] if not isinstance(kind, InterfaceType) else values[0]
-        found = target if wrong is values[1] else source
+        wrong, found = (given, source) if isinstance(kind, InterfaceType) else (into, target)
         of.context.say(wrong, f"{text(wrong)} is {a(found.type)}", "a variable of an interface")
         return None
-    given = Load(source) if isinstance(source.type, InterfaceType) else AddressOf(source, Elementary.DWORD)
-    function, (address, into) = dispatch.query(of.context.project, kind)
-    return CallFunction(function, ((address, Convert(given, Elementary.DWORD)), (into, target)), Elementary.BOOL)
+    address = Load(source) if isinstance(source.type, InterfaceType) else AddressOf(source, Elementary.DWORD)
+    function, (parameter, result) = dispatch.query(of.context.project, kind)
+    return CallFunction(function, ((parameter, Convert(address, Elementary.DWORD)), (result, target)), Elementary.BOOL)
 
 
 def _pou_name(of: "Expressions", node: tree.Call) -> Expression | None:

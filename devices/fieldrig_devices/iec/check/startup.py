@@ -49,7 +49,7 @@ OWN: Final = frozenset({Section.LOCAL, Section.TEMP})
 def may_compute(project: Project, start: Start) -> bool:
     """True if the start value of a variable may be computed when the program starts."""
     variable = start.variable
-    if not project.dialect.has_constructors or variable.is_constant or variable.location is not None:
+    if not project.dialect.computes_starts or variable.is_constant or variable.location is not None:
         return False
     if start.source is None:
         return variable.section is Section.GLOBAL
@@ -69,7 +69,7 @@ class Startup:
 
     def begin(self) -> None:
         project = self._project
-        if not project.dialect.has_constructors:
+        if not project.dialect.computes_starts:
             return
         for source in list(project.sources.values()):
             if source.pou.type is not None and self._is_needed(source.pou):
@@ -95,7 +95,7 @@ class Startup:
 
     def in_calls(self, source: PouSource) -> list[tree.AnyStatement]:
         """Return what a body does first in each call, for its variables on the stack."""
-        if not self._project.dialect.has_constructors:
+        if not self._project.dialect.computes_starts:
             return []
         own = [variable for variable in source.pou.variables.values() if variable.space is Space.FRAME]
         found = [one for variable in own for one in self._started(variable, variable.name)]
@@ -129,7 +129,17 @@ class Startup:
         if isinstance(kind, StructType):
             return any(self._has_instances(field.type) for field in kind.fields.values())
         block = _block(kind)
-        return block is not None and (INIT in block.methods or self._is_needed(block))
+        return block is not None and (self._constructors(block) != [] or self._is_needed(block))
+
+    def _constructors(self, block: Pou) -> list[str]:
+        """Return the names of the FB_init of a block and of those above it, the uppermost first."""
+        if not self._project.dialect.has_constructors:
+            return []
+        return sorted((name for name in block.methods if name.partition("@")[0] == INIT), reverse=True)
+
+    def _is_constructed(self, kind: Type) -> bool:
+        block = _block(kind)
+        return block is not None and self._constructors(block) != []
 
     # ---- the code
 
@@ -169,7 +179,7 @@ class Startup:
         target = tree.Name(name, place=variable.place)
         yield from self._instances(target, variable.type, spec)
         is_computed = variable in self._project.computed
-        if node is not None and node.initial is not None and (is_computed or _has_init(variable.type)):
+        if node is not None and node.initial is not None and (is_computed or self._is_constructed(variable.type)):
             yield from _assignments(target, variable.type, node.initial)
 
     def _instances(
@@ -190,8 +200,7 @@ class Startup:
             yield _call(tree.Member(target, START, place=target.place))
         rows = spec.rows if isinstance(spec, tree.NamedType) else ()
         given = rows[at] if at < len(rows) else spec.arguments if isinstance(spec, tree.NamedType) else ()
-        versions = sorted((name for name in block.methods if name.partition("@")[0] == INIT), reverse=True)
-        for name in versions:
+        for name in self._constructors(block):
             yield _call(tree.Member(target, name, place=target.place), self._fitting(block.methods[name], given))
 
     def _elements(
@@ -225,11 +234,6 @@ class Startup:
 
 _PLAIN: Final = tree.NamedType("")
 """Stands for the type of what has no arguments of its own."""
-
-
-def _has_init(kind: Type) -> bool:
-    block = _block(kind)
-    return block is not None and INIT in block.methods
 
 
 def _block(kind: Type) -> Pou | None:

@@ -57,6 +57,8 @@ class Statements:
             return self._chain(node)
         if node.kind is tree.AssignKind.REFER:
             return references.assignment(self.expressions, node)
+        if node.kind is tree.AssignKind.ATTEMPT:
+            return references.attempt(self.expressions, node)
         if node.kind is tree.AssignKind.PLAIN and self.context.project.properties:
             writing = properties.writing(self.expressions, node)
             if writing is not None:

@@ -322,6 +322,9 @@ class Expressions(Cursor):
         if self.kinds[at] == token.PART:
             self.i += 1
             return tree.BitOf(of, int(text[2:]), text[1].upper().replace("X", ""), place=place)
+        if self.kinds[at] == token.TYPED and self.dialect.has_namespace_blocks and _is_path(of):
+            self.i += 1
+            return self._typed(text, at)
         if not (text[:1].isalpha() or text[:1] == "_") or "#" in text:
             raise self.unexpected("the name of a component, or the number of a bit, behind the point")
         self.i += 1
@@ -376,3 +379,10 @@ def _signed_integer(text: str) -> int:
         value = literals.integer(text[1:])
         return -value if text[0] == "-" else value
     return literals.integer(text)
+
+
+def _is_path(node: tree.Expression) -> bool:
+    """True for names with points between them, such as those of a namespace in front of `Colour#red`."""
+    while isinstance(node, tree.Member):
+        node = node.of
+    return isinstance(node, tree.Name)

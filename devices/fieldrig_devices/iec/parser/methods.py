@@ -84,12 +84,16 @@ class Methods(Configurations):
                 self.i += 1
 
     def _method_header(self, found: tree.Method) -> None:
-        while self.texts[self.i].upper() in MODIFIERS and self.kinds[self.i + 1] == token.NAME:
+        while self.texts[self.i].upper() in MODIFIERS and self.kinds[self.i + 1] in (token.NAME, "ACTION"):
             if self.begins_line(self.i + 1):
                 break
             found.modifiers += (self.texts[self.i].upper(),)
             self.i += 1
-        found.name = self.name("the name of the method")
+        if self.kinds[self.i] == "ACTION" and not self.begins_line(self.i):
+            self.i += 1  # a word that only charts need
+            found.name = self.texts[self.i - 1]
+        else:
+            found.name = self.name("the name of the method")
         if self.accept(":"):
             found.result = self.type_spec()
         if not self.is_next_line():

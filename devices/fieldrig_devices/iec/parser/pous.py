@@ -26,19 +26,53 @@ _MODIFIERS: Final = frozenset({"PUBLIC", "INTERNAL", "ABSTRACT", "FINAL"})
 class Units(Methods):
     """Reads source files."""
 
+    _namespaces: list[int]
+    """The tokens of the namespaces that are open."""
+
     def unit(self) -> tree.Unit:
         """Read everything."""
         found: list[tree.Declaration] = []
+        self._namespaces = []
         while self.kinds[self.i] != token.END:
             at = self.i
             self.gather()
             try:
-                found += self._declaration(found)
+                if not self._is_in_namespace():
+                    found += self._declaration(found)
             except UnexpectedError:
                 self._synchronise_unit(at)
+        for opening in self._namespaces:
+            line = self.places[opening].line
+            self.say(self.i, f"got {self.shown(self.i)}", f"END_NAMESPACE for the NAMESPACE in line {line}")
         self.gather_from(0)
         self.gather()
         return tree.Unit(self.file, tuple(found), self.taken())
+
+    def _is_in_namespace(self) -> bool:
+        """Read a beginning or an end of a NAMESPACE, or USING, if there is one."""
+        if not self.dialect.has_namespace_blocks or self.kinds[self.i] != token.NAME:
+            return False
+        opening = self.i
+        if self.accept_word("NAMESPACE"):
+            if self.is_word("INTERNAL") and self.kinds[self.i + 1] == token.NAME and not self.begins_line(self.i + 1):
+                self.i += 1
+            self.qualified_name("the name of the namespace")
+            self.accept(";")
+            self._namespaces.append(opening)
+        elif self._namespaces and self.accept_word("END_NAMESPACE"):
+            self.accept(";")
+            self._namespaces.pop()
+        else:
+            self._using()
+        return self.i > opening
+
+    def _using(self) -> None:
+        """Read `USING Tools.Valves, Tools.Pumps;`, as often as it is there."""
+        while self.dialect.has_namespace_blocks and self.accept_word("USING"):
+            self.qualified_name("the name of a namespace")
+            while self.accept(","):
+                self.qualified_name("the name of a namespace")
+            self.semicolon()
 
     def _declaration(self, before: list[tree.Declaration]) -> list[tree.Declaration]:
         kind = self.kinds[self.i]
@@ -66,7 +100,10 @@ class Units(Methods):
         opening = self.i
         front = self.taken()
         self.i += 1
+        if self.texts[self.i].upper() in ("PUBLIC", "INTERNAL") and not self.begins_line(self.i + 1):
+            self.i += self.kinds[self.i + 1] == token.NAME and self.texts[self.i + 1].upper() != "EXTENDS"
         name = self.name("the name of the interface")
+        self._using()
         extends = self._names_behind("EXTENDS")
         if not self.is_next_line():
             self.accept(";")
@@ -109,6 +146,8 @@ class Units(Methods):
             hint = f"There is no beginning for this {kind}."
         elif word == "CLASS" and self.dialect.has_methods:
             hint = "Classes need the dialect edition-3. Here a FUNCTION_BLOCK with methods does the same."
+        elif word in ("NAMESPACE", "USING", "END_NAMESPACE") and self.dialect.has_methods:
+            hint = "Namespaces need the dialect edition-3. Here a library's name in front of a name does no harm."
         elif word in _OOP:
             hint = f"{word} is not supported. Use a FUNCTION or a FUNCTION_BLOCK."
         elif kind in (token.NAME, "IF", "CASE", "FOR", "WHILE", "REPEAT"):
@@ -119,7 +158,7 @@ class Units(Methods):
         """Go on at the next declaration."""
         if self.i == start and self.kinds[self.i] != token.END:
             self.i += 1
-        while self.kinds[self.i] not in _TOP:
+        while self.kinds[self.i] not in _TOP and not (self._namespaces and self.is_word("END_NAMESPACE")):
             self.i += 1
         self._open.clear()
         self.height = self.depth = 0
@@ -219,6 +258,7 @@ class Units(Methods):
         at = self.i
         try:
             name = self.name(f"the name of the {kind.value}")
+            self._using()
             extends = ""
             if self.dialect.has_methods and kind.has_instances and self.accept_word("EXTENDS"):
                 extends = self.qualified_name(
@@ -240,6 +280,7 @@ class Units(Methods):
                 result = self.type_spec()
             if not self.is_next_line():
                 self.accept(";")
+            self._using()
         except UnexpectedError:
             line = self.places[at - 1].line
             while self.places[self.i].line == line and self.kinds[self.i] != token.END:

@@ -109,6 +109,8 @@ class Statements(Blocks):
             value = self.expression()
             self.semicolon()
             return tree.Assign(target, value, place=place)
+        if kind == "?=":
+            return self._attempt(target, at)
         if kind in ("+=", "-=", "*="):
             raise self.unexpected(":=", f"Write x := x {kind[0]} ... for x {kind} ...")
         if kind in ("+", "-") and self.kinds[self.i + 1] == kind:
@@ -121,6 +123,16 @@ class Statements(Blocks):
         if isinstance(target, tree.Name | tree.Member) and (kind == ";" or self.is_next_line() or kind in STOPS):
             return self._bare(target, at)
         raise self.unexpected(":= or a call")
+
+    def _attempt(self, target: tree.Expression, at: int) -> tree.Assign:
+        """Read `a ?= b;`."""
+        if not self.dialect.has_assignment_attempts:
+            hint = "The dialect edition-3 has ?=." if self.dialect.has_methods else ""
+            raise self.unexpected(":=", hint and f"{hint} Here a ?= b is __QUERYINTERFACE(b, a).")
+        self.i += 1
+        value = self.expression()
+        self.semicolon()
+        return tree.Assign(target, value, tree.AssignKind.ATTEMPT, place=self.places[at])
 
     def _end_in_two_words(self, at: int, word: str) -> None:
         """Report END IF, and read it as END_IF."""

@@ -79,12 +79,12 @@ class Types(Initials):
         if self.kinds[self.i] != "(":
             return tree.NamedType(name, place=place)
         opening = self.i
-        if self.dialect.has_constructors and not self._is_subrange(opening):
-            return tree.NamedType(name, self.arguments(), place=place)
         if self.dialect.has_typed_enumerations and upper in INTEGERS and self._is_enumeration():
             found = self._enumeration()
             found.base = "" if upper == "INT" else upper
             return found
+        if self.dialect.has_constructors and not self._is_subrange(opening):
+            return tree.NamedType(name, self.arguments(), place=place)
         self.i += 1
         if self.kinds[self.i + 1 : self.i + 2] == [":="]:
             raise self.unexpected("; or :=", f"Start values are written : {name} := (...);", opening)

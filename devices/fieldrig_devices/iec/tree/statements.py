@@ -12,6 +12,7 @@ class AssignKind(Enum):
     SET = "S="
     RESET = "R="
     REFER = "REF="
+    ATTEMPT = "?="
 
 
 @dataclass(slots=True)
