@@ -53,6 +53,8 @@ class Dialect:
     """`x := inst.local`: variables of an instance can be read from outside, as CODESYS V3 allows."""
     indexes_pointers: bool = False
     """`p[2]` is what is two elements behind the target of a pointer, and `s[0]` the first character of a string."""
+    has_characters_of_strings: bool = False
+    """`s[1]` is the first character of a string, a CHAR or WCHAR (edition 3, 6.4.2)."""
     has_static_variables: bool = False
     """VAR_STAT and VAR_INST, whose variables a function or method keeps between its calls."""
     fills_arrays: bool = False
@@ -152,6 +154,7 @@ EDITION_3: Final = Dialect(
     has_namespace_blocks=True,
     has_assignment_attempts=True,
     has_partial_access=True,
+    has_characters_of_strings=True,
     has_static_variables=True,
     fills_arrays=True,
     has_open_arrays=True,
@@ -181,6 +184,7 @@ CODESYS: Final = replace(
     has_classes=False,
     has_namespace_blocks=False,
     has_assignment_attempts=False,
+    has_characters_of_strings=False,
     has_operator_calls=False,
     has_enable=False,
     reads_locals=True,

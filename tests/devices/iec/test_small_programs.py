@@ -103,6 +103,11 @@ def test_a_part_that_a_value_does_not_have_is_refused(dialect: Dialect, body: st
         (CODESYS, "r AT %MB65533 : REAL;", "the variable at %MB65533 ends at byte 65537 of its area"),
         (CODESYS, "r AT %MX8.0 : REAL;", "the address %MX8.0 does not have the size of REAL"),
         (CODESYS, "r AT %MB8 : BOOL;", "the address %MB8 does not have the size of BOOL; expected %MX"),
+        (
+            EDITION_3,
+            "s : STRING(5); END_VAR VAR c : CHAR; END_VAR c := s[6]; VAR",
+            "the index 6 is outside the array; expected 1 to 5",
+        ),
         (EDITION_3, "AT %MX8.0 : BOOL;", "got AT; expected a name in front of AT"),
     ],
 )
@@ -173,7 +178,10 @@ def test_a_wrong_index_of_a_string_or_pointer_is_refused(body: str, expected: st
     declarations = "s : STRING(3); b : BYTE; p : POINTER TO INT; END_VAR VAR CONSTANT k : STRING := 'x';"
     found = refused(program(declarations, body), CODESYS)
     assert any(expected in message for message in found), found
-    assert any("not an array" in message for message in refused(program(declarations, "b := s[1];"), EDITION_3))
+    assert any("not an array" in message for message in refused(program(declarations, "b := s[1];"), EPAS_4))
+    assert any(
+        "is a CHAR; expected BYTE" in message for message in refused(program(declarations, "b := s[1];"), EDITION_3)
+    )
 
 
 def test_variables_of_instances_belong_to_methods() -> None:

@@ -414,16 +414,29 @@ def _open_element(
 
 def _is_indexed(context: Context, kind: Type) -> bool:
     """True for pointers and strings in the dialects in which they have elements."""
-    return context.project.dialect.indexes_pointers and isinstance(kind, PointerType | StringType)
+    dialect = context.project.dialect
+    is_text = isinstance(kind, StringType)
+    return (dialect.indexes_pointers and (is_text or isinstance(kind, PointerType))) or (
+        dialect.has_characters_of_strings and is_text
+    )
 
 
 def _behind(context: Context, found: Place, value: Expression, node: tree.Node) -> Place | None:
-    """The element of a pointer or string, whose number counts from 0."""
+    """The element of a pointer or string, whose number counts from 0; that of a string in the standard from 1."""
     kind = found.type
-    if isinstance(kind, StringType):
+    if isinstance(kind, StringType) and not context.project.dialect.indexes_pointers:
+        part = Elementary.WCHAR if kind.is_wide else Elementary.CHAR
+        number = _subscript(context, value, ArrayType(1, kind.length, part), node)
+        if number is not None and not isinstance(number, Constant):
+            number = Convert(
+                constants.converted(number, Elementary.DINT), SubrangeType(Elementary.DINT, 1, kind.length)
+            )
+        in_front = Constant(part.size, Elementary.DWORD)
+        start: Expression = Binary(Operator.SUB, AddressOf(found, Elementary.DWORD), in_front, Elementary.DWORD)
+    elif isinstance(kind, StringType):
         part = Elementary.WORD if kind.is_wide else Elementary.BYTE
         number = _subscript(context, value, ArrayType(0, kind.length, part), node)
-        start: Expression = AddressOf(found, Elementary.DWORD)
+        start = AddressOf(found, Elementary.DWORD)
     else:
         assert isinstance(kind, PointerType)
         part = kind.to  # type: ignore[assignment]
