@@ -168,6 +168,15 @@ def test_the_symbols_of_a_running_controller(machine: Machine) -> None:
     assert machine.tool("iec", "symbols", "card.xml", "--device", "card").returncode == 6
 
 
+@pytest.mark.parametrize("words", [("count.st",), ("count.st", "count.st"), ("project.xml", "project.xml")])
+def test_no_source_is_replaced_by_a_list_of_symbols(machine: Machine, words: tuple[str, ...]) -> None:
+    (machine.folder / "project.xml").write_text("<project/>")
+    before = [(machine.folder / name).read_text() for name in ("count.st", "project.xml")]
+    done = machine.tool("iec", "symbols", *words)
+    assert (done.returncode, "is a source file" in done.stderr) == (2, True)
+    assert [(machine.folder / name).read_text() for name in ("count.st", "project.xml")] == before
+
+
 def test_a_check_for_the_controller_of_the_rig_file(machine: Machine) -> None:
     assert machine.tool("iec", "check", "count.st").returncode == 2
     assert "Code Size" in machine.said("iec", "check", "count.st", "--rig", "lab.yaml", "--device", "controller")

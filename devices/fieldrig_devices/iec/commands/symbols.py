@@ -10,7 +10,7 @@ from fieldrig.errors import UsageError
 from fieldrig.exits import Exit
 from fieldrig.net import DEFAULT_ENDPOINT
 from fieldrig_devices.iec.commands.compiling import RigOption, compiled
-from fieldrig_devices.iec.commands.sources import DialectOption, ResourceOption, read_sources
+from fieldrig_devices.iec.commands.sources import SUFFIXES, DialectOption, ResourceOption, read_sources
 
 
 def symbols(
@@ -38,6 +38,9 @@ def symbols(
     """
     from fieldrig.store import replace_file
 
+    suffix = output.suffix.lower()
+    if output in (files or ()) or (suffix in SUFFIXES and suffix != ".xml"):
+        raise UsageError(f"{output} is a source file", "expected a file for the list first, such as conveyor.xml")
     if files:
         data = _of_sources(files, dialect, rig, device, resource)
     elif device is not None:
