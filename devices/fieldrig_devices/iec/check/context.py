@@ -9,14 +9,15 @@ from fieldrig_devices.iec.program import Pou, Space, Variable
 from fieldrig_devices.iec.tree import Call, Node, Place, PouKind, Section
 from fieldrig_devices.iec.types import Type
 
-_OF_OTHER_LANGUAGES: Final[Mapping[str, str]] = {
+_KNOWN_ELSEWHERE: Final[Mapping[str, str]] = {
     "break": "EXIT leaves a loop, and a branch of CASE ends by itself",
     "default": "the last branch of CASE begins with ELSE",
     "null": "the address of nothing is 0",
+    "pacdrivem": "it is the MAx-4: `fieldrig iec check FILE --rig RIG` knows the objects and libraries of a controller",
     "print": "`fieldrig iec run` shows the variables",
     "printf": "`fieldrig iec run` shows the variables",
 }
-"""Words of other languages that a beginner may write, and what to write instead."""
+"""Words of other languages that a beginner may write, and the object of every MAx-4, with what to do instead."""
 
 
 def place_of(node: Node) -> Place:
@@ -75,7 +76,7 @@ class Context:
         self._unknown.add(self.key(name))
         entities = [*self.names.items(), *self.project.names.items()]
         known = [getattr(entity, "name", name) for name, entity in entities]
-        hint = _OF_OTHER_LANGUAGES.get(name.casefold()) or self.project.reports.closest(name, known)
+        hint = _KNOWN_ELSEWHERE.get(name.casefold()) or self.project.reports.closest(name, known)
         if name.startswith("_") and not hint:
             hint = (
                 f"{name} is the logical address of the object {name[1:]}, which the control configuration does not have"

@@ -73,6 +73,12 @@ def test_a_type_of_another_language_has_the_one_that_is_meant_as_its_hint(name: 
     assert messages(text) == [f"5 the type {name} is not declared;  | the type is called {meant}"]
 
 
+def test_an_object_of_the_controller_is_known_with_its_rig_file_only() -> None:
+    (found,) = messages(program(NAMES, "\ni := PacDriveM.Timer1;"))
+    assert found.startswith("6 PacDriveM is not declared;  | it is the MAx-4: ")
+    assert "--rig" in found
+
+
 def test_a_minus_in_a_name() -> None:
     text = "PROGRAM PLC_PRG\nVAR\npump-on : BOOL;\nEND_VAR\nEND_PROGRAM\n"
     assert messages(text) == ["5 got -; : and a type | A name has letters, digits and underscores only."]
