@@ -11,7 +11,7 @@ from fieldrig_devices.iec.check.context import Context, place_of
 from fieldrig_devices.iec.check.sizes import Sizes
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer
-from fieldrig_devices.iec.library import intrinsics
+from fieldrig_devices.iec.library import intrinsics, templates
 from fieldrig_devices.iec.program import (
     COMPARISONS,
     AddressOf,
@@ -244,6 +244,8 @@ def standard(
     operator = intrinsics.OPERATORS.get(name)
     if operator is not None:
         return _operator_call(of, name, operator, values, at)
+    if name in templates.SHIFTS:
+        values = [*values[:1], *map(_steps, values[1:])]
     kinds = [value.argument if type(value) is Untyped else value.type for value in values]
     found = intrinsics.find(name, kinds, wanted)
     if isinstance(found, str):
@@ -257,6 +259,12 @@ def standard(
     ]
     known = [_cut(value, kind) for value, kind in zip(converted, found.parameters, strict=True) if value is not None]
     return constants.intrinsic(found, known) if len(known) == len(converted) else None
+
+
+def _steps(value: Expression) -> Expression:
+    """Return the number of bits of a shift, which is any integer, as a DWORD."""
+    is_integer = isinstance(value.type, Elementary) and value.type.is_integer
+    return constants.converted(value, Elementary.DWORD) if is_integer and type(value) is not Untyped else value
 
 
 def _cut(value: Expression, kind: Type) -> Expression:
