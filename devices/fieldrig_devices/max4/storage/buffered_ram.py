@@ -53,10 +53,15 @@ class BufferedRam:
         ram[:] = self._ram
         self._use(ram)
 
+    @property
+    def is_known(self) -> bool:
+        """True if the memory has a content, which an earlier process may have left."""
+        (magic,) = _HEAD.unpack_from(self._ram, _MAGIC_AT)
+        return bool(magic == _MAGIC)
+
     def wake(self, off_days: float) -> bool:
         """Switch on after `off_days` without power.  Return true if the content has been kept."""
-        (magic,) = _HEAD.unpack_from(self._ram, _MAGIC_AT)
-        if magic == _MAGIC and off_days <= RETENTION_DAYS:
+        if self.is_known and off_days <= RETENTION_DAYS:
             self.retained.recover()
             return True
         self.lose()

@@ -22,10 +22,15 @@ class Memory:
         ram = memoryview(bytearray(ram_bytes(self._size))) if lasting is None else lasting
         self.ram = BufferedRam(ram, self._size, has_battery=has_battery)
         self.ups = UpsMemory(self.ram, disk.section("RETAIN")) if retain == "ups" else None
+        self._was_saved = False
+        """True if the UPS has saved the retain data at the last power failure."""
 
     def power_on(self, off_days: float, *, is_lost: bool) -> bool:
         """Restore the memory after `off_days` without power, or lose it.  Return true if it is lost and reported."""
+        was_saved, self._was_saved = self._was_saved, False
         if is_lost or off_days > RETENTION_DAYS:
+            if self.ups is not None and not is_lost and not was_saved and self.ram.is_known:
+                self.ups.save()  # at the end of the process before this one, which may have been killed
             self.lose()
             return True
         if not self.ram.wake(off_days) and self.ups is not None:
@@ -36,6 +41,7 @@ class Memory:
         """Save the retain data if there is a UPS."""
         if self.ups is not None:
             self.ups.save()
+            self._was_saved = True
 
     def lose(self) -> None:
         """Lose the content of the RAM; a UPS restores the retain data."""

@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 from max4_bench import Bench
@@ -143,6 +144,29 @@ def test_a_kill_at_any_instant_leaves_the_values_of_one_cycle(tmp_path: Path, ms
     assert isinstance(b1, int)
     assert (a2, b2, again.value("sName")) == (3 * a1, 3 * b1, str(a1))
     assert a1 + 4 >= int(before)
+
+
+@pytest.mark.manual("PD-048", "PD-049", "PD-050")
+@pytest.mark.parametrize(
+    ("retain", "battery", "days", "is_kept"),
+    [
+        ("nvram", False, 7.0, True),
+        ("nvram", False, 7.1, False),
+        ("ups", False, 400.0, True),
+        ("pn4", False, 7.1, False),
+        ("pn4", True, 400.0, True),
+    ],
+)
+def test_a_killed_controller_keeps_its_values_for_as_long_as_its_memory(
+    tmp_path: Path, retain: str, battery: bool, days: float, is_kept: bool
+) -> None:
+    """A kill is a power failure, at which a UPS saves; `off_days` is the time until the next start."""
+    store = MemoryStore()
+    settings: dict[str, Any] = {"store": store, "retain": retain, "retain_battery": battery}
+    PlcBench(tmp_path, COUNTER + TASK, **settings).run(187)
+    for passed_days in (days, 0.0):
+        again = PlcBench(tmp_path, COUNTER + TASK, autostart=False, off_days=passed_days, **settings)
+        assert again.run(100).value("lKept") == (15 if is_kept else 5)
 
 
 @pytest.mark.manual("PD-048")
