@@ -30,6 +30,7 @@ class Memory:
         was_saved, self._was_saved = self._was_saved, False
         if is_lost or off_days > RETENTION_DAYS:
             if self.ups is not None and not is_lost and not was_saved and self.ram.is_known:
+                self.ram.retained.recover()
                 self.ups.save()  # at the end of the process before this one, which may have been killed
             self.lose()
             return True

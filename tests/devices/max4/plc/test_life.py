@@ -169,6 +169,25 @@ def test_a_killed_controller_keeps_its_values_for_as_long_as_its_memory(
         assert again.run(100).value("lKept") == (15 if is_kept else 5)
 
 
+def test_a_ups_saves_what_a_kill_has_left_in_the_middle_of_a_commit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = MemoryStore()
+    bench = PlcBench(tmp_path, COUNTER + TASK, store=store, retain="ups").run(187)
+    retained = bench.max4.ram.retained
+    before = retained.values
+    assert before is not None
+
+    def killed(head: bytes, data: bytes) -> None:
+        raise SystemExit
+
+    monkeypatch.setattr(retained, "_write", killed)
+    with pytest.raises(SystemExit):
+        retained.commit(before._replace(data=(77).to_bytes(4, "little")))
+    again = PlcBench(tmp_path, COUNTER + TASK, store=store, retain="ups", autostart=False, off_days=400.0).run(100)
+    assert again.value("lKept") == 77
+
+
 @pytest.mark.manual("PD-048")
 @pytest.mark.parametrize(
     "body",
