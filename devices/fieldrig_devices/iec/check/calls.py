@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeGuard
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import access, constants, enable, methods, open_arrays, places, references
@@ -11,7 +11,7 @@ from fieldrig_devices.iec.check.context import Context, place_of
 from fieldrig_devices.iec.check.sizes import Sizes
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer
-from fieldrig_devices.iec.library import intrinsics, templates
+from fieldrig_devices.iec.library import fixed, intrinsics, templates
 from fieldrig_devices.iec.program import (
     COMPARISONS,
     AddressOf,
@@ -27,7 +27,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind
-from fieldrig_devices.iec.types import Elementary, StringType, Type
+from fieldrig_devices.iec.types import Elementary, Family, StringType, Type
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
@@ -226,10 +226,14 @@ def _in_order(context: Context, name: str, node: tree.Call) -> list[tree.Express
     ]
 
 
+_OF_CODESYS: Final = {"IN": ("STR",), "IN1": ("STR1",), "IN2": ("STR2",), "L": ("LEN", "SIZE"), "P": ("POS",)}
+"""The names of CoDeSys by those of the standard, where functions for strings have others."""
+
+
 def _as_in_standard(name: str, names: Sequence[str]) -> str:
-    """Return the name of an argument in the standard, which has IN1 where CoDeSys has STR1."""
-    other = f"IN{name.removeprefix('STR')}"
-    return other if name.startswith("STR") and name not in names and other in names else name
+    """Return the name of an argument in `names`; the standard has IN1 where CoDeSys has STR1, and L for LEN."""
+    others = (f"IN{name.removeprefix('STR')}",) if name.startswith("STR") else _OF_CODESYS.get(name, ())
+    return name if name in names else next((other for other in others if other in names), name)
 
 
 def standard(
@@ -246,6 +250,9 @@ def standard(
         return _operator_call(of, name, operator, values, at)
     if name in templates.SHIFTS:
         values = [*values[:1], *map(_steps, values[1:])]
+    is_of_standard = name in fixed.ON_TEXTS and not of.context.mixes_integers
+    if is_of_standard:
+        values = [_position(of, value, at) for value in values]
     kinds = [value.argument if type(value) is Untyped else value.type for value in values]
     found = intrinsics.find(name, kinds, wanted)
     if isinstance(found, str):
@@ -258,13 +265,35 @@ def standard(
         of.convert(value, kind, node) for value, kind, node in zip(values, found.parameters, places, strict=True)
     ]
     known = [_cut(value, kind) for value, kind in zip(converted, found.parameters, strict=True) if value is not None]
-    return constants.intrinsic(found, known) if len(known) == len(converted) else None
+    if len(known) < len(converted):
+        return None
+    made = constants.intrinsic(found, known)
+    is_length = is_of_standard and made.type is Elementary.INT
+    return constants.converted(made, wanted) if is_length and wanted is not None and _is_number(wanted) else made
 
 
 def _steps(value: Expression) -> Expression:
     """Return the number of bits of a shift, which is any integer, as a DWORD."""
     is_integer = isinstance(value.type, Elementary) and value.type.is_integer
     return constants.converted(value, Elementary.DWORD) if is_integer and type(value) is not Untyped else value
+
+
+def _is_number(kind: Type) -> TypeGuard[Elementary]:
+    """True for the ANY_INT of the standard."""
+    return isinstance(kind, Elementary) and kind.family in (Family.SIGNED, Family.UNSIGNED)
+
+
+def _position(of: "Expressions", value: Expression, at: tree.Node) -> Expression:
+    """Return a position or a length, which the standard allows to be any integer, as an INT that no cut has changed."""
+    kind = value.type
+    if type(value) is Untyped or not _is_number(kind) or kind is Elementary.INT:
+        return value
+    if kind.low >= Elementary.INT.low and kind.high <= Elementary.INT.high:
+        return constants.converted(value, Elementary.INT)
+    low, high = max(kind.low, -1), min(kind.high, Elementary.INT.high)
+    limited = standard(of, "LIMIT", [Constant(low, kind), value, Constant(high, kind)], at)
+    assert limited is not None
+    return constants.converted(limited, Elementary.INT)
 
 
 def _cut(value: Expression, kind: Type) -> Expression:

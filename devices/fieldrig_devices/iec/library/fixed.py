@@ -65,6 +65,9 @@ def _time(python: str, *kinds: Type) -> Fixed:
     return Fixed(kinds[:-1], kinds[-1], Implementation(python))
 
 
+ON_TEXTS: Final = frozenset({"LEN", "LEFT", "RIGHT", "MID", "INSERT", "DELETE", "REPLACE", "FIND"})
+"""The functions with lengths of strings and positions in them."""
+
 FIXED: Final[Mapping[str, Fixed]] = {
     "LEN": _text("LENGTH({0})", (_TEXT,), ("STR",), _E.INT),
     "LEFT": _text("LEFT_OF({0}, {1})", (_TEXT, _E.INT), ("STR", "SIZE")),
