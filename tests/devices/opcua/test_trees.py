@@ -220,6 +220,7 @@ def answers(link: RecordedLink[opc.OpcUaMessage], request: opc.OpcUaMessage) -> 
     return answer
 
 
+@pytest.mark.long
 def test_long_comments_are_cut_and_many_names_of_an_enumeration_come_in_parts() -> None:
     names = ", ".join(f"value_{number}_{'x' * 20}" for number in range(1_000))
     text = (
