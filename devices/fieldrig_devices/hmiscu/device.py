@@ -70,7 +70,7 @@ class Hmiscu(Device):
             background,
         )
         self._variables = Variables(lambda: self._plc.program)
-        self._debuggee = PlcDebuggee(self._plc)
+        self._debuggee = PlcDebuggee(self._plc, background)
         self._debugging = DebugService(clock, self._debuggee)
         self._direct = None if settings.program else DirectBlocks(settings, self._fast.make)
         self._points: dict[str, Point] = dict(self._own_points())

@@ -7,8 +7,11 @@ reaches it, and the other tasks go on.  A pause stops all tasks where they are, 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 
+from fieldrig.background import Background, Bulk, Failure
+from fieldrig.clock import MS
 from fieldrig.device import Value
 from fieldrig_devices.iec import debugged_objects, debugged_scopes, tree
+from fieldrig_devices.iec.debug_builds import Order, make
 from fieldrig_devices.iec.debugged_scopes import Scope
 from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.library.texts import writer
@@ -28,6 +31,7 @@ from fieldrig_devices.languages.debugging.debuggee import (
     ThreadView,
     Variable,
 )
+from fieldrig_devices.languages.resumable import Code
 
 LANGUAGE = "IEC 61131-3"
 _BETWEEN = "the task is between two cycles: expected a breakpoint first"
@@ -38,7 +42,11 @@ class IecDebuggee:
 
     language = LANGUAGE
 
-    def __init__(self) -> None:
+    def __init__(self, background: Background | None = None) -> None:
+        """Prepare breakpoints in the `background`; without one, the device does it itself."""
+        self._background = background
+        self._prepared: Code | None = None
+        """The code whose breakpoints are prepared, or being prepared."""
         self.on_stop: Callable[[], None] = lambda: None
         self.on_load: Callable[[], None] = lambda: None
         self.on_sample: Callable[[], None] | None = None
@@ -111,12 +119,37 @@ class IecDebuggee:
         return [Frame(place.pou, place.file, place.line) for place in _thread(self._task(thread)).stack]
 
     def break_at(self, places: Mapping[str, set[int]]) -> Mapping[str, set[int]]:
-        return self._loaded().runtime.break_at(places)
+        runtime = self._loaded().runtime
+        found = runtime.break_at(places)
+        if any(found.values()):
+            self._prepare(runtime)
+        return found
+
+    def _prepare(self, runtime: Runtime) -> None:
+        """Make what breakpoints and steps need beside the device, so that its cycles go on."""
+        code, order = runtime.code, Order.of(runtime.compiled, runtime.code)
+        if self._background is None or self._prepared is code or order.is_small:
+            return
+        self._prepared = code
+
+        def on_done(found: Sequence[tuple[int, Bulk]] | Failure) -> None:
+            if runtime.code is not code:
+                return
+            if not isinstance(found, Failure):
+                code.adopt((number, build.data) for number, build in found)
+            runtime.is_preparing = False
+            runtime.watch()
+
+        runtime.is_preparing = True
+        runtime.watch()
+        self._background.run(make, order, on_done, virtual_ns=MS)
 
     # ---- going on
 
     def pause(self) -> None:
-        self._loaded().scheduler.stop()
+        program = self._loaded()
+        program.scheduler.stop()
+        self._prepare(program.runtime)
 
     def go_on(self) -> None:
         """Continue all tasks that are halted by a breakpoint, and all tasks after a pause."""

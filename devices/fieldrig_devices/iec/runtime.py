@@ -54,12 +54,15 @@ class Runtime:
         self.memory = self._memory.cells
         self._forced: dict[str, tuple[Symbol, Value]] = {}
         self._stops: dict[str, set[int]] = {}
+        self.is_preparing = False
+        """True while another process prepares the code for breakpoints; until then the program does not stop there."""
         self.threads: WeakSet[Thread] = WeakSet()
         self._use(compiled)
         self.initialise(Start.COLD)
 
     def _use(self, compiled: Compiled) -> None:
         self.compiled, self.symbols = compiled, compiled.symbols
+        self.is_preparing = False
         lowered = compiled.code
         self._memory.grow(compiled.layout.end)
         self._memory.use_forms(lowered.forms)
@@ -310,9 +313,14 @@ class Runtime:
             lines = self.code.stop_in(number, self._stops.get(file, set()))
             if lines:
                 found[file] |= lines
-        for thread in self.threads:
-            thread.is_watched = any(found.values())
+        self.watch()
         return found
+
+    def watch(self) -> None:
+        """Let the threads stop at the breakpoints, unless these are being prepared."""
+        is_watched = not self.is_preparing and any(map(any, self.code.stops))
+        for thread in self.threads:
+            thread.is_watched = is_watched
 
     @property
     def has_breakpoints(self) -> bool:

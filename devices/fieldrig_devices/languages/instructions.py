@@ -124,7 +124,7 @@ class Routine:
         self.fast = b""
         """The FAST build, if it has been made in advance; and where it can be entered."""
         self.fast_leaders: frozenset[int] = frozenset()
-        self.for_debugging = b""
+        self.for_debugging: bytes | bytearray | memoryview = b""
         """A pickled `ForDebugging`, if it has been made in advance."""
         self.targets = {
             pc: instruction.targets for pc, instruction in enumerate(instructions) if isinstance(instruction, Switch)

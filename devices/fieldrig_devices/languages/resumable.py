@@ -18,7 +18,7 @@ Each routine has three builds, made when they are first needed:
 
 import marshal
 import pickle
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -71,8 +71,13 @@ class Texts:
         self._inlining = Inlining(routines, numbers)
         self.blocks: Callable[[int, Build], list[Block]] = cache(self._blocks)
         self.leaders: Callable[[int, Build], frozenset[int]] = cache(self._leaders)
+        self._ready: dict[int, ForDebugging] = {}
 
-        self._debugging: Callable[[int], ForDebugging | None] = cache(lambda number: routines[number].debugging())
+    def _debugging(self, number: int) -> ForDebugging | None:
+        """Return what has been made in advance for breakpoints and single steps, also since the last call."""
+        if number not in self._ready and (found := self.routines[number].debugging()) is not None:
+            self._ready[number] = found
+        return self._ready.get(number)
 
     def _blocks(self, number: int, build: Build) -> list[Block]:
         inlined = self._inlining.calls(number) if build is Build.FAST else {}
@@ -171,6 +176,8 @@ class Code:
         """Calls that were in progress when the last run ended, innermost first; the task clears the list."""
         self.entered = Activation(0, 0, 0, 0)
         """The routine that the task has to enter after a CALL."""
+        self.called: set[int] = set()
+        """The numbers of the routines that have been called."""
         self.stops = [[0] * len(routine.lines) for routine in self.routines]
         self.names = names
         self._texts = Texts(self.routines, self.numbers, names, rules)
@@ -186,6 +193,11 @@ class Code:
                 f"routine_{number}": function for number, function in enumerate(functions)
             }
         return self._functions[build]
+
+    def adopt(self, builds: Iterable[tuple[int, bytes | bytearray | memoryview]]) -> None:
+        """Take what another process has made of routines for breakpoints and single steps, by their numbers."""
+        for number, build in builds:
+            self.routines[number].for_debugging = build
 
     def compile(self, build: Build = Build.FAST) -> None:
         """Compile all routines now, while nothing runs, and not when they are first called."""
@@ -207,6 +219,7 @@ class Code:
         return lambda pc, n, frame, base: self._load(number, build)(pc, n, frame, base)
 
     def _load(self, number: int, build: Build) -> Function:
+        self.called.add(number)
         scope = self._scopes[build]
         scope |= {**self._texts.tables(number), f"stops_{number}": self.stops[number]}
         code = self._texts.in_advance(number, build) or self._texts.compiled(number, build)

@@ -126,7 +126,7 @@ class Max4(Device):
         """The CAN bus, which the CANopen master and the nodes of the controller share."""
         self._field_buses = FieldBuses(clock, self, settings, modbus or [], self.can)
         self.plc = Plc(clock, self, background)
-        self._debugging = DebugService(clock, PlcDebuggee(self))
+        self._debugging = DebugService(clock, PlcDebuggee(self, background))
         self._field_buses.add_objects(self.tree)
         self.plc.check_settings()
         self.opcua = None if opcua is None else OpcUaNodes(self, opcua)

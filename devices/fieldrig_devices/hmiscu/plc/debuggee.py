@@ -6,6 +6,7 @@ A trace has a sample at the end of each cycle of a task.
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from fieldrig.background import Background
 from fieldrig_devices.hmiscu.plc.mast import MastProgram
 from fieldrig_devices.iec.debuggee import IecDebuggee
 from fieldrig_devices.languages.debugging.debuggee import Reset
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
 class PlcDebuggee(IecDebuggee):
     """The program of one controller."""
 
-    def __init__(self, plc: "Plc") -> None:
-        super().__init__()
+    def __init__(self, plc: "Plc", background: Background) -> None:
+        super().__init__(background)
         self._plc = plc
         plc.on_stop = lambda task: self.on_stop()
 

@@ -7,6 +7,7 @@ real-time process (6967-6969), so it has a sample in each of its cycles.
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
+from fieldrig.background import Background
 from fieldrig_devices.iec.debuggee import IecDebuggee
 from fieldrig_devices.languages.debugging.debuggee import Reset
 from fieldrig_devices.languages.source_file import SourceFile
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 class PlcDebuggee(IecDebuggee):
     """The programs of one controller."""
 
-    def __init__(self, controller: "Max4") -> None:
-        super().__init__()
+    def __init__(self, controller: "Max4", background: Background) -> None:
+        super().__init__(background)
         self._controller, self._plc = controller, controller.plc
         self._sample: Callable[[], None] | None = None
         self._is_sampled = False

@@ -268,6 +268,47 @@ def test_a_download_that_does_not_fit_on_the_disk_says_so(bench: PlcBench, is_on
     assert ask(bench, "state")["problem"] == ""
 
 
+LARGE = (
+    "PROGRAM Main\nVAR a, b : DINT; END_VAR\na := a + 1;\n"
+    + "IF a > 0 THEN b := b + 1; END_IF\n" * 100
+    + "END_PROGRAM\n"
+    + task_of("Main")
+)
+
+
+def test_breakpoints_of_a_large_program_are_prepared_beside_the_controller(tmp_path: Path) -> None:
+    bench = PlcBench(tmp_path, LARGE).run(100)
+    routines = bench.loaded.runtime.code.routines
+    assert not any(routine.for_debugging for routine in routines)
+    assert ask(bench, "breakpoints", file=FILE, breakpoints=[{"line": 50}]) == {"lines": [50]}
+    assert not any(routine.for_debugging for routine in routines)
+    assert not any(thread.is_watched for thread in bench.loaded.runtime.threads)
+    bench.run(40)
+    assert [bool(routine.for_debugging) for routine in routines].count(True) == 1, "the one that is called"
+    assert place(bench) == [("Main", 50)]
+    ask(bench, "step", thread=1, kind="over")
+    bench.run(5)
+    assert place(bench) == [("Main", 51)]
+    text = ask(bench, "source", file=FILE)["text"]
+    ask(bench, "breakpoints", file=FILE, breakpoints=[])
+    ask(bench, "continue")
+    ask(bench, "part", file=FILE, text=text.replace("a + 1", "a + 2"))
+    ask(bench, "download", online=True)
+    bench.run(3_000)
+    ask(bench, "breakpoints", file=FILE, breakpoints=[{"line": 60, "condition": "a > 1000"}])
+    ask(bench, "write", values={"Main.a": 900})
+    bench.run(2_000)
+    assert place(bench) == [("Main", 60)]
+    assert bench.value("Main.a") in (1001, 1002)
+
+
+def test_a_pause_prepares_steps_as_well(tmp_path: Path) -> None:
+    bench = PlcBench(tmp_path, LARGE).run(100)
+    ask(bench, "pause")
+    bench.run(10)
+    assert any(routine.for_debugging for routine in bench.loaded.runtime.code.routines)
+
+
 def test_a_trace_outlives_its_variables(bench: PlcBench) -> None:
     stop_at(bench, IN_FUNCTION)
     ask(bench, "record", names=["@1:0.x", "Main.b", "Other.n"], trigger={"name": "@1:0.x", "level": 1e9})
