@@ -108,6 +108,7 @@ def test_a_part_that_a_value_does_not_have_is_refused(dialect: Dialect, body: st
             "s : STRING(5); END_VAR VAR c : CHAR; END_VAR c := s[6]; VAR",
             "the index 6 is outside the array; expected 1 to 5",
         ),
+        (CODESYS, "b : BOOL R_EDGE;", "R_EDGE is not supported; expected ;"),
         (EDITION_3, "AT %MX8.0 : BOOL;", "got AT; expected a name in front of AT"),
     ],
 )

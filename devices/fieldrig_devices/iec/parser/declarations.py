@@ -224,6 +224,13 @@ class Declarations(Types):
         if self.is_next_line() or self.kinds[self.i] in _ENDS:
             self.missing(";")
             return
+        if self.is_word("R_EDGE") or self.is_word("F_EDGE"):
+            word = self.texts[self.i].upper()
+            hint = f"Declare an instance of {word[0]}_TRIG, and call it with the input."
+            self.say(self.i, f"{word} is not supported", ";", hint)
+            self.i += 1
+            self.accept(";")
+            return
         raise self.unexpected(
             ";", "Two declarations are separated by a semicolon." if self.kinds[self.i] == token.NAME else ""
         )
