@@ -1,9 +1,9 @@
 """Properties of function blocks: reading and writing one runs the code of its GET and SET."""
 
 import pytest
-from iec_program import IecBench, refused
+from iec_program import IecBench, program, refused
 
-from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4, Dialect
 
 TANKS = """
 FUNCTION_BLOCK Tank
@@ -101,3 +101,24 @@ def test_a_property_needs_an_accessor_and_a_block() -> None:
     alone = "PROPERTY P : INT GET P := 1; END_GET END_PROPERTY"
     assert any("the property P belongs to no POU" in message for message in refused(alone, EDITION_3))
     assert any("PROPERTY" in message for message in refused(TANKS, EPAS_4))
+
+
+@pytest.mark.parametrize("dialect", [EDITION_3, CODESYS])
+def test_a_property_of_an_interface_without_accessors_can_be_read(dialect: Dialect) -> None:
+    text = """
+        INTERFACE IDevice
+        PROPERTY Number : INT
+        END_PROPERTY
+        END_INTERFACE
+        FUNCTION_BLOCK Drive IMPLEMENTS IDevice
+        PROPERTY Number : INT GET Number := 7; END_GET END_PROPERTY
+        END_FUNCTION_BLOCK
+    """
+    variables = "drive : Drive; device : IDevice; n : INT;"
+    bench = IecBench(text + program(variables, "device := drive; n := device.Number;"), dialect)
+    bench.cycle()
+    assert bench["n"] == 7
+    found = refused(text + program(variables, "device := drive; device.Number := 3;"), dialect)
+    assert any("Number" in message for message in found), found
+    found = refused(text.replace("GET Number := 7; END_GET", "SET ; END_SET") + program("", ""), dialect)
+    assert any("Number" in message for message in found), found

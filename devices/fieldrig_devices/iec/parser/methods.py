@@ -18,12 +18,15 @@ MODIFIERS: Final = tree.ACCESS | {"ABSTRACT", "FINAL", "OVERRIDE"}
 class Methods(Configurations):
     """Reads methods and properties."""
 
-    def methods(self) -> list[tree.Method]:
+    def methods(self, is_interface: bool = False) -> list[tree.Method]:
         """Read a method, or the parts of a property."""
-        return [self.method()] if self.kinds[self.i] == "METHOD" else self._property()
+        return [self.method()] if self.kinds[self.i] == "METHOD" else self._property(is_interface)
 
-    def _property(self) -> list[tree.Method]:
-        """Read PROPERTY name : type GET ... END_GET SET ... END_SET END_PROPERTY."""
+    def _property(self, is_interface: bool) -> list[tree.Method]:
+        """Read PROPERTY name : type GET ... END_GET SET ... END_SET END_PROPERTY.
+
+        A property of an interface with neither can be read.
+        """
         opening = self.i
         self.gather()
         front = self.taken()
@@ -34,7 +37,11 @@ class Methods(Configurations):
         found: list[tree.Method] = []
         while self.is_word("GET") or self.is_word("SET"):
             found.append(self._accessor(head))
-        if not found:
+        if not found and is_interface and head.name:
+            found.append(
+                tree.Method(head.name, head.result, (), tree.StBody(()), head.modifiers, "GET", place=head.place)
+            )
+        elif not found:
             self.say(opening, f"the property {head.name} cannot be read or written", "GET ... END_GET")
         self._end("END_PROPERTY", opening, "PROPERTY")
         self.depth -= 1

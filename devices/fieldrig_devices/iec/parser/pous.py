@@ -109,7 +109,7 @@ class Units(Methods):
             self.accept(";")
         methods: list[tree.Method] = []
         while self.kinds[self.i] in ("METHOD", "PROPERTY"):
-            methods += self.methods()
+            methods += self.methods(is_interface=True)
         self._end("END_INTERFACE", opening, "INTERFACE")
         found = tree.Interface(name, extends, tuple(methods), place=self.places[opening])
         found.comments, found.remark = front, self.remark()
