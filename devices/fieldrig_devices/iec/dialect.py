@@ -67,6 +67,8 @@ class Dialect:
     """`AND(a, b, c)` and `MOD(a, b)`: keywords that are called like functions (edition 3, Std_Func_Name)."""
     has_enable: bool = False
     """EN and ENO in calls of ST and IL, and ENO in bodies (edition 3, 6.6.1.5); today's tools draw them in networks."""
+    has_edges: bool = False
+    """`VAR_INPUT start : BOOL R_EDGE;` (edition 3, 6.6.3.3)."""
     allows_time_fractions: bool = False
     """T#1.5s."""
     allows_negative_times: bool = False
@@ -161,6 +163,7 @@ EDITION_3: Final = Dialect(
     has_void_functions=True,
     has_operator_calls=True,
     has_enable=True,
+    has_edges=True,
     allows_time_fractions=True,
     allows_negative_times=True,
     allows_time_overflow=True,
@@ -187,6 +190,7 @@ CODESYS: Final = replace(
     has_characters_of_strings=False,
     has_operator_calls=False,
     has_enable=False,
+    has_edges=False,
     reads_locals=True,
     indexes_pointers=True,
     mixes_integers=True,

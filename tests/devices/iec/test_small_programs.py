@@ -108,7 +108,8 @@ def test_a_part_that_a_value_does_not_have_is_refused(dialect: Dialect, body: st
             "s : STRING(5); END_VAR VAR c : CHAR; END_VAR c := s[6]; VAR",
             "the index 6 is outside the array; expected 1 to 5",
         ),
-        (CODESYS, "b : BOOL R_EDGE;", "R_EDGE is not supported; expected ;"),
+        (CODESYS, "b : BOOL R_EDGE;", "R_EDGE is not known in this dialect; expected ;"),
+        (EDITION_3, "b : BOOL R_EDGE;", "b has R_EDGE; expected it in VAR_INPUT of a function block or program"),
         (EDITION_3, "AT %MX8.0 : BOOL;", "got AT; expected a name in front of AT"),
     ],
 )

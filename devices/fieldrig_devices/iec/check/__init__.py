@@ -16,7 +16,7 @@ reported once in each body, and what depends on it is left alone.
 from collections.abc import Callable, Collection, Sequence
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import bodies, configured, enable, whole
+from fieldrig_devices.iec.check import bodies, configured, edges, enable, whole
 from fieldrig_devices.iec.check.declarations import Declarations
 from fieldrig_devices.iec.check.dispatch import Dispatchers
 from fieldrig_devices.iec.check.project import Project
@@ -63,6 +63,7 @@ def check(
         on_progress(number + 1, len(project.sources))
     startup.finish()
     dispatchers.finish()
+    edges.begin_bodies(project)
     enable.begin_bodies(project)
     whole.check(project, declarations.variables.lists)
     types = declarations.specs.declared()

@@ -60,6 +60,18 @@ class Lineage:
     """The methods by name with their levels, the valid one first."""
 
 
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """An input with R_EDGE or F_EDGE, and two hidden variables of the instance."""
+
+    input: Variable
+    seen: Variable
+    """The variable that the body means by the name of the input."""
+    before: Variable
+    """The signal of the previous call: the input itself, or its opposite for falling edges."""
+    is_falling: bool
+
+
 @dataclass(slots=True, eq=False)
 class PouSource:
     """A POU and where it comes from."""
@@ -72,6 +84,7 @@ class PouSource:
     inputs: list[Variable] = field(default_factory=list)
     """VAR_INPUT and VAR_IN_OUT, in the order of their declaration."""
     outputs: list[Variable] = field(default_factory=list)
+    edges: list[Edge] = field(default_factory=list)
     outer: "PouSource | None" = None
     """The function block or program of a method, whose names it knows too."""
     line: "Lineage | None" = None

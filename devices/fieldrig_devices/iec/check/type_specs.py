@@ -228,6 +228,8 @@ class TypeSpecs:
             self._project.types[name] = kind
         self.structures.append((kind, spec, context))
         for part in spec.fields:
+            if part.edge:
+                context.say(part, f"{part.name} has {part.edge}", "it in VAR_INPUT of a function block or program")
             if part.location is not None and self._project.dialect.allows_open_addresses:
                 hint = f"the address of {part.name} in a structure is left out"
                 context.note(part, hint, "link a variable to the address, and copy it in the program")

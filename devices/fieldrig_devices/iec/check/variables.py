@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, dispatch, enable, open_arrays
+from fieldrig_devices.iec.check import access, dispatch, edges, enable, open_arrays
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import location
 from fieldrig_devices.iec.check.project import UNKNOWN, Pending, PouSource, Project, Start
@@ -144,7 +144,8 @@ class Variables:
             source.names[name] = self._of_instance(node, block, source, context)
             return
         made = self._make(node, block, self._space(block.section, source.pou.kind), block.section, source, context)
-        source.names[name] = source.pou.variables[name] = made
+        source.pou.variables[name] = made
+        source.names[name] = edges.in_body(self._project, source, made, node)
         if made.section is Section.LOCAL and home.kind.has_instances:
             access.guard(self._project, made, (block.access,), home, level)
         if made.section in (Section.INPUT, Section.IN_OUT):
@@ -215,6 +216,7 @@ class Variables:
         )
         self._project.declared[made] = node
         self._check_type(made, node, source, context)
+        edges.check(source, made, node, context)
         if node.location is not None:
             self._locate(made, node.location, source, context)
         if node.initial is None:

@@ -174,9 +174,21 @@ class Declarations(Types):
             hint = "A name has letters, digits and underscores only." if self.kinds[self.i] in ("-", "/", "+") else ""
             raise self.unexpected(": and a type", hint)
         spec = self.type_spec()
+        edge = self._edge()
         initial = self._initial(spec)
         self._end_of_declaration(spec)
-        return [tree.Variable(name, spec, initial, location, place=place) for name, place in names]
+        return [tree.Variable(name, spec, initial, location, edge, place=place) for name, place in names]
+
+    def _edge(self) -> str:
+        """Read R_EDGE or F_EDGE, if it is there."""
+        if not self.is_word("R_EDGE") and not self.is_word("F_EDGE"):
+            return ""
+        word = self.texts[self.i].upper()
+        if not self.dialect.has_edges:
+            hint = f"Call an instance of {word[0]}_TRIG with the input, or choose the dialect edition-3."
+            self.say(self.i, f"{word} is not known in this dialect", ";", hint)
+        self.i += 1
+        return word if self.dialect.has_edges else ""
 
     def _is_reserved(self, name: str) -> bool:
         """True for the name of an elementary type; LINT is a name where that type is not known (manual 1284)."""
@@ -223,13 +235,6 @@ class Declarations(Types):
             return
         if self.is_next_line() or self.kinds[self.i] in _ENDS:
             self.missing(";")
-            return
-        if self.is_word("R_EDGE") or self.is_word("F_EDGE"):
-            word = self.texts[self.i].upper()
-            hint = f"Declare an instance of {word[0]}_TRIG, and call it with the input."
-            self.say(self.i, f"{word} is not supported", ";", hint)
-            self.i += 1
-            self.accept(";")
             return
         raise self.unexpected(
             ";", "Two declarations are separated by a semicolon." if self.kinds[self.i] == token.NAME else ""

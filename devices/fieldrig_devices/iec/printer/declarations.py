@@ -54,7 +54,8 @@ def _variable(lines: Lines, variable: tree.Variable) -> None:
     at = f" AT {direct_text(variable.location)}" if variable.location is not None else ""
     lines.add(f"{variable.name}{at} : ")
     _spec(lines, variable.type)
-    lines.append(f"{_initial(variable.initial, variable.type)};")
+    edge = f" {variable.edge}" if variable.edge else ""
+    lines.append(f"{edge}{_initial(variable.initial, variable.type)};")
 
 
 def _arguments(arguments: tuple[tree.Argument, ...]) -> str:

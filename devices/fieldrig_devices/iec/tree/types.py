@@ -113,3 +113,5 @@ class Variable(Statement):
     initial: Initial | None = None
     location: Direct | None = None
     """The address behind AT.  An incomplete one, %I* of VAR_CONFIG programs, has no numbers."""
+    edge: str = ""
+    """R_EDGE or F_EDGE."""
