@@ -80,6 +80,7 @@ FIXED: Final[Mapping[str, Fixed]] = {
     "FIND": _text("FOUND({0}, {1})", (_TEXT, _TEXT), ("STR1", "STR2"), _E.INT),
     # Time since the start of the controller in ms; the run time gives `now_ms`.
     "TIME": Fixed((), _E.TIME, Implementation(f"(now_ms() & {_MASK})", REAL_NS)),
+    "LTIME": Fixed((), _E.LTIME, Implementation("(now_ms() * 1000000)", REAL_NS)),
     # Bits of util.lib.
     "EXTRACT": Fixed((_E.DWORD, _E.BYTE), _E.BOOL, Implementation("({0} // TWO[MIN({1}, 32)] & 1 == 1)"), ("X", "N")),
     "PUTBIT": Fixed(

@@ -2,7 +2,8 @@
 
 The counters and bistables exist twice: CoDeSys names their inputs RESET, LOAD and SET1, edition 3 of the standard names
 them R, LD and S1. Edition 3 also has counters for larger types: CTU_DINT and so on, and functions for the parts of
-dates. For programs of TwinCAT there is a part of its libraries.
+dates. Timers for LTIME are LTON and so on in CODESYS, and TON_LTIME and so on in edition 3, which has TON_TIME as well.
+For programs of TwinCAT there is a part of its libraries.
 """
 
 import re
@@ -24,17 +25,32 @@ LARGE: Final = (Elementary.DINT, Elementary.UDINT, Elementary.LINT, Elementary.U
 @cache
 def sources(dialect: str) -> tuple[tuple[str, str], ...]:
     """Return the names and texts of the files for the dialect with this name."""
+    names = ("standard.st", "counters.st", "util.st")
+    if dialect == CODESYS:
+        found = [(name, _text(name)) for name in (*names, "system.st")]
+        return (*found, ("timers_ltime.st", _timers(r"L\1", Elementary.LTIME)))
     if dialect != EDITION_3:
-        files_of_today = ("system.st",) if dialect == CODESYS else ()
-        return tuple((name, _text(name)) for name in ("standard.st", "counters.st", "util.st", *files_of_today))
+        return tuple((name, _text(name)) for name in names)
     counters = _text("counters_edition_3.st")
     large = tuple((f"counters_{kind.name.lower()}.st", _counters_of(kind, counters)) for kind in LARGE)
     others = tuple((name, _text(name)) for name in ("standard.st", "dates_edition_3.st", "util.st"))
-    return (*others, ("counters.st", counters), *large)
+    kinds = (Elementary.TIME, Elementary.LTIME)
+    timers = tuple((f"timers_{kind.name.lower()}.st", _timers(rf"\1_{kind.name}", kind)) for kind in kinds)
+    return (*others, ("counters.st", counters), *large, *timers)
 
 
 def _text(name: str) -> str:
     return (files(library) / name).read_text(encoding="ascii")
+
+
+def _timers(name: str, kind: Elementary) -> str:
+    """The timers for TIME or LTIME, whose names `name` makes of TON, TOF and TP."""
+    text, pattern = _text("standard.st"), r"^FUNCTION_BLOCK T\w+\n.*?^END_FUNCTION_BLOCK\n"
+    joined = "\n".join(re.findall(pattern, text, re.MULTILINE | re.DOTALL))
+    for begin, end in ((": ", ";"), ("", "()")):
+        joined = joined.replace(f"{begin}TIME{end}", f"{begin}{kind.name}{end}")
+    joined = joined.replace("T#", f"{kind.name}#")
+    return re.sub(r"^FUNCTION_BLOCK (T\w+)", rf"FUNCTION_BLOCK {name}", joined, flags=re.MULTILINE)
 
 
 def _counters_of(kind: Elementary, text: str) -> str:

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from library_bench import Bench
 
-from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4, Dialect
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4, Dialect
 from fieldrig_devices.iec.library.sources import sources
 from fieldrig_devices.iec.types import Elementary, Value
 
@@ -330,6 +330,31 @@ def test_a_timer_runs_over_the_end_of_the_clock() -> None:
     check(bench, 2**32 - 100, {"IN": True, "PT": 500}, {"Q": False, "ET": 0})
     check(bench, 2**32 + 399, {}, {"Q": False, "ET": 499})
     check(bench, 2**32 + 400, {}, {"Q": True, "ET": 500})
+
+
+DAY_MS = 86_400_000
+MS_NS = 1_000_000
+
+
+@pytest.mark.parametrize(("dialect", "form"), [(EDITION_3, "{}_LTIME"), (CODESYS, "L{}")], ids=["edition-3", "codesys"])
+def test_timers_for_ltime_count_nanoseconds_for_any_number_of_days(dialect: Dialect, form: str) -> None:
+    pt = 60 * DAY_MS * MS_NS
+    on, off, pulse = (bench_for(form.format(block), dialect) for block in ("TON", "TOF", "TP"))
+    check(on, 10, {"IN": True, "PT": pt}, {"Q": False, "ET": 0})
+    check(on, 10 + 50 * DAY_MS, {}, {"Q": False, "ET": 50 * DAY_MS * MS_NS})
+    check(on, 10 + 60 * DAY_MS, {}, {"Q": True, "ET": pt})
+    check(off, 10, {"IN": True, "PT": pt}, {"Q": True, "ET": 0})
+    check(off, 20, {"IN": False}, {"Q": True, "ET": 0})
+    check(off, 20 + 60 * DAY_MS - 1, {}, {"Q": True, "ET": pt - MS_NS})
+    check(off, 20 + 60 * DAY_MS, {}, {"Q": False, "ET": pt})
+    check(pulse, 10, {"IN": True, "PT": pt}, {"Q": True, "ET": 0})
+    check(pulse, 10 + 60 * DAY_MS, {"IN": False}, {"Q": False, "ET": 0})
+
+
+def test_edition_3_names_timers_by_their_type_too() -> None:
+    bench = bench_for("TON_TIME", EDITION_3)
+    check(bench, 0, {"IN": True, "PT": 500}, {"Q": False, "ET": 0})
+    check(bench, 500, {}, {"Q": True, "ET": 500})
 
 
 # ---- util.lib
