@@ -84,6 +84,7 @@ def formal_names(name: str, count: int) -> tuple[str, ...]:
     if key in fixed.FIXED and fixed.FIXED[key].names:
         return fixed.FIXED[key].names[:count]
     known = {
+        "ATAN2": ("Y", "X"),
         "SEL": ("G", "IN0", "IN1"),
         "LIMIT": ("MN", "IN", "MX"),
         "MUX": ("K", *(f"IN{number}" for number in range(count - 1))),
@@ -129,6 +130,20 @@ def _real_function(name: str, arguments: Sequence[Argument], wanted: Type | None
     if kind is None or len(arguments) != 1:
         return _expected(name, "one number", arguments)
     return _overload(f"{name}.{kind}", [kind], kind)
+
+
+def _angle(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
+    kind = _real_kind(arguments, wanted)
+    if kind is None or len(arguments) != 2:
+        return _expected(name, "two numbers", arguments)
+    return _overload(f"{name}.{kind}", [kind, kind], kind)
+
+
+def _is_valid(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
+    kind = _real_kind(arguments, wanted)
+    if kind is None or len(arguments) != 1:
+        return _expected(name, "one number", arguments)
+    return _overload(f"{name}.{kind}", [kind], Elementary.BOOL)
 
 
 def _power(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
@@ -289,6 +304,8 @@ def _bcd_conversion(name: str, arguments: Sequence[Argument]) -> Overload | str:
 _RULES: Final[dict[str, Callable[[str, Sequence[Argument], Type | None], Overload | str]]] = {
     "ABS": _absolute,
     **dict.fromkeys(REAL_FUNCTIONS, _real_function),
+    "ATAN2": _angle,
+    "IS_VALID": _is_valid,
     "EXPT": _power,
     **dict.fromkeys(SHIFTS, _shift),
     "SEL": _selection,

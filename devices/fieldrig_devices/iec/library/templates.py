@@ -20,6 +20,8 @@ IMPLEMENTATIONS: Final[Mapping[str, object]] = {
     "INTEGER_TO_BCD": integers.integer_to_bcd,
     "POWER": reals.power,
     "SINGLE": reals.single,
+    "ATAN2": reals.ATAN2,
+    "IS_VALID": reals.IS_VALID,
     **{
         name: getattr(reals, name) for name in ("SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT", "EXP", "LN", "LOG")
     },
@@ -44,6 +46,11 @@ def _absolute_python(_: str, kind: Elementary) -> Implementation:
 def _real_python(name: str, kind: Elementary) -> Implementation:
     call = f"{name}({{0}})"
     return Implementation(f"SINGLE({call})" if kind is Elementary.REAL else call, REAL_NS)
+
+
+def _angle_python(_: str, kind: Elementary) -> Implementation:
+    call = "ATAN2({0}, {1})"
+    return Implementation(f"SINGLE({call})" if kind is Elementary.REAL else call, 2 * REAL_NS)
 
 
 def _power_python(_: str, kind: Elementary) -> Implementation:
@@ -73,6 +80,8 @@ def _truncate_python(_: str, kind: Elementary) -> Implementation:
 _TEMPLATES: Final[dict[str, Callable[[str, Elementary], Implementation]]] = {
     "ABS": _absolute_python,
     **dict.fromkeys(REAL_FUNCTIONS, _real_python),
+    "ATAN2": _angle_python,
+    "IS_VALID": lambda *_: Implementation("IS_VALID({0})", REAL_NS),
     "EXPT": _power_python,
     **dict.fromkeys(SHIFTS, _shift_python),
     "SEL": lambda *_: Implementation("({2} if {0} else {1})"),
