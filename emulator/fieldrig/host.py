@@ -46,6 +46,9 @@ LIFELINE = 0
 WAITING_S = 3600.0
 """Time limit of a supervised process; in practice its supervisor gives up first."""
 REALTIME_PRIORITY = 10
+COLLECTION = (10_000, 20, 50)
+"""Thresholds of the search for circular garbage.  By Python's own ones it looks through a large program several times
+while a controller takes it over, and so costs cycles of a ring."""
 
 
 class Host:
@@ -110,6 +113,7 @@ class Host:
             control.serve(f"device/{device_name}/*", answers(RealPoints(device_name, device, process.clock)))
         gc.collect()
         gc.freeze()  # what is there now stays: later collections needn't look at it
+        gc.set_threshold(*COLLECTION)
         self._state = "ready"
         step("ready")
         finish()
