@@ -44,14 +44,15 @@ def match_arguments(
     """Return the arguments by parameter; None after a message about the call as a whole."""
     matched = Arguments()
     is_whole = True
+    pins = _pins(pou, inputs, outputs) if of.context.project.dialect.has_calls_by_position else inputs
     for position, argument in enumerate(node.arguments):
-        placed = _at_position(of, argument, position, pou, inputs, outputs)
-        if placed is not None and argument.value is not None:
-            matched.outputs.append((placed, argument.value, False))
+        is_placed = not argument.name and position < len(pins) and pins[position] in outputs
+        if is_placed and argument.value is not None:
+            matched.outputs.append((pins[position], argument.value, False))
         elif argument.is_output or (argument.name and _is_output(of, argument.name, outputs)):
             is_whole = _output(of, argument, pou, outputs, matched) and is_whole
         elif argument.value is not None:
-            found = _parameter(of, argument, position, pou, inputs, outputs)
+            found = _parameter(of, argument, position, pou, inputs, pins)
             if found is not None and found in matched.inputs:
                 of.context.say(argument, f"the argument {found.name} is given twice", "one value for each input")
                 found = None
@@ -60,21 +61,6 @@ def match_arguments(
             else:
                 matched.inputs[found] = argument.value
     return matched if is_whole and not _misses(of, node, pou, inputs, matched) else None
-
-
-def _at_position(
-    of: "Expressions",
-    argument: tree.Argument,
-    position: int,
-    pou: Pou,
-    inputs: Sequence[Variable],
-    outputs: Sequence[Variable],
-) -> Variable | None:
-    """Return the output that an argument without a name belongs to; None for an input."""
-    if argument.name or not of.context.project.dialect.has_calls_by_position:
-        return None
-    pins = _pins(pou, inputs, outputs)
-    return pins[position] if position < len(pins) and pins[position] in outputs else None
 
 
 def _pins(pou: Pou, inputs: Sequence[Variable], outputs: Sequence[Variable]) -> list[Variable]:
@@ -110,8 +96,9 @@ def _parameter(
     position: int,
     pou: Pou,
     inputs: Sequence[Variable],
-    outputs: Sequence[Variable],
+    pins: Sequence[Variable],
 ) -> Variable | None:
+    """Return the input of an argument; `pins` are those that arguments without names belong to, in their order."""
     context = of.context
     is_by_position = context.project.dialect.has_calls_by_position
     compared = _compared(of, argument, inputs, is_certain=pou.kind is not PouKind.FUNCTION and not is_by_position)
@@ -135,7 +122,6 @@ def _parameter(
         )
         context.say(argument, f"{pou.name} is called with an argument without a name", example)
         return None
-    pins = _pins(pou, inputs, outputs) if is_by_position else inputs
     if position >= len(pins):
         if position == len(pins):
             context.say(argument, f"too many arguments for {pou.name}", f"{len(inputs)} arguments")

@@ -43,21 +43,23 @@ def _absolute_python(_: str, kind: Elementary) -> Implementation:
     return Implementation("ABS({0})")
 
 
+def _rounded(call: str, kind: Elementary, cost_ns: int) -> Implementation:
+    """A call whose result is rounded to single precision for REAL."""
+    return Implementation(f"SINGLE({call})" if kind is Elementary.REAL else call, cost_ns)
+
+
 def _real_python(name: str, kind: Elementary) -> Implementation:
-    call = f"{name}({{0}})"
-    return Implementation(f"SINGLE({call})" if kind is Elementary.REAL else call, REAL_NS)
+    return _rounded(f"{name}({{0}})", kind, REAL_NS)
 
 
 def _angle_python(_: str, kind: Elementary) -> Implementation:
-    call = "ATAN2({0}, {1})"
-    return Implementation(f"SINGLE({call})" if kind is Elementary.REAL else call, 2 * REAL_NS)
+    return _rounded("ATAN2({0}, {1})", kind, 2 * REAL_NS)
 
 
 def _power_python(_: str, kind: Elementary) -> Implementation:
     if not kind.is_real:
         return Implementation(wrapped("INTEGER_POWER({0}, {1})", kind), REAL_NS)
-    call = "POWER({0}, {1})"
-    return Implementation(f"SINGLE({call})" if kind is Elementary.REAL else call, 2 * REAL_NS)
+    return _rounded("POWER({0}, {1})", kind, 2 * REAL_NS)
 
 
 def _shift_python(name: str, kind: Elementary) -> Implementation:
