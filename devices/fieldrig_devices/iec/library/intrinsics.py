@@ -97,6 +97,8 @@ def formal_names(name: str, count: int) -> tuple[str, ...]:
 
 # ---- the rules for argument types
 
+Rule = Callable[[str, Sequence[Argument], Type | None], Overload | str]
+
 
 def _expected(name: str, expected: str, arguments: Sequence[Argument]) -> str:
     got = ", ".join(str(argument) for argument in arguments) or "nothing"
@@ -125,25 +127,16 @@ def _real_kind(arguments: Sequence[Argument], wanted: Type | None) -> Elementary
     return Elementary.REAL
 
 
-def _real_function(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
-    kind = _real_kind(arguments, wanted)
-    if kind is None or len(arguments) != 1:
-        return _expected(name, "one number", arguments)
-    return _overload(f"{name}.{kind}", [kind], kind)
+def _of_reals(count: int, result: Elementary | None = None) -> Rule:
+    """The rule of a function of one or two real numbers, whose result has their type if it has no other one."""
 
+    def rule(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
+        kind = _real_kind(arguments, wanted)
+        if kind is None or len(arguments) != count:
+            return _expected(name, "one number" if count == 1 else "two numbers", arguments)
+        return _overload(f"{name}.{kind}", [kind] * count, result or kind)
 
-def _angle(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
-    kind = _real_kind(arguments, wanted)
-    if kind is None or len(arguments) != 2:
-        return _expected(name, "two numbers", arguments)
-    return _overload(f"{name}.{kind}", [kind, kind], kind)
-
-
-def _is_valid(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
-    kind = _real_kind(arguments, wanted)
-    if kind is None or len(arguments) != 1:
-        return _expected(name, "one number", arguments)
-    return _overload(f"{name}.{kind}", [kind], Elementary.BOOL)
+    return rule
 
 
 def _power(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
@@ -301,11 +294,11 @@ def _bcd_conversion(name: str, arguments: Sequence[Argument]) -> Overload | str:
     return _overload(f"TO_BCD.{kind}", [kind], result)
 
 
-_RULES: Final[dict[str, Callable[[str, Sequence[Argument], Type | None], Overload | str]]] = {
+_RULES: Final[dict[str, Rule]] = {
     "ABS": _absolute,
-    **dict.fromkeys(REAL_FUNCTIONS, _real_function),
-    "ATAN2": _angle,
-    "IS_VALID": _is_valid,
+    **dict.fromkeys(REAL_FUNCTIONS, _of_reals(1)),
+    "ATAN2": _of_reals(2),
+    "IS_VALID": _of_reals(1, Elementary.BOOL),
     "EXPT": _power,
     **dict.fromkeys(SHIFTS, _shift),
     "SEL": _selection,
