@@ -5,7 +5,7 @@ BIN := .venv/bin
 DRIVER := $(BIN)/python -m tests.driver
 
 .DEFAULT_GOAL := help
-.PHONY: help lab test test-fast check format fuzz bench pictures coverage-of-manuals mutation clean
+.PHONY: help lab test test-fast check format fuzz bench pictures coverage-of-manuals mutation lock clean
 .DELETE_ON_ERROR:
 
 help: ## list the targets
@@ -43,19 +43,21 @@ coverage-of-manuals: .venv/dev-installed ## list which rows of the manuals the t
 mutation: .venv/dev-installed ## change the code behind a sample of the rows and check that their tests fail; writes docs/mutation.md
 	@$(BIN)/python -m tests.mutation
 
+lock: .venv/bin/pip ## resolve the dependencies of pyproject.toml, and update the lock files and THIRD-PARTY.md
+	@$(BIN)/pip install --quiet uv
+	@$(BIN)/python tests/driver/lock.py
+
 clean: ## remove everything that make created
 	rm -rf .venv build dist run .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 	rm -rf tests/real/node/node_modules
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-.venv/installed: pyproject.toml | .venv/bin/pip
-	@echo "installing fieldrig into .venv"
-	@$(BIN)/pip install --quiet --editable .
+.venv/installed: pyproject.toml docker/requirements.lock | .venv/bin/pip
+	@$(BIN)/python tests/driver/install.py docker/requirements.lock
 	@touch $@
 
-.venv/dev-installed: pyproject.toml | .venv/bin/pip
-	@echo "installing fieldrig and its tools into .venv"
-	@$(BIN)/pip install --quiet --editable '.[dev]'
+.venv/dev-installed: pyproject.toml tests/requirements.lock | .venv/bin/pip
+	@$(BIN)/python tests/driver/install.py tests/requirements.lock
 	@touch .venv/installed $@
 
 .venv/bin/pip:

@@ -50,6 +50,7 @@ def _own_daemon(folder: Path) -> Iterator[Mapping[str, str]]:
         "DOCKER_HOST": f"unix://{folder}/docker.sock",
         "DOCKER_BUILDKIT": "0",
         "COMPOSE_DOCKER_CLI_BUILD": "0",
+        "FIELDRIG_BASE": BASE,  # by its tag: a stand-in has no digest
     }
     had_bridge = Path("/sys/class/net/docker0").exists()
     options = {"data-root": CACHE / "data", "exec-root": folder / "exec", "pidfile": folder / "dockerd.pid"}

@@ -1,0 +1,68 @@
+"""The parts of asyncua that are not public and that `fieldrig_bus.opcua.session` uses: a version that changes one fails.
+
+pyproject.toml allows one minor version, because these classes may change with the next.
+"""
+
+import inspect
+from collections.abc import Callable
+from importlib.metadata import version
+
+import pytest
+from asyncua.server.address_space import AddressSpace
+from asyncua.server.internal_server import InternalServer
+from asyncua.server.internal_session import InternalSession
+from asyncua.server.subscription_service import SubscriptionService
+
+from fieldrig_bus.opcua.session import Backend, Session
+
+OVERRIDDEN = [
+    (base, own, name)
+    for base, own in ((InternalServer, Backend), (InternalSession, Session))
+    for name, member in vars(own).items()
+    if inspect.isfunction(member) and not name.startswith("__") and name in dir(base)
+]
+CALLED: dict[Callable[..., object], tuple[str, ...]] = {
+    InternalServer.__init__: ("user_manager",),
+    InternalSession.__init__: ("internal_server", "aspace", "submgr", "name", "user", "external"),
+    AddressSpace.write_attribute_value: ("nodeid", "attr", "value"),
+    AddressSpace.get: ("nodeid",),
+}
+
+
+def test_sessions_override_what_they_are_meant_to() -> None:
+    names = {name for _, own, name in OVERRIDDEN if own is Session}
+    assert names == {
+        "browse",
+        "translate_browsepaths_to_nodeids",
+        "read",
+        "write",
+        "call",
+        "create_monitored_items",
+        "modify_monitored_items",
+        "delete_monitored_items",
+        "delete_subscriptions",
+        "close_session",
+    }
+    assert [name for _, own, name in OVERRIDDEN if own is Backend] == ["create_session"]
+
+
+@pytest.mark.parametrize(
+    ("base", "own", "name"), OVERRIDDEN, ids=[f"{own.__name__}.{name}" for _, own, name in OVERRIDDEN]
+)
+def test_an_overridden_method_has_the_parameters_of_the_library(base: type, own: type, name: str) -> None:
+    theirs, ours = (inspect.signature(getattr(one, name)) for one in (base, own))
+    assert list(ours.parameters) == list(theirs.parameters)
+    assert inspect.iscoroutinefunction(getattr(own, name)) == inspect.iscoroutinefunction(getattr(base, name))
+
+
+@pytest.mark.parametrize("function", CALLED, ids=lambda function: function.__qualname__)
+def test_a_called_method_has_the_parameters_that_are_passed(function: Callable[..., object]) -> None:
+    assert set(CALLED[function]) <= set(inspect.signature(function).parameters)
+
+
+def test_subscriptions_are_kept_by_number() -> None:
+    assert "subscriptions" in inspect.getsource(SubscriptionService.__init__)
+
+
+def test_the_version_is_the_one_that_was_read() -> None:
+    assert version("asyncua").startswith("2.1.")
