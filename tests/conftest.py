@@ -21,7 +21,17 @@ hypothesis.settings.register_profile("whole", USUAL, deadline=None, suppress_hea
 hypothesis.settings.register_profile("quick", USUAL, deadline=None, suppress_health_check=SLOWNESS, max_examples=10)
 hypothesis.settings.load_profile("whole")
 
+pytest_plugins = ["manual_rows"]
+TIME_LIMIT_S = 120
+"""For a test that states none."""
+
 pytest.register_assert_rewrite("can_link_laws")  # a suite of tests that has its place in tests/support
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("timeout") is None:
+        config.option.timeout = TIME_LIMIT_S
 
 
 @pytest.fixture

@@ -32,20 +32,6 @@ RigMaker = Callable[..., "Rig"]
 LiveRigMaker = Callable[..., "LiveRig"]
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addini("manual_rows", "TOML file with the rows that @pytest.mark.manual may name")
-    about = "say which rows of the manuals the tests that ran have shown"
-    parser.getgroup("fieldrig").addoption("--manual-rows", action="store_true", help=about)
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    if file := config.getini("manual_rows"):
-        from fieldrig.manual_rows import ManualRowsPlugin, RowList
-
-        row_list = RowList.load(config.rootpath / file)
-        config.pluginmanager.register(ManualRowsPlugin(row_list, report=config.getoption("manual_rows")))
-
-
 @pytest.fixture
 def fieldrig_rig() -> Iterator[RigMaker]:
     """Makes rigs of files (`str`, `Path`, with overrides such as "seed=3") or of dicts; closes them after the test."""

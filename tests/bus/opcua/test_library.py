@@ -1,4 +1,4 @@
-"""The parts of asyncua that are not public and that `fieldrig_bus.opcua.session` uses: a version that changes one fails.
+"""The parts of asyncua that are not public and that `fieldrig_bus.opcua.session` uses: changes to them fail here.
 
 pyproject.toml allows one minor version, because these classes may change with the next.
 """

@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import pytest
-
-from fieldrig.manual_rows import Row, RowList, spans
+from manual_rows import Row, RowList, spans
 
 pytest_plugins = ["pytester"]
 
@@ -22,9 +21,9 @@ ARP-003 = "reserved"
 def project(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
     # Every inner run imports its plugins again; with more than it needs, it would take a second.
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
-    monkeypatch.setenv("PYTEST_ADDOPTS", "-p fieldrig.pytest_plugin")
+    monkeypatch.setenv("PYTEST_ADDOPTS", "-p manual_rows --manual-rows-file=rows.toml")
     pytester.makefile(".toml", rows=ROWS)
-    pytester.makeini("[pytest]\nmanual_rows = rows.toml\nmarkers = manual(row): a row of a manual")
+    pytester.makeini("[pytest]\nmarkers = manual(row): a row of a manual")
     return pytester
 
 

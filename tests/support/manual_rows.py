@@ -1,7 +1,6 @@
-"""Which rows of a manual the tests show: `@pytest.mark.manual("ARP-012")` and `pytest --manual-rows`.
+"""Which rows of the manuals the tests show: `@pytest.mark.manual("ARP-012")` and `pytest --manual-rows`.
 
-A project that numbers the behaviours of its manuals names the numbers in a TOML file, and that file in its pytest
-configuration (`manual_rows = "docs/manual-rows.toml"`):
+docs/manual-rows.toml has the rows:
 
     [rows]
     ARP = ["1-85", "90-122"]                # ARP-001 to ARP-085, ARP-090 to ARP-122
@@ -24,6 +23,7 @@ from typing import NamedTuple, Self
 
 import pytest
 
+FILE = "docs/manual-rows.toml"
 PROPERTY = "manual"  # the name of a test's rows in reports, including JUnit files
 
 
@@ -134,3 +134,16 @@ class ManualRowsPlugin:
             terminalreporter.section("rows of the manuals")
             for line in coverage(self._row_list, frozenset(self._passed - self._failed)):
                 terminalreporter.write_line(line)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    # An option and not a line of pyproject.toml: a pytest without this plugin stumbles over keys that it does not know.
+    group = parser.getgroup("rows of the manuals")
+    about = "say which rows of the manuals the tests that ran have shown"
+    group.addoption("--manual-rows", action="store_true", help=about)
+    group.addoption("--manual-rows-file", default=FILE, help="TOML file with the rows (default: %(default)s)")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    row_list = RowList.load(config.rootpath / config.getoption("manual_rows_file"))
+    config.pluginmanager.register(ManualRowsPlugin(row_list, report=config.getoption("manual_rows")))
