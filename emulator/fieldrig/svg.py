@@ -10,6 +10,7 @@ from xml.sax.saxutils import escape
 STYLE: Final = """
     text { fill: #1c1c1c; }
     .sheet { fill: #ffffff; }
+    .frame { fill: none; stroke: #555555; stroke-width: 2; }
     .outside { fill: #f6f1e7; stroke: #a67c2e; stroke-dasharray: 5 4; }
     .bus { fill: #e3eefb; stroke: #2f6fb3; }
     .device { fill: #e9f5ea; stroke: #3a8547; }
@@ -31,6 +32,7 @@ STYLE: Final = """
     @media (prefers-color-scheme: dark) {
       text { fill: #eceff2; }
       .sheet { fill: #14181d; }
+      .frame { stroke: #b9c0c7; }
       .outside { fill: #2c2618; stroke: #d3a859; }
       .bus { fill: #16293d; stroke: #6aa8e6; }
       .device { fill: #17301b; stroke: #71c07f; }
@@ -84,7 +86,9 @@ class Drawing:
 
     def render(self, height: float) -> str:
         """The whole file, cut at this height."""
-        head = f"""<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {self.width} {_px(height)}" role="img"
+        # With a size of its own, a browser shrinks a large picture to the page, and does not enlarge a small one.
+        size = f'viewBox="0 0 {self.width} {_px(height)}" width="{self.width}" height="{_px(height)}"'
+        head = f"""<svg xmlns="http://www.w3.org/2000/svg" {size} role="img"
     aria-labelledby="title about" font-family="{FONT}" font-size="14">
 {self._head}
   <style>{STYLE}  </style>

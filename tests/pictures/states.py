@@ -1,6 +1,7 @@
 """State machines: named boxes on a grid, and an arrow for each pair of states that a table of transitions joins."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from textwrap import wrap
 from typing import Final
 
 from fieldrig.svg import Drawing
@@ -13,9 +14,20 @@ MARGIN: Final = 30
 CHARACTER: Final = 9.4
 """Width of a character of a state's name, at most."""
 LINE: Final = 13
+LONGEST_LINE: Final = 22
+"""Characters in a line of a label."""
 BESIDE: Final = 10
 """Distance of an arrow from the middle line of its boxes, if the opposite arrow exists."""
+SMALL_CHARACTER: Final = 6.2
+"""Width of a character of a label, at most."""
+ASCENT: Final = 10
+"""From the top of a line of a label to its base line."""
+CLEARANCE: Final = 4
+PARTS_OF_ARROW: Final = (0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65, 0.3, 0.7, 0.25, 0.75, 0.2, 0.8)
+"""Where beside an arrow a label can be, in the order in which places are tried."""
 Point = tuple[float, float]
+Box = tuple[Point, Point]
+"""The middle of a rectangle, and half of its width and height."""
 
 
 def states(
@@ -42,11 +54,17 @@ def states(
     arrows = []
     for (source, target), texts in labels.items():
         shift = BESIDE if (target, source) in labels else 0
-        arrows.append((_arrow(middles[source], middles[target], shift, box), texts, shift))
+        lines = [line for text in texts for line in wrap(text, LONGEST_LINE)]
+        arrows.append((_arrow(middles[source], middles[target], shift, box), lines, shift))
     for arrow, _, _ in arrows:
         drawing.line("line", arrow, arrow=True)
+    places_of_labels = _Labels(
+        [arrow for arrow, _, _ in arrows], [(middle, (box / 2, HEIGHT / 2)) for middle in middles.values()]
+    )
     for arrow, texts, shift in arrows:
-        _draw_labels(drawing, arrow, texts, bool(shift))
+        x, y = places_of_labels.place(arrow, texts, bool(shift))
+        for number, text in enumerate(texts):
+            drawing.text(x, y + LINE * (number - len(texts) / 2) + ASCENT, text, "tiny halo", "middle")
     for name, (x, y) in middles.items():
         drawing.rect("device", x - box / 2, y - HEIGHT / 2, box, HEIGHT, radius=8)
         drawing.text(x, y + 5, name, "name", "middle")
@@ -61,21 +79,55 @@ def _arrow(source: Point, target: Point, shift: float, box: float) -> tuple[Poin
     return _edge(source, (across, down), offset, box), _edge(target, (-across, -down), offset, box)
 
 
-def _draw_labels(drawing: Drawing, arrow: tuple[Point, Point], labels: Sequence[str], has_opposite: bool) -> None:
-    """A steep arrow has its labels beside it, any other above it; opposite arrows have theirs on both sides."""
-    start, end = arrow
-    across, down = end[0] - start[0], end[1] - start[1]
-    part = 0.42 if has_opposite else 0.5
-    x, y = start[0] + across * part, start[1] + down * part
-    anchor, height = "middle", LINE * len(labels)
-    if abs(down) > abs(across) / 2:
-        is_right = down > 0 if has_opposite else across * down >= 0
-        anchor = "start" if is_right else "end"
-        x, y = x + (6 if is_right else -6), y + 4 - height / 2 + LINE / 2
-    else:
-        y += LINE if has_opposite and across < 0 else LINE - height - 5
-    for number, label in enumerate(labels):
-        drawing.text(x, y + LINE * number, label, "tiny halo", anchor)
+class _Labels:
+    """Places for labels at which they cover no arrow, no state and no other label."""
+
+    def __init__(self, arrows: Iterable[tuple[Point, Point]], boxes: Iterable[Box]) -> None:
+        self._arrows, self._taken = list(arrows), list(boxes)
+
+    def place(self, arrow: tuple[Point, Point], labels: Sequence[str], has_opposite: bool) -> Point:
+        """Return the middle of the first free place beside the arrow; its opposite keeps the other side free."""
+        half = max(map(len, labels)) * SMALL_CHARACTER / 2, LINE * len(labels) / 2
+        places = [
+            _beside(arrow, part, side, half) for side in ((1,) if has_opposite else (1, -1)) for part in PARTS_OF_ARROW
+        ]
+        best = min(places, key=lambda middle: self._covered((middle, half)))  # the first of equals
+        self._taken.append((best, half))
+        return best
+
+    def _covered(self, box: Box) -> int:
+        crossed = sum(_crosses(arrow, box) for arrow in self._arrows)
+        return crossed + sum(_overlap(box, other) for other in self._taken)
+
+
+def _beside(arrow: tuple[Point, Point], part: float, side: int, half: Point) -> Point:
+    """The middle of a box of these half sizes that is as near to a part of the arrow as it may be."""
+    (x, y), end = arrow
+    across, down = end[0] - x, end[1] - y
+    length = (across**2 + down**2) ** 0.5
+    away = down / length * side, -across / length * side
+    reach = abs(away[0]) * half[0] + abs(away[1]) * half[1] + CLEARANCE
+    return x + across * part + away[0] * reach, y + down * part + away[1] * reach
+
+
+def _crosses(arrow: tuple[Point, Point], box: Box) -> bool:
+    """True if the line has points inside the box (clipping by Liang and Barsky)."""
+    first, last = 0.0, 1.0
+    for start, end, middle, half in zip(*arrow, *box, strict=True):
+        way = end - start
+        low, high = middle - half - 1 - start, middle + half + 1 - start
+        if way == 0:
+            if low > 0 or high < 0:
+                return False
+            continue
+        near, far = sorted((low / way, high / way))
+        first, last = max(first, near), min(last, far)
+    return first < last
+
+
+def _overlap(one: Box, other: Box) -> bool:
+    (middle, half), (another, size) = one, other
+    return all(abs(middle[axis] - another[axis]) < half[axis] + size[axis] for axis in (0, 1))
 
 
 def _edge(middle: Point, direction: Point, offset: Point, box: float) -> Point:

@@ -14,6 +14,8 @@ INSIDE: Final = -1
 BAR: Final = 26
 CHARACTER: Final = 6.6
 """Width of a character of a bar's label, at most."""
+NAME_CHARACTER: Final = 9.6
+"""Width of a character of a lane's name, at most."""
 UNITS: Final = ((1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "us"))
 
 
@@ -53,10 +55,9 @@ def timing(lanes: Sequence[Lane], start_ns: int, end_ns: int, title: str, about:
     return drawing.render(draw_timing(drawing, lanes, start_ns, end_ns))
 
 
-def draw_timing(
-    drawing: Drawing, lanes: Sequence[Lane], start_ns: int, end_ns: int, top: float = 20, left: int = LEFT
-) -> float:
+def draw_timing(drawing: Drawing, lanes: Sequence[Lane], start_ns: int, end_ns: int, top: float = 20) -> float:
     """Draw the diagram and return where it ends."""
+    left = max(LEFT, *(_width_of_names(lane) for lane in lanes))
     right = drawing.width - 30
     scale = (right - left) / (end_ns - start_ns)
     rows = [_rows_of_labels(lane, start_ns, scale) for lane in lanes]
@@ -91,6 +92,10 @@ def _rows_of_labels(lane: Lane, start_ns: int, scale: float) -> list[int]:
         ends[row : row + 1] = [x + len(bar.label) * CHARACTER + 6]
         rows.append(row)
     return rows
+
+
+def _width_of_names(lane: Lane) -> int:
+    return 20 + round(max(len(lane.name) * NAME_CHARACTER, len(lane.about) * CHARACTER)) + 8
 
 
 def _length(bar: Bar, scale: float) -> float:

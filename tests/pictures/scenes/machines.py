@@ -70,10 +70,10 @@ def cia402_states() -> str:
         named(State.FAULT): (0, 1.3),
         named(State.FAULT_REACTION_ACTIVE): (0, 2.6),
         ANY: (0, 3.9),
-        named(State.READY_TO_SWITCH_ON): (1.95, 1.9),
-        named(State.SWITCHED_ON): (1.0, 3.9),
-        named(State.OPERATION_ENABLED): (3.6, 3.9),
-        named(State.QUICK_STOP_ACTIVE): (4.0, 1.5),
+        named(State.READY_TO_SWITCH_ON): (2.15, 2.0),
+        named(State.SWITCHED_ON): (1.05, 3.9),
+        named(State.OPERATION_ENABLED): (4.3, 3.9),
+        named(State.QUICK_STOP_ACTIVE): (4.6, 1.5),
     }
     about = (
         "Eight states; numbers are those of the transitions in CiA 402-2, words those of the control word's commands."

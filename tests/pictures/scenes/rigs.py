@@ -7,9 +7,10 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from tests.pictures.chart import chart
+from tests.pictures.parts import overview, wiring_by_parts
 from tests.pictures.recording import ROOT, Sent, block_named, frame_bar, recorded
 from tests.pictures.timing import Bar, Lane, draw_timing
-from tests.pictures.wiring import draw_wiring, width_of, wiring
+from tests.pictures.wiring import Part, draw_wiring, wiring
 
 from fieldrig.clock import MS, S
 from fieldrig.config import load
@@ -41,13 +42,13 @@ MEANINGS: Final = {
 
 def lab_with_traffic() -> str:
     """The wiring of the lab above 34 ms of its traffic."""
-    config = load(ROOT / "configs" / "lab.yaml")
+    lab = Part.of(load(ROOT / "configs" / "lab.yaml"))
     about = (
         "Four devices are linked to a CAN bus, two Modbus buses and wires. Below, frames of two masters and the "
         "answers of the devices on a time axis."
     )
-    drawing = Drawing(max(880, width_of(config)), "The lab and 34 ms of its traffic", about)
-    end = draw_wiring(drawing, config)
+    drawing = Drawing(max(880, lab.width), "The lab and 34 ms of its traffic", about)
+    end = draw_wiring(drawing, lab)
     return drawing.render(draw_timing(drawing, lanes_of(recorded("lab-virtual.yaml", play)), *WINDOW, top=end))
 
 
@@ -132,12 +133,33 @@ def rig(name: str, about: str) -> Callable[[], str]:
     return partial(wiring, ROOT / "configs" / f"{name}.yaml", f"The wiring of {name}.yaml", about)
 
 
+MACHINE: Final = ROOT / "configs" / "machine.yaml"
+PARTS_OF_MACHINE: Final = {
+    "lab.yaml": "glue",
+    "arp-cell.yaml": "film",
+    "teleservice.yaml": "wrapper",
+    "feeder.yaml": "labels",
+    "pam-machine.yaml": "labeller",
+}
+
+
+def machine() -> str:
+    about = "Five parts, each with its buses and devices: glue, film, wrapper, labels and labeller. Wires join them."
+    return overview(MACHINE, PARTS_OF_MACHINE, "The machine: its parts, buses and devices", about)
+
+
+def machine_wiring() -> str:
+    about = "The devices of each part of the machine side by side, with the buses that they are linked to."
+    return wiring_by_parts(MACHINE, PARTS_OF_MACHINE, "The wiring of machine.yaml", about)
+
+
 PICTURES: Final[Mapping[str, Callable[[], str]]] = {
     "lab-traffic": lab_with_traffic,
     "tank-level": tank_level,
     "bench-rig": bench,
     "ring-rig": rig("ring", "A controller, four drives, a motor encoder and a panel on a ring, CAN, Modbus and wires."),
-    "machine-rig": rig("machine", "The devices of the whole line on twelve buses."),
+    "machine-parts": machine,
+    "machine-rig": machine_wiring,
     "arp-cell-rig": rig("arp-cell", "Two cards, their nodes, a terminal and a winder on CAN, serial lines and wires."),
     "own-device-rig": rig("own-device", "A press on a CAN bus and on wires."),
 }
