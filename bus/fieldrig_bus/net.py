@@ -2,21 +2,24 @@
 
 import asyncio
 import contextlib
-from collections.abc import Callable
+import time
+from abc import abstractmethod
+from collections.abc import Callable, Iterable
 from typing import Annotated, Any, cast
 
 from pydantic import AfterValidator, Field
 
-from fieldrig.bus import Hub
+from fieldrig.bus import Hub, Port
 from fieldrig.errors import BusError
+from fieldrig.limits import Door, Limits
 from fieldrig.link import Link
 from fieldrig.net import bind_remedy, split_address
+from fieldrig.pace import Pace
+from fieldrig.portions import Hold, Portions
 from fieldrig.settings import Settings
 
 MOST_UNREAD = 256 * 1024
 """Bytes kept for a client that does not read; data beyond that is lost to it."""
-MOST_AT_ONCE = 4096
-"""Bytes read from a client before the event loop continues with others."""
 
 
 def _checked(address: str) -> str:
@@ -39,22 +42,17 @@ class HubSettings(Settings):
     connect: Address | None = Field(default=None, description="tcp://host:port of the hub, as device processes see it")
 
 
-class Connection(asyncio.BufferedProtocol):
-    """One client.  A subclass handles its bytes in `data_received`.
-
-    Data is read in small portions: otherwise an event loop reads megabytes at once from a client that floods, and
-    everything else in this process waits for seconds.
-    """
+class Connection(Portions):
+    """One client.  A subclass handles its bytes in `data_received`, in small portions."""
 
     transport: asyncio.Transport
 
     def __init__(self, server: "TcpServer") -> None:
+        super().__init__()
         self.server = server
         self.lost: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self.is_full = False
         """True if the client does not read and `MOST_UNREAD` bytes wait for it."""
-        self._portion = memoryview(bytearray(MOST_AT_ONCE))
-        self._is_wanted = True
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self.transport = cast(
@@ -62,36 +60,35 @@ class Connection(asyncio.BufferedProtocol):
         )  # uvloop's transport has the methods, but not the base class
         self.transport.set_write_buffer_limits(high=MOST_UNREAD)
         self.server.connections.add(self)
+        self.hold(Hold.HUB, self.server.is_held)
+        if self.server.pace is not None:
+            self.keep(self.server.pace)
 
     def connection_lost(self, exc: Exception | None) -> None:
         self.server.connections.discard(self)
+        self.server.door.leave(self)
+        self.leave_pace()
         self.lost.set_result(None)
 
-    def get_buffer(self, sizehint: int) -> memoryview:
-        return self._portion
+    def heard(self) -> None:
+        """Note that a complete message has arrived: this client is one of the service, and not silent."""
+        self.server.door.heard(self)
 
-    def buffer_updated(self, nbytes: int) -> None:
-        self.data_received(self._portion[:nbytes].tobytes())
-        if nbytes == MOST_AT_ONCE:
-            self._read(False)
-            asyncio.get_running_loop().call_soon(lambda: self._read(self._is_wanted))
-
-    def data_received(self, data: bytes) -> None:
-        raise NotImplementedError
+    def shut(self) -> None:
+        """Close the connection at once."""
+        self.transport.abort()
 
     def read_on(self, is_wanted: bool) -> None:
         """Resume or pause reading from the client."""
-        self._is_wanted = is_wanted
-        self._read(is_wanted)
+        self.hold(Hold.OWN, not is_wanted)
 
-    def _read(self, is_wanted: bool) -> None:
-        transport = self.transport
-        if transport.is_closing() or transport.is_reading() == is_wanted:
+    def read_from_now(self, is_wanted: bool) -> None:
+        if self.transport.is_closing():
             return
         if is_wanted:
-            transport.resume_reading()
+            self.transport.resume_reading()
         else:
-            transport.pause_reading()
+            self.transport.pause_reading()
 
     def pause_writing(self) -> None:
         self.is_full = True
@@ -106,13 +103,25 @@ class Connection(asyncio.BufferedProtocol):
 
 
 class TcpServer:
-    """Listens at `address`; `make` creates the protocol of each connection."""
+    """Listens at `address`; `make` creates the protocol of each connection that the limits allow."""
 
-    def __init__(self, address: str, make: Callable[["TcpServer"], Connection]) -> None:
+    def __init__(
+        self,
+        address: str,
+        make: Callable[["TcpServer"], Connection],
+        limits: Limits = Limits(),  # noqa: B008  it is frozen
+        service: str = "",
+    ) -> None:
+        """`service` names it in the log; by default that is its address."""
         self.address = address
         self.connections: set[Connection] = set()
+        self.door = Door(f"{service} at {address}" if service else address, limits)
+        self.pace: Pace | None = None
+        self.is_held = False
+        """True while nothing is read from any client."""
         self._make = make
         self._server: asyncio.Server | None = None
+        self._timer: asyncio.TimerHandle | None = None
 
     @property
     def port(self) -> int:
@@ -121,14 +130,34 @@ class TcpServer:
             return int(self._server.sockets[0].getsockname()[1])
         return split_address(self.address)[1]
 
-    async def open(self) -> None:
-        """Listen.  BusError, with its remedy, if the address is not available."""
+    async def open(self, pace: Pace | None = None) -> None:
+        """Listen, and read at this pace.  BusError, with its remedy, if the address is not available."""
         host, port = split_address(self.address)
         loop = asyncio.get_running_loop()
+        self.pace = pace
         try:
-            self._server = await loop.create_server(lambda: self._make(self), host, port)
+            self._server = await loop.create_server(lambda: _Entrance(self), host, port)
         except OSError as cause:
             raise BusError(f"can't listen at {self.address}: {cause}", bind_remedy(cause)) from cause
+
+    def let_in(self, transport: asyncio.Transport) -> None:
+        """Make the protocol of a new connection, or close it."""
+        address = transport.get_extra_info("peername")
+        peer = address[0] if address else ""
+        if not self.door.is_open_to(peer):
+            transport.abort()
+            return
+        connection = self._make(self)
+        self.door.enter(connection, peer)
+        transport.set_protocol(connection)
+        connection.connection_made(transport)
+        self._watch_the_silent()
+
+    def hold(self, is_held: bool) -> None:
+        """Read nothing from all clients, or go on."""
+        self.is_held = is_held
+        for connection in self.connections:
+            connection.hold(Hold.HUB, is_held)
 
     def stop_listening(self) -> None:
         """Accept no more connections; those that there are stay open."""
@@ -137,6 +166,8 @@ class TcpServer:
             self._server = None
 
     async def close(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
         if self._server is None:
             return
         self._server.close()
@@ -146,6 +177,46 @@ class TcpServer:
         await asyncio.gather(*(connection.lost for connection in connections))
         await self._server.wait_closed()
         self._server = None
+
+    def _watch_the_silent(self) -> None:
+        due_s = self.door.next_s()
+        if due_s is not None and (self._timer is None or self._timer.cancelled()):
+            loop = asyncio.get_running_loop()
+            self._timer = loop.call_later(max(0.0, due_s - time.monotonic()), self._on_timer)
+
+    def _on_timer(self) -> None:
+        self._timer = None
+        self.door.expire()
+        self._watch_the_silent()
+
+
+class _Entrance(asyncio.Protocol):
+    """A connection before the door has decided about it."""
+
+    def __init__(self, server: TcpServer) -> None:
+        self._server = server
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self._server.let_in(cast(asyncio.Transport, transport))
+
+
+class ServingPort(Port):
+    """A port whose clients come in by `TcpServer`s."""
+
+    @abstractmethod
+    def servers(self) -> Iterable[TcpServer]:
+        """Return the servers that are there now."""
+
+    def hold(self, is_held: bool) -> None:
+        for server in self.servers():
+            server.hold(is_held)
+
+    def statistics(self) -> dict[str, float]:
+        figures: dict[str, float] = {}
+        for server in self.servers():
+            for name, count in server.door.reached.figures().items():
+                figures[name] = figures.get(name, 0.0) + count
+        return figures
 
 
 async def cancel(task: asyncio.Task[None]) -> None:

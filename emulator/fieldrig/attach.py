@@ -14,6 +14,7 @@ from fieldrig.clock import S
 from fieldrig.errors import BusError
 from fieldrig.hub_wire import Kind, Records, pack, socket_name
 from fieldrig.net import split_address
+from fieldrig.portions import Portions
 from fieldrig.real_clock import RealClock
 from fieldrig.sending import uninteresting, unsendable
 from fieldrig.shared_token import proof, token
@@ -175,6 +176,31 @@ class RemoteLink(asyncio.Protocol):
         if self._transport is not None:
             body = json.dumps(None if self._interest is None else list(self._interest)).encode()
             self._transport.write(pack(Kind.LISTEN, time.monotonic_ns(), body))
+
+
+class OutsidersLink(Portions, RemoteLink):
+    """A link for requests of outsiders, which are read at the pace of the process."""
+
+    def __init__(
+        self, bus: ModelBus[Any], member: str, clock: RealClock, run: Path, on_lost: Callable[[str], None]
+    ) -> None:
+        Portions.__init__(self)
+        RemoteLink.__init__(self, bus, member, clock, run, on_lost)
+
+    def data_received(self, data: bytes) -> None:
+        RemoteLink.data_received(self, data)
+
+    def connection_made(self, transport: Any) -> None:
+        super().connection_made(transport)
+        self.read_from_now(not self._holds)
+
+    def read_from_now(self, is_wanted: bool) -> None:
+        if self._line is None or self._line.is_closing():
+            return
+        if is_wanted:
+            self._line.resume_reading()
+        else:
+            self._line.pause_reading()
 
 
 async def attach(

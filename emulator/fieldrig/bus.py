@@ -18,6 +18,7 @@ from fieldrig.link import Link
 if TYPE_CHECKING:
     from fieldrig.bus_questions import Subject
     from fieldrig.device import Tool
+    from fieldrig.pace import Pace
 
 M = TypeVar("M")
 Time = Literal["real", "virtual"]
@@ -73,6 +74,10 @@ class BusModel(ABC, Generic[M]):
     def collect(self, now_ns: int) -> list[Delivery[M]]:
         """Return every delivery up to and including `now_ns` that was not collected yet, in order of time."""
 
+    def waiting(self, member: str) -> int:
+        """Return how many messages of a member wait to be sent; 0 on a medium where none has to wait."""
+        return 0
+
     def statistics(self, now_ns: int) -> dict[str, float]:
         """Return the counters for `fieldrig status` as of `now_ns`, by name with unit."""
         return {}
@@ -104,6 +109,13 @@ class Hub(Protocol):
 
     def leave(self, member: str) -> None: ...
 
+    @property
+    def pace(self) -> "Pace | None":
+        """The pace at which this process reads what outsiders send; None without one."""
+
+    def waiting(self, member: str) -> int:
+        """Return how many messages of a member wait on the medium, so that its client may have to wait too."""
+
     def path(self, name: str) -> Path:
         """Return a path in the rig's run folder, and make its folder."""
 
@@ -121,6 +133,13 @@ class Port(ABC):
     @abstractmethod
     async def close(self) -> None:
         """Close the port, and leave no socket, pty link or task behind."""
+
+    def hold(self, is_held: bool) -> None:  # noqa: B027  a port without clients that can be stopped does nothing
+        """Read nothing from outside, or go on: the devices of the bus have more to read than they manage."""
+
+    def statistics(self) -> dict[str, float]:
+        """Return how often each limit of the port was reached, by name."""
+        return {}
 
 
 class Attachment(Protocol):
@@ -198,6 +217,10 @@ class Bus(ABC, Generic[M]):
     """The kind of its messages in traces: can, modbus, serial, wires, ring."""
     environment: ClassVar[Mapping[str, str]] = {}
     """Environment variables of each process with an end of this bus; those that the user has set take precedence."""
+    has_cycle: ClassVar[bool] = False
+    """True if an end of it has a cycle to keep: outsiders get only a share of the time of its process (`pace`)."""
+    serves_outsiders: ClassVar[bool] = False
+    """True if its messages are requests of clients outside the rig: a device reads them at the pace of its process."""
     has_threads: ClassVar[bool] = False
     """True if its ends start threads of the event loop; a process with such an end runs a `ThreadedLoop`."""
     messages: ClassVar[tuple[type, ...]]

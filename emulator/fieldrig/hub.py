@@ -16,7 +16,9 @@ from fieldrig.bus import Delivery, ModelBus
 from fieldrig.clock import MS, Timer
 from fieldrig.errors import refusals
 from fieldrig.hub_server import HubServer
+from fieldrig.limits import Reached
 from fieldrig.link import Link
+from fieldrig.pace import Pace
 from fieldrig.real_clock import LONGEST_TURN_NS, RealClock
 from fieldrig.sending import uninteresting, unsendable
 
@@ -63,7 +65,9 @@ class LocalHub:
         run: Path,
         on_delivery: Callable[[Delivery[Any]], None] | None = None,
         seed: int = 0,
+        pace: Pace | None = None,
     ) -> None:
+        """`pace` is that of this process for what outsiders send."""
         self.bus, self.clock, self.on_delivery = bus, clock, on_delivery
         self.model = bus.model()
         self.model.begin(clock.now_ns(), Random(f"{seed}/{bus.name}"))
@@ -73,6 +77,9 @@ class LocalHub:
         self._server: HubServer | None = None
         self._timer: Timer | None = None
         self._is_collecting = False
+        self.pace = pace
+        self.reached = Reached(bus.name)
+        self._crowded: set[object] = set()
 
     def path(self, name: str) -> Path:
         path = self._run / name
@@ -94,6 +101,25 @@ class LocalHub:
     def leave(self, member: str) -> None:
         if self._members.pop(member, None) is not None:
             self.model.leave(member)
+
+    def waiting(self, member: str) -> int:
+        return self.model.waiting(member) if member in self._members else 0
+
+    def crowd(self, stream: object, is_crowded: bool) -> None:
+        """Note that a member in another process reads more slowly than messages come, or that it has caught up.
+
+        Meanwhile nothing is read from outside, as what comes from there would have to wait in this process.
+        """
+        before = bool(self._crowded)
+        if is_crowded:
+            self._crowded.add(stream)
+        else:
+            self._crowded.discard(stream)
+        if before != bool(self._crowded):
+            if is_crowded:
+                self.reached.note("times outsiders had to wait", "a device has enough to read; outsiders wait")
+            for port in self._ports:
+                port.hold(is_crowded)
 
     def listen(self, member: str, interest: Sequence[Any] | None) -> None:
         self.model.listen(self.clock.now_ns(), member, interest)
@@ -133,7 +159,12 @@ class LocalHub:
         self._wake_at(next_ns)
 
     def statistics(self) -> dict[str, float]:
-        return self.model.statistics(self.clock.now_ns())
+        figures = self.model.statistics(self.clock.now_ns())
+        for port in self._ports:
+            figures |= port.statistics()
+        if self._server is not None:
+            figures |= self._server.statistics()
+        return figures | self.reached.figures()
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         """Add a fault of the bus from now on, and return its number.  ControlError for a fault that it refuses."""

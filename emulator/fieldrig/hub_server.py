@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from fieldrig.bus import Delivery
 from fieldrig.errors import BusError
 from fieldrig.hub_wire import LONGEST_BODY, LONGEST_HELLO, LONGEST_NAME, Kind, Records, pack, socket_name
+from fieldrig.limits import Door, Limits
 from fieldrig.net import bind_remedy, is_loopback, split_address
 from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, is_proof, token
 from fieldrig.untrusted import field, read_json, shown
@@ -23,8 +24,10 @@ log = logging.getLogger(__name__)
 LONGEST_WHY = 300  # characters
 PATIENCE_S = 10.0
 """Time limit for the hello on a new connection."""
-MOST_UNIDENTIFIED = 256
-"""Connections at a time without a hello; the next one is closed at once."""
+LIMITS = Limits(connections=8192, first_message_s=PATIENCE_S, silent=256)
+"""Connections of members; one more without a hello than these closes the one that was silent longest."""
+CROWDED_BACKLOG = 64 << 10
+"""Bytes that a member has not read yet, from which on outsiders have to wait."""
 SLOWEST_BACKLOG = 4 << 20  # bytes; a member that stops reading is disconnected, so that it can't fill the memory
 
 
@@ -34,6 +37,7 @@ class HubServer:
         self._servers: list[asyncio.Server] = []
         self._path = hub.path(socket_name(hub.bus))
         self.streams: set[MemberStream] = set()
+        self.door = Door(f"{hub.bus.name}: its hub", LIMITS)
         self._loop = asyncio.get_running_loop()
         self._awake_ns = hub.bus.awake_ns
         self._sleep_at_ns = 0
@@ -62,6 +66,10 @@ class HubServer:
                 self._servers.append(await loop.create_server(lambda: self._stream(secret), host, port))
             except OSError as cause:
                 raise BusError(f"{bus.name}: can't listen on {bus.attach}: {cause}", bind_remedy(cause)) from cause
+
+    def statistics(self) -> dict[str, float]:
+        """Return how often each limit of the connections of members was reached."""
+        return self.door.reached.figures()
 
     async def close(self) -> None:
         for server in self._servers:
@@ -105,45 +113,48 @@ class MemberStream(asyncio.Protocol):
         self._patience: asyncio.TimerHandle | None = None
         self._member: str | None = None
         self._transport: asyncio.Transport | None = None
+        self._is_crowded = False
         self._encode = hub.bus.encode
         self._decode = hub.bus.decode
 
     def connection_made(self, transport: Any) -> None:
         self._transport = transport
-        streams = self._server.streams
-        if sum(stream.is_unidentified for stream in streams) >= MOST_UNIDENTIFIED:
-            log.warning(
-                "%s: %d connections are waiting for a hello; no more are accepted",
-                self._hub.bus.name,
-                MOST_UNIDENTIFIED,
-            )
+        address = transport.get_extra_info("peername")
+        peer = address[0] if isinstance(address, tuple) else ""  # a Unix socket has none
+        if not self._server.door.is_open_to(peer):
             self.abort()
             return
-        streams.add(self)
-        transport.set_write_buffer_limits(high=SLOWEST_BACKLOG)
+        self._server.door.enter(self, peer)
+        self._server.streams.add(self)
+        transport.set_write_buffer_limits(high=CROWDED_BACKLOG)
         self._write(Kind.CHALLENGE, {"nonce": self._nonce})
         self._patience = asyncio.get_running_loop().call_later(PATIENCE_S, self._disconnect, "no hello came")
 
     def connection_lost(self, _cause: Exception | None) -> None:
         self._server.streams.discard(self)
+        self._server.door.leave(self)
+        self._hub.crowd(self, False)
         if self._patience is not None:
             self._patience.cancel()
         if self._member is not None:
             self._hub.leave(self._member)
 
     def pause_writing(self) -> None:
-        log.warning("%s: %s does not read; disconnected", self._hub.bus.name, self._member)
-        self.abort()
+        self._is_crowded = True
+        self._hub.crowd(self, True)
+
+    def resume_writing(self) -> None:
+        self._is_crowded = False
+        self._hub.crowd(self, False)
+
+    def shut(self) -> None:
+        self._disconnect("too many connections without a hello")
 
     def abort(self) -> None:
         """Close the connection.  Buffered bytes are tried once more, and nothing is read."""
         transport, self._transport = self._transport, None
         if transport is not None:
             transport.abort()
-
-    @property
-    def is_unidentified(self) -> bool:
-        return self._member is None
 
     def data_received(self, data: bytes) -> None:
         hub, member, decode = self._hub, self._member, self._decode
@@ -175,6 +186,9 @@ class MemberStream(asyncio.Protocol):
     def deliver(self, delivery: Delivery[Any]) -> None:
         if self._transport is not None:
             self._transport.write(pack(Kind.MESSAGE, delivery.time_ns, self._encode(delivery.message)))
+            if self._is_crowded and self._transport.get_write_buffer_size() > SLOWEST_BACKLOG:
+                log.warning("%s: %s does not read; disconnected", self._hub.bus.name, self._member)
+                self.abort()
 
     def _greet(self, body: bytes) -> str:
         hello, own_bus = read_json(body), self._hub.bus.name
@@ -189,6 +203,7 @@ class MemberStream(asyncio.Protocol):
                 raise ValueError(f"this hub asks for the rig's token: set {TOKEN_VARIABLE} to the rig's")
         self._hub.join_as(member, self.deliver)
         self._member = member
+        self._server.door.heard(self)
         self._records.longest = LONGEST_BODY
         if self._patience is not None:
             self._patience.cancel()

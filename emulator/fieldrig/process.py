@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fieldrig.attach import RemoteLink
+from fieldrig.attach import OutsidersLink, RemoteLink
 from fieldrig.background_process import BackgroundProcesses
 from fieldrig.blame import blame, blamed
 from fieldrig.build import build_device
@@ -24,6 +24,7 @@ from fieldrig.ends import FaultyEnd, answers_of_end
 from fieldrig.errors import BusError
 from fieldrig.hub import LocalHub
 from fieldrig.link import Link
+from fieldrig.pace import Pace, beside_a_cycle
 from fieldrig.placement import ProcessPlan, linked_buses
 from fieldrig.progress import step
 from fieldrig.real_clock import DeviceClock, RealClock
@@ -85,6 +86,8 @@ class DeviceProcess:
         self._direct: list[tuple[DirectBus[Any], str]] = []
         self._waits: set[asyncio.Task[None]] = set()
         self.background = BackgroundProcesses(clock)
+        buses = [config.buses[name].bus for entry in self._entries() for name in linked_buses(entry)]
+        self.pace = beside_a_cycle(clock) if any(bus.has_cycle for bus in buses) else Pace(clock)
 
     def path(self, name: str) -> Path:
         path = self._run / name
@@ -117,7 +120,7 @@ class DeviceProcess:
             bus = self.config.buses[name].bus
             assert isinstance(bus, ModelBus)
             step(f"opening {name}")
-            hub = LocalHub(bus, self.clock, self._run, seed=self.config.seed)
+            hub = LocalHub(bus, self.clock, self._run, seed=self.config.seed, pace=self.pace)
             await hub.open()
             self.hubs[name] = hub
             self.serve(name, hub)
@@ -196,7 +199,10 @@ class DeviceProcess:
             self._waits.add(wait)
             wait.add_done_callback(self._waits.discard)
 
-        link = RemoteLink(bus, device, self.clock, self._run, on_lost)
+        kind = OutsidersLink if bus.serves_outsiders else RemoteLink
+        link = kind(bus, device, self.clock, self._run, on_lost)
+        if isinstance(link, OutsidersLink):
+            link.keep(self.pace)
         self._attachments.append(link)
         await _attach_patiently(link, patience_s)
         return link

@@ -9,11 +9,12 @@ from pydantic import ValidationError
 
 from fieldrig.clock import VirtualClock
 from fieldrig.errors import BusError
+from fieldrig.portions import MOST_AT_ONCE
 from fieldrig.settings import Settings
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.hub import CanHubSettings
 from fieldrig_bus.modbus.tcp import ModbusTcpSettings
-from fieldrig_bus.net import MOST_AT_ONCE, Address, Connection, TcpServer, join_as_client
+from fieldrig_bus.net import Address, Connection, TcpServer, join_as_client
 from fieldrig_bus.serial.line import SerialHubSettings
 from fieldrig_bus.wires import WiresHubSettings
 
@@ -146,6 +147,7 @@ class Members:
     def __init__(self) -> None:
         self.clock = VirtualClock()
         self.names: set[str] = set()
+        self.pace = None
 
     def join(self, member: str) -> RecordedLink[Any]:
         if member in self.names:
@@ -155,6 +157,9 @@ class Members:
 
     def leave(self, member: str) -> None:
         self.names.discard(member)
+
+    def waiting(self, member: str) -> int:
+        return 0
 
     def path(self, name: str) -> Any:
         raise NotImplementedError

@@ -10,6 +10,7 @@ from strangers import Stranger, bus_of, hello, hub_kinds, hub_of
 from fieldrig.attach import attach
 from fieldrig.errors import BusError
 from fieldrig.hub_wire import HEADER, LONGEST_HELLO, Kind, pack
+from fieldrig.limits import Limits
 from fieldrig.real_clock import RealClock
 from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, proof
 from fieldrig.testing import free_port
@@ -127,8 +128,10 @@ def test_who_says_no_hello_is_not_waited_for(
     asyncio.run(scene())
 
 
-def test_the_number_of_connections_without_a_hello_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fieldrig.hub_server.MOST_UNIDENTIFIED", 3)
+def test_of_too_many_connections_without_a_hello_the_oldest_goes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fieldrig.hub_server.LIMITS", Limits(first_message_s=10.0, silent=3))
 
     async def scene() -> None:
         async with hub_of("wires.hub", tmp_path):
@@ -136,12 +139,11 @@ def test_the_number_of_connections_without_a_hello_is_limited(tmp_path: Path, mo
             waiting = [await Stranger.at(path) for _ in range(3)]
             for stranger in waiting:
                 await stranger.heard()
-            one_more = await Stranger.at(path)
-            assert await one_more.until_put_off() == ""
-            waiting[0].say(hello("x"))
-            assert (await waiting[0].heard())[0] == Kind.HELLO
             member = await Stranger.at(path)
+            assert await waiting[0].until_put_off() == "too many connections without a hello"
             assert (await member.heard())[0] == Kind.CHALLENGE
+            member.say(hello("x"))
+            assert (await member.heard())[0] == Kind.HELLO
             for stranger in (*waiting, member):
                 stranger.close()
 

@@ -15,18 +15,19 @@ import asyncio
 import logging
 from binascii import unhexlify
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from enum import Flag, auto
 from typing import Final, NamedTuple
 
-from fieldrig.bus import Hub, Port
+from fieldrig.bus import Hub
 from fieldrig.clock import MS, Clock
 from fieldrig.link import Link
+from fieldrig_bus.backlog import Backlog, backlog_of
 from fieldrig_bus.can.acceptance import ERRORS, EVERYTHING, STATE
 from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame, check
 from fieldrig_bus.can.notices import BusState, CanControl, CanError, CanState, ErrorKind, Notice
 from fieldrig_bus.can.sja1000 import AcceptanceFilter
-from fieldrig_bus.net import Connection, TcpServer, join_as_client
+from fieldrig_bus.net import Connection, ServingPort, TcpServer, join_as_client
 from fieldrig_bus.pty import Pty
 
 log = logging.getLogger(__name__)
@@ -117,6 +118,8 @@ class Adapter:
         self._waiting: deque[bytes] = deque()
         self._flags = 0
         self._is_listen_only = False
+        self.is_used = False
+        """True when the client has sent a command that the adapter knows."""
 
     def receive(self, data: bytes) -> None:
         *lines, rest = (self._rest + data).split(CR)
@@ -132,6 +135,7 @@ class Adapter:
             return BELL
         if command.parameters is not None and len(line) != 1 + command.parameters:
             return BELL
+        self.is_used = True
         try:
             return command.handler(self, line)
         except (ValueError, IndexError) as fault:
@@ -298,16 +302,21 @@ class _Client(Connection):
         super().connection_made(transport)
         self._member, link = join_as_client(self._hub, "lawicel")
         self._adapter = Adapter(self._hub.clock, link, self.write, self._bus_name)
+        self._backlog = backlog_of(self, self._hub, self._member)
 
     def data_received(self, data: bytes) -> None:
         self._adapter.receive(data)
+        if self._adapter.is_used:
+            self.heard()
+        self._backlog.look()
 
     def connection_lost(self, exc: Exception | None) -> None:
+        self._backlog.close()
         self._hub.leave(self._member)
         super().connection_lost(exc)
 
 
-class LawicelPort(Port):
+class LawicelPort(ServingPort):
     """One adapter on a pty at `path` in the run folder, and one for each TCP client at `listen`."""
 
     def __init__(self, bus_name: str, path: str | None = None, listen: str | None = None) -> None:
@@ -326,13 +335,29 @@ class LawicelPort(Port):
         if self._path is not None:
             self._open_pty(hub, Pty(hub.path(self._path)))
         if self._listen is not None:
-            self._server = TcpServer(self._listen, lambda server: _Client(server, hub, self._bus_name))
-            await self._server.open()
+            self._server = TcpServer(
+                self._listen, lambda server: _Client(server, hub, self._bus_name), service="Lawicel"
+            )
+            await self._server.open(hub.pace)
+
+    def servers(self) -> Iterable[TcpServer]:
+        return () if self._server is None else (self._server,)
 
     def _open_pty(self, hub: Hub, pty: Pty) -> None:
         member, link = join_as_client(hub, "lawicel")
-        self._pty, self._leave = pty, lambda: hub.leave(member)
-        pty.open(Adapter(hub.clock, link, pty.write, self._bus_name).receive)
+        adapter = Adapter(hub.clock, link, pty.write, self._bus_name)
+        backlog = Backlog(hub, member, pty.read_on, lambda: log.debug("%s: the pty's client waits", self._bus_name))
+
+        def receive(data: bytes) -> None:
+            adapter.receive(data)
+            backlog.look()
+
+        def leave() -> None:
+            backlog.close()
+            hub.leave(member)
+
+        self._pty, self._leave = pty, leave
+        pty.open(receive)
 
     async def close(self) -> None:
         if self._server is not None:

@@ -154,6 +154,10 @@ class CanBusModel(BusModel[CanMessage]):
         if len(queue) == 1 and self._is_calm:
             self._offer(request)
 
+    def waiting(self, member: str) -> int:
+        sender = self._medium.members.get(member)
+        return 0 if sender is None else len(sender.queue)
+
     def next_ns(self) -> int | None:
         ready, later = self._ready, self._later
         if ready:

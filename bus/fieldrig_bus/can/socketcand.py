@@ -14,20 +14,21 @@ are part of the rig's configuration), ISO-TP mode (an unknown command, as in a d
 import asyncio
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from enum import Enum, auto
 from typing import Final
 
-from fieldrig.bus import Hub, Port
+from fieldrig.bus import Hub
 from fieldrig.clock import MS, US, Clock, Timer
 from fieldrig.link import Link
+from fieldrig_bus.backlog import backlog_of
 from fieldrig_bus.can import socketcand_text as text
 from fieldrig_bus.can.acceptance import ERRORS, EVERYTHING, EXTENDED, REMOTE, STATE, received
 from fieldrig_bus.can.broadcast_manager import CyclicJob, Subscription
 from fieldrig_bus.can.frame import EXTENDED_MASK, CanFrame
 from fieldrig_bus.can.notices import BusState, CanError, Notice
 from fieldrig_bus.can.socketcan_errors import error_frame
-from fieldrig_bus.net import Connection, TcpServer, join_as_client
+from fieldrig_bus.net import Connection, ServingPort, TcpServer, join_as_client
 
 log = logging.getLogger(__name__)
 
@@ -90,6 +91,11 @@ class Session:
             else:
                 self._on_command(data[start + 1 : stop].split())
                 position = stop + 1
+
+    @property
+    def is_open(self) -> bool:
+        """True when the client has opened the bus."""
+        return self._mode is not Mode.NO_BUS
 
     def end(self) -> None:
         """End the session of a client that has disconnected."""
@@ -333,17 +339,22 @@ class _Client(Connection):
         self._member, link = join_as_client(self._hub, "socketcand")
         epoch_ns = time.time_ns() - clock.now_ns()
         self._session = Session(clock, link, self._channel, self.write, self.transport.close, epoch_ns)
+        self._backlog = backlog_of(self, self._hub, self._member)
 
     def data_received(self, data: bytes) -> None:
         self._session.receive(data)
+        if self._session.is_open:
+            self.heard()
+        self._backlog.look()
 
     def connection_lost(self, exc: Exception | None) -> None:
+        self._backlog.close()
         self._session.end()
         self._hub.leave(self._member)
         super().connection_lost(exc)
 
 
-class SocketcandPort(Port):
+class SocketcandPort(ServingPort):
     """Listens at the address `listen`; clients open the bus under the name `channel`."""
 
     def __init__(self, listen: str, channel: str) -> None:
@@ -357,8 +368,11 @@ class SocketcandPort(Port):
         return self._server.port
 
     async def open(self, hub: Hub) -> None:
-        self._server = TcpServer(self._listen, lambda server: _Client(server, hub, self._channel))
-        await self._server.open()
+        self._server = TcpServer(self._listen, lambda server: _Client(server, hub, self._channel), service="socketcand")
+        await self._server.open(hub.pace)
+
+    def servers(self) -> Iterable[TcpServer]:
+        return () if self._server is None else (self._server,)
 
     async def close(self) -> None:
         if self._server is not None:

@@ -72,6 +72,9 @@ class LineModel(BusModel[ModbusEvent]):
         self._ordered += 1
         self._wanted.append(_Wanted(now_ns, self._ordered, member, message))
 
+    def waiting(self, member: str) -> int:
+        return sum(wanted.member == member for wanted in self._wanted)
+
     def next_ns(self) -> int | None:
         following = self._next()
         return None if following is None else self._arrival_ns(*following)

@@ -3,14 +3,18 @@
 There is a master, or, with `servers`, those units; then the line's master is in the rig.
 """
 
-from typing import Any
+from typing import Any, Final
 
 from fieldrig.bus import Hub, Port
 from fieldrig.link import Link
+from fieldrig_bus.backlog import backlog_of
 from fieldrig_bus.modbus.dialler import Dialler, Handlers
 from fieldrig_bus.modbus.line_place import MakeSession, ModbusLineSettings, Session
 from fieldrig_bus.modbus.sockets import Master, Masters, MastersPort
 from fieldrig_bus.pty import Pty
+
+MOST_WAITING: Final = 16
+"""Requests of a master on TCP that may wait for the line."""
 
 
 class PtyPort(Port):
@@ -60,12 +64,16 @@ class _LineMaster(Master):
 
     def on_open(self, link: Link[Any]) -> None:
         self._session = self._make_session(self.hub, link, self.transport.write)
+        self._backlog = backlog_of(self, self.hub, self.member, MOST_WAITING)
 
     def on_bytes(self, data: bytes) -> None:
+        self.heard()  # every character is valid on a line
         if self._session is not None:
             self._session.on_bytes(data)
+            self._backlog.look()
 
     def on_close(self) -> None:
+        self._backlog.close()
         if self._session is not None:
             self._session.close()
 

@@ -1,17 +1,16 @@
 """Modbus masters on TCP: each connection is a member of the bus.  Their number is limited; idle ones may be closed."""
 
 import asyncio
-import logging
-from collections.abc import Callable
-from operator import attrgetter
+from collections.abc import Callable, Iterable
 from typing import Any
 
-from fieldrig.bus import Hub, Port
+from fieldrig.bus import Hub
+from fieldrig.limits import Limits
 from fieldrig.link import Link
 from fieldrig.net import split_address
-from fieldrig_bus.net import Connection, TcpServer, join_as_client
-
-log = logging.getLogger(__name__)
+from fieldrig.pace import Pace
+from fieldrig_bus.modbus.turns import Turns
+from fieldrig_bus.net import Connection, ServingPort, TcpServer, join_as_client
 
 HALF_CLOSED_S = 1.0
 """Time for which a master that has finished sending still gets its answers."""
@@ -32,13 +31,13 @@ class Master(Connection):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
         self.member, link = join_as_client(self.hub, "tcp")
+        self.server.spoken += 1
+        self.used = self.server.spoken
         self.on_open(link)
-        self.server.add(self)
 
     def connection_lost(self, exc: Exception | None) -> None:
         self.on_close()
         self.hub.leave(self.member)
-        self.server.remove(self)
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
@@ -52,9 +51,11 @@ class Master(Connection):
         return True
 
     def pause_writing(self) -> None:
+        self.is_full = True
         self.read_on(False)
 
     def resume_writing(self) -> None:
+        self.is_full = False
         self.read_on(True)
 
     def on_open(self, link: Link[Any]) -> None:
@@ -73,15 +74,16 @@ class Masters(TcpServer):
     def __init__(
         self, address: str, make: Callable[["Masters"], Master], most: int, idle_s: float | None = None
     ) -> None:
-        super().__init__(address, lambda _: make(self))
-        self._most, self._idle_s = most, idle_s
-        self._masters: set[Master] = set()
+        limits = Limits(most, replaces_idle=True)
+        super().__init__(address, lambda _: make(self), limits, "Modbus")
+        self._idle_s = idle_s
+        self.turns = Turns()
         self.spoken = 0
         self._reaped = 0
         self._reaper: asyncio.TimerHandle | None = None
 
-    async def open(self) -> None:
-        await super().open()
+    async def open(self, pace: Pace | None = None) -> None:
+        await super().open(pace)
         if self._idle_s is not None:
             self._reaper = asyncio.get_running_loop().call_later(self._idle_s, self._reap, self._idle_s)
 
@@ -90,29 +92,16 @@ class Masters(TcpServer):
             self._reaper.cancel()
         await super().close()
 
-    def add(self, master: Master) -> None:
-        self.spoken += 1
-        master.used = self.spoken
-        self._masters.add(master)
-        if len(self._masters) > self._most:
-            silent = min(self._masters, key=attrgetter("used"))
-            log.debug("%s is closed for %s", silent.member, master.member)
-            self.remove(silent)
-            silent.transport.close()
-
-    def remove(self, master: Master) -> None:
-        self._masters.discard(master)
-
     def _reap(self, idle_s: float) -> None:
         """Close connections that have been idle for one to two such periods."""
-        for master in self._masters:
-            if master.used <= self._reaped:
+        for master in self.connections:
+            if isinstance(master, Master) and master.used <= self._reaped:
                 master.transport.close()
         self._reaped = self.spoken
         self._reaper = asyncio.get_running_loop().call_later(idle_s, self._reap, idle_s)
 
 
-class MastersPort(Port):
+class MastersPort(ServingPort):
     """A port for masters on TCP; `make` returns the bus member behind a connection."""
 
     def __init__(
@@ -128,8 +117,11 @@ class MastersPort(Port):
 
     async def open(self, hub: Hub) -> None:
         masters = Masters(self._address, lambda masters: self._make(masters, hub), self._most, self._idle_s)
-        await masters.open()
+        await masters.open(hub.pace)
         self._masters = masters
+
+    def servers(self) -> Iterable[TcpServer]:
+        return () if self._masters is None else (self._masters,)
 
     async def close(self) -> None:
         if self._masters is not None:

@@ -9,19 +9,22 @@ the network", application protocol V1.1b3, chapter 7), or not at all.
 `servers` are outside units that devices of the rig use (see `outside`); masters at `listen` can't reach them.
 Left out: TLS (Modbus security), access control by address.
 
-A request is handled in one pass from `data_received` to `transport.write`, without a task, a queue or another iteration
-of the event loop.
+A request is handled in one pass from `data_received` to `transport.write`, without a task or another iteration of the
+event loop.  A connection has at most `MOST_TRANSACTIONS` requests without an answer; while it has more, nothing is read
+from it (guide, 4.4.2), and those that were read already wait for their turn (`turns`).
 """
 
 import logging
 import shlex
+from collections import deque
 from collections.abc import Hashable, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
 from fieldrig.bus import Port, Time
+from fieldrig.clock import S, Timer
 from fieldrig.device import Tool, python_line
 from fieldrig.link import Link
 from fieldrig.net import split_address
@@ -36,6 +39,11 @@ from fieldrig_bus.net import Address, HubSettings
 log = logging.getLogger(__name__)
 
 _pack = HEADER.pack
+
+MOST_TRANSACTIONS: Final = 16
+"""Requests of a connection without an answer (guide, 4.4.2: NumberMaxOfServerTransaction, 1 to 16)."""
+PATIENCE_NS: Final = 5 * S
+"""Time after which a request without an answer, such as one to a unit that is not there, makes room for others."""
 
 
 class ModbusTcpSettings(HubSettings):
@@ -74,6 +82,7 @@ class ModbusTcpSettings(HubSettings):
 class ModbusTcp(ModbusBus):
     about: ClassVar[str] = "Modbus TCP: any client can reach the devices of this bus"
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    serves_outsiders: ClassVar[bool] = True
 
     def __init__(self, name: str, settings: ModbusTcpSettings) -> None:
         super().__init__(name, settings)
@@ -113,6 +122,10 @@ class TcpMaster(Master):
 
     def on_open(self, link: Link[Any]) -> None:
         self._framer = MbapFramer()
+        self._waiting: deque[ModbusRequest] = deque()  # at most those of one portion
+        self._asked: deque[tuple[int, int]] = deque()  # deadline and unit of what has no answer yet
+        self._timer: Timer | None = None
+        self._is_going_on = self._is_stopped = False
         self._send, self._write = link.send, self.transport.write
         link.on_receive(self._on_response, ())
         peer = self.transport.get_extra_info("peername")
@@ -120,12 +133,72 @@ class TcpMaster(Master):
             link.send(ClientConnected(peer[0]))
 
     def on_bytes(self, data: bytes) -> None:
-        for transaction, unit, pdu in self._framer.feed(data):
-            self._send(ModbusRequest(unit, pdu, transaction | unit << 16))
+        requests = self._framer.feed(data)
+        if requests:
+            self.heard()
+        for transaction, unit, pdu in requests:
+            self._waiting.append(ModbusRequest(unit, pdu, transaction | unit << 16))
+        self.go_on()
         if self._framer.is_lost:
             log.debug("%s: not MBAP; closed", self.member)
             self.transport.close()
 
+    def on_close(self) -> None:
+        self._waiting.clear()
+        self._stop_timer()
+        self.server.turns.leave(self)
+        while self._asked:
+            self.server.turns.end(self._asked.popleft()[1])
+
+    def go_on(self) -> None:
+        """Send the requests that wait, as far as the limits allow it."""
+        if self._is_going_on:  # an answer came while its request was being sent
+            return
+        self._is_going_on = True
+        waiting, turns = self._waiting, self.server.turns
+        while waiting and self._has_place() and turns.begin(unit := waiting[0].unit, self):
+            self._asked.append((self.hub.clock.now_ns() + PATIENCE_NS, unit))
+            self._send(waiting.popleft())
+        self._is_going_on = False
+        self._stop_or_read()
+
+    def _stop_or_read(self) -> None:
+        """Read nothing while requests wait, or while the client does not read its answers."""
+        is_stopped = bool(self._waiting)
+        if is_stopped and not self._is_stopped:
+            self.server.door.reached.note(
+                "clients that had to wait", f"{self.member} sends requests faster than they are answered"
+            )
+        self._is_stopped = is_stopped
+        self.read_on(not (is_stopped or self.is_full))
+
+    def _has_place(self) -> bool:
+        """Return whether one more request may be without an answer; if not, look again when the oldest is given up."""
+        asked, now_ns = self._asked, self.hub.clock.now_ns()
+        while asked and asked[0][0] <= now_ns:
+            self.server.turns.end(asked.popleft()[1])
+        if len(asked) < MOST_TRANSACTIONS:
+            return True
+        if self._timer is None or self._timer.action is None:
+            self._timer = self.hub.clock.call_at(asked[0][0], self.go_on)
+        return False
+
     def _on_response(self, response: ModbusResponse) -> None:
         pdu, exchange = response.pdu, response.exchange
         self._write(_pack(exchange & 0xFFFF, 0, len(pdu) + 1, exchange >> 16) + pdu)
+        unit = exchange >> 16
+        for place, (_, asked) in enumerate(self._asked):
+            if asked == unit:  # there is none if it was given up
+                del self._asked[place]
+                self.server.turns.end(unit)
+                break
+        if self._waiting:
+            self.go_on()
+
+    def resume_writing(self) -> None:
+        super().resume_writing()
+        self._stop_or_read()
+
+    def _stop_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()

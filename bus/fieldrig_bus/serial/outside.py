@@ -1,21 +1,30 @@
 """Base of the TCP ports of serial buses: one outside client is on the line at a time.
 
 A second client waits for `GRACE_S`, so that a client that closes and reopens its connection gets the line regardless of
-which event is seen first; after that its connection is closed.  TCP keepalive detects a client whose machine is gone.
+which event is seen first; after that its connection is closed.  A client that has sent nothing for `SILENT_S` gives way
+to a second one, so that a connection which is only opened does not lock others out.  TCP keepalive detects a client
+whose machine is gone.
 """
 
 import asyncio
 import logging
 import socket
+import time
 from collections.abc import Callable
 from typing import Protocol
 
+from fieldrig.limits import FIRST_MESSAGE_S, Limits
 from fieldrig.net import split_address
+from fieldrig.pace import Pace
 from fieldrig_bus.net import Connection, TcpServer, cancel
 
 log = logging.getLogger(__name__)
 
+LIMITS = Limits(connections=8, first_message_s=None)
+"""One client is on the line, and others wait for `GRACE_S`.  A client may only listen, and every byte is valid."""
 GRACE_S = 0.5
+SILENT_S = FIRST_MESSAGE_S
+"""Time after which a client that has sent nothing gives way, in seconds."""
 RETRY_S = 1.0
 KEEPALIVE = {
     "TCP_KEEPIDLE": 10,
@@ -41,7 +50,7 @@ class ClientPlace:
     def __init__(self, address: str, make: Callable[[Connection], Client], is_dialling: bool = False) -> None:
         self._make = make
         self._address, self._is_dialling = address, is_dialling
-        self._server = TcpServer(address, self._connection)
+        self.server = TcpServer(address, self._connection, LIMITS, "serial line")
         self._dialling: asyncio.Task[None] | None = None
         self._current: _Connection | None = None
         self._waiting: list[_Connection] = []
@@ -49,14 +58,14 @@ class ClientPlace:
     @property
     def port(self) -> int:
         """The port on which it listens."""
-        return self._server.port
+        return self.server.port
 
-    async def open(self) -> None:
+    async def open(self, pace: Pace | None = None) -> None:
         """Open the port.  BusError, with its remedy, if it can't listen; the server that it dials may start later."""
         if self._is_dialling:
             self._dialling = asyncio.get_running_loop().create_task(self._dial())
         else:
-            await self._server.open()
+            await self.server.open(pace)
 
     async def close(self) -> None:
         if self._dialling is not None:
@@ -65,7 +74,7 @@ class ClientPlace:
             if self._current is not None:
                 self._current.transport.abort()
                 await self._current.lost
-        await self._server.close()
+        await self.server.close()
 
     def write(self, data: bytes) -> None:
         if self._current is not None:
@@ -80,6 +89,10 @@ class ClientPlace:
             self._begin(connection)
             return
         connection.read_on(False)
+        if self._current.is_silent:
+            what = f"{self._current} has sent nothing for {SILENT_S:g} s and gives way to {connection}"
+            self.server.door.reached.note("connections without a message", what)
+            self._current.transport.abort()
         self._waiting.append(connection)
         asyncio.get_running_loop().call_later(GRACE_S, self._refuse, connection)
 
@@ -105,7 +118,8 @@ class ClientPlace:
 
     def _refuse(self, connection: "_Connection") -> None:
         if connection in self._waiting:
-            log.info("%s: %s refused, %s is on the line", self._address, connection, self._current)
+            what = f"{connection} refused, {self._current} is on the line"
+            self.server.door.reached.note("connections over the limit", what)
             connection.transport.abort()
 
     async def _dial(self) -> None:
@@ -113,7 +127,7 @@ class ClientPlace:
         host, port = split_address(self._address)
         while True:
             try:
-                _, connection = await loop.create_connection(lambda: _Connection(self._server, self), host, port)
+                _, connection = await loop.create_connection(lambda: _Connection(self.server, self), host, port)
                 await asyncio.shield(connection.lost)
             except OSError as fault:
                 log.debug("%s: %s", self._address, fault)
@@ -127,13 +141,21 @@ class _Connection(Connection):
         super().__init__(server)
         self._place = place
         self.client: Client | None = None
+        self._since_s: float | None = None
+
+    @property
+    def is_silent(self) -> bool:
+        """True if the client has sent nothing in the time that it had for that."""
+        return self._since_s is not None and time.monotonic() - self._since_s >= SILENT_S
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
+        self._since_s = time.monotonic()
         _keep_alive(transport.get_extra_info("socket"))
         self._place.arrived(self)
 
     def data_received(self, data: bytes) -> None:
+        self._since_s = None
         if self.client is not None:
             self.client.received(data)
 

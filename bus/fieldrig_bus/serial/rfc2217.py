@@ -3,7 +3,7 @@
 It follows RFC 2217, for `rfc2217://` clients and all programs that can use serial servers.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import ClassVar
 
@@ -11,7 +11,7 @@ from pydantic import Field
 
 from fieldrig.bus import Hub, Port
 from fieldrig.device import Tool
-from fieldrig_bus.net import Address, Connection, join_as_client
+from fieldrig_bus.net import Address, Connection, ServingPort, TcpServer, join_as_client
 from fieldrig_bus.serial.com_port import ComPort
 from fieldrig_bus.serial.end import LineEnd
 from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
@@ -41,7 +41,7 @@ class SerialRfc2217(SerialBus):
         ]
 
 
-class Rfc2217Port(Port):
+class Rfc2217Port(ServingPort):
     def __init__(self, settings: SerialRfc2217Settings) -> None:
         self._settings = settings
         self.place = ClientPlace(settings.listen, self._client)
@@ -57,7 +57,10 @@ class Rfc2217Port(Port):
         self._end.on_room = self.place.read_on
         self._end.hang_up()
         link.on_receive(self._on_line, ("data", "lines", "break"))
-        await self.place.open()
+        await self.place.open(hub.pace)
+
+    def servers(self) -> Iterable[TcpServer]:
+        return (self.place.server,)
 
     async def close(self) -> None:
         await self.place.close()

@@ -5,7 +5,7 @@ client is connected, the other end sees DTR and RTS on.
 Left out, because raw TCP can't carry them: control lines, formats and breaks.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import ClassVar, Self
 
@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from fieldrig.bus import Hub, Port
 from fieldrig.device import Tool
-from fieldrig_bus.net import Address, Connection, join_as_client
+from fieldrig_bus.net import Address, Connection, ServingPort, TcpServer, join_as_client
 from fieldrig_bus.serial.end import LineEnd
 from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
 from fieldrig_bus.serial.outside import ClientPlace
@@ -51,7 +51,7 @@ class SerialTcp(SerialBus):
         ]
 
 
-class TcpPort(Port):
+class TcpPort(ServingPort):
     def __init__(self, settings: SerialTcpSettings) -> None:
         self._settings = settings
         self.place = ClientPlace(settings.listen or settings.dial or "", self._client, settings.listen is None)
@@ -63,7 +63,10 @@ class TcpPort(Port):
         self._end.on_room = self.place.read_on
         self._end.hang_up()
         link.on_receive(self.place.write)
-        await self.place.open()
+        await self.place.open(hub.pace)
+
+    def servers(self) -> Iterable[TcpServer]:
+        return (self.place.server,)
 
     async def close(self) -> None:
         await self.place.close()

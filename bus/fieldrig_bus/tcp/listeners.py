@@ -6,10 +6,11 @@ from collections.abc import Callable, Coroutine, Iterable, Mapping
 from ipaddress import ip_address
 from typing import Any, Final
 
-from fieldrig.bus import Hub, Port
+from fieldrig.bus import Hub
 from fieldrig.errors import BusError
+from fieldrig.limits import Limits
 from fieldrig.link import Link
-from fieldrig_bus.net import Connection, TcpServer
+from fieldrig_bus.net import Connection, ServingPort, TcpServer
 from fieldrig_bus.tcp.message import (
     MOST_DATA,
     Close,
@@ -26,16 +27,22 @@ from fieldrig_bus.tcp.model import PORT
 
 log = logging.getLogger(__name__)
 
+EXTRA_LIMITS: Final = Limits(connections=4, first_message_s=None)
+"""An extra port is for one data connection of one client; it may only listen."""
 LINGER_S: Final = 30.0
 """Time for which a closed connection waits for a client that does not read."""
 
 
-class TcpPort(Port):
+class TcpPort(ServingPort):
     """Listens at the addresses of the services, and at the extra ports."""
 
     def __init__(self, listen: Mapping[str, str], most: int, extra_ports: tuple[int, int] | None) -> None:
-        self._most, self._extra_ports = most, extra_ports
-        self._servers = {service: TcpServer(address, self._accepting(service)) for service, address in listen.items()}
+        """`most` is the number of connections of each service."""
+        self._extra_ports, self._limits = extra_ports, Limits(most)
+        self._servers = {
+            service: TcpServer(address, self._accepting(service), self._limits, service)
+            for service, address in listen.items()
+        }
         self._extra: dict[int, TcpServer] = {}
         self._connections: dict[int, _Client] = {}
         self._numbers = 0
@@ -52,7 +59,7 @@ class TcpPort(Port):
         self._link = hub.join(PORT)
         self._link.on_receive(self._on_message)
         for server in self._servers.values():
-            await server.open()
+            await server.open(hub.pace)
 
     async def close(self) -> None:
         for task in self._tasks:
@@ -61,7 +68,7 @@ class TcpPort(Port):
         for client in clients:
             client.transport.abort()
         await asyncio.gather(*(client.lost for client in clients))
-        for server in (*self._servers.values(), *self._extra.values()):
+        for server in self.servers():
             await server.close()
         if self._hub is not None:
             self._hub.leave(PORT)
@@ -70,10 +77,7 @@ class TcpPort(Port):
     # ---- for the connections
 
     def arrived(self, client: "_Client", service: str, origin: int) -> None:
-        """Take a connection and give it its number, unless there are too many."""
-        if len(self._connections) >= self._most:
-            log.debug("%s refused: %d connections", client.peer, self._most)
-            return
+        """Take a connection and give it its number."""
         origin_client = self._connections.get(origin)
         if origin and (origin_client is None or origin_client.peer != client.peer):
             return  # an extra port is for its client only
@@ -81,6 +85,9 @@ class TcpPort(Port):
         client.number = self._numbers  # before the message, to which the device may answer at once
         self._connections[client.number] = client
         self.send(Connected(client.number, service, client.peer, client.local, origin))
+
+    def servers(self) -> Iterable[TcpServer]:
+        return (*self._servers.values(), *self._extra.values())
 
     def left(self, number: int) -> None:
         if self._connections.pop(number, None) is not None:
@@ -116,9 +123,9 @@ class TcpPort(Port):
         first, last = self._extra_ports or (0, 0)
         host = f"[{client.local}]" if ":" in client.local else client.local
         for port in range(first, last + 1):
-            server = TcpServer(f"{host}:{port}", self._accepting("", connection))
+            server = TcpServer(f"{host}:{port}", self._accepting("", connection), EXTRA_LIMITS, "extra port")
             try:
-                await server.open()
+                await server.open(self._hub.pace if self._hub is not None else None)
             except BusError:
                 continue
             if connection not in self._connections:
@@ -148,7 +155,7 @@ class _Client(Connection):
         """The number of the connection; 0 before it has one, and if it was refused."""
         self.peer = self.local = "0.0.0.0"
         self._untold = 0  # bytes written whose `Taken` waits until the client reads
-        self._has_ended = False
+        self._has_ended = self._has_spoken = self._is_heard = False
         self._linger: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -161,6 +168,7 @@ class _Client(Connection):
             self.transport.abort()
 
     def data_received(self, data: bytes) -> None:
+        self._has_spoken = True
         for part in _parts(data):
             self._port.send(Data(self.number, part))
 
@@ -183,6 +191,9 @@ class _Client(Connection):
         """Send data of the device; it sends no more than a window ahead, so nothing is dropped."""
         if self.transport.is_closing():
             return
+        if self._has_spoken and not self._is_heard:  # the device has answered, so it has understood a message
+            self._is_heard = True
+            self.heard()
         self.transport.write(data)
         self._untold += len(data)
         if not self.is_full:

@@ -1,7 +1,8 @@
 """`tcp.server`: any client can connect by TCP to the services of the devices, such as `http` and `ftp`.
 
-A connection beyond `max_connections` is closed at once.  A client that does not read stops its device from sending
-more, and a device that is slow stops nothing else.  An extra port, which passive FTP needs, accepts the address of its
+Each service has `max_connections`, of which one client may have three quarters.  One more is closed at once, or takes
+the place of one that has not sent a complete message yet.  A client that does not read stops its device from sending
+more, and a device that is slow stops its clients.  An extra port, which passive FTP needs, accepts the address of its
 client only.
 Left out: TLS, urgent data.
 """
@@ -33,7 +34,12 @@ class TcpSettings(HubSettings):
         min_length=1,
         description="host:port for clients, by the name of the service",
     )
-    max_connections: int = Field(default=64, ge=1, le=10_000, description="connections; one more is closed at once")
+    max_connections: int = Field(
+        default=64,
+        ge=1,
+        le=10_000,
+        description="connections of each service, three quarters of them of one client; one more is closed at once",
+    )
     extra_ports: tuple[int, int] | None = Field(
         default=None, description="first and last extra port, for the data of passive FTP; null: any free port"
     )
@@ -53,6 +59,7 @@ class TcpServerBus(ModelBus[TcpMessage]):
     )
     times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
     family: ClassVar[str] = "tcp"
+    serves_outsiders: ClassVar[bool] = True
     messages: ClassVar[tuple[type, ...]] = KINDS
 
     encode = staticmethod(codec.encode)

@@ -7,11 +7,12 @@ that is there; while nothing listens at the address, it rings.
 
 import asyncio
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from fieldrig.bus import Hub, Port
+from fieldrig.limits import Limits
 from fieldrig.net import split_address
-from fieldrig_bus.net import Connection, TcpServer, cancel, join_as_client
+from fieldrig_bus.net import Connection, ServingPort, TcpServer, cancel, join_as_client
 from fieldrig_bus.serial.telnet import BINARY, DO, ECHO, SUPPRESS_GO_AHEAD, WILL, Negotiation, Options, TelnetReader
 from fieldrig_bus.serial.telnet import escape as escaped
 from fieldrig_bus.telephone.message import Ring, TelephoneMessage
@@ -19,18 +20,25 @@ from fieldrig_bus.telephone.outside import OutsideModem
 
 log = logging.getLogger(__name__)
 
+LIMITS = Limits(connections=16, first_message_s=None)
+"""Calls at a time; a line that is busy says so itself.  A caller may only listen, and every byte is valid.  How long a
+call may take to connect is limited by the modem (`outside.PATIENCE_NS`)."""
 
-class IncomingPort(Port):
+
+class IncomingPort(ServingPort):
     """Listens at `address`; each connection calls `number`."""
 
     def __init__(self, address: str, number: str, is_telnet: bool) -> None:
         self.number, self.is_telnet = number, is_telnet
-        self.server = TcpServer(address, self._connection)
+        self.server = TcpServer(address, self._connection, LIMITS, f"calls to {number}")
         self._hub: Hub | None = None
 
     async def open(self, hub: Hub) -> None:
         self._hub = hub
-        await self.server.open()
+        await self.server.open(hub.pace)
+
+    def servers(self) -> Iterable[TcpServer]:
+        return (self.server,)
 
     async def close(self) -> None:
         await self.server.close()

@@ -1,0 +1,89 @@
+"""Reads a connection in small portions, and waits while there is a reason to.
+
+An event loop otherwise reads megabytes at once from a client that floods, and everything else in the process waits for
+seconds.  With a `Pace` the size of a portion follows from the time that the last one took.
+"""
+
+import asyncio
+import time
+from abc import abstractmethod
+from enum import IntFlag
+from typing import Final
+
+from fieldrig.pace import Pace
+
+MOST_AT_ONCE: Final = 4096
+"""Bytes read before the event loop continues with others."""
+LEAST_AT_ONCE: Final = 64
+"""Size of a portion, in bytes, where even a small one takes long."""
+
+
+class Hold(IntFlag):
+    """Reasons to read nothing."""
+
+    OWN = 1
+    """The protocol has enough to do."""
+    HUB = 2
+    """The devices of the bus have enough to do."""
+    PACE = 4
+    """The process has something else to do."""
+    TURN = 8
+    """Others have their turn first."""
+
+
+class Portions(asyncio.BufferedProtocol):
+    """A protocol whose subclass handles bytes in `data_received`."""
+
+    def __init__(self, most: int = MOST_AT_ONCE) -> None:
+        self._buffer = memoryview(bytearray(most))
+        self._most = self._size = most
+        self._holds = 0
+        self.pace: Pace | None = None
+
+    def data_received(self, data: bytes) -> None:
+        raise NotImplementedError
+
+    @abstractmethod
+    def read_from_now(self, is_wanted: bool) -> None:
+        """Resume or pause the transport, if there is one that is open."""
+
+    def hold(self, reason: Hold, is_held: bool) -> None:
+        """Read nothing for this reason, or no longer because of it."""
+        before = self._holds
+        self._holds = before | reason if is_held else before & ~reason
+        if bool(before) != bool(self._holds):
+            self.read_from_now(not self._holds)
+
+    def wait(self, is_waiting: bool) -> None:
+        self.hold(Hold.PACE, is_waiting)
+
+    def keep(self, pace: Pace) -> None:
+        """Keep this pace until `leave_pace`."""
+        self.pace = pace
+        pace.add(self)
+
+    def leave_pace(self) -> None:
+        if self.pace is not None:
+            self.pace.remove(self)
+
+    def get_buffer(self, sizehint: int) -> memoryview:
+        return self._buffer[: self._size]
+
+    def buffer_updated(self, nbytes: int) -> None:
+        asked, pace = self._size, self.pace
+        if pace is None:
+            self.data_received(self._buffer[:nbytes].tobytes())
+        else:
+            began_ns = time.monotonic_ns()
+            self.data_received(self._buffer[:nbytes].tobytes())
+            self._fit(nbytes, pace.spent(began_ns), pace.portion_ns)
+        if nbytes == asked:
+            self.hold(Hold.TURN, True)
+            asyncio.get_running_loop().call_soon(self.hold, Hold.TURN, False)
+
+    def _fit(self, nbytes: int, took_ns: int, portion_ns: int) -> None:
+        """Choose the size of the next portion."""
+        if took_ns > portion_ns:
+            self._size = max(LEAST_AT_ONCE, min(self._size, nbytes) // 2)
+        elif nbytes == self._size < self._most and 4 * took_ns < portion_ns:
+            self._size = min(self._most, 2 * self._size)
