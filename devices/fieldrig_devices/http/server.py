@@ -14,6 +14,7 @@ import h11
 
 from fieldrig.clock import Clock, S, Timer
 from fieldrig_devices.connections.connection import Connection, Serve
+from fieldrig_devices.http.host import is_host
 from fieldrig_devices.http.messages import Answer, Request, Response, refusal
 
 log = logging.getLogger(__name__)
@@ -38,12 +39,16 @@ def serving(clock: Clock, answer: Answer) -> Serve:
     return lambda connection: HttpSession(clock, connection, answer)
 
 
+def _new_http() -> h11.Connection:
+    return h11.Connection(h11.SERVER, max_incomplete_event_size=LONGEST_HEAD)
+
+
 class HttpSession:
     """One connection."""
 
     def __init__(self, clock: Clock, connection: Connection, answer: Answer) -> None:
         self._clock, self._connection, self._answer = clock, connection, answer
-        self._http = h11.Connection(h11.SERVER, max_incomplete_event_size=LONGEST_HEAD)
+        self._http = _new_http()
         self._held = bytearray()
         self._content = 0
         self._request: h11.Request | None = None
@@ -83,10 +88,10 @@ class HttpSession:
             while not self._is_closed and not self._connection.unsent:
                 event = self._http.next_event()
                 if event is h11.NEED_DATA:
-                    if not self._held:
+                    data = self._next_data()
+                    if not data:
                         self._close_if_ended()
                         return
-                    data, self._held = bytes(self._held), bytearray()
                     self._http.receive_data(data)
                 else:
                     self._take(event)
@@ -94,11 +99,24 @@ class HttpSession:
             log.debug("%s: %s", self._connection.peer, wrong)
             self._refuse(HTTPStatus(wrong.error_status_hint))
 
+    def _next_data(self) -> bytes:
+        """Return what has arrived, without the empty lines before a request (RFC 9112, 2.2)."""
+        if self._http.their_state is h11.IDLE and not self._http.trailing_data[0]:
+            while (line := self._held[:2]) == b"\r\n" or line.startswith(b"\n"):
+                del self._held[: line.index(b"\n") + 1]
+            if self._held == b"\r":
+                return b""
+        data = bytes(self._held)
+        self._held.clear()
+        return data
+
     def _take(self, event: object) -> None:
         match event:
             case h11.Request():
                 self._request, self._content = event, 0
-                if event.method not in METHODS:
+                if not all(is_host(value) for name, value in event.headers if name == b"host"):
+                    self._refuse(HTTPStatus.BAD_REQUEST)
+                elif event.method not in METHODS:
                     self._refuse(HTTPStatus.METHOD_NOT_ALLOWED)
             case h11.Data():
                 self._content += len(event.data)
@@ -146,9 +164,15 @@ class HttpSession:
         self._connection.write(b"".join(self._http.send(part) or b"" for part in parts))
         self._wait()
         if self._http.our_state is h11.DONE and self._http.their_state is h11.DONE:
-            self._http.start_next_cycle()
+            self._begin_next_request()
         else:
             self._close()
+
+    def _begin_next_request(self) -> None:
+        """Go on with what h11 has read ahead, in which empty lines may come before the next request."""
+        read_ahead, _ = self._http.trailing_data
+        self._held[:0] = read_ahead
+        self._http = _new_http()
 
     # ---- limits of time
 

@@ -11,7 +11,7 @@ packets of ours.
 """
 
 import logging
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
 from hashlib import blake2b
 from ipaddress import IPv4Address
@@ -33,6 +33,8 @@ LEAST_MTU: Final = 68
 """The shortest packet that every link carries (RFC 791)."""
 MOST_MTU: Final = 0xFFFF
 MOST_CONNECTIONS: Final = 256
+MOST_HALF_OPEN: Final = 64
+"""Connections in SYN-RECEIVED; a further SYN takes the place of the oldest one of the peer that has most of them."""
 FIRST_OWN_PORT: Final = 49_152
 """Ports of connections that the stack opens (RFC 6335, 6): from here to 65535."""
 WINDOW: Final = 32_768
@@ -162,6 +164,8 @@ class Stack:
             packet = Packet.decode(data)
             if packet.destination != self.address:
                 raise ValueError(f"a packet to {packet.destination}, expected one to {self.address}")
+            if packet.source == self.address:  # RFC 1122, 3.2.1.3; a SYN of this kind was once called LAND
+                raise ValueError("a packet from this host's own address")
             match packet.protocol:
                 case Protocol.TCP:
                     self._on_segment(packet)
@@ -192,9 +196,10 @@ class Stack:
         if connection is not None:
             answer = arrive(connection, self._now_ns, segment)
             self._wake(connection)
-        elif segment.destination_port in self._listeners and segment.flags & (SYN | ACK | RST) == SYN:
-            self._on_syn(packet.source, segment)
-            return
+        elif segment.destination_port in self._listeners and not segment.flags & (ACK | RST):
+            if segment.flags & SYN:
+                self._on_syn(packet.source, segment)
+            return  # RFC 9293, 3.10.7.2: a listener drops everything else
         else:
             answer = refusal(segment)
         if answer is not None:
@@ -235,7 +240,14 @@ class Stack:
         return (self._now_ns // _TICK_NS + int.from_bytes(offset, "big")) % (1 << 32)
 
     def _has_room(self) -> bool:
-        """True if there may be a further connection; the oldest one in TIME-WAIT is given up for it."""
+        """True if there may be a further connection of a peer.
+
+        A half-open one is given up for it if there are too many, or else the oldest one in TIME-WAIT.
+        """
+        half_open = [key for key, old in self._connections.items() if old.state is State.SYN_RECEIVED]
+        if len(half_open) >= MOST_HALF_OPEN:
+            (busiest, _), *_ = Counter(key.remote_address for key in half_open).most_common(1)
+            del self._connections[next(key for key in half_open if key.remote_address == busiest)]
         if len(self._connections) < MOST_CONNECTIONS:
             return True
         oldest = next((key for key, old in self._connections.items() if old.state is State.TIME_WAIT), None)

@@ -114,6 +114,29 @@ def test_a_wrong_request_is_refused(request_bytes: bytes, status: bytes) -> None
     assert not client.asked
 
 
+@pytest.mark.parametrize("lines", [b"\r\n", b"\n", b"\r\n\r\n\n"])
+def test_empty_lines_before_a_request_are_skipped(lines: bytes) -> None:
+    """RFC 9112, 2.2; old clients sent one behind the content of a POST, so between two requests it counts as well."""
+    client = Client()
+    assert client.send(lines + GET + lines + GET).count(b"200 OK") == 2
+    assert b"".join(client.send(bytes((byte,))) for byte in lines + GET).count(b"200 OK") == 1
+
+
+@pytest.mark.parametrize("host", ["plc", "plc:80", "", "10.0.0.1", "[::1]:8080", "a_b-c.d%20", "plc:"])
+def test_a_host_of_rfc_3986_is_taken(host: str) -> None:
+    assert status_of(Client().send(f"GET / HTTP/1.1\r\nHost: {host}\r\n\r\n".encode())) == b"HTTP/1.1 200 OK"
+
+
+@pytest.mark.parametrize(
+    "host",
+    ["a b", "a\tb", "a/b", "u@a", "a:b", "a:1:2", "a:65536", "[::1", "::1", "[::g]", "[1.2.3.4]", "%zz", "<a>", "ä"],
+)
+@pytest.mark.parametrize("version", ["1.0", "1.1"])
+def test_another_host_is_refused(host: str, version: str) -> None:
+    answer = Client().send(f"GET / HTTP/{version}\r\nHost: {host}\r\n\r\n".encode())
+    assert status_of(answer) == b"HTTP/1.1 400 Bad Request"
+
+
 def test_pipelined_requests_wait_while_a_response_is_not_taken() -> None:
     client = Client(is_taking=False)
     client.send(GET * 3)

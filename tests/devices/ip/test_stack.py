@@ -1,5 +1,6 @@
 """The stack as a host: RFC 1122, and the calls of its user."""
 
+import struct
 from ipaddress import IPv4Address
 
 import pytest
@@ -8,8 +9,9 @@ from hypothesis import strategies as st
 from ip_line import CALLER, CONTROLLER, PORT, Line, Peer, User
 
 from fieldrig.clock import S
-from fieldrig_devices.ip.ipv4 import Packet, Protocol
-from fieldrig_devices.ip.stack import MOST_CONNECTIONS, Stack
+from fieldrig_devices.ip.checksum import checksum
+from fieldrig_devices.ip.ipv4 import Packet, Protocol, pseudo_header
+from fieldrig_devices.ip.stack import MOST_CONNECTIONS, MOST_HALF_OPEN, Stack
 from fieldrig_devices.ip.tcp.connection import Connection
 from fieldrig_devices.ip.tcp.segment import ACK, FIN, SYN, Flags, Segment
 
@@ -17,6 +19,9 @@ from fieldrig_devices.ip.tcp.segment import ACK, FIN, SYN, Flags, Segment
 ECHO = bytes.fromhex("450000241beb40004001d893bec86465bec864640800b64435aa00010001020304050607")
 # A datagram of Linux 6.1 to port 53.
 UDP = bytes.fromhex("450000219a794000401159f8bec86465bec8646481ca0035000df3a768656c6c6f")
+SYN_TO_ITSELF = Packet(
+    CONTROLLER, CONTROLLER, 6, Segment(PORT, PORT, 1, 0, SYN, 1000).encode(CONTROLLER, CONTROLLER)
+).encode()
 
 
 def answers(packet: bytes, mtu: int = 1500) -> list[Packet]:
@@ -70,11 +75,52 @@ def test_impossible_numbers_are_refused(mtu: int, window: int) -> None:
         Stack(CONTROLLER, mtu, lambda packet: None, window=window)
 
 
-def test_a_flood_of_connections_is_limited() -> None:
+@pytest.mark.parametrize("packet", [SYN_TO_ITSELF, Packet(CONTROLLER, CONTROLLER, 1, ECHO[20:]).encode()])
+def test_a_packet_from_the_own_address_is_dropped(packet: bytes) -> None:
+    """RFC 1122, 3.2.1.3; the host must not answer itself."""
     peer = Peer()
-    for port in range(MOST_CONNECTIONS + 50):
-        peer.give(Segment(2000 + port, PORT, 1, 0, SYN, 1000))
-    assert len(peer.take()) == len(peer.stack.connections) == MOST_CONNECTIONS
+    peer.stack.receive(0, packet)
+    assert (peer.take(), peer.others, peer.stack.connections, peer.stack.dropped) == ([], [], [], 1)
+
+
+@pytest.mark.parametrize("flags", [0x00, 0x01, 0x08, 0x29, 0x3F & ~0x16])
+def test_a_listener_drops_a_segment_without_syn_ack_and_rst(flags: int) -> None:
+    """RFC 9293, 3.10.7.2: no answer tells a scanner whether the port is open."""
+    peer = Peer()
+    header = struct.pack("!HHIIBBHHH", 1000, PORT, 1, 0, 0x50, flags, 1000, 0, 0)
+    covered = pseudo_header(CALLER, CONTROLLER, 6, len(header)) + header
+    peer.packet(6, header[:16] + struct.pack("!HH", checksum(covered), 0))
+    assert (peer.take(), peer.stack.connections, peer.stack.dropped) == ([], [], 0)
+
+
+def open_connections(peer: Peer, count: int) -> None:
+    for port in range(2000, 2000 + count):
+        peer.give(Segment(port, PORT, 1, 0, SYN, 1000))
+        (answer,) = peer.take()
+        peer.give(Segment(port, PORT, 2, answer.sequence + 1, ACK, 1000))
+
+
+def test_the_number_of_connections_is_limited() -> None:
+    peer = Peer()
+    open_connections(peer, MOST_CONNECTIONS)
+    peer.give(Segment(1999, PORT, 1, 0, SYN, 1000))
+    assert (peer.take(), len(peer.stack.connections)) == ([], MOST_CONNECTIONS)
+
+
+def test_half_open_connections_of_one_peer_lock_no_other_out() -> None:
+    peer = Peer()
+    other = IPv4Address("190.200.100.7")
+    syn = Segment(1000, PORT, 1, 0, SYN, 1000)
+    peer.stack.receive(0, Packet(other, CONTROLLER, 6, syn.encode(other, CONTROLLER)).encode())
+    theirs = peer.take()[0].sequence
+    for port in range(2000, 2000 + 2 * MOST_CONNECTIONS):
+        peer.give(Segment(port, PORT, 1, 0, SYN, 1000))
+    assert len(peer.stack.connections) == MOST_HALF_OPEN
+    ack = Segment(1000, PORT, 2, theirs + 1, ACK, 1000)
+    peer.stack.receive(0, Packet(other, CONTROLLER, 6, ack.encode(other, CONTROLLER)).encode())
+    assert [user.connection.key.remote_address for user in peer.users] == [other]
+    peer.take()
+    assert peer.connect() is peer.users[-1], "the peer itself gets a further connection as well"
 
 
 def test_an_old_connection_in_time_wait_makes_room() -> None:
@@ -83,8 +129,8 @@ def test_an_old_connection_in_time_wait_makes_room() -> None:
     user.connection.end()
     peer.act()
     peer.send(ACK | FIN, 101, peer.theirs + 2)
-    for port in range(MOST_CONNECTIONS):
-        peer.give(Segment(2000 + port, PORT, 1, 0, SYN, 1000))
+    peer.take()
+    open_connections(peer, MOST_CONNECTIONS)
     assert len(peer.stack.connections) == MOST_CONNECTIONS
     assert user.connection not in peer.stack.connections
 

@@ -1,6 +1,7 @@
 """The reception path: what a segment does to its connection (RFC 9293, 3.10.7.3 and 3.10.7.4, in their order).
 
-The checks of RFC 5961, which RFC 9293 contains, are made: only a RST at exactly the expected number resets.
+The checks of RFC 5961, which RFC 9293 contains, are made: only a RST at exactly the expected number resets, and an
+acknowledgment counts only if it is not older than the widest window of the peer.
 """
 
 from typing import Final
@@ -50,8 +51,8 @@ def arrive(connection: Connection, now_ns: int, segment: Segment) -> Segment | N
         if not connection.outgoing.unacknowledged < acknowledgment <= connection.outgoing.highest:
             return refusal(segment)
         _establish(connection, now_ns, acknowledgment, Event.ACK_OF_SYN)
-    if acknowledgment > connection.outgoing.highest:
-        _challenge(connection, now_ns)
+    if not connection.outgoing.oldest_acknowledgment <= acknowledgment <= connection.outgoing.highest:
+        _challenge(connection, now_ns)  # RFC 5961, 5.2; its data are dropped as well
         return None
     _acknowledged(connection, now_ns, sequence, acknowledgment, segment)
     _take_data(connection, now_ns, sequence, segment)

@@ -38,6 +38,11 @@ class Outgoing:
         return self.next - self.unacknowledged
 
     @property
+    def oldest_acknowledgment(self) -> int:
+        """The lowest acknowledgment that a late segment of the peer can have: SND.UNA - MAX.SND.WND (RFC 5961, 5.2)."""
+        return max(self.unacknowledged - self.widest, self.first)
+
+    @property
     def is_everything_sent(self) -> bool:
         return self.next == self.end_of_data + self.has_ended
 

@@ -61,6 +61,22 @@ def test_data_that_come_again_are_acknowledged_again() -> None:
     assert bytes(user.received) == b"abc"
 
 
+@pytest.mark.parametrize(("back", "is_taken"), [(8192, True), (8193, False), (2**31 - 1, False), (-1, False)])
+def test_data_with_an_acknowledgment_that_nobody_can_have_sent_are_challenged(back: int, is_taken: bool) -> None:
+    """RFC 5961, 5.2: acceptable from SND.UNA - MAX.SND.WND to SND.NXT, where the peer's window was 8192."""
+    peer, user = connected()
+    user.connection.send(bytes(8192))
+    for place in range(2, 8194, 1000):
+        peer.act()
+        peer.send(ACK, 101, peer.theirs + min(place + 999, 8193))
+    peer.take()
+    peer.send(ACK | PSH, 101, peer.theirs + 8193 - back, b"blind")
+    answers = peer.take()
+    assert bytes(user.received) == (b"blind" if is_taken else b"")
+    if not is_taken:
+        assert [(segment.flags, segment.acknowledgment) for segment in answers] == [(ACK, 101)]
+
+
 def test_an_end_before_its_data_waits_for_them() -> None:
     peer, user = connected()
     peer.send(ACK | FIN, 104, peer.theirs + 1)
