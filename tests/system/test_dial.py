@@ -53,6 +53,8 @@ def test_a_proxy_leads_to_every_port_of_the_controller_and_to_no_other_host() ->
         hello = bytes.fromhex("05 01 00")
         to_echo, to_other = bytes.fromhex("05 01 00 01 be c8 64 64 0007"), bytes.fromhex("05 01 00 01 be c8 64 63 0007")
         assert exchange(port, hello + to_echo + b"echo") == bytes.fromhex("0500 05000001 00000000 0000") + b"echo"
+        to_closed = to_echo[:-2] + bytes.fromhex("0009")
+        assert exchange(port, hello + to_closed, ends=False) == bytes.fromhex("0500 05050001 00000000 0000")
         assert exchange(port, hello + to_other, ends=False) == bytes.fromhex("0500 05030001 00000000 0000")
 
 

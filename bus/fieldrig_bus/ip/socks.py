@@ -1,7 +1,7 @@
 """A SOCKS 5 proxy for one host (RFC 1928): the command CONNECT, without authentication, to an IPv4 address.
 
-A client gets the reply of success when its connection begins, and is reset if the port is closed.  Left out: BIND, UDP,
-IPv6, and names, apart from an address written as a name.
+A client gets its reply when the other end has accepted or refused the connection, or when it does not answer.  Left
+out: BIND, UDP, IPv6, and names, apart from an address written as a name.
 """
 
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from ipaddress import IPv4Address
 from typing import Final
 
-from fieldrig_bus.ip.stream import Stream
+from fieldrig_bus.ip.stream import Opening, Stream
 from fieldrig_bus.ip.tunnel import Tunnelled
 from fieldrig_bus.net import TcpServer
 
@@ -20,7 +20,7 @@ CONNECT: Final = 1
 IPV4, NAME, IPV6 = 1, 3, 4
 
 # RFC 1928, 6: the field REP of a reply
-SUCCEEDED, NOT_REACHABLE, COMMAND_REFUSED, ADDRESS_REFUSED = 0, 3, 7, 8
+SUCCEEDED, NOT_REACHABLE, HOST_UNREACHABLE, CONNECTION_REFUSED, COMMAND_REFUSED, ADDRESS_REFUSED = 0, 3, 4, 5, 7, 8
 
 _ADDRESS_BYTES: Final = {IPV4: 4, IPV6: 16}
 
@@ -111,13 +111,14 @@ class SocksClient(Tunnelled):
     """A client of the proxy."""
 
     def __init__(
-        self, server: TcpServer, connect: Callable[[IPv4Address, int], Stream], on_change: Callable[[], None]
+        self, server: TcpServer, connect: Callable[[IPv4Address, int], Opening], on_change: Callable[[], None]
     ) -> None:
         """`connect` raises ConnectionError for an address that it does not reach."""
         super().__init__(server, self._open, on_change)
         self._connect = connect
         self._handshake: Handshake | None = Handshake()
         self._request = Request(None, 0)
+        self._opening: Opening | None = None
 
     def begin(self) -> None:
         """Wait for the request."""
@@ -150,9 +151,21 @@ class SocksClient(Tunnelled):
     def _open(self) -> Stream:
         assert self._request.address is not None, "a request without a refusal has an address"
         try:
-            stream = self._connect(self._request.address, self._request.port)
+            self._opening = self._connect(self._request.address, self._request.port)
         except ConnectionError:
             self.transport.write(reply(NOT_REACHABLE))
             raise
+        self._opening.on_open = self._on_open
+        return self._opening
+
+    def _on_open(self) -> None:
+        self._opening = None
         self.transport.write(reply(SUCCEEDED))
-        return stream
+
+    def _on_close(self, reason: object) -> None:
+        if self._opening is None:
+            super()._on_close(reason)
+            return
+        self._stream = None
+        self.transport.write(reply(CONNECTION_REFUSED if self._opening.is_refused else HOST_UNREACHABLE))
+        self.transport.close()

@@ -37,6 +37,17 @@ class Stream(Protocol):
     def resume(self) -> None: ...
 
 
+class Opening(Stream, Protocol):
+    """A stream that this side opens, and that the other end has not answered yet."""
+
+    on_open: Callable[[], None]
+    """Called when the other end has accepted it."""
+
+    @property
+    def is_refused(self) -> bool:
+        """True if the stream is over because the other end has refused it."""
+
+
 def join(first: Stream, second: Stream) -> None:
     """Carry everything between two streams: data, ends, losses and back-pressure."""
     _carry(first, second)

@@ -15,7 +15,7 @@ from fieldrig.clock import S
 from fieldrig.errors import BusError
 from fieldrig.this_process import on_signals
 from fieldrig_bus.ip.socks import SocksClient
-from fieldrig_bus.ip.stream import Stream
+from fieldrig_bus.ip.stream import Opening
 from fieldrig_bus.ip.tunnel import Tunnelled
 from fieldrig_bus.net import TcpServer
 from fieldrig_bus.serial.threaded_port import ThreadedPort
@@ -37,7 +37,7 @@ class Session(Protocol):
     def advance(self, now_ns: int) -> None: ...
     @property
     def peer_address(self) -> IPv4Address: ...
-    def open(self, port: int) -> Stream: ...
+    def open(self, port: int) -> Opening: ...
     def hang_up(self, now_ns: int) -> None: ...
 
 
@@ -81,6 +81,7 @@ class _Call:
         self._session = make_session(self._port.send)
         self._servers = [TcpServer(forward.local, self._way_to(forward.remote_port)) for forward in forwards]
         self._on_up = on_up
+        self._arrived = bytearray()
         self._gone = ""
         self._is_leaving = self._is_forced = False
         self._url = url
@@ -108,7 +109,7 @@ class _Call:
         for server in self._servers:  # before the call, so that an address that is taken costs none
             await server.open()
         session.start(time.monotonic_ns())
-        while not (session.is_over or self._gone or self._is_forced):
+        while not (session.is_over or self._is_forced or (self._gone and not self._arrived)):
             if session.is_up and not is_reported:
                 is_reported = True
                 self._on_up()
@@ -117,20 +118,28 @@ class _Call:
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._changed.wait(), wait_s)
             self._changed.clear()
-            session.advance(time.monotonic_ns())
+            self._step()
+
+    def _step(self) -> None:
+        """Take everything that has arrived at once, because each look at all timers of many connections costs time."""
+        data, now_ns = bytes(self._arrived), time.monotonic_ns()
+        self._arrived.clear()
+        if data:
+            self._session.receive(now_ns, data)
+        self._session.advance(now_ns)
 
     def _way_to(self, port: int | None) -> Callable[[TcpServer], Tunnelled]:
         if port is None:
             return lambda server: SocksClient(server, self._connect, self._changed.set)
         return lambda server: Tunnelled(server, lambda: self._session.open(port), self._changed.set)
 
-    def _connect(self, address: IPv4Address, port: int) -> Stream:
+    def _connect(self, address: IPv4Address, port: int) -> Opening:
         if address != self._session.peer_address:
             raise ConnectionError(f"{address} is not at the other end, but {self._session.peer_address}")
         return self._session.open(port)
 
     def _on_data(self, data: bytes) -> None:
-        self._session.receive(time.monotonic_ns(), data)
+        self._arrived += data
         self._changed.set()
 
     def _on_gone(self, why: str) -> None:

@@ -15,6 +15,7 @@ from serial import serial_for_url
 from serial.serialutil import SerialException
 
 from fieldrig.errors import BusError
+from fieldrig_bus.serial.reading import read_arrived
 
 READ_S: Final = 0.1
 """Longest wait of a read, in seconds, after which the reading thread looks whether it should end."""
@@ -64,9 +65,8 @@ class ThreadedPort:
 
     def _read(self, on_data: Callable[[bytes], None]) -> None:
         while self._is_open:
-            data: bytes = self._port.read(1)
-            if data:
-                on_data(data + self._port.read(self._port.in_waiting))
+            if data := read_arrived(self._port):
+                on_data(data)
 
     def _write(self) -> None:
         while (data := self._unsent.get()) is not None:

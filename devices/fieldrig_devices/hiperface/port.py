@@ -11,6 +11,7 @@ from serial import serialutil
 
 from fieldrig.clock import MS, S
 from fieldrig.errors import BusError, RefusedError
+from fieldrig_bus.serial.reading import read_arrived
 from fieldrig_devices.hiperface.client import MotorError
 from fieldrig_devices.hiperface.conversation import AnsweredError, Conversation, NoAnswerError, Script
 from fieldrig_devices.hiperface.telegram import FACTORY_ADDRESS
@@ -70,9 +71,7 @@ class EncoderPort:
     def _step(self, conversation: Conversation[Any]) -> None:
         if sent := conversation.due(_now_ns()):
             self._line.write(sent)
-        data: bytes = self._line.read(1)
-        if data:
-            data += self._line.read(self._line.in_waiting)
+        if data := read_arrived(self._line):
             conversation.receive(_now_ns(), data)
 
 

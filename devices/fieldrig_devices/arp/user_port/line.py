@@ -11,6 +11,7 @@ import serial
 from serial import serialutil
 
 from fieldrig.errors import BusError
+from fieldrig_bus.serial.reading import read_arrived
 from fieldrig_devices.arp.user_port.framing import Deframer, encode
 from fieldrig_devices.arp.user_port.messages import ANSWER, ANY_CARD, EVENT, LARGEST_DATA, PROGRESS, SAMPLES, Message
 
@@ -108,10 +109,7 @@ class CardLine:
 
     def _read(self) -> None:
         """Read for a moment, and sort the messages that arrive."""
-        data: bytes = self._on_port(lambda: self._line.read(1))
-        if data:
-            data += self._on_port(lambda: self._line.read(self._line.in_waiting))
-        for body in self._deframer.feed(data):
+        for body in self._deframer.feed(self._on_port(lambda: read_arrived(self._line))):
             message = Message.decode(body)
             self._kept.get(message.command, self._answers).append(message)
 

@@ -107,6 +107,11 @@ class Connection:
         """True if both directions have ended in order."""
         return self.ending is Ending.COMPLETE
 
+    @property
+    def is_refused(self) -> bool:
+        """True if the peer has refused the connection that we opened."""
+        return self.ending is Ending.REFUSED
+
     def send(self, data: bytes) -> None:
         """Send data, all of them, however many; dropped if the connection is over, or was ended by the user."""
         if self.is_open and data:
