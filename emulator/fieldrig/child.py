@@ -7,6 +7,7 @@ that is installed then.
 
 import asyncio
 import gc
+import logging
 import os
 import signal
 import sys
@@ -21,7 +22,11 @@ from fieldrig.config import RigConfig
 from fieldrig.exits import ABOUT, Exit
 from fieldrig.placement import ProcessPlan
 
+log = logging.getLogger(__name__)
+
 TAIL_LINES = 20
+LOOK_S = 0.2
+"""Time between two looks at a process, where the system has no descriptor to wait for its end."""
 CAN_FORK = hasattr(os, "pidfd_open")
 HAS_STEPS = os.name == "posix"
 """True if a child can report the steps of its start through a pipe; otherwise only its messages count as progress."""
@@ -158,7 +163,13 @@ class Child:
                 os.kill(self.pid, number)
 
     def tail(self) -> str:
-        """Return the last lines that the process wrote since it was started."""
+        """Return the last lines that the process wrote since it was started; none if its log can't be read."""
+        try:
+            return self._tail()
+        except OSError:
+            return ""
+
+    def _tail(self) -> str:
         with self._log.open("rb") as log:
             size = log.seek(0, os.SEEK_END)
             start = self._log_start if self._log_start <= size else 0  # it may have begun another file
@@ -203,7 +214,13 @@ def _run_child(work: Callable[[], int], log: Path, lifeline: int, pipe: int) -> 
 async def _ended(pid: int) -> None:
     loop = asyncio.get_running_loop()
     ended = asyncio.Event()
-    fd = os.pidfd_open(pid)
+    try:
+        fd = os.pidfd_open(pid)
+    except OSError as cause:
+        log.debug("no descriptor for process %d: %s", pid, cause)
+        while os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None:
+            await asyncio.sleep(LOOK_S)
+        return
     loop.add_reader(fd, ended.set)
     try:
         await ended.wait()

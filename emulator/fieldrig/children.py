@@ -7,6 +7,7 @@ from functools import partial
 
 from fieldrig.child import CAN_FORK, Child, command
 from fieldrig.config import RigConfig
+from fieldrig.errors import RigError
 from fieldrig.exits import Exit
 from fieldrig.host import run_process, start_log
 from fieldrig.placement import ProcessPlan
@@ -33,10 +34,18 @@ class Children:
         }
 
     def fork(self) -> None:
-        """Fork all children where the system can.  Call it before the first thread and before there is a loop."""
-        if CAN_FORK:
-            for name, child in self.by_name.items():
+        """Fork all children where the system can.  Call it before the first thread and before there is a loop.
+
+        RigError if the system has no descriptor, process or memory for one.
+        """
+        if not CAN_FORK:
+            return
+        for name, child in self.by_name.items():
+            try:
                 child.fork(partial(_work, self._config, self._plans[name], self._is_realtime))
+            except OSError as cause:
+                what = f"the system has no room for the process {name}: {cause.strerror or cause}"
+                raise RigError(what, f"it takes {len(self.by_name)} processes; see ulimit -a") from cause
 
     def close(self) -> None:
         """Kill the children that still run, and release the pipe."""

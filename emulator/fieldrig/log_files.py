@@ -2,7 +2,8 @@
 
 `NAME.log` is the present one, `NAME.log.1` the one before.  The process itself begins the next file, before it writes
 what would be too much, so nothing is lost or written twice.  Left out: text that a library writes without Python counts
-only when Python writes next; Windows can't rename a file that is open, so the log grows there.
+only when Python writes next; what a full disk refuses (`steady_output`).  Windows can't rename a file that is open, so
+the log grows there.
 """
 
 import io
@@ -11,6 +12,8 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
+
+from fieldrig.steady_output import SteadyFile
 
 LOG_BYTES: Final = 4 << 20
 OLD_LOGS: Final = 3
@@ -50,8 +53,7 @@ class LogText(io.TextIOWrapper):
     """The standard output or error of this process, written to its log file."""
 
     def __init__(self, fd: int, log: Path) -> None:
-        raw = io.FileIO(fd, "w", closefd=False)
-        super().__init__(io.BufferedWriter(raw), errors="backslashreplace", line_buffering=True)
+        super().__init__(io.BufferedWriter(SteadyFile(fd)), errors="backslashreplace", line_buffering=True)
         self._log_file = log
 
     def write(self, text: str) -> int:
@@ -64,8 +66,11 @@ class LogText(io.TextIOWrapper):
 
 
 def direct_output(log: Path) -> None:
-    """Direct both outputs of this process to the end of the file."""
-    fd = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+    """Direct both outputs of this process to the end of the file; they stay where they are if it can't be opened."""
+    try:
+        fd = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+    except OSError:
+        return
     os.dup2(fd, 1)
     os.dup2(fd, 2)
     os.close(fd)

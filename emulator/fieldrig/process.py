@@ -7,6 +7,7 @@ them.  If the process of a hub dies, the devices go on without that bus until th
 import asyncio
 import logging
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -142,7 +143,9 @@ class DeviceProcess:
         """Build the devices, then power them on in order.  ConfigError if one refuses its settings."""
         for entry in self._entries():
             step(f"building {entry.name}")
-            store = self.stores[entry.name] = FileStore(self._run / "state" / f"{entry.name}.bin", entry.kind)
+            store = self.stores[entry.name] = FileStore(
+                self._run / "state" / f"{entry.name}.bin", entry.kind, partial(self._on_store, entry.name)
+            )
             with blamed(entry.name, self.clock.now_ns()):
                 self.devices[entry.name] = build_device(
                     entry,
@@ -169,6 +172,14 @@ class DeviceProcess:
             await bus.close(member)
         while self.hubs:
             await self.hubs.popitem()[1].close()
+
+    def warn(self, text: str) -> None:
+        """Report to the rig what its user should know; `fieldrig up` prints it."""
+        self.control.publish(f"warning/{self.plan.name}", {"text": text})
+
+    def _on_store(self, device: str, why: str) -> None:
+        remedy = f"make room on the disk of {self._run}"
+        self.warn(f"{device} can't store anything: {why}; {remedy}" if why else f"{device} can store again")
 
     def _entries(self) -> Sequence[DeviceEntry]:
         return [self.config.devices[name] for name in self.plan.devices]

@@ -38,7 +38,7 @@ GREETING_S = 5.0
 
 
 class Event(NamedTuple):
-    """Something that a user may want to know: ready, died, gone, failed, late, stopping, stopped."""
+    """Something that a user may want to know: ready, died, gone, failed, late, warning, stopping, stopped."""
 
     what: str
     process: str
@@ -88,6 +88,7 @@ class Roster:
         """Answer `status`, `join`, and the given verbs."""
         self._verbs = verbs
         self._control.listen_to("ready/*", self._on_ready)
+        self._control.listen_to("warning/*", self._on_warning)
         self._control.serve("rig/*", self._answer)
         if not self.members:
             self._on_all_ready()
@@ -189,6 +190,11 @@ class Roster:
         self.publish("ready", name)
         if all(other.state in (State.READY, State.GONE) for other in self.members.values()):
             self._on_all_ready()
+
+    def _on_warning(self, name: str, message: Any) -> None:
+        match message:
+            case {"text": str(text)} if name in self.members:
+                self.publish("warning", name, text)
 
     def _on_all_ready(self) -> None:
         if not self.was_ready:

@@ -140,8 +140,9 @@ class FileStore:
     `owner` is the kind of the device; a store of another kind counts as damaged.
     """
 
-    def __init__(self, path: Path, owner: str = "") -> None:
-        self._path, self._owner = path, owner
+    def __init__(self, path: Path, owner: str = "", on_trouble: Callable[[str], None] = lambda _why: None) -> None:
+        """`on_trouble` is called with the reason when an outage begins, and with "" when it is over."""
+        self._path, self._owner, self._on_trouble = path, owner, on_trouble
         self._is_whole = False
         """True if the newest version is known to be undamaged."""
         self._refused: dict[str, _Refusal] = {}
@@ -228,11 +229,15 @@ class FileStore:
     def _note_refused(self, suffix: str, refusal: "_Refusal") -> None:
         if suffix not in self._refused:
             log.warning("%s can't be stored: %s; the old content is kept", self._path, refusal.why)
+        if not self._refused:
+            self._on_trouble(refusal.why)
         self._refused[suffix] = refusal
 
     def _note_taken(self, suffix: str) -> None:
         if self._refused.pop(suffix, None) is not None:
             log.info("%s can be stored again", self._path)
+            if not self._refused:
+                self._on_trouble("")
 
 
 class _Refusal(NamedTuple):

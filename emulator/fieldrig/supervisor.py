@@ -90,7 +90,25 @@ class Supervisor:
             if self._ended.done():
                 return
             member.restarts += 1
-            await self._begin(member)
+            await self._begin_again(member)
+            if self._ended.done():
+                return
+
+    async def _begin_again(self, member: Member) -> None:
+        """Start a process again, and if the system has no descriptor, process or memory for it, later."""
+        had_trouble = False
+        while not self._ended.done():
+            try:
+                await self._begin(member)
+            except OSError as cause:
+                self.roster.set_state(member, State.DEAD)
+                if not had_trouble:
+                    why = cause.strerror or cause
+                    self._note(member, "late", f"it can't be started: {why}; trying again until it can")
+                had_trouble = True
+                await asyncio.wait({self._ended}, timeout=self._patience[member.name].after_death(0.0))
+            else:
+                return
 
     def _ready_s(self, member: Member) -> float:
         """Return how long the process has been ready; 0 if it is not."""

@@ -96,7 +96,8 @@ class Recorder:
             log.debug("%s: a published message is not a batch", bus)
             return
         source, size = (bus, batch["process"]), len(batch["entries"])
-        self._lost += batch["first"] - self._expected.get(source, batch["first"])
+        # A process that was restarted counts from 0 again.
+        self._lost += max(batch["first"] - self._expected.get(source, batch["first"]), 0)
         self._expected[source] = batch["first"] + size
         entries = batch["entries"] if self._most is None else batch["entries"][: self._most - self.taken]
         self.taken += len(entries)
@@ -105,6 +106,11 @@ class Recorder:
     @property
     def is_full(self) -> bool:
         return self._most is not None and self.taken >= self._most
+
+    @property
+    def is_whole(self) -> bool:
+        """True if something was written, and the disk has refused nothing.  It is known after `close`."""
+        return self._written > 0 and not self._missing
 
     def close(self) -> str:
         """End the file, and return a summary in words."""

@@ -21,15 +21,19 @@ class Line:
 
     def __init__(self) -> None:
         self.answer: Callable[[str, Any], Coroutine[Any, Any, Any]]
-        self.on_ready: Callable[[str, Any], None]
         self.on_life: Callable[[str, bool], None]
         self.states: dict[str, str] = {}
+        self.heard: dict[str, Callable[[str, Any], None]] = {}
+        """The handlers, by the first part of their path."""
 
     def serve(self, _path: str, answer: Any) -> None:
         self.answer = answer
 
-    def listen_to(self, _path: str, handler: Any) -> None:
-        self.on_ready = handler
+    def listen_to(self, path: str, handler: Any) -> None:
+        self.heard[path.removesuffix("/*")] = handler
+
+    def on_ready(self, name: str, message: Any) -> None:
+        self.heard["ready"](name, message)
 
     def watch_life(self, _path: str, handler: Any) -> None:
         self.on_life = handler
@@ -174,3 +178,15 @@ async def test_strangers_and_unknown_verbs_are_refused(bench: Bench) -> None:
     for message in garbage:
         with pytest.raises(ControlError, match="this rig can't join"):
             await bench.line.answer("join", message)
+
+
+@on_bench
+async def test_a_warning_of_a_process_is_an_event_and_nothing_else_is(bench: Bench) -> None:
+    bench.line.heard["warning"]("one", {"text": "one can't store anything: No space left on device"})
+    assert [(event.what, event.process, event.text) for event in bench.events] == [
+        ("warning", "one", "one can't store anything: No space left on device")
+    ]
+    garbage: list[tuple[str, Any]] = [("three", {"text": "x"}), ("one", None), ("one", {"text": 1}), ("one", ["text"])]
+    for name, message in garbage:
+        bench.line.heard["warning"](name, message)
+    assert len(bench.events) == 1

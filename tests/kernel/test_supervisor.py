@@ -1,8 +1,10 @@
 """How long a process that starts is waited for.  The processes are played by the test, in time that it moves."""
 
 import asyncio
+import os
 import signal
 from collections.abc import Awaitable, Callable
+from errno import EMFILE
 from pathlib import Path
 from typing import Any, cast
 
@@ -31,6 +33,9 @@ class PlayedProcess:
     def __init__(self, bench: "Bench", name: str, lives: list[Life]) -> None:
         self.bench, self.name, self.lives = bench, name, lives
         self.pid: int | None = None
+        self.refusals = 0
+        """Starts after the first that the system refuses."""
+        self.asked_s: list[float] = []
         self.started_s: list[float] = []
         self.killed_s: list[float] = []
         self.log: list[str] = []
@@ -39,6 +44,10 @@ class PlayedProcess:
         self._life: asyncio.Task[int] | None = None
 
     async def spawn(self) -> None:
+        self.asked_s.append(asyncio.get_running_loop().time())
+        if self.refusals and self.started_s:
+            self.refusals -= 1
+            raise OSError(EMFILE, os.strerror(EMFILE))
         assert self.lives, [(event.process, event.what, event.text) for event in self.bench.events]
         self.pid = 1000 + len(self.started_s)
         self.started_s.append(asyncio.get_running_loop().time())
@@ -119,8 +128,8 @@ class Bench:
             HERE,
         )
         self.events: list[Event] = []
+        self.heard: dict[str, Callable[[str, Any], None]] = {}
         self.answer: Callable[[str, Any], Any]
-        self.on_ready: Callable[[str, Any], None]
         plans = placement(config)
         self.by_name = {name: PlayedProcess(self, name, lives.get(name, [live_for_ever])) for name in plans}
         self.supervisor = Supervisor(config, plans, cast(Control, self), cast(Children, self), self.events.append)
@@ -128,8 +137,11 @@ class Bench:
     def serve(self, _path: str, answer: Any) -> None:
         self.answer = answer
 
-    def listen_to(self, _path: str, handler: Any) -> None:
-        self.on_ready = handler
+    def listen_to(self, path: str, handler: Any) -> None:
+        self.heard[path.removesuffix("/*")] = handler
+
+    def on_ready(self, name: str, message: Any) -> None:
+        self.heard["ready"](name, message)
 
     def publish(self, path: str, message: Any) -> None:
         pass
@@ -142,11 +154,12 @@ class Bench:
         return [event.text for event in self.events if event.what == what and event.process]
 
 
-def run(until_s: float, **lives: list[Life]) -> tuple[Bench, Exit]:
-    """Run the rig for at most this number of seconds."""
+def run(until_s: float, refusals: int = 0, **lives: list[Life]) -> tuple[Bench, Exit]:
+    """Run the rig for at most this number of seconds.  The system refuses this number of restarts of the lamp."""
 
     async def rig() -> tuple[Bench, Exit]:
         bench = Bench(**lives)
+        bench.lamp.refusals = refusals
         asyncio.get_running_loop().call_later(until_s, bench.supervisor.end)
         return bench, await bench.supervisor.run()
 
@@ -248,6 +261,21 @@ def test_a_device_is_not_late_while_the_hub_that_it_attaches_to_is_being_restart
     bench, _ = run(1000, wires=[die_later, come_back_slowly], lamp=[die_a_little_before, attach_slowly])
     assert bench.texts("late") == []
     assert len(bench.lamp.started_s) == 2
+
+
+def test_a_restart_that_the_system_refuses_is_tried_again_until_it_succeeds_and_is_told_once() -> None:
+    bench, code = run(1000, refusals=20, lamp=[die, live_for_ever])
+    assert code == Exit.OK
+    assert bench.texts("late") == ["it can't be started: Too many open files; trying again until it can"]
+    pauses_s = [later - earlier for earlier, later in zip(bench.lamp.asked_s[1:], bench.lamp.asked_s[2:], strict=False)]
+    assert len(pauses_s) == 20
+    assert FIRST_PAUSE_S < min(pauses_s) <= max(pauses_s) == pytest.approx(LONGEST_PAUSE_S)
+    assert [event.process for event in bench.events if event.what == "ready"].count("lamp") == 2
+
+
+def test_a_rig_ends_while_a_restart_is_refused() -> None:
+    bench, code = run(20, refusals=1000, lamp=[die, live_for_ever])
+    assert (code, len(bench.lamp.started_s)) == (Exit.OK, 1)
 
 
 def test_patience_grows_to_a_bound_and_not_below_what_the_rig_file_asks_for() -> None:

@@ -95,6 +95,15 @@ def test_a_recorder_writes_the_time_of_day_and_counts_what_it_missed(tmp_path: P
     ]
 
 
+def test_a_process_that_was_restarted_counts_anew_and_nothing_of_it_is_lost(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path / "x.jsonl")
+    recorder.take("wires", batch(7, "01", "02"))
+    recorder.take("wires", batch(0, "03"))
+    recorder.take("wires", batch(1, "04"))
+    assert recorder.close() == f"{tmp_path}/x.jsonl: 4 messages"
+    assert recorder.is_whole
+
+
 def test_a_recorder_takes_no_more_than_it_was_asked_for(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "x.jsonl", most=3)
     recorder.take("wires", batch(0, "01", "02"))
@@ -197,6 +206,7 @@ def test_a_trace_on_a_disk_that_stays_full_says_what_is_missing(
     recorder = Recorder(tmp_path / "x.jsonl")
     recorder.take("wires", batch(0, "01", "02"))
     assert recorder.close() == f"{tmp_path}/x.jsonl: 0 messages; 2 are missing: No space left on device"
+    assert not recorder.is_whole
     assert (list(read(tmp_path / "x.jsonl")), disk.room) == ([], 0)
 
 

@@ -128,6 +128,20 @@ def test_traces_are_recorded_shown_and_converted(rig: RunningRig) -> None:
     assert (unknown.returncode, ".jsonl" in unknown.stderr) == (2, True)
 
 
+def test_a_trace_into_which_nothing_was_written_is_a_failure(rig: RunningRig) -> None:
+    strange = rig.tool("trace", "record", "some.log", "wires", "-n", "5")  # candump holds CAN only
+    assert (strange.returncode, strange.stderr.splitlines()[0]) == (
+        2,
+        "error: some.log: 0 messages; 5 are of kinds that this format can't hold",
+    )
+    (rig.folder / "full.jsonl").symlink_to("/dev/full")
+    full = rig.tool("trace", "record", "full.jsonl", "wires", "-n", "5")
+    assert (full.returncode, full.stderr.splitlines()[-1]) == (
+        2,
+        "error: full.jsonl: 0 messages; 5 are missing: No space left on device",
+    )
+
+
 def test_up_records_from_the_first_message_on(rig: RunningRig) -> None:
     recorded: dict[str, str] = {}  # the first message of each
 

@@ -1,11 +1,15 @@
 """The command line.  It starts fast, because each command imports what it needs when it is called."""
 
 import sys
-from typing import NoReturn
+from collections.abc import Callable
+from contextlib import suppress
+from errno import EMFILE, ENFILE
+from typing import NoReturn, TextIO, cast
 
 from fieldrig.cli.app import app
 from fieldrig.errors import ConfigError, ControlError, RefusedError, RigError, UsageError
 from fieldrig.exits import Exit
+from fieldrig.steady_output import open_missing, strict
 
 
 def main() -> NoReturn:
@@ -13,17 +17,35 @@ def main() -> NoReturn:
 
     A fault that a user can fix ends in two lines and an exit code; only our own faults have a traceback.
     """
+    open_missing()
+    if sys.stdout is sys.__stdout__:  # not where a test has put another one
+        sys.stdout = strict(cast(TextIO, sys.stdout))
+    code = _run(app)
+    sys.exit(_run(sys.stdout.flush) or code)
+
+
+def _run(work: Callable[[], object]) -> int:
+    """Return the exit code of a command."""
     try:
-        app()
+        work()
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else Exit.OK if end.code is None else Exit.BUG
     except ConfigError as wrong:
         _say(f"{len(wrong.mistakes)} {'mistake' if len(wrong.mistakes) == 1 else 'mistakes'}", str(wrong))
-        sys.exit(Exit.WRONG)
+        return Exit.WRONG
     except RigError as cause:
         _say(f"error: {cause.what}", cause.remedy)
-        sys.exit(_code(cause))
+        return _code(cause)
     except KeyboardInterrupt:
-        sys.exit(130)  # as shells say it: 128 + SIGINT
-    sys.exit(Exit.OK)
+        return 130  # as shells say it: 128 + SIGINT
+    except BrokenPipeError:
+        return Exit.BUG  # as typer has it: the reader has what it wanted
+    except OSError as cause:
+        if cause.errno not in (EMFILE, ENFILE):
+            raise
+        _say(f"error: {cause.strerror}", "`ulimit -n` shows how many this command may have, and sets it")
+        return Exit.CANNOT_START
+    return Exit.OK
 
 
 def _code(cause: RigError) -> Exit:
@@ -40,7 +62,8 @@ def _code(cause: RigError) -> Exit:
 
 
 def _say(what: str, remedy: str) -> None:
-    print(f"{what}\n{_indented(remedy)}" if remedy else what, file=sys.stderr)  # noqa: T201  this is a command line
+    with suppress(OSError):  # it can be said nowhere then, but in the exit code
+        print(f"{what}\n{_indented(remedy)}" if remedy else what, file=sys.stderr)  # noqa: T201  this is a command line
 
 
 def _indented(text: str) -> str:

@@ -6,6 +6,7 @@ import shutil
 import sys
 import time
 from collections.abc import Iterator, Mapping
+from errno import EPIPE
 from pathlib import Path
 from typing import Any, NamedTuple, TextIO
 
@@ -14,11 +15,12 @@ from fieldrig.control import Control
 from fieldrig.device import RUN, Tool
 from fieldrig.net import DEFAULT_ENDPOINT
 from fieldrig.roster import Event
+from fieldrig.steady_output import steady
 
 REFRESH_S = 1.0
 ERASE_LINE = "\r\x1b[K"
 BOLD, DIM, RED, GREEN, YELLOW, PLAIN = "\x1b[1m", "\x1b[2m", "\x1b[31m", "\x1b[32m", "\x1b[33m", "\x1b[0m"
-COLOURS = {"failed": RED, "died": YELLOW, "gone": YELLOW, "late": YELLOW, "ready": GREEN}
+COLOURS = {"failed": RED, "died": YELLOW, "gone": YELLOW, "late": YELLOW, "warning": YELLOW, "ready": GREEN}
 COUNTERS = ("frames", "requests", "messages", "characters")
 """The statistics of buses that are shown as a rate."""
 TALKING = ("status", "watch", "get", "set", "fault")
@@ -55,6 +57,8 @@ class Display:
         """`started_s` is the time of the monotonic clock when the command was entered."""
         self._config, self._started_s, self._is_quiet = config, started_s, is_quiet
         self._is_terminal = sys.stdout.isatty()
+        self._err = steady(sys.stderr)
+        self._out = steady(sys.stdout, self._on_lost_output)
         self._waiting = set[str]()
         self._was_ready = False
         self._has_load_line = False
@@ -81,7 +85,8 @@ class Display:
     def report(self, event: Event) -> None:
         """Print an event.
 
-        Before the rig is ready only failures are printed; later all events, and if quiet deaths and restarts.
+        Before the rig is ready only failures and warnings are printed; later all events, and if quiet deaths, restarts
+        and warnings.
         """
         what, process = event.what, event.process
         if what == "ready" and not process:
@@ -90,7 +95,7 @@ class Display:
             self._fail(event)
         elif what == "stopping":
             self._say("stopping")
-        elif self._was_ready and what not in ("stopped", "ready"):
+        elif what == "warning" or (self._was_ready and what not in ("stopped", "ready")):
             text = event.text.replace("\n", "\n    ")
             self._warn(f"{_clock(event.time_s)}  {self._styled(f'{process} {what}', COLOURS.get(what, ''))}: {text}")
         elif self._was_ready and what == "ready":
@@ -116,8 +121,8 @@ class Display:
     def _show_load(self, found: Mapping[str, Mapping[str, float]]) -> None:
         words = [self._load(bus, found[bus]) for bus in self._config.buses if bus in found]
         line = "   ".join(filter(None, words))[: shutil.get_terminal_size().columns - 1]
-        sys.stdout.write(f"{ERASE_LINE}{DIM}{line}{PLAIN}")
-        sys.stdout.flush()
+        self._out.write(f"{ERASE_LINE}{DIM}{line}{PLAIN}")
+        self._out.flush()
         self._has_load_line = True
 
     def _load(self, bus: str, statistics: Mapping[str, float]) -> str:
@@ -143,28 +148,30 @@ class Display:
         if event.process:
             lines.append(f"  its log: {_short(self._config.run / 'log' / f'{event.process}.log')}")
         self._erase_load()
-        self._print("\n".join(lines), sys.stderr)
+        self._print("\n".join(lines), self._err)
 
     def _say(self, text: str) -> None:
         if not self._is_quiet:
             self._erase_load()
-            self._print(text, sys.stdout)
+            self._print(text, self._out)
 
     def _warn(self, text: str) -> None:
         """Print a problem, or its end."""
         self._erase_load()
-        self._print(text, sys.stderr if self._is_quiet else sys.stdout)
+        self._print(text, self._err if self._is_quiet else self._out)
 
-    def _print(self, text: str, file: TextIO) -> None:
-        """Print a line; a closed pipe (`| head`) does not end the rig."""
-        try:
-            print(text, file=file, flush=True)
-        except BrokenPipeError:
-            self._is_quiet = True
+    def _on_lost_output(self, why: str) -> None:
+        """Say on the other output that this one is lost; a reader that has gone (`| head`) wanted no more."""
+        if why != os.strerror(EPIPE):
+            self._print(f"standard output can't be written: {why}; the rig goes on", self._err)
+
+    @staticmethod
+    def _print(text: str, file: TextIO) -> None:
+        print(text, file=file, flush=True)
 
     def _erase_load(self) -> None:
         if self._has_load_line:
-            sys.stdout.write(ERASE_LINE)
+            self._out.write(ERASE_LINE)
             self._has_load_line = False
 
     def _styled(self, text: str, style: str) -> str:

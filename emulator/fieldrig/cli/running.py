@@ -13,6 +13,7 @@ from fieldrig.children import Children
 from fieldrig.cli.display import Display
 from fieldrig.config import RigConfig
 from fieldrig.control import Control
+from fieldrig.descriptors import ensure_for
 from fieldrig.exits import Exit
 from fieldrig.host import loop_factory
 from fieldrig.hub_wire import socket_name
@@ -60,6 +61,7 @@ def _run_processes(config: RigConfig, options: UpOptions, display: Display) -> E
     """Check everything that may refuse the start, then start the processes."""
     interrupt_on_signals(ENDING)
     plans = placement(config)
+    ensure_for(len(plans))
     endpoint.check_free(config.control)
     folder = RunFolder(config.run)
     folder.claim([socket_name(entry.bus) for entry in config.buses.values() if is_modelled(entry)])

@@ -67,6 +67,7 @@ def record(
         fieldrig trace record one.log can0 -n 100
     """
     from fieldrig.control import Client
+    from fieldrig.errors import UsageError
     from fieldrig.trace_files import Recorder
 
     patterns = buses or ["*"]
@@ -85,7 +86,10 @@ def record(
         except KeyboardInterrupt:
             typer.echo()
         finally:
-            typer.echo(recorder.close(), err=True)
+            said = recorder.close()
+    if not recorder.is_whole:
+        raise UsageError(said, "" if recorder.taken else "no message came meanwhile; `fieldrig watch` shows them")
+    typer.echo(said, err=True)
 
 
 @app.command()

@@ -52,7 +52,8 @@ def up(
         typer.Option("--realtime", help="Request SCHED_FIFO scheduling for every process. Needs root or CAP_SYS_NICE."),
     ] = False,
     quiet: Annotated[
-        bool, typer.Option("--quiet", "-q", help="Print only problems: processes that fail, die or restart.")
+        bool,
+        typer.Option("--quiet", "-q", help="Print only problems: processes that fail, die or restart, and warnings."),
     ] = False,
 ) -> None:
     """Start a rig and run it until Ctrl-C.
