@@ -37,6 +37,8 @@ class Declarations:
         self._trees: dict[str, tuple[tree.Pou, str]] = {}
         """The POUs by name with their files, for those that extend them."""
         self._config_blocks: list[tuple[tree.Variables, str]] = []
+        self._structures = 0
+        """How many structures have the start values of their components."""
         has_long = project.dialect.has_long_types
         names = {kind.name: kind for kind in Elementary if has_long or kind not in OF_EDITION_3}
         names |= {**ALIASES, **(LONG_ALIASES if has_long else {})}
@@ -65,11 +67,12 @@ class Declarations:
         self._project.library_names = {*self._project.names, *self.specs.names} - objects
         self._part([unit for unit in units if unit.file not in self._library_files])
         self.specs.finish_enumerations()
+        self._component_starts()
         self._sizes()
         self._starts()
 
     def _part(self, units: Sequence[tree.Unit]) -> None:
-        structures, sources = len(self.specs.structures), len(self._project.sources)
+        sources = len(self._project.sources)
         for unit in units:
             for node in unit.declarations:
                 if isinstance(node, tree.Pou):
@@ -84,7 +87,8 @@ class Declarations:
             self._methods_of_interface(name)
         self._foreign_lists()
         self.specs.resolve_all()
-        self._type_defaults(structures)
+        self._type_defaults()
+        self._component_starts()
         added = list(self._project.sources.values())[sources:]
         for source in added:
             self.variables.add_to_pou(source)
@@ -277,8 +281,8 @@ class Declarations:
 
     # ---- start values
 
-    def _type_defaults(self, first: int) -> None:
-        """Work out the start values of declared types, and of structures from number `first` on."""
+    def _type_defaults(self) -> None:
+        """Work out the start values of declared types."""
         for name, node, context in self.specs.default_sources():
             if name in self._project.defaults:
                 continue
@@ -286,7 +290,15 @@ class Declarations:
             found = initials.of_type(node.initial, kind, context) if node.initial is not None else None
             if found is not None:
                 self._project.defaults[name] = found
-        for structure, spec, context in self.specs.structures[first:]:
+
+    def _component_starts(self) -> None:
+        """Work out the start values of components in the structures that have been added since the last call.
+
+        Structures without a name are added with the variables that have them as their type.
+        """
+        added = self.specs.structures[self._structures :]
+        self._structures += len(added)
+        for structure, spec, context in added:
             for part in spec.fields:
                 field = structure.fields.get(self._project.key(part.name))
                 if field is None:
