@@ -22,7 +22,8 @@ class LiteralError(Exception):
         self.what, self.expected, self.hint = what, expected, hint
 
 
-_LONGEST_NUMBER: Final = 80
+_LONGEST_NUMBER: Final = 200
+"""Characters of a number: 64 binary digits have 63 underscores between them and 2# in front."""
 _DIGITS: Final = {2: "0 and 1", 8: "0 to 7", 10: "0 to 9", 16: "0 to 9 and A to F"}
 """The digits by the base.  The standard has no 10, which CODESYS reads."""
 _UNITS: Final = {

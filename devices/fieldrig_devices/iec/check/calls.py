@@ -260,6 +260,8 @@ def standard(
         expected, _, got = rest.rpartition(", got ")
         of.context.say(at, f"{head} with {got}" if got else found, expected)
         return None
+    if not of.context.mixes_integers:
+        found = intrinsics.transferring(found)
     places = nodes or [at] * len(values)
     converted = [
         of.convert(value, kind, node) for value, kind, node in zip(values, found.parameters, places, strict=True)

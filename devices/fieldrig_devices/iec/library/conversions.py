@@ -5,7 +5,8 @@ Source: PacDrive manual 2564 to 2745 (PD-L37 to PD-L44).  What the manual leaves
     to a smaller integer    the high bytes are cut off, without saturation (PD-L39)
     REAL to an integer      rounded to the nearest, halves to the even neighbour (1.5 and 2.5 give 2), because that is
                             what the floating-point unit does; then cut like an integer of 64 bits; infinity, "not a
-                            number" and anything larger give 0
+                            number" and anything larger give 0.  ULINT and LWORD take numbers up to 2**64
+    DWORD and REAL          by number; in edition 3 (table 24), DWORD and REAL, and LWORD and LREAL, transfer their bits
     times and dates         are the number behind them: ms, or seconds since 1970 [X10]; DT_TO_TOD and DT_TO_DATE take
                             the value apart, as the standard says; a TOD is brought into one day, a DATE to midnight
     times in nanoseconds    are the number behind them too, but keep their meaning where they become another time or
@@ -15,6 +16,7 @@ Source: PacDrive manual 2564 to 2745 (PD-L37 to PD-L44).  What the manual leaves
                             STRING does not have becomes a question mark
 """
 
+import struct
 from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Final
@@ -69,13 +71,47 @@ def name_of(source: Plain, target: Plain) -> str:
 
 
 def rounded(value: float) -> int:
-    """The nearest integer, halves to even; 0 if it does not fit 64 bits."""
+    """The nearest integer, halves to even; 0 if it does not fit 64 bits with a sign."""
     return round(value) if -(2.0**63) <= value < 2.0**63 else 0
 
 
 def truncated(value: float) -> int:
-    """The integer part; 0 if it does not fit 64 bits."""
+    """The integer part; 0 if it does not fit 64 bits with a sign."""
     return int(value) if -(2.0**63) <= value < 2.0**63 else 0
+
+
+def rounded_unsigned(value: float) -> int:
+    """The nearest integer for a type with 64 bits and no sign, which a negative number wraps around in."""
+    return round(value) if -(2.0**63) <= value < 2.0**64 else 0
+
+
+def truncated_unsigned(value: float) -> int:
+    """The integer part for a type with 64 bits and no sign."""
+    return int(value) if -(2.0**63) <= value < 2.0**64 else 0
+
+
+def integer_of(python: str, wanted: Elementary, *, is_cut: bool = False) -> str:
+    """Return the Python of the integer for a real number, rounded or cut off; it may still exceed the type."""
+    name = "TRUNCATE" if is_cut else "ROUND"
+    return f"{name}_UNSIGNED({python})" if wanted.high >= 2**63 else f"{name}({python})"
+
+
+def real_of_bits(bits: int) -> float:
+    """The REAL whose bits these are."""
+    return float(struct.unpack("<f", struct.pack("<I", bits))[0])
+
+
+def bits_of_real(value: float) -> int:
+    return int(struct.unpack("<I", struct.pack("<f", value))[0])
+
+
+def long_real_of_bits(bits: int) -> float:
+    """The LREAL whose bits these are."""
+    return float(struct.unpack("<d", struct.pack("<Q", bits))[0])
+
+
+def bits_of_long_real(value: float) -> int:
+    return int(struct.unpack("<Q", struct.pack("<d", value))[0])
 
 
 def midnight(value_ns: int) -> int:
@@ -90,6 +126,12 @@ def shortened(text: str, length: int) -> str:
 FUNCTIONS: Final[Mapping[str, Callable[..., Value]]] = {
     "ROUND": rounded,
     "TRUNCATE": truncated,
+    "ROUND_UNSIGNED": rounded_unsigned,
+    "TRUNCATE_UNSIGNED": truncated_unsigned,
+    "REAL_OF_BITS": real_of_bits,
+    "BITS_OF_REAL": bits_of_real,
+    "LONG_REAL_OF_BITS": long_real_of_bits,
+    "BITS_OF_LONG_REAL": bits_of_long_real,
     "SINGLE": reals.single,
     "FLOAT": float,
     "SHORTEN": shortened,
@@ -100,6 +142,15 @@ FUNCTIONS: Final[Mapping[str, Callable[..., Value]]] = {
     **{f"{text.name}_TO_{kind.name}": texts.reader(kind) for kind in Elementary for text in _TEXTS},
 }
 """The names that the Python of conversions calls."""
+
+
+TRANSFERS: Final[Mapping[str, str]] = {
+    "DWORD_TO_REAL": "REAL_OF_BITS({0})",
+    "REAL_TO_DWORD": "BITS_OF_REAL({0})",
+    "LWORD_TO_LREAL": "LONG_REAL_OF_BITS({0})",
+    "LREAL_TO_LWORD": "BITS_OF_LONG_REAL({0})",
+}
+"""The Python of the conversions that keep the bits instead of the number in edition 3 (table 24)."""
 
 
 def plain(kind: Type) -> Plain:
@@ -145,7 +196,7 @@ def python_of(source: Type, target: Type) -> str:
     if wanted is Elementary.BOOL:
         return "({0} != 0)"
     if given.is_real:
-        return _number_to(wanted, "ROUND({0})")
+        return _number_to(wanted, integer_of("{0}", wanted))
     if given.is_time and wanted.is_time and not (given in LONGER and wanted in LONGER):
         return _to_time(given, wanted)
     if given is Elementary.WCHAR and wanted is Elementary.CHAR:

@@ -30,13 +30,20 @@ from fieldrig_devices.iec.library.arguments import (
     widens,
 )
 from fieldrig_devices.iec.library.overload import Overload
-from fieldrig_devices.iec.library.templates import IMPLEMENTATIONS, REAL_FUNCTIONS, SHIFTS, evaluate, implementation
+from fieldrig_devices.iec.library.templates import (
+    IMPLEMENTATIONS,
+    REAL_FUNCTIONS,
+    SHIFTS,
+    TRANSFER,
+    evaluate,
+    implementation,
+)
 from fieldrig_devices.iec.program import Operator
 from fieldrig_devices.iec.types import BlockType, Elementary, EnumType, PointerType, StringType, SubrangeType, Type
 
 __all__ = [
     "BINARY_ONLY", "IMPLEMENTATIONS", "OPERATORS", "REAL_FUNCTIONS", "SHIFTS",
-    "evaluate", "find", "formal_names", "implementation", "is_standard",
+    "evaluate", "find", "formal_names", "implementation", "is_standard", "transferring",
 ]  # fmt: skip
 
 OPERATORS: Final[Mapping[str, Operator]] = {
@@ -76,6 +83,13 @@ def find(name: str, arguments: Sequence[Argument], wanted: Type | None = None) -
     if _overloaded(key) is not None:
         return _overloaded_conversion(key, arguments)
     return f"{name} is no standard function"
+
+
+def transferring(found: Overload) -> Overload:
+    """Return the conversion as edition 3 has it: between REAL and DWORD, and LREAL and LWORD, bits are transferred."""
+    if found.name not in conversions.TRANSFERS:
+        return found
+    return _overload(f"{found.name}.{TRANSFER}", found.parameters, found.result)
 
 
 def formal_names(name: str, count: int) -> tuple[str, ...]:

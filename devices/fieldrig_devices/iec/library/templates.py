@@ -33,6 +33,8 @@ IMPLEMENTATIONS: Final[Mapping[str, object]] = {
 Nothing here raises for values of the parameter types.
 """
 
+TRANSFER: Final = "BITS"
+"""The end of the name of a conversion that transfers bits, `DWORD_TO_REAL.BITS`."""
 REAL_FUNCTIONS: Final = frozenset({"SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT", "EXP", "LN", "LOG"})
 SHIFTS: Final = frozenset({"SHL", "SHR", "ROL", "ROR"})
 
@@ -76,7 +78,7 @@ def _shift_python(name: str, kind: Elementary) -> Implementation:
 
 
 def _truncate_python(_: str, kind: Elementary) -> Implementation:
-    return Implementation(wrapped("TRUNCATE({0})", kind), REAL_NS)
+    return Implementation(wrapped(conversions.integer_of("{0}", kind, is_cut=True), kind), REAL_NS)
 
 
 _TEMPLATES: Final[dict[str, Callable[[str, Elementary], Implementation]]] = {
@@ -105,6 +107,8 @@ def implementation(name: str) -> Implementation:
     if base in fixed.FIXED:
         return fixed.FIXED[base].implementation
     pair = conversions.pair(base)
+    if type_name == TRANSFER:
+        return Implementation(conversions.TRANSFERS[base])
     if pair is not None and not type_name:
         return Implementation(conversions.python_of(*pair), conversions.cost_of(*pair))
     return _TEMPLATES[base](base, Elementary[type_name] if type_name else Elementary.BOOL)
