@@ -80,6 +80,9 @@ class Dialect:
     mixes_integers: bool = True
     """Integers and bit strings of the same size go into one another, and logic and arithmetic take both, as in CoDeSys
     V2.3.  Otherwise each value of the one type must be one of the other, and bit strings are no numbers."""
+    computes_in_32_bits: bool = True
+    """Arithmetic with smaller integers has 32 bits, as on every 32-bit target of CoDeSys: `dint := int * int` keeps the
+    whole product.  In edition 3 an operation has the type of its operands."""
     allows_trailing_commas: bool = False
     """`Lamp(IN := a, PT := t,);`: a comma behind the last argument, which today's tools accept."""
     has_chained_assignments: bool = False
@@ -168,6 +171,7 @@ EDITION_3: Final = Dialect(
     allows_negative_times=True,
     allows_time_overflow=True,
     mixes_integers=False,
+    computes_in_32_bits=False,
     allows_trailing_commas=True,
     computes_starts=True,
     has_calls_by_position=True,
@@ -194,6 +198,7 @@ CODESYS: Final = replace(
     reads_locals=True,
     indexes_pointers=True,
     mixes_integers=True,
+    computes_in_32_bits=True,
     has_chained_assignments=True,
     allows_empty_declarations=True,
     allows_open_addresses=True,

@@ -248,6 +248,9 @@ class Convert:
 
     operand: "Expression"
     type: Type
+    is_narrowing: bool = False
+    """True for the result of arithmetic in 32 bits in the type of its operands, INT for INT + INT: it is cut where it
+    is stored, but a larger type takes the operand itself."""
 
 
 @dataclass(slots=True)

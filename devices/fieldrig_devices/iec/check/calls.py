@@ -266,12 +266,33 @@ def standard(
     converted = [
         of.convert(value, kind, node) for value, kind, node in zip(values, found.parameters, places, strict=True)
     ]
-    known = [_cut(value, kind) for value, kind in zip(converted, found.parameters, strict=True) if value is not None]
+    known = [
+        constants.folded(_cut(value, kind))
+        for value, kind in zip(converted, found.parameters, strict=True)
+        if value is not None
+    ]
     if len(known) < len(converted):
         return None
     made = constants.intrinsic(found, known)
+    if name in _OF_ITS_ARGUMENTS and (whole := _whole(of, name, values, at, nodes)) is not None:
+        return constants.narrowed(whole, made.type)
     is_length = is_of_standard and made.type is Elementary.INT
     return constants.converted(made, wanted) if is_length and wanted is not None and _is_number(wanted) else made
+
+
+_OF_ITS_ARGUMENTS: Final = frozenset({"ABS", "MAX", "MIN", "LIMIT", "SEL", "MUX", "MOVE"})
+"""Functions whose result has the type of their arguments, and which have 32 bits where these have them."""
+
+
+def _whole(
+    of: "Expressions", name: str, values: Sequence[Expression], at: tree.Node, nodes: Sequence[tree.Node]
+) -> Expression | None:
+    """Return the function of arguments that arithmetic has made larger than their type; None if none is."""
+    whole = [constants.whole(value) for value in values]
+    if all(one is value for one, value in zip(whole, values, strict=True)):
+        return None
+    made = standard(of, name, whole, at, None, nodes)
+    return made if made is not None and made.type in constants.REGISTER.values() else None
 
 
 def _steps(value: Expression) -> Expression:

@@ -12,7 +12,7 @@ from fieldrig_devices.iec.library.integers import cut
 from fieldrig_devices.iec.library.overload import Overload
 from fieldrig_devices.iec.library.reals import single
 from fieldrig_devices.iec.program import COMPARISONS, Binary, Constant, Convert, Expression, Intrinsic, Operator, Unary
-from fieldrig_devices.iec.types import Elementary, EnumType, PointerType, StringType, SubrangeType, Type, Value
+from fieldrig_devices.iec.types import Elementary, EnumType, Family, PointerType, StringType, SubrangeType, Type, Value
 
 
 def divided(left: int, right: int) -> int:
@@ -110,9 +110,43 @@ def _plain(kind: Type) -> Elementary | StringType | None:
     return kind if isinstance(kind, Elementary | StringType) else None
 
 
+REGISTER: Final = {
+    Family.SIGNED: Elementary.DINT,
+    Family.UNSIGNED: Elementary.UDINT,
+    Family.BITS: Elementary.DWORD,
+}
+"""The types in which a 32-bit target computes with smaller integers."""
+
+
+def narrowed(value: Expression, kind: Type) -> Expression:
+    """Return the result of arithmetic in 32 bits in the smaller type of its operands."""
+    if isinstance(value, Constant) and isinstance(kind, Elementary) and kind.low <= int(value.value) <= kind.high:
+        return Constant(value.value, kind)
+    return Convert(value, kind, is_narrowing=True)
+
+
+def whole(value: Expression) -> Expression:
+    """Return the result of arithmetic in 32 bits before it is cut to a smaller type; any other value as it is."""
+    return value.operand if type(value) is Convert and value.is_narrowing else value
+
+
+def folded(value: Expression) -> Expression:
+    """Return a constant result of arithmetic in 32 bits as a constant of the smaller type."""
+    inner = whole(value)
+    if inner is value or not isinstance(inner, Constant):
+        return value
+    return Constant(limited(inner.value, value.type), value.type)
+
+
 def converted(operand: Expression, kind: Type) -> Expression:
     if operand.type is kind:
         return operand
+    if isinstance(kind, Elementary) and (kind.is_integer or kind.is_real):
+        operand = whole(operand)
+        if operand.type is kind:
+            return operand
+    else:
+        operand = folded(operand)
     if isinstance(operand, Constant):
         source, target = _plain(operand.type), _plain(kind)
         assert source is not None

@@ -39,6 +39,7 @@ class Context:
         self.is_library = source is not None and source.is_library
         self.mixes_integers = project.dialect.mixes_integers or self.is_library
         """True if integers and bit strings go into one another; libraries are written for EPAS-4."""
+        self.computes_in_32_bits = project.dialect.computes_in_32_bits or self.is_library
         self.level = max(level, source.level if source is not None else 0)
         """How many steps above the function block the code was declared that is checked; SUPER^ is above it."""
         self.listed: Mapping[str, str] = {}

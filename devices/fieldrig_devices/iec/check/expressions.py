@@ -19,7 +19,16 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import assignable, calls, check_functions, operators, places, properties, references
+from fieldrig_devices.iec.check import (
+    assignable,
+    calls,
+    check_functions,
+    constants,
+    operators,
+    places,
+    properties,
+    references,
+)
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.places import Meaning
 from fieldrig_devices.iec.check.project import UNKNOWN
@@ -115,14 +124,18 @@ class Expressions:
 
     def constant(self, node: tree.Expression) -> Constant | None:
         found = self.expression(node)
-        if found is None or isinstance(found, Constant):
-            return found
+        made = constants.folded(found) if found is not None else None
+        if made is None or isinstance(made, Constant):
+            return made
         self.context.say(node, f"{text(node)} is not constant", "a value that is known at compile time")
         return None
 
     def constant_as(self, node: tree.Expression, kind: Type) -> Constant | None:
-        found = self.constant(node)
+        found = self.expression(node)
+        if found is None or not isinstance(constants.whole(found), Constant):
+            found = self.constant(node)
         made = self.convert(found, kind, node) if found is not None else None
+        made = constants.folded(made) if made is not None else None
         return made if isinstance(made, Constant) else None
 
     def constant_integer(self, node: tree.Expression) -> int | None:

@@ -20,7 +20,7 @@ from fieldrig_devices.iec.check.untyped import Untyped, bit_string, integer, rea
 from fieldrig_devices.iec.library.arguments import common as common_type
 from fieldrig_devices.iec.library.arguments import widens
 from fieldrig_devices.iec.program import COMPARISONS, Binary, Constant, Expression, Operator
-from fieldrig_devices.iec.types import Elementary, EnumType, Family, PointerType, StringType, SubrangeType
+from fieldrig_devices.iec.types import Elementary, EnumType, Family, PointerType, StringType, SubrangeType, Type
 
 ARITHMETIC: Final = frozenset({Operator.ADD, Operator.SUB, Operator.MUL, Operator.DIV, Operator.MOD})
 LOGIC: Final = frozenset({Operator.AND, Operator.OR, Operator.XOR})
@@ -62,12 +62,25 @@ def binary(
     return made
 
 
+def _register(context: Context, operator: Operator, kind: Elementary, sides: tuple[Expression, ...]) -> Elementary:
+    """Return the type in which the processor computes: 32 bits for smaller integers, if the dialect has this.
+
+    Logic of values that fit their types never leaves the type.
+    """
+    if not context.computes_in_32_bits or not kind.is_integer or kind.size >= 4:
+        return kind
+    is_larger = any(constants.whole(side) is not side for side in sides)
+    return constants.REGISTER[kind.family] if operator in ARITHMETIC or is_larger else kind
+
+
 def _operation(
     context: Context, operator: Operator, left: Expression, right: Expression, at: tree.Node
 ) -> Expression | None:
     if type(left) is Untyped and type(right) is Untyped:
         return _literals(context, operator, left, right, at)
     left, right = plain(left), plain(right)
+    if operator in COMPARISONS:
+        left, right = constants.whole(left), constants.whole(right)
     kind = left.type
     if kind is not right.type or type(left) is Untyped or type(right) is Untyped:
         met = _meet(context, operator, left, right, at)
@@ -75,11 +88,10 @@ def _operation(
             return None
         if not isinstance(met, tuple):
             return met
-        left, right = met
-        kind = left.type
+        left, right, kind = met
     if operator in COMPARISONS:
         if isinstance(kind, Elementary | StringType):
-            return constants.binary(operator, left, right, BOOL)
+            return constants.binary(operator, *_as(kind, left, right), BOOL)
         return _no(context, operator, left, right, at, "elementary types, STRING, enumerations or pointers")
     if not isinstance(kind, Elementary):
         hint = "CONCAT(a, b) joins strings" if isinstance(kind, StringType) and operator is Operator.ADD else ""
@@ -102,7 +114,28 @@ def _arithmetic(
         return _no(context, operator, left, right, at, "two integers", "MOD is for integers only")
     if operator in (Operator.DIV, Operator.MOD) and isinstance(right, Constant) and right.value == 0:
         context.note(at, "this is a division by zero", "the task stops here with a division error")
-    return constants.binary(operator, left, right, kind)
+    return _computed(context, operator, left, right, kind, at)
+
+
+def _as(kind: Elementary | StringType, left: Expression, right: Expression) -> tuple[Expression, Expression]:
+    """Return the operands in the type in which they meet; a text of any length is one already."""
+    if isinstance(kind, StringType):
+        return left, right
+    return constants.converted(left, kind), constants.converted(right, kind)
+
+
+def _computed(
+    context: Context, operator: Operator, left: Expression, right: Expression, kind: Elementary, at: tree.Node
+) -> Expression:
+    """Return the operation on integers or real numbers that meet in the type `kind`."""
+    register = _register(context, operator, kind, (left, right))
+    if register is kind:
+        return constants.binary(operator, *_as(kind, left, right), kind)
+    if operator in (Operator.DIV, Operator.MOD):  # the function for the divisor goes by the type in the source
+        divisor = constants.converted(right, kind)
+        checked = check_functions.divisor(context, divisor, at)
+        right = right if checked is divisor else checked
+    return constants.narrowed(constants.binary(operator, *_as(register, left, right), register), kind)
 
 
 def _logic(
@@ -114,22 +147,22 @@ def _logic(
     if operator in SHORT_CIRCUIT or not is_allowed:
         expected = "two BOOL" if operator in SHORT_CIRCUIT else "two BOOL or two bit strings"
         return _no(context, operator, left, right, at, expected)
-    return constants.binary(operator, left, right, kind)
+    return _computed(context, operator, left, right, kind, at)
 
 
 def _meet(
     context: Context, operator: Operator, left: Expression, right: Expression, at: tree.Node
-) -> tuple[Expression, Expression] | Expression | None:
-    """Return both operands in one type, or the whole result for TIME and dates with another type."""
+) -> tuple[Expression, Expression, Type] | Expression | None:
+    """Return both operands and the type in which they meet, or the whole result for times with another type."""
     first, second = left.type, right.type
     if type(left) is Untyped or type(right) is Untyped:
         return _meet_literal(context, operator, left, right, at)
     if isinstance(first, StringType) and isinstance(second, StringType) and first.is_wide is second.is_wide:
-        return left, right
+        return left, right, first
     if isinstance(first, StringType) and widens(second, first):
-        return left, constants.converted(right, first)
+        return left, constants.converted(right, first), first
     if isinstance(second, StringType) and widens(first, second):
-        return constants.converted(left, second), right
+        return constants.converted(left, second), right, second
     if not isinstance(first, Elementary) or not isinstance(second, Elementary):
         return _no(context, operator, left, right, at, "two values of the same type")
     if first.is_time or second.is_time:
@@ -141,12 +174,12 @@ def _meet(
         kind = implicit.common(first, second, not context.mixes_integers)
     if kind is None:
         return _no(context, operator, left, right, at, _expected(operator), _bool_hint(operator, first, second, at))
-    return constants.converted(left, kind), constants.converted(right, kind)
+    return left, right, kind
 
 
 def _meet_literal(
     context: Context, operator: Operator, left: Expression, right: Expression, at: tree.Node
-) -> tuple[Expression, Expression] | Expression | None:
+) -> tuple[Expression, Expression, Type] | Expression | None:
     """A literal takes the type of the other operand if its value fits, and both take a larger one otherwise."""
     literal, typed = (left, right) if type(left) is Untyped else (right, left)
     assert isinstance(literal, Untyped)
@@ -158,9 +191,9 @@ def _meet_literal(
         if fitted is None and (kind.is_integer or kind.is_real):
             wider = _wider(operator, kind, literal)
             if isinstance(wider, Elementary):
-                fitted, typed = _fitted(literal, wider), constants.converted(typed, wider)
+                fitted, kind = _fitted(literal, wider), wider
         if fitted is not None:
-            return (fitted, typed) if literal is left else (typed, fitted)
+            return (fitted, typed, kind) if literal is left else (typed, fitted, kind)
     second = right.type if literal is left else left.type
     return _no(context, operator, left, right, at, _expected(operator), _bool_hint(operator, kind, second, at))
 
@@ -194,7 +227,7 @@ def _time_and_literal(
     literal: Untyped,
     kind: Elementary,
     at: tree.Node,
-) -> tuple[Expression, Expression] | Expression | None:
+) -> tuple[Expression, Expression, Type] | Expression | None:
     if kind.family is Family.TIME and operator in (Operator.MUL, Operator.DIV):
         number: Expression = Constant(literal.value, Elementary.LREAL if literal.is_real else Elementary.DINT)
         made = times.of_two_types(operator, *((number, right) if literal is left else (left, number)))
@@ -202,7 +235,7 @@ def _time_and_literal(
             return made
     if kind is Elementary.TIME and not literal.is_real and context.project.dialect.allows_numbers_as_times:
         fitted = Constant(literal.value, kind)
-        return (fitted, right) if literal is left else (left, fitted)
+        return (fitted, right, kind) if literal is left else (left, fitted, kind)
     hint = f"write T#{literal.value}ms for milliseconds" if kind is Elementary.TIME else ""
     return _no(context, operator, left, right, at, "two values of the same type", hint)
 
@@ -245,12 +278,15 @@ def unary(context: Context, operator: Operator, operand: Expression, at: tree.No
     if not isinstance(kind, Elementary):
         return _no_operand(context, operator, kind, at)
     if operator is Operator.NOT:
+        operand = constants.folded(operand)
         is_integer = kind.is_integer and context.mixes_integers
         if kind is BOOL or kind.family is Family.BITS or is_integer:
             return constants.unary(operator, operand, kind)
         return _no_operand(context, operator, kind, at)
     if kind.family in (Family.SIGNED, Family.REAL):
-        return constants.unary(operator, operand, kind)
+        register = constants.REGISTER[kind.family] if context.computes_in_32_bits and kind.size < 4 else kind
+        made = constants.unary(operator, constants.converted(operand, register), register)
+        return made if register is kind else constants.narrowed(made, kind)
     if kind.is_integer:
         signed = next(
             (wide for wide in (Elementary.INT, Elementary.DINT, Elementary.LINT) if wide.size > kind.size),

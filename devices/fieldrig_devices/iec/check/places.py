@@ -457,6 +457,7 @@ def _behind(context: Context, found: Place, value: Expression, node: tree.Node) 
 def _subscript(context: Context, value: Expression, kind: ArrayType, node: tree.Node) -> Expression | None:
     if type(value) is Untyped and not value.is_real:
         value = Constant(value.value, Elementary.DINT)
+    value = constants.whole(value)
     if integer_of(value) is None:
         context.say(node, f"the index is {a(value.type)}", "an integer")
         return None

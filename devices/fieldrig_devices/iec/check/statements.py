@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from fieldrig_devices.iec import program, tree
-from fieldrig_devices.iec.check import blocks, enable, properties, references
+from fieldrig_devices.iec.check import blocks, constants, enable, properties, references
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.operators import integer_of
@@ -126,6 +126,7 @@ class Statements:
 
     def _case(self, node: tree.Case) -> AnyStatement | None:
         selector = self.expressions.expression(node.selector)
+        selector = constants.whole(selector) if selector is not None else None
         kind: Type | None = selector.type if selector is not None else None
         if selector is not None and (integer_of(selector) is None or kind is None):
             if node.selector.place != NOWHERE:  # otherwise the parser has reported it

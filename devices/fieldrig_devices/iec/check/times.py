@@ -53,6 +53,9 @@ def of_two_types(operator: Operator, left: Expression, right: Expression) -> Exp
         return _moved(operator, right, left)
     if operator is Operator.MUL and second in _DURATIONS:
         left, right, first, second = right, left, second, first
+    right = constants.whole(right)
+    second = right.type
+    assert isinstance(second, Elementary)
     if first in _DURATIONS and operator in (Operator.MUL, Operator.DIV):
         return _scaled(operator, left, right, second)
     return None
