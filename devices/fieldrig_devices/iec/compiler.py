@@ -4,9 +4,7 @@ The result can be pickled, so that another process can do the work (PD-032 to PD
 loaded).  All mistakes of all files are reported at once.
 """
 
-import gc
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -26,6 +24,7 @@ from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.program import Program, Task
 from fieldrig_devices.iec.symbols import Symbols
 from fieldrig_devices.iec.tree import Unit
+from fieldrig_devices.languages.garbage import collection
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.languages.resumable import prepare
 from fieldrig_devices.languages.source_file import SourceFile
@@ -80,25 +79,8 @@ def compile_project(
     the result can be loaded as an online change.  `limits` are those of the controller, and `resource` is the name of
     the RESOURCE that it runs if the project has several.
     """
-    with without_collection():
+    with collection.paused():
         return _compiled(files, host, dialect, limits, previous, costs or Costs(), resource, on_progress)
-
-
-@contextmanager
-def without_collection() -> Iterator[None]:
-    """Stop the search for circular garbage: a compiler makes many objects that stay, and looking through them all again
-    and again would take a third of its time.  What is left at the end counts as old, and is not looked through then.
-    """
-    was_enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_enabled:
-            if not gc.get_freeze_count():  # what others froze stays so
-                gc.freeze()
-                gc.unfreeze()
-            gc.enable()
 
 
 def _compiled(

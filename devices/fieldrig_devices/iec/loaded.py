@@ -6,6 +6,7 @@ The controller that it runs on is its watcher; one with retained variables deriv
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final, Protocol
+from weakref import proxy
 
 from fieldrig.clock import MS, Clock
 from fieldrig_devices.iec import program as ir
@@ -50,7 +51,9 @@ class LoadedProgram:
         self.runtime = Runtime(compiled, host)
         self.threads: dict[str, list[Thread]] = {}
         """The programs of each task, by the name of the task."""
-        self.scheduler = Scheduler(clock, self, [self._task(n, task) for n, task in enumerate(compiled.program.tasks)])
+        tasks = [self._task(number, task) for number, task in enumerate(compiled.program.tasks)]
+        # It does not keep the program alive, so the memory is free as soon as the controller drops the program.
+        self.scheduler = Scheduler(clock, proxy(self), tasks)
 
     def _task(self, number: int, task: ir.Task) -> Task:
         threads = [self.runtime.thread(pou, number) for pou in task.programs]

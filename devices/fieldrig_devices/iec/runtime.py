@@ -60,6 +60,9 @@ class Runtime:
         self._use(compiled)
         self.initialise(Start.COLD)
 
+    def __del__(self) -> None:
+        self.code.close()
+
     def _use(self, compiled: Compiled) -> None:
         self.compiled, self.symbols = compiled, compiled.symbols
         self.is_preparing = False
@@ -258,7 +261,7 @@ class Runtime:
         Variables of the same name and type keep their values.  Threads of programs that are no longer there stay ended.
         """
         kept = self._kept(compiled.layout)
-        old, carrier = self.compiled, Carrier()
+        old, old_code, carrier = self.compiled, self.code, Carrier()
         self._use(compiled)
         for name, variable in compiled.program.globals.items():
             if variable.location is None and _has_moved(name, old.layout, compiled.layout):
@@ -270,6 +273,7 @@ class Runtime:
         self._clear_references(old.layout, carrier)
         for thread in self.threads:
             thread.reload()
+        old_code.close()
         self._forced = {
             path: (symbol, value)
             for path, (old_symbol, value) in self._forced.items()

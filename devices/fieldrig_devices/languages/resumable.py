@@ -205,6 +205,17 @@ class Code:
         for number in range(len(self.routines)):
             self._load(number, build)
 
+    def close(self) -> None:
+        """Forget all functions.  They refer to each other, and to the tables of the program, by their globals: what is
+        not closed waits for a search for circular garbage, and with it the whole memory of the program.
+        """
+        for scope in self._scopes.values():
+            scope.clear()
+        self._scopes.clear()
+        for functions in self._functions.values():
+            functions.clear()
+        self._functions.clear()
+
     def _scope(self) -> dict[str, Any]:
         def leave(called: int, at: int, on: int, caller: int, pc: int, frame: int, base: int) -> None:
             self.left.append(Left(called, at, on, Activation(caller, pc, frame, base)))
