@@ -25,8 +25,12 @@ class Limits:
 
     statements_per_ms: int = 10_000
     """Statements of all programs together in a millisecond of the basic cycle."""
-    is_overrun_fatal: bool = True
-    """False: a sequence that does not come to rest goes on in the next basic cycle."""
+    is_overrun_fatal: bool = False
+    """True: programs that need more stop the PAM by 02..F060; False: they go on in the next basic cycle.
+
+    That error is one of the high-priority cycle (table 12-9), in which ring and pipes are processed.  An overload by
+    programs only delays them (manual lines 3131 to 3135).
+    """
 
 
 class Processor:

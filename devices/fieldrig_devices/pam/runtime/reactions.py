@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.languages.debugging.stepping import Goal
 from fieldrig_devices.languages.task import Task, TaskState
@@ -14,6 +14,10 @@ from fieldrig_devices.pam.runtime.watches import Event
 if TYPE_CHECKING:
     from fieldrig_devices.pam.runtime.lower.formulas import Formula
     from fieldrig_devices.pam.runtime.runtime import Runtime
+
+
+MOST_WAITING: Final = 1_024
+"""Routines that may wait for their turn.  The manual names the FIFO of events without its size (07..E023)."""
 
 
 class Runner:
@@ -38,12 +42,16 @@ class Runner:
     def is_alive(self) -> bool:
         return bool(self._queue)
 
+    @property
+    def is_full(self) -> bool:
+        return len(self._queue) >= MOST_WAITING
+
     def is_held(self) -> bool:
         """True at a breakpoint."""
         return self.task.state is TaskState.STOPPED
 
     def run(self) -> None:
-        """Run what is in the queue.  A breakpoint leaves the rest for later."""
+        """Run what is in the queue.  A breakpoint, and a cycle without room for more, leave the rest for later."""
         runtime = self._runtime
         while self._queue and not self.is_held():
             if self.task.state is not TaskState.READY:
@@ -55,6 +63,8 @@ class Runner:
                 return
             if self.is_held():
                 runtime.on_stopped()
+                return
+            if self.task.state is TaskState.READY:
                 return
             self._queue.popleft()
 
@@ -117,7 +127,13 @@ class ActionsItem(Unit):
         """Run the actions whose events have occurred, and those whose states are true (PAML-261, PAML-262)."""
         if not self._runtime.is_working or self.runner.is_held():
             return
-        self.runner.run()  # goes on after a breakpoint
+        self.runner.run()  # goes on after a breakpoint, and with what the last cycle had no room for
+        if self.runner.is_idle:
+            self._react()
+        if not self.runner.is_idle and not self.runner.is_held():
+            self.schedule.enter_next(self)
+
+    def _react(self) -> None:
         for trigger, routine in self._reactions:
             if isinstance(trigger, Event):
                 times, is_again = trigger.take(), trigger.is_polled

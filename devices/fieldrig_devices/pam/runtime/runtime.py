@@ -2,7 +2,7 @@
 
 Order of a basic cycle (PAML-401, G-16): the parts take what has come in, pipes flow, connected routines run, then
 equations, and actions and tasks in the order of their declarations, and the parts give what goes out.  Programs take no
-time: an application that does not come to rest in a cycle is stopped by 02..F060, the overrun of the basic cycle.
+time, but a cycle has room for a number of statements.  What does not fit goes on in the next cycle (`Limits`).
 """
 
 from collections.abc import Callable, Sequence
@@ -30,6 +30,7 @@ from fieldrig_devices.pam.runtime.watch import Watch
 from fieldrig_devices.pam.runtime.watches import Watches
 
 OVERRUN: Final = "02..F060"
+EVENTS_LOST: Final = "07..E023"
 EQUATIONS_INSTALLED: Final = "07..M015"
 STARTING_POWER_ON: Final = "07..M016"
 WORKING: Final = "07..M017"
@@ -82,6 +83,8 @@ class Runtime:
         """True when all POWERON parts have finished (PAML-264)."""
         self.is_stopped = False
         """True after a fatal message."""
+        self._is_losing_events = False
+        """True from the first connected routine that is lost until none is waiting."""
         self.is_paused = False
         """True while a debugger holds all programs."""
         self.fault: Fault | None = None
@@ -113,6 +116,14 @@ class Runtime:
         values = [
             float(value) if kind == "real" else value for value, kind in zip(routine.arguments, types, strict=True)
         ]
+        if (
+            self.routines.is_full
+        ):  # the application has more events in each cycle than it can handle (manual line 12194)
+            if not self._is_losing_events:
+                self.report(EVENTS_LOST)
+            self._is_losing_events = True
+            return
+        self._is_losing_events &= not self.routines.is_idle
         self.routines.add(routine_name(routine.routine, types), 0, values)
         self.processor.call()
 
@@ -294,7 +305,7 @@ class Runtime:
         self._fail(*reason(fault), program)
 
     def _on_overrun(self, program: "TaskItem | Runner") -> None:
-        if self._limits.is_overrun_fatal or isinstance(program, Runner):
+        if self._limits.is_overrun_fatal:
             text = f"the programs do not come to rest after {self.processor.statements} statements in a basic cycle"
             self._fail(OVERRUN, text, program)
 

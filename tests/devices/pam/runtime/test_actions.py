@@ -5,7 +5,6 @@ from pam_bench import PamBench, sequence, started
 
 from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.pam.runtime.item import RoutineRef
-from fieldrig_devices.pam.runtime.processor import Limits
 
 ACTIONS = "ACTIONS ACT_a; SPECS {specs} CYCLES = {cycles}; END_SPECS {body} END_ACTIONS\n"
 
@@ -219,15 +218,6 @@ def test_access_to_objects() -> None:
 # ---- limits
 
 
-@pytest.mark.manual("PAMS-104", "PAML-321")
-def test_a_loop_without_end_is_an_overrun() -> None:
-    bench = started("LOOP n <- 1; END_LOOP SBI_b;")
-    assert bench.errors == ["02..F060"]
-    assert "do not come to rest" in bench.messages[-1][2]
-    bench.run(5)
-    assert bench.runtime.is_stopped
-
-
 @pytest.mark.manual("PAML-272", "PAML-260")
 @pytest.mark.parametrize(
     "statement",
@@ -295,17 +285,3 @@ def test_a_single_equation_drives_all_items_of_an_output() -> None:
     bench["SBI_a"] = True
     bench.run()
     assert [item.value() for item in bench.objects.items["SBO_Each"]] == [True, True]
-
-
-def test_a_loop_without_end_can_go_on_in_the_next_cycle() -> None:
-    bench = PamBench(
-        sequence("LOOP n <- n + 1; END_LOOP SBI_b; at <- 1;") + sequence("w <- 1;").replace("TSK_a", "TSK_b"),
-        limits=Limits(100, is_overrun_fatal=False),
-    )
-    bench.run()
-    bench["SBI_a"] = True
-    bench.run(3)
-    assert (bench.errors, bench["w"], bench["at"]) == ([], 1, 0)
-    bench["SBI_b"] = True
-    bench.run()
-    assert (bench["at"], bench.errors) == (1, [])
