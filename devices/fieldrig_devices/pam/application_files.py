@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from fieldrig_devices.languages.source_file import decoded
+from fieldrig_devices.languages.source_file import decoded, found_beside
 from fieldrig_devices.pam.pipes.cam import Shape
 from fieldrig_devices.pam.pipes.shapes import shape_of
 
@@ -13,11 +13,14 @@ CAM_SUFFIX: Final = ".cam"
 
 
 def reader_beside(source: Path) -> Callable[[str], str | None]:
-    """Return what reads included files: only those in the folder of the application and below it."""
+    """Return what reads included files: only those in the folder of the application and below it.
+
+    It raises ValueError for a file that cannot be read.
+    """
 
     def read(name: str) -> str | None:
-        path = _beside(source, name.replace("\\", "/"))
-        return None if path is None else decoded(path.read_bytes())
+        path = found_beside(source.parent, name)
+        return None if path is None else decoded(_content(path))
 
     return read
 
@@ -26,15 +29,16 @@ def shapes_beside(source: Path, *, closed_is_periodic: bool = False) -> Callable
     """Return what reads cam files.  It raises ValueError, with the line, for a file that is missing or wrong."""
 
     def read(name: str) -> Shape:
-        path = _beside(source, name + CAM_SUFFIX)
+        path = found_beside(source.parent, name + CAM_SUFFIX)
         if path is None:
             raise ValueError(f"there is no cam file {name}{CAM_SUFFIX} beside {source.name}")
-        return shape_of(path.read_bytes(), closed_is_periodic=closed_is_periodic)
+        return shape_of(_content(path), closed_is_periodic=closed_is_periodic)
 
     return read
 
 
-def _beside(source: Path, name: str) -> Path | None:
-    folder = source.resolve().parent
-    path = (folder / name).resolve()
-    return path if path.is_relative_to(folder) and path.is_file() else None
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as cause:
+        raise ValueError(f"{path.name} cannot be read: {cause.strerror}") from cause

@@ -18,7 +18,7 @@ MOST_TOKENS: Final = 2_000_000
 """Tokens of a whole application, after all names have been replaced."""
 
 Reader = Callable[[str], str | None]
-"""Returns the text of an included file, or None if there is none of this name."""
+"""Returns the text of an included file, or None if there is none of this name.  ValueError: it cannot be read."""
 
 
 def no_files(_name: str) -> str | None:
@@ -121,7 +121,11 @@ class Preprocessor:
             expected = f"at most {DEEPEST_INCLUDE} files in each other" if name else "the name of a file in quotes"
             self._say(directive, "a file cannot be included", expected)
             return
-        text = self.read(name)
+        try:
+            text = self.read(name)
+        except ValueError as cause:
+            self._say(directive, str(cause), "a text file")
+            return
         if text is None:
             expected = f"a file beside the application, or {', '.join(SYSTEM_FILES)}"
             self._say(directive, f"there is no file {name}", expected)
