@@ -70,8 +70,8 @@ def _skip_to_item(cursor: Cursor) -> None:
     while not cursor.is_at_end:
         line = cursor.tokens[cursor.i - 1].place.line
         if cursor.is_word("END") or cursor.token.text.upper() in _ENDS:
-            cursor.i += 1
+            cursor.take()
             return
         if cursor.place.line != line and cursor.is_word(*declarations.ITEMS) and not cursor.is_next("="):
             return
-        cursor.i += 1
+        cursor.take()

@@ -40,6 +40,13 @@ class Cursor:
     def is_at_end(self) -> bool:
         return self.token.kind == "end"
 
+    def take(self) -> Token:
+        """Return the present token and go to the next one.  The end of the text is never passed."""
+        token = self.tokens[self.i]
+        if token.kind != "end":
+            self.i += 1
+        return token
+
     def is_word(self, *words: str) -> bool:
         return self.token.kind == "name" and self.token.text.upper() in words
 
@@ -51,7 +58,7 @@ class Cursor:
     def accept(self, text: str) -> bool:
         """Pass over a word or sign if it is the present token."""
         if self.token.kind in ("name", "sign") and self.token.text.upper() == text:
-            self.i += 1
+            self.take()
             return True
         return False
 
@@ -79,13 +86,12 @@ class Cursor:
             raise self.unexpected(what)
         if self.token.text.upper() in LABEL_KEYWORDS:
             raise self.unexpected(what, f"{self.token.text} is a reserved word. Choose another name.")
-        self.i += 1
-        return self.tokens[self.i - 1].text
+        return self.take().text
 
     def index(self) -> Index | None:
         found = _INDICES.get(self.token.text)
         if found is not None:
-            self.i += 1
+            self.take()
         return found
 
     def item_index(self) -> bool:
@@ -141,7 +147,7 @@ class Cursor:
     def skip_to(self, *words: str) -> None:
         """Go to the next of these words or signs, or to the end, without passing over it."""
         while not self.is_at_end and self.token.text.upper() not in words:
-            self.i += 1
+            self.take()
 
     def checked_once(self, parameters: list[Parameter], added: Parameter) -> None:
         """Report a parameter that appears twice."""

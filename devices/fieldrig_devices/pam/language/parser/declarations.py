@@ -37,7 +37,7 @@ def declaration(cursor: Cursor) -> Declaration:
 
 def _kind(cursor: Cursor) -> str:
     kind = cursor.token.text.upper()
-    cursor.i += 1
+    cursor.take()
     return kind if kind in KINDS else with_class(cursor, kind)
 
 
@@ -47,7 +47,7 @@ def with_class(cursor: Cursor, scope: str) -> str:
     if kind not in KINDS:
         classes = [known.rpartition(" ")[2] for known in KINDS if known.rpartition(" ")[0] == scope]
         raise cursor.unexpected(f"{', '.join(classes[:-1])} or {classes[-1]}")
-    cursor.i += 1
+    cursor.take()
     return kind
 
 
@@ -90,7 +90,7 @@ def _parameter(cursor: Cursor, kind: str, rules: Mapping[str, Rule]) -> Paramete
         raise cursor.unexpected(f"a parameter of {kind}: {', '.join(rules)}")
     if name != written:
         cursor.note(place, f"{written} is an old name", f"Release 2.5 calls it {name}.")
-    cursor.i += 1
+    cursor.take()
     if name == "ON":
         return Parameter(place, name, (_word(cursor, rules[name]),))
     cursor.expect("=")
@@ -113,6 +113,10 @@ def _values(cursor: Cursor, rule: Rule) -> tuple[Expression | RoutineCall, ...]:
         is_listed = any(cursor.is_word(word) for word in rule.words) or (
             "/" in holds and cursor.is_word(holds.partition("(")[2].rstrip(")"))
         )
+        if holds[0] == "(" and cursor.token.kind != "name":
+            raise cursor.unexpected(
+                f"{', '.join(rule.words[:-1])} or {rule.words[-1]}" if rule.words[1:] else rule.words[0]
+            )
         found.append(_symbol(cursor) if is_listed or holds[0] == "(" else _operand(cursor))
     return tuple(found)
 
@@ -122,7 +126,7 @@ def _operand(cursor: Cursor) -> Expression:
     place = cursor.place
     if cursor.token.kind == "sign" and cursor.token.text in ("+", "-"):
         is_negative = cursor.token.text == "-"
-        cursor.i += 1
+        cursor.take()
         number = _operand(cursor)
         if not isinstance(number, Number):
             raise cursor.unexpected("a number")
@@ -130,7 +134,7 @@ def _operand(cursor: Cursor) -> Expression:
         return Number(place, -number.value if is_negative else number.value, spelling)
     if cursor.token.kind in ("integer", "real", "text"):
         token = cursor.token
-        cursor.i += 1
+        cursor.take()
         if isinstance(token.value, str):
             cursor.wrong(place, "a text cannot be the value of a parameter", "a number")
             return Number(place, 0, "0")
@@ -140,8 +144,7 @@ def _operand(cursor: Cursor) -> Expression:
 
 def _symbol(cursor: Cursor) -> Word:
     place = cursor.place
-    cursor.i += 1
-    return Word(place, cursor.tokens[cursor.i - 1].text.upper())
+    return Word(place, cursor.take().text.upper())
 
 
 def _word(cursor: Cursor, rule: Rule) -> Word:
@@ -193,7 +196,7 @@ def _version(cursor: Cursor) -> str:
     text = cursor.token.text
     if text[:1] not in ("V", "v") or (len(text) > 1 and not text[1:].isdecimal()):
         raise cursor.unexpected(expected)
-    cursor.i += 1
+    cursor.take()
     version = f"{text[1:]}{_digits(cursor, expected)}" if len(text) > 1 else _real(cursor, expected)
     whole, _, part = version.partition(".")
     if len(whole) > 3 or len(part) != 2:
@@ -204,16 +207,14 @@ def _version(cursor: Cursor) -> str:
 def _real(cursor: Cursor, expected: str) -> str:
     if cursor.token.kind != "real":
         raise cursor.unexpected(expected)
-    cursor.i += 1
-    return cursor.tokens[cursor.i - 1].text
+    return cursor.take().text
 
 
 def _digits(cursor: Cursor, expected: str) -> str:
     cursor.expect(".")
     if cursor.token.kind != "integer":
         raise cursor.unexpected(expected)
-    cursor.i += 1
-    return f".{cursor.tokens[cursor.i - 1].text}"
+    return f".{cursor.take().text}"
 
 
 def equation(cursor: Cursor) -> BooleanEquation:

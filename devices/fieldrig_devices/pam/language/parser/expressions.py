@@ -29,7 +29,7 @@ def _level(cursor: Cursor, level: int) -> tree.Expression:
         length += 1
         if length > LONGEST_CHAIN:
             raise cursor.unexpected(f"at most {LONGEST_CHAIN} operators in a row")
-        cursor.i += 1
+        cursor.take()
         left = tree.Binary(place, operator, left, _level(cursor, level + 1))
     return left
 
@@ -50,8 +50,7 @@ def function_name(cursor: Cursor) -> str:
     """Read the name of a function, in any case (manual lines 8512 and 8585)."""
     if cursor.token.kind != "name":
         raise cursor.unexpected("the name of a function")
-    cursor.i += 1
-    return cursor.tokens[cursor.i - 1].text.lower()
+    return cursor.take().text.lower()
 
 
 def arguments(cursor: Cursor) -> tuple[tree.Expression, ...]:
@@ -70,7 +69,7 @@ def _unary(cursor: Cursor) -> tree.Expression:
     signs: tuple[Literal["+", "-", "!"], ...] = ("+", "-", "!")
     for sign in signs:
         if cursor.token.kind == "sign" and cursor.token.text == sign:
-            cursor.i += 1
+            cursor.take()
             cursor.deeper()
             found = tree.Unary(place, sign, _unary(cursor))
             cursor.higher()
@@ -81,18 +80,18 @@ def _unary(cursor: Cursor) -> tree.Expression:
 def _primary(cursor: Cursor) -> tree.Expression:
     token = cursor.token
     if token.kind in ("integer", "real"):
-        cursor.i += 1
+        cursor.take()
         assert not isinstance(token.value, str)
         return tree.Number(token.place, token.value, token.text)
     if token.kind == "text":
-        cursor.i += 1
+        cursor.take()
         return tree.Text(token.place, str(token.value))
     if cursor.accept("("):
         inside = expression(cursor)
         cursor.close(")")
         return _reduced(cursor, inside)
     if token.kind == "name" and token.text.upper() in SYMBOLIC and not cursor.is_next(":"):
-        cursor.i += 1
+        cursor.take()
         return tree.Word(token.place, token.text.upper())
     return object_or_parameter(cursor)
 
@@ -120,15 +119,14 @@ def object_or_parameter(cursor: Cursor) -> tree.Reference | tree.ParameterOf:
         return subject
     if cursor.token.kind != "name":
         raise cursor.unexpected("the name of a parameter")
-    cursor.i += 1
-    return tree.ParameterOf(subject.place, subject, cursor.tokens[cursor.i - 1].text.upper())
+    return tree.ParameterOf(subject.place, subject, cursor.take().text.upper())
 
 
 def routine_call(cursor: Cursor) -> tree.RoutineCall:
     """Read NONE, or a routine with what it is called with."""
     place = cursor.place
     if cursor.is_word("NONE"):
-        cursor.i += 1
+        cursor.take()
         return tree.RoutineCall(place, "")
     routine = cursor.name("the name of a routine")
     found: list[tree.Expression] = []

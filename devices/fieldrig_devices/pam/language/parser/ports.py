@@ -28,7 +28,7 @@ def port(cursor: Cursor) -> Declaration:
     """Read VME DUALPORT or RS422 PORT up to its END_DUALPORT or END_PORT."""
     place = cursor.place
     family = cursor.token.text.upper()
-    cursor.i += 1
+    cursor.take()
     kind, end = f"{family} {_SECOND_WORD[family]}", f"END_{_SECOND_WORD[family]}"
     cursor.expect(_SECOND_WORD[family])
     cursor.accept(";")
@@ -53,7 +53,7 @@ def _variable(cursor: Cursor, family: str, end: str) -> Declaration:
     if not cursor.is_word(*_DIRECTIONS):
         raise cursor.unexpected(f"INPUT, OUTPUT or {end}")
     direction = cursor.token.text.upper()
-    cursor.i += 1
+    cursor.take()
     kind = with_class(cursor, f"{family} {direction}")
     name = cursor.name("the name of the variable")
     cursor.semicolon(is_optional=True)  # the syntax boxes of the manual leave it out (10036, 10048)

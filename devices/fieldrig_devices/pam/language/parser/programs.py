@@ -36,7 +36,7 @@ def _specs(cursor: Cursor, kind: str) -> tuple[Parameter, ...]:
 def _reaction(cursor: Cursor) -> Reaction:
     place = cursor.place
     is_event = cursor.is_word("ON_EVENT")
-    cursor.i += 1
+    cursor.take()
     condition = expression(cursor)
     cursor.expect("ACTION")
     cursor.accept(";")
@@ -110,7 +110,7 @@ def task(cursor: Cursor) -> Task:
 
 def _event(cursor: Cursor) -> Event:
     place = cursor.place
-    cursor.i += 1
+    cursor.take()
     condition = expression(cursor)
     cursor.expect("XEQ_SEQUENCE")
     found = Event(place, condition, sequence_name(cursor))

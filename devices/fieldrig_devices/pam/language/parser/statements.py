@@ -92,7 +92,7 @@ def _pipe(cursor: Cursor, output: tree.Reference) -> tree.Connect:
 
 def _call(cursor: Cursor) -> tree.Call:
     place = cursor.place
-    cursor.i += 1
+    cursor.take()
     called = routine_call(cursor)
     cursor.semicolon()
     return tree.Call(place, called)
@@ -100,7 +100,7 @@ def _call(cursor: Cursor) -> tree.Call:
 
 def _if(cursor: Cursor) -> tree.If:
     place = cursor.place
-    cursor.i += 1
+    cursor.take()
     condition = expression(cursor)
     cursor.close("THEN")
     then = statements(cursor)
@@ -112,7 +112,7 @@ def _if(cursor: Cursor) -> tree.If:
 
 def _loop(cursor: Cursor) -> tree.Loop:
     place = cursor.place
-    cursor.i += 1
+    cursor.take()
     body = statements(cursor)
     cursor.expect("END_LOOP")
     until = expression(cursor)
@@ -128,7 +128,7 @@ def sequence_name(cursor: Cursor) -> tree.SequenceRef:
 
 def _start_sequence(cursor: Cursor) -> tree.StartSequence:
     place = cursor.place
-    cursor.i += 1
+    cursor.take()
     found = tree.StartSequence(place, sequence_name(cursor))
     cursor.semicolon(is_optional=True)
     return found
@@ -136,7 +136,7 @@ def _start_sequence(cursor: Cursor) -> tree.StartSequence:
 
 def _task_and_sequence(cursor: Cursor) -> tree.StartTask:
     place = cursor.place
-    cursor.i += 1
+    cursor.take()
     task = cursor.name("the name of a task")
     cursor.expect("SEQUENCE")
     sequence = sequence_name(cursor)
@@ -153,7 +153,7 @@ def _start_task(cursor: Cursor) -> tree.StartTask:
 
 def _condition(cursor: Cursor) -> tree.Statement:
     place = cursor.place
-    cursor.i += 1
+    cursor.take()
     if cursor.accept("DUPL_START"):
         cursor.semicolon()
         return tree.DuplicateStart(place)
@@ -165,7 +165,7 @@ def _condition(cursor: Cursor) -> tree.Statement:
 
 def _wait(cursor: Cursor) -> tree.Wait:
     place = cursor.place
-    cursor.i += 1
+    cursor.take()
     found = tree.Wait(place, expression(cursor))
     cursor.semicolon()
     return found
@@ -173,7 +173,7 @@ def _wait(cursor: Cursor) -> tree.Wait:
 
 def _case(cursor: Cursor) -> tree.Case:
     place = cursor.place
-    cursor.i += 1
+    cursor.take()
     branches: list[tree.Branch] = []
     while cursor.accept("CONDITION"):
         branches.append(_branch(cursor))
@@ -196,7 +196,7 @@ def _branch(cursor: Cursor) -> tree.Branch:
 
 def _exception(cursor: Cursor) -> tree.ArmException:
     place = cursor.place
-    cursor.i += 1
+    cursor.take()
     condition = expression(cursor)
     has_timeout = cursor.accept("TIMEOUT")
     is_inherited = not has_timeout or cursor.is_word("SEQUENCE", "ENTRY", "XEQ_TASK", "ABORT_SEQUENCE")
@@ -221,7 +221,7 @@ def _exception_action(cursor: Cursor) -> tree.ExceptionAction:
 
 def _exception_entry(cursor: Cursor) -> tree.ExceptionEntry:
     place = cursor.place
-    cursor.i += 1
+    cursor.take()
     found = tree.ExceptionEntry(place, cursor.name("a label"))
     cursor.semicolon()
     return found
@@ -229,7 +229,7 @@ def _exception_entry(cursor: Cursor) -> tree.ExceptionEntry:
 
 def _remove_exception(cursor: Cursor) -> tree.RemoveException:
     place = cursor.place
-    cursor.i += 1
+    cursor.take()
     cursor.semicolon(is_optional=True)
     return tree.RemoveException(place)
 
