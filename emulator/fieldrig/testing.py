@@ -1,10 +1,13 @@
-"""Help for tests: a link that records, and ports for rigs in real time."""
+"""Help for tests: a link that records, ports for rigs in real time, and the plain forms of shortcuts."""
 
 import socket
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Generic, TypeVar
+
+from fieldrig.shortcuts import SHORTCUTS
 
 try:
     import fcntl
@@ -38,6 +41,23 @@ class RecordedLink(Generic[M]):
         """Return what was sent since the last call."""
         sent, self.sent = self.sent, []
         return sent
+
+
+@contextmanager
+def plain_forms(*names: str) -> Iterator[None]:
+    """Have what is built in this context do all of its work: no shortcut with one of these names is taken.
+
+    Build and run the object in the same context, because some of its parts may be built while it runs.
+    """
+    places = [SHORTCUTS[name] for name in names]
+    before = [place.is_taken for place in places]
+    try:
+        for place in places:
+            place.is_taken = False
+        yield
+    finally:
+        for place, is_taken in zip(places, before, strict=True):
+            place.is_taken = is_taken
 
 
 _kept: dict[int, IO[bytes]] = {}

@@ -8,7 +8,7 @@ from fieldrig_devices.pam.objects.axis import Axis
 from fieldrig_devices.pam.objects.object_item import ObjectItem
 from fieldrig_devices.pam.objects.pipe_input import PipeInput
 from fieldrig_devices.pam.objects.site import Site
-from fieldrig_devices.pam.pipes.converter import Mode, Taker
+from fieldrig_devices.pam.pipes.converter import Input, Mode
 from fieldrig_devices.pamring.frames import Group, SetPoint
 from fieldrig_devices.pamring.registers import Parameter, parameter_address
 
@@ -51,7 +51,7 @@ class AxesSet(ObjectItem):
         """The last value of the flow."""
         if optimizes:
             site.events.append(self._analyse)
-        self._work: dict[int, tuple[list[tuple[float, Taker]], list[tuple[float, int, list[PipeInput]]]]] = {}
+        self._work: dict[int, tuple[list[tuple[float, PipeInput]], list[tuple[float, int, list[PipeInput]]]]] = {}
         """The single axes with their ratios, and the groups with those of their axes, by the subset."""
         self._turn = 0
 
@@ -88,14 +88,14 @@ class AxesSet(ObjectItem):
 
     # ---- the end of a pipe
 
-    def attach(self, mode: Mode, period_s: float) -> Taker:
+    def attach(self, mode: Mode, period_s: float) -> Input:
         self._mode, self._period_s, self._turn, self._value = mode, period_s, 0, None
         if self._subsets:
             self._site.every_cycle[self.name] = self._serve
         for member in self.members:
             self._join(member)
         self._regroup()
-        return self._take
+        return self
 
     def detach(self) -> None:
         self._site.every_cycle.pop(self.name, None)
@@ -197,15 +197,23 @@ class AxesSet(ObjectItem):
         self._work = {subset: ([], []) for subset in (0, *self._subsets)}
         for member in self.members:
             if member.pipe is not None and not member.group:
-                self._work[member.subset][0].append((member.ratio, member.pipe.take))
+                self._work[member.subset][0].append((member.ratio, member.pipe))
         for group, members in self._groups.items():
             pipes = [member.pipe for member in members if member.pipe is not None]
             self._work[members[0].subset][1].append((members[0].ratio, group, pipes))
 
-    def _take(self, value: float) -> None:
+    def take(self, value: float) -> None:
         """Serve the axes without a subset at once (PAML-168)."""
         self._value = value
         self._serve_subset(0)
+
+    @property
+    def is_at_rest(self) -> bool:
+        """True if the axes without a subset are; the others take the last value in their turns (`_serve`)."""
+        singles, groups = self._work[0]
+        return all(pipe.is_at_rest for _, pipe in singles) and all(
+            pipe.is_at_rest for _, _, pipes in groups for pipe in pipes
+        )
 
     def _serve(self) -> None:
         """Serve the subset whose basic cycle it is, with the last value of the flow."""
@@ -216,8 +224,8 @@ class AxesSet(ObjectItem):
     def _serve_subset(self, subset: int) -> None:
         value = self._value or 0.0
         singles, groups = self._work[subset]
-        for ratio, take in singles:
-            take(value * ratio)
+        for ratio, pipe in singles:
+            pipe.take(value * ratio)
         for ratio, group, pipes in groups:
             self._serve_group(group, pipes, value * ratio)
 

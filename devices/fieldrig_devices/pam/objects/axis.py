@@ -14,7 +14,7 @@ from fieldrig_devices.pam.objects.pipe_input import PIPE_INPUTS, PipeInput
 from fieldrig_devices.pam.objects.site import ApplicationNode, Site
 from fieldrig_devices.pam.objects.whole import nearest_units
 from fieldrig_devices.pam.pipes.block import nearest, wrapped
-from fieldrig_devices.pam.pipes.converter import Mode, Taker
+from fieldrig_devices.pam.pipes.converter import Input, Mode
 from fieldrig_devices.pamring.axis_words import ERROR_MASK, Status
 from fieldrig_devices.pamring.frames import (
     AxisItem,
@@ -219,8 +219,8 @@ class Axis(ObjectItem):
 
     # ---- the end of a pipe
 
-    def attach(self, mode: Mode, period_s: float) -> Taker:
-        return self.join(mode, period_s).take
+    def attach(self, mode: Mode, period_s: float) -> Input:
+        return self.join(mode, period_s)
 
     def join(self, mode: Mode, period_s: float, stop_all: Callable[[], None] | None = None) -> PipeInput:
         """A pipe drives the axis from now on; without a step of the mode if another one did before (G-45)."""

@@ -8,7 +8,7 @@ from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.inputs import order_of_bits
 from fieldrig_devices.pam.objects.object_item import ObjectItem, Switched
 from fieldrig_devices.pam.objects.site import ApplicationNode, Site
-from fieldrig_devices.pam.pipes.converter import Mode, Taker
+from fieldrig_devices.pam.pipes.converter import Input, Mode
 from fieldrig_devices.pamring.frames import (
     AnalogItem,
     Blink,
@@ -151,15 +151,18 @@ class PamAnalogOutput(ObjectItem):
         return int(self._number)
 
     def set_value(self, value: float) -> None:
-        self._take(float(value))
+        self._site.changes += 1
+        self.take(float(value))
 
-    def attach(self, _mode: Mode, _period_s: float) -> Taker:
-        return self._take
+    is_at_rest = True
+
+    def attach(self, _mode: Mode, _period_s: float) -> Input:
+        return self
 
     def detach(self) -> None:
         """The last voltage remains."""
 
-    def _take(self, value: float) -> None:
+    def take(self, value: float) -> None:
         before, self._number = self._number, value
         if int(before) != int(value):
             self._site.kernel.touched(self.name)

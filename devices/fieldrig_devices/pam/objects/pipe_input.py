@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.pam.objects.whole import LARGEST_UNITS
-from fieldrig_devices.pam.pipes.block import nearest
+from fieldrig_devices.pam.pipes.block import is_same, nearest
 from fieldrig_devices.pam.pipes.converter import Mode
 from fieldrig_devices.pamring.frames import SetPoint, SetPointMode
 
@@ -48,6 +48,11 @@ class PipeInput:
                 raise OverflowError("no frame can carry this set-point")
             self._send(SetPoint(self.set_point_mode, set_point))
 
+    @property
+    def is_at_rest(self) -> bool:
+        """True if the last value of the flow, taken once more, would change nothing."""
+        return is_same(self.last, self.part)
+
     def follow(self, value: float) -> int:
         """Take a position in units of the axis, and return the set-point."""
         last = self.part if self.sent is not None else value
@@ -78,6 +83,11 @@ class SpeedInput(PipeInput):
     def speed(self) -> float:
         return self.last
 
+    @property
+    def is_at_rest(self) -> bool:
+        """True unless the position is the integral of a speed."""
+        return self.last == 0
+
     def follow(self, value: float) -> int:
         self.last = value
         if value:
@@ -92,6 +102,8 @@ class TorqueInput(SpeedInput):
 
     mode: Mode = "TORQUE"
     set_point_mode = SetPointMode.TORQUE
+
+    is_at_rest = True
 
     def follow(self, value: float) -> int:
         """Take a torque limit in Nm (PAML-484)."""

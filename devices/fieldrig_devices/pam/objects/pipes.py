@@ -2,11 +2,20 @@
 
 All pipes from one source are a network with one period and phase.  When a pipe begins or ends, its network is laid out
 again as a flat list of steps, so that a shared block computes once and a cycle only calls one step after another.
+
+A network sleeps while another period would change nothing in it.  For this, each block and each destination says
+whether the value that it took last, taken once more, would leave it as it is (`is_at_rest`).  The network sleeps when
+this is so for all of them, and when each branch would get the value that it took last.  It wakes with another value of
+its source, and with everything that is counted in `Site.changes`.  Networks that share a block do not sleep, because
+each changes what the other has left in it.
 """
 
+import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from fieldrig.shortcuts import Shortcut
 from fieldrig_devices.pam.objects.axes_set import AxesSet
 from fieldrig_devices.pam.objects.axis import Axis
 from fieldrig_devices.pam.objects.corrector_item import CorrectorItem
@@ -16,12 +25,13 @@ from fieldrig_devices.pam.objects.site import Site
 from fieldrig_devices.pam.objects.sources import SourceItem
 from fieldrig_devices.pam.objects.transformer_item import TransformerItem
 from fieldrig_devices.pam.objects.transformers import DistributorItem
-from fieldrig_devices.pam.pipes.block import Block
+from fieldrig_devices.pam.pipes.block import Block, is_same
 from fieldrig_devices.pam.pipes.converter import Converter, Destination
 from fieldrig_devices.pam.pipes.distributor import Distributor
 
 Step = Callable[[float], float]
 OVERRUN: Final = "02..F060"
+SLEEP: Final = Shortcut("pam.pipes.sleep", "a network of pipes in which nothing would change is not computed")
 
 
 class ConverterItem(ObjectItem):
@@ -103,6 +113,10 @@ class Branch:
     def __init__(self, pipe: Pipe, begin: TransformerItem | None, steps: Sequence[Step]) -> None:
         self.begin = begin.block if begin is not None else None
         self.distributor, self.steps = pipe.distributor, tuple(steps)
+        self.blocks: list[Block | Converter] = [item.block for item in pipe.transformers]
+        self.blocks.append(pipe.converter.block)
+        self.taken: float | None = None
+        """The value that went through the branch last; None if another one has to, because of a change in it."""
         changing = [item for item in pipe.transformers if type(item.block).ready is not Block.ready]
         self.flags = [*map(Flag, changing), Flag(pipe.converter)]
         self.correctors = tuple(item for item in pipe.transformers if isinstance(item, CorrectorItem))
@@ -111,6 +125,16 @@ class Branch:
         """Return whether the branch computes in a period of the network."""
         distributor = self.distributor
         return distributor is None or number % distributor.divisor == distributor.shift
+
+    def arriving(self, first: float) -> float:
+        """Return the value that arrives when `first` leaves the source."""
+        return first if self.begin is None else self.begin.value
+
+    def is_at_rest(self, first: float) -> bool:
+        """True if a period in which `first` leaves the source would change nothing."""
+        return is_same(self.arriving(first), self.taken) and all(
+            block.is_at_rest and math.isfinite(block.value) for block in self.blocks
+        )
 
 
 class Network:
@@ -124,22 +148,23 @@ class Network:
         """Number of the present period, which the distributors count (PAML-542)."""
         self._flags = (Flag(source),)
         self._branches: list[Branch] = []
-        self._blocks: list[Block | Converter] = []
-        self._settling = 0
+        self._correcting: list[Branch] = []
+        """The branches with correctors, which have to know when the last value was due."""
         self._last: float | None = None
-        self._still = 0
-        """Periods without a new value of the source."""
-        self._asleep_at = -1
-        """The number of changes at which the network fell asleep."""
+        self._changes = -1
+        """The number of changes (`Site.changes`) that the last period knew of."""
+        self._is_asleep = False
+        self._may_sleep = False
 
-    def lay_out(self, pipes: Sequence[Pipe]) -> None:
-        """Lay out the steps: each pipe goes on behind the last block that a pipe before it computes."""
+    def lay_out(self, pipes: Sequence[Pipe], *, is_alone: bool) -> None:
+        """Lay out the steps: each pipe goes on behind the last block that a pipe before it computes.
+
+        `is_alone` is False if another network computes one of the blocks as well.
+        """
+        self._may_sleep = is_alone and SLEEP.is_taken
         done: set[int] = set()
         self._branches = []
-        transformers = [item.block for pipe in pipes for item in pipe.transformers]
-        self._blocks = [*transformers, *(pipe.converter.block for pipe in pipes)]
-        self._settling = 3 * max(pipe.distributor.divisor if pipe.distributor is not None else 1 for pipe in pipes)
-        self._asleep_at, self._still = -1, 0
+        self._is_asleep = False
         for pipe in pipes:
             fresh = [item for item in pipe.transformers if id(item) not in done]
             shared = [item for item in pipe.transformers if id(item) in done]
@@ -147,6 +172,7 @@ class Network:
             steps = [item.block.pass_on for item in fresh]
             steps.append(pipe.converter.block.pass_on)
             self._branches.append(Branch(pipe, shared[-1] if shared else None, steps))
+        self._correcting = [branch for branch in self._branches if branch.correctors]
 
     @property
     def most_blocks(self) -> int:
@@ -167,17 +193,32 @@ class Network:
         self._left = self._cycles
         first = self._source.block.step()
         number, self._number = self._number, self._number + 1
-        if first == self._last and self._asleep_at == self._site.changes:
-            return
-        self._compute(first, number)
-        self._still = self._still + 1 if first == self._last else 0
-        self._last = first
-        if self._still > self._settling and self._is_settled:
-            self._asleep_at = self._site.changes
+        if self._changes != self._site.changes:
+            self._wake()
+        is_new, self._last = not is_same(first, self._last), first
+        if is_new or not self._is_asleep:
+            self._is_asleep = False
+            self._compute(first, number)
+            self._is_asleep = not is_new and self._may_sleep and self._is_at_rest(first)
+        elif self._correcting:
+            self._date(number)
 
-    @property
-    def _is_settled(self) -> bool:
-        return self._source.block.ready and all(block.is_settled for block in self._blocks)
+    def _wake(self) -> None:
+        """Have each branch compute at least once, because a block may be as it was before the last change no more."""
+        self._changes, self._is_asleep = self._site.changes, False
+        for branch in self._branches:
+            branch.taken = None
+
+    def _is_at_rest(self, first: float) -> bool:
+        """True if no further period changes anything, as long as `first` leaves the source."""
+        return self._source.block.ready and all(branch.is_at_rest(first) for branch in self._branches)
+
+    def _date(self, number: int) -> None:
+        """Note that a value has flowed into the correctors, though it was the same: events are dated by it."""
+        for branch in self._correcting:
+            if branch.is_due(number):
+                for corrector in branch.correctors:
+                    corrector.flowed_in = self._site.cycle
 
     def _compute(self, first: float, number: int) -> None:
         """Take a value of the source through all branches that compute in this period of the network."""
@@ -188,9 +229,10 @@ class Network:
                 continue
             for corrector in branch.correctors:
                 corrector.flowed_in = cycle
-            value = first if branch.begin is None else branch.begin.value
+            value = taken = branch.arriving(first)
             for step in branch.steps:
                 value = step(value)
+            branch.taken = taken
             self._show(branch.flags)
 
     def _show(self, flags: Sequence[Flag]) -> None:
@@ -255,8 +297,12 @@ class Pipes:
         self._networks = {
             name: self._networks.get(name) or Network(source, self._site) for name, source in sources.items()
         }
+        places = {(id(item), pipe.source.name) for pipe in pipes for item in pipe.transformers}
+        shared = Counter(block for block, _ in places)
         for name, network in self._networks.items():
-            network.lay_out([pipe for pipe in pipes if pipe.source.name == name])
+            own = [pipe for pipe in pipes if pipe.source.name == name]
+            is_alone = all(shared[id(item)] == 1 for pipe in own for item in pipe.transformers)
+            network.lay_out(own, is_alone=is_alone)
         self._may_overrun = sum(network.most_blocks for network in self._networks.values()) > self._most_blocks
 
     def _begin(self, pipe: Pipe, living: "dict[int, SourceItem | TransformerItem]") -> None:
@@ -269,6 +315,7 @@ class Pipes:
 
     def _hand_periods_on(self) -> None:
         """Hand the period of the values from block to block (PAML-410)."""
+        self._site.changes += 1
         for pipe in self._pipes:
             period = pipe.source.block.outgoing_period
             for transformer in pipe.transformers:

@@ -64,6 +64,7 @@ class GeneratorItem(SourceItem):
 
     def do(self, function: str, arguments: object = ()) -> None:
         super().do(function, arguments)  # type: ignore[arg-type]
+        self.site.changes += 1
         self.site.kernel.touched(self.name)
 
     def ask_ready(self) -> bool:

@@ -33,7 +33,7 @@ class Amplifier(Block):
     def ready(self) -> bool:
         return self.gain.is_there and self.offset.is_there
 
-    is_settled = ready
+    is_at_rest = ready
 
     @property
     def outgoing_period(self) -> float | None:

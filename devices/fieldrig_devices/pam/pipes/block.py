@@ -25,9 +25,9 @@ class Block(ABC):
         return True
 
     @property
-    def is_settled(self) -> bool:
-        """True if the output stays as it is as long as the input does, once that has been the same for some periods."""
-        return True
+    @abstractmethod
+    def is_at_rest(self) -> bool:
+        """True if the last value of the flow, taken once more, would change neither the block nor its output."""
 
     @property
     def outgoing_period(self) -> float | None:
@@ -52,6 +52,11 @@ class Block(ABC):
     @abstractmethod
     def transform(self, value: float) -> float:
         """Return what the block makes of a value."""
+
+
+def is_same(value: float, other: float | None) -> bool:
+    """Return whether two numbers have the same bits, as 0.0 and -0.0 do not.  A NaN is never the same."""
+    return value == other and (value != 0.0 or math.copysign(1.0, value) == math.copysign(1.0, other))
 
 
 def wrapped(value: float, period: float | None) -> float:

@@ -33,6 +33,10 @@ class Cam(Block):
         self.profile, self.value_period = profile, value_period
 
     @property
+    def is_at_rest(self) -> bool:
+        return True
+
+    @property
     def outgoing_period(self) -> float | None:
         return self.value_period
 

@@ -52,6 +52,10 @@ class Comparator(Block):
     def ready(self) -> bool:
         return self._is_reached
 
+    @property
+    def is_at_rest(self) -> bool:
+        return True
+
     def set_reference(self, reference: float, *, is_through_zero: bool) -> None:
         """Write REFERENCE or THROUGH_ZERO_REFERENCE, which also selects the mode (PAML-463)."""
         self.reference = reference

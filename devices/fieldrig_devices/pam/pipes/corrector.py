@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from fieldrig_devices.motion.profile import Limits, Profile, change_speed, keep, move
-from fieldrig_devices.pam.pipes.block import Block, nearest
+from fieldrig_devices.pam.pipes.block import Block, is_same, nearest
 
 State = Literal["standby", "wait event", "wait correction", "in correction"]
 
@@ -58,8 +58,10 @@ class Corrector(Block):
         return self.state != "in correction"
 
     @property
-    def is_settled(self) -> bool:
-        return self.state != "in correction"
+    def is_at_rest(self) -> bool:
+        """True if no correction runs, and an event would find the flow without speed and acceleration."""
+        flow = self._flow
+        return self.state != "in correction" and len(flow) == 3 and all(is_same(value, flow[0]) for value in flow)
 
     def start(self, period_s: float) -> None:
         super().start(period_s)
@@ -115,21 +117,19 @@ class Corrector(Block):
             self.state, self.triggered = "wait correction", True
 
     def transform(self, value: float) -> float:
-        found = value + self._corrected
-        if self.state == "in correction":
-            found += self._moved()
+        found = value + (self._going_on() if self.state == "in correction" else self._corrected)
         self._flow = (*self._flow[-2:], found if self.settings.is_output else value)
         return found
 
-    def _moved(self) -> float:
-        """Go on with the correction for a period, and return its way up to now."""
+    def _going_on(self) -> float:
+        """Go on with the correction for a period, and return the way of all corrections up to now."""
         self._periods += 1
         seconds = self._periods * self.period_s
         if seconds < self._way.duration_s:
-            return self._way.values_at(seconds)[0]
+            return self._corrected + self._way.values_at(seconds)[0]
         self._corrected += self._distance
         self.state = "wait event" if self._is_armed else "standby"
-        return self._distance
+        return self._corrected
 
     def _follow(self, way: Profile, distance: float) -> None:
         self._way, self._distance, self._periods = way, distance, 0

@@ -1,6 +1,6 @@
 """The derivator: the change of the flow per second (PAML-530 to PAML-533)."""
 
-from fieldrig_devices.pam.pipes.block import Block, nearest
+from fieldrig_devices.pam.pipes.block import Block, is_same, nearest
 
 
 class Derivator(Block):
@@ -10,6 +10,10 @@ class Derivator(Block):
         super().__init__()
         self.value_period = value_period
         self._last: float | None = None
+
+    @property
+    def is_at_rest(self) -> bool:
+        return is_same(self.value, 0.0)
 
     @property
     def outgoing_period(self) -> float | None:

@@ -10,6 +10,10 @@ class Distributor(Block):
         super().__init__()
         self.divisor, self.shift = max(divisor, 1), shift
 
+    @property
+    def is_at_rest(self) -> bool:
+        return True
+
     def computes_in(self, number: int) -> bool:
         """True if the pipe computes in this period of the network; the first has the number 0."""
         return number % self.divisor == self.shift

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from fieldrig_devices.pam.pipes.block import Block, nearest
+from fieldrig_devices.pam.pipes.block import Block, is_same, nearest
 
 Slope = Literal["POSITIVE", "NEGATIVE", "ZERO_MAXIMUM", "ZERO_MINIMUM"]
 Mode = Literal["IMMEDIATE", "NEXT_PERIOD"]
@@ -118,12 +118,14 @@ class MultiComparator(Block):
         self._origin_watch = Watch(origin, value_period)
         self._last: float | None = None
         self._step = 0.0
+        self._is_still = False
+        """True if the last value was the same as the one before."""
         self._periods = 0
         self._has_fired = False
 
     @property
-    def is_settled(self) -> bool:
-        return self.state != "tracing"
+    def is_at_rest(self) -> bool:
+        return self.state != "tracing" and self._is_still
 
     def learn(self) -> None:
         self._begin(is_executing=False)
@@ -139,7 +141,7 @@ class MultiComparator(Block):
 
     def start(self, period_s: float) -> None:
         super().start(period_s)
-        self._last, self._step = None, 0.0
+        self._last, self._step, self._is_still = None, 0.0, False
 
     def stop(self) -> None:
         """The learned times are lost with the history of the block (PAML-409)."""
@@ -151,6 +153,7 @@ class MultiComparator(Block):
     def transform(self, value: float) -> float:
         place = value if self.value_period is None else value % self.value_period
         last, self._last = self._last, place
+        self._is_still = is_same(place, last)
         if last is None:
             return value
         before, self._step = self._step, nearest(place - last, self.value_period)

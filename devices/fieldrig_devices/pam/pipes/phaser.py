@@ -33,7 +33,7 @@ class Phaser(Block):
         if self.is_active and self.state in ("stopped", "starting"):
             self.value = self._standby_value
 
-    is_settled = ready
+    is_at_rest = ready
 
     @property
     def outgoing_period(self) -> float | None:
