@@ -10,7 +10,7 @@ import asyncio
 import logging
 import re
 import socket
-from collections.abc import Collection, Hashable, Iterator, Sequence
+from collections.abc import Collection, Hashable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Literal
 
@@ -20,16 +20,17 @@ from pydantic import Field
 from fieldrig.bus import Hub, ModelBus, Port, Time, words_of
 from fieldrig.device import Tool, python_line
 from fieldrig.errors import BusError
-from fieldrig.net import bind_remedy, is_loopback, split_address
+from fieldrig.net import is_loopback, split_address
 from fieldrig.settings import WrongKey
 from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_token, token
 from fieldrig.wording import closest
-from fieldrig_bus.net import Address, HubSettings
+from fieldrig_bus.net import Address, HubSettings, ServingPort, TcpServer
 from fieldrig_bus.opcua import codec
 from fieldrig_bus.opcua.address_space import AddressSpace
 from fieldrig_bus.opcua.certificate import make_certificate
 from fieldrig_bus.opcua.devices import Devices
 from fieldrig_bus.opcua.library_log import quieten
+from fieldrig_bus.opcua.listener import LimitedServer
 from fieldrig_bus.opcua.message import ANSWERS, REQUESTS, Offer, OpcUaMessage
 from fieldrig_bus.opcua.model import SERVER, OpcUaModel
 from fieldrig_bus.opcua.session import Backend
@@ -75,6 +76,7 @@ class OpcUaServer(ModelBus[OpcUaMessage]):
     about: ClassVar[str] = "OPC UA: any client can browse, read, write and subscribe to the devices of this bus"
     times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
     family: ClassVar[str] = "opcua"
+    serves_outsiders: ClassVar[bool] = True
     messages: ClassVar[tuple[type, ...]] = (Offer, *REQUESTS, *ANSWERS)
     own_process: ClassVar[bool] = True
 
@@ -115,10 +117,11 @@ class OpcUaServer(ModelBus[OpcUaMessage]):
         return [Tool("OPC UA", url), Tool("asyncua", python_line(code))]
 
 
-class OpcUaPort(Port):
+class OpcUaPort(ServingPort):
     def __init__(self, name: str, settings: OpcUaSettings) -> None:
         self._name, self._settings = name, settings
-        self._server: Server | None = None
+        self._server: LimitedServer | None = None
+        self._listener: TcpServer | None = None
         self._changes: Any = None
         self._offers: dict[str, int] = {}
         self._taking = asyncio.Lock()
@@ -127,14 +130,15 @@ class OpcUaPort(Port):
     @property
     def number(self) -> int:
         """The TCP port on which it listens."""
-        if self._server is not None and self._server.bserver is not None:
-            return int(self._server.bserver._server.sockets[0].getsockname()[1])
-        return split_address(self._settings.listen)[1]
+        return self._listener.port if self._listener is not None else split_address(self._settings.listen)[1]
+
+    def servers(self) -> Iterable[TcpServer]:
+        return () if self._listener is None else (self._listener,)
 
     async def open(self, hub: Hub) -> None:
         host, port = split_address(self._settings.listen)
         backend = Backend(self._users(), self._settings.fastest_sampling_ms)
-        server = Server(iserver=backend)
+        server = LimitedServer(iserver=backend)
         await server.init()
         run = hub.path("opcua")
         rig = re.sub(r"\W", "-", run.parent.name)
@@ -152,18 +156,25 @@ class OpcUaPort(Port):
             await self._namespace(device)
         self._changes = await server.get_event_generator(ua.ObjectIds.GeneralModelChangeEventType)
         self._changes.event.data_types["Changes"] = ua.VariantType.ExtensionObject
+        await server.start()
+        listener = server.listener(self._settings.listen)
         try:
-            await server.start()
-        except OSError as cause:
-            raise BusError(f"can't listen at {self._settings.listen}: {cause}", bind_remedy(cause)) from cause
+            await listener.open(hub.pace)
+        except BusError:
+            await server.iserver.stop()
+            raise
+        self._listener = listener
 
     async def close(self) -> None:
         if self._server is not None:
             for task in self._tasks:
                 task.cancel()
             await self._backend.sampler.close()
-            if self._server.bserver is not None:
-                await self._server.stop()
+            if self._listener is not None:
+                await self._listener.close()
+                await self._backend.close_all()
+                await self._server.iserver.stop()
+                self._listener = None
             self._hub.leave(SERVER)
             self._server = None
 

@@ -1,11 +1,14 @@
 """A client's session: what concerns nodes of devices is answered by the devices, everything else by the library."""
 
+import asyncio
 import contextlib
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Coroutine, Hashable, Sequence
 from datetime import UTC, datetime
-from typing import Final
+from typing import Any, Final
 
 from asyncua import ua
+from asyncua.common.utils import ServiceError
 from asyncua.crypto.permission_rules import User, UserRole
 from asyncua.server.internal_server import InternalServer
 from asyncua.server.internal_session import InternalSession
@@ -18,6 +21,8 @@ from fieldrig_bus.opcua.message import Kind, Node, Outcome, Status
 from fieldrig_bus.opcua.sampler import Sampler, revised_ms
 from fieldrig_bus.opcua.users import Users
 
+MOST_SESSIONS: Final = 16
+"""Sessions of one connection; a client has one."""
 _VALUE: Final = ua.AttributeIds.Value
 BAD_NOT_WRITABLE: Final[int] = ua.StatusCodes.BadNotWritable
 BAD_NODE_ID_UNKNOWN: Final[int] = ua.StatusCodes.BadNodeIdUnknown
@@ -34,6 +39,8 @@ class Backend(InternalServer):  # type: ignore[misc]
         self.devices: Devices | None = None
         self.sampler = Sampler(self.sample)
         self.fastest_ms, self.users = fastest_ms, users
+        self._sessions: Counter[Hashable] = Counter()
+        self._closing: set[asyncio.Task[None]] = set()
         super().__init__(user_manager=users)
 
     def create_session(
@@ -42,7 +49,25 @@ class Backend(InternalServer):  # type: ignore[misc]
         user: User = User(role=UserRole.Anonymous),  # noqa: B008  as in the base class
         external: bool = False,
     ) -> InternalSession:
+        if external:
+            if self._sessions[name] >= MOST_SESSIONS:
+                raise ServiceError(ua.StatusCodes.BadTooManySessions)
+            self._sessions[name] += 1
         return Session(self, self.aspace, self.subscription_service, name, user=user, external=external)
+
+    def forget(self, name: Hashable) -> None:
+        """Count the sessions of a connection no longer, because it is closed."""
+        self._sessions.pop(name, None)
+
+    def close_later(self, closing: Coroutine[Any, Any, None]) -> None:
+        """Close what a lost connection has left behind."""
+        task = asyncio.get_running_loop().create_task(closing)
+        self._closing.add(task)
+        task.add_done_callback(self._closing.discard)
+
+    async def close_all(self) -> None:
+        """Wait until everything that lost connections have left is closed."""
+        await asyncio.gather(*self._closing, return_exceptions=True)
 
     async def values(self, node_ids: Sequence[ua.NodeId]) -> list[ua.DataValue]:
         """Return the present values of variables."""

@@ -1,4 +1,4 @@
-"""The parts of asyncua that are not public and that `fieldrig_bus.opcua.session` uses: changes to them fail here.
+"""The parts of asyncua that are not public and that `fieldrig_bus.opcua` uses: changes to them fail here.
 
 pyproject.toml allows one minor version, because these classes may change with the next.
 """
@@ -8,10 +8,12 @@ from collections.abc import Callable
 from importlib.metadata import version
 
 import pytest
+from asyncua import Server
 from asyncua.server.address_space import AddressSpace
 from asyncua.server.internal_server import InternalServer
 from asyncua.server.internal_session import InternalSession
 from asyncua.server.subscription_service import SubscriptionService
+from asyncua.server.uaprocessor import UaProcessor
 
 from fieldrig_bus.opcua.session import Backend, Session
 
@@ -26,6 +28,11 @@ CALLED: dict[Callable[..., object], tuple[str, ...]] = {
     InternalSession.__init__: ("internal_server", "aspace", "submgr", "name", "user", "external"),
     AddressSpace.write_attribute_value: ("nodeid", "attr", "value"),
     AddressSpace.get: ("nodeid",),
+    UaProcessor.__init__: ("internal_server", "transport", "limits"),
+    UaProcessor.set_policies: ("policies",),
+    UaProcessor.process: ("header", "body"),
+    UaProcessor.close: (),
+    Server._setup_server_nodes: (),
 }
 
 

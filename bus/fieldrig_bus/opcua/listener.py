@@ -1,0 +1,158 @@
+"""The TCP connections of an OPC UA server, with the limits of every port of fieldrig.
+
+asyncua answers one message at a time here, and its next one is read when that is done.  The library's own listener
+takes messages as fast as they come: 500 of a connection wait there, each with all bytes that were read after it.
+
+Source of the header: OPC 10000-6, 7.1.2.2.
+"""
+
+import asyncio
+import logging
+from collections import deque
+from collections.abc import Callable, Iterator
+from typing import Any, Final
+
+from asyncua import Server
+from asyncua.common.utils import Buffer
+from asyncua.server.uaprocessor import UaProcessor
+from asyncua.ua.ua_binary import header_from_binary
+
+from fieldrig.limits import Limits
+from fieldrig_bus.net import Connection, TcpServer
+from fieldrig_bus.opcua.session import Backend
+
+log = logging.getLogger(__name__)
+
+MOST_WAITING: Final = 16
+"""Messages of a connection that may wait for an answer; nothing is read from it while it has more."""
+LONGEST_CHUNK: Final = 65_535
+LONGEST_MESSAGE: Final = 4 << 20
+"""Longest message of a client, in bytes; the library's limit is 100 MB, which every connection may fill."""
+LEAST: Final = 8
+"""Bytes of the header that have the size."""
+LIMITS: Final = Limits(connections=100)
+
+
+class LimitedServer(Server):  # type: ignore[misc]
+    """The library's server without its listener."""
+
+    async def start(self) -> None:
+        """Prepare the endpoints, and start what needs no connection."""
+        self.limits.max_message_size = LONGEST_MESSAGE
+        self.limits.max_chunk_count = LONGEST_MESSAGE // LONGEST_CHUNK
+        await self._setup_server_nodes()
+        await self.iserver.start()
+
+    def listener(self, address: str) -> TcpServer:
+        """Return a listener for the clients of this server."""
+        return TcpServer(address, lambda place: Client(place, self.iserver, self._processor), LIMITS, "OPC UA")
+
+    def _processor(self, transport: asyncio.Transport) -> UaProcessor:
+        processor = UaProcessor(self.iserver, transport, self.limits)
+        processor.set_policies(self._policies)
+        return processor
+
+
+class WrongHeaderError(ValueError):
+    """The bytes are no messages of OPC UA."""
+
+
+class Messages:
+    """Splits a stream into messages."""
+
+    def __init__(self) -> None:
+        self._rest = b""
+
+    def feed(self, data: bytes) -> Iterator[bytes]:
+        """Yield every message that `data` completes.  WrongHeaderError for a header that none has."""
+        self._rest += data
+        while len(self._rest) >= LEAST:
+            size = int.from_bytes(self._rest[4:LEAST], "little")
+            if self._rest[:3] not in KINDS or not LEAST < size <= LONGEST_CHUNK:
+                raise WrongHeaderError(f"not a message of OPC UA: {self._rest[:LEAST].hex(' ')}")
+            if len(self._rest) < size:
+                return
+            message, self._rest = self._rest[:size], self._rest[size:]
+            yield message
+
+
+KINDS: Final = (b"HEL", b"ACK", b"ERR", b"RHE", b"OPN", b"MSG", b"CLO")
+
+
+class Client(Connection):
+    """One connection."""
+
+    def __init__(
+        self, server: TcpServer, backend: Backend, processor: Callable[[asyncio.Transport], UaProcessor]
+    ) -> None:
+        super().__init__(server)
+        self._backend, self._make_processor = backend, processor
+        self._messages = Messages()
+        self._waiting: deque[bytes] = deque()
+        self._may_go_on = asyncio.Event()
+        self._is_stopped = False
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        self._name = transport.get_extra_info("peername")
+        self._processor: Any = self._make_processor(self.transport)
+        self._task = asyncio.get_running_loop().create_task(self._work())
+
+    def data_received(self, data: bytes) -> None:
+        try:
+            self._waiting.extend(self._messages.feed(data))
+        except WrongHeaderError as wrong:
+            log.debug("%s: %s", self._name, wrong)
+            self.transport.abort()
+        self._look()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        super().connection_lost(exc)
+        self._task.cancel()
+        self._backend.forget(self._name)
+        self._backend.close_later(self._processor.close())
+
+    def pause_writing(self) -> None:
+        super().pause_writing()
+        self._look()
+
+    def resume_writing(self) -> None:
+        super().resume_writing()
+        self._look()
+
+    def _look(self) -> None:
+        """Stop a client that sends more than is answered, or that does not read."""
+        is_stopped = len(self._waiting) >= MOST_WAITING or self.is_full
+        if is_stopped and not self._is_stopped:
+            self.server.door.reached.note(
+                "clients that had to wait", f"{self._name} sends messages faster than they are answered"
+            )
+        self._is_stopped = is_stopped
+        self.read_on(not is_stopped)
+        if self._waiting and not self.is_full:
+            self._may_go_on.set()
+        else:
+            self._may_go_on.clear()
+
+    async def _work(self) -> None:
+        """Answer one message after another."""
+        while True:
+            await self._may_go_on.wait()
+            message = self._waiting.popleft()
+            self._look()
+            if not await self._is_answered(message):
+                self.transport.close()
+                return
+            if self._processor.session is not None and self._processor.session.is_activated():
+                self.heard()
+            await asyncio.sleep(0)  # others have their turn, also when the answer needed no waiting
+
+    async def _is_answered(self, message: bytes) -> bool:
+        """Return whether the connection goes on."""
+        buffer = Buffer(message)
+        try:
+            goes_on: bool = await self._processor.process(header_from_binary(buffer), buffer)
+        except Exception as wrong:  # noqa: BLE001  the library raises many kinds for wrong bytes, also AttributeError
+            log.debug("%s: %r", self._name, wrong)
+            return False
+        return goes_on
