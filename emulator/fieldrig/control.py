@@ -18,6 +18,7 @@ Zenoh calls back on threads of its own; everything here is handed to the loop.
 import asyncio
 import json
 import logging
+import time
 from collections.abc import Awaitable, Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from queue import Empty, Full, Queue
@@ -27,6 +28,8 @@ import zenoh
 
 from fieldrig.endpoint import PATIENCE_S, close, connect
 from fieldrig.errors import ControlError
+from fieldrig.pace import Pace
+from fieldrig.questions import MOST_QUESTIONS, Questions
 from fieldrig.untrusted import MalformedError, field, read_json, shown
 
 VERSION: Final = 1
@@ -41,7 +44,7 @@ LONGEST_REFUSAL: Final = 8_000  # characters
 MOST_WAITING: Final = 10_000
 """Messages that may wait for a tool to read them."""
 MOST_QUERIES: Final = 1_000
-"""Queries that one process answers at a time; further ones are refused."""
+"""Queries that one process answers at a time; further ones are refused.  As many may wait (`questions`)."""
 
 Answer = Callable[[str, Any], Awaitable[Any]]
 """Handles a query, given the last part of its key (the verb) and its payload.
@@ -67,13 +70,28 @@ class Control:
         self._kept: list[Any] = []  # what is declared lives as long as its object
         self._tasks: set[asyncio.Task[None]] = set()
         self._is_open = True
+        self._samples = 0
+        """Published messages that were handed over, and not handled yet."""
+        self._questions: Questions[tuple[zenoh.Query, str, Answer]] = Questions(
+            "control endpoint", self._hand_over, lambda question: self._start(*question)
+        )
+
+    def keep(self, pace: Pace) -> None:
+        """Answer at this pace from now on."""
+        self._questions.keep(pace)
+
+    def limits(self) -> dict[str, float]:
+        """Return how often each limit was reached, by name."""
+        return self._questions.reached.figures()
 
     def serve(self, path: str, answer: Answer) -> None:
         """Answer the queries to `path`, which ends in a verb, or in `*` for any verb."""
         place = key(self.rig, path).rpartition("/")[0]  # the asker's key may have stars in it, an answer's may not
 
         def on_query(query: zenoh.Query) -> None:
-            self._hand_over(self._start, query, place, answer)
+            if not self._questions.put((query, place, answer)):
+                with query:
+                    _refuse(query, f"{MOST_QUESTIONS} questions wait for their answers", "ask again later")
 
         self._keep(self.session.declare_queryable(key(self.rig, path), _directly(on_query)))
 
@@ -90,7 +108,7 @@ class Control:
             except MalformedError as fault:
                 log.debug("%s: %s", sample.key_expr, fault)
             else:
-                self._hand_over(handler, _last_part(sample.key_expr), message)
+                self._hand_over_message(handler, _last_part(sample.key_expr), message)
 
         self._keep(self.session.declare_subscriber(key(self.rig, path), _directly(on_sample)))
 
@@ -161,12 +179,25 @@ class Control:
             except RuntimeError:
                 self._is_open = False
 
+    def _hand_over_message(self, handler: Callable[[str, Any], None], name: str, message: Any) -> None:
+        """Pass a published message to the loop, unless `MOST_WAITING` wait there."""
+        if self._samples >= MOST_WAITING:
+            what = f"{MOST_WAITING} published messages wait; another one is dropped"
+            self._questions.reached.note("messages over the limit", what)
+            return
+        self._samples += 1
+        self._hand_over(self._handle, handler, name, message)
+
+    def _handle(self, handler: Callable[[str, Any], None], name: str, message: Any) -> None:
+        self._samples -= 1
+        handler(name, message)
+
     def _start(self, query: zenoh.Query, place: str, answer: Answer) -> None:
         if len(self._tasks) >= MOST_QUERIES:
             with query:
                 _refuse(query, f"{MOST_QUERIES} questions wait for their answers", "ask again later")
             return
-        task = self._loop.create_task(_answer(query, place, answer))
+        task = self._loop.create_task(_answer(query, place, answer, self._questions.pace))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
@@ -192,7 +223,8 @@ class Stream:
         self._on_listeners(status.matching)
 
 
-async def _answer(query: zenoh.Query, place: str, answer: Answer) -> None:
+async def _answer(query: zenoh.Query, place: str, answer: Answer, pace: Pace | None) -> None:
+    began_ns = time.monotonic_ns()
     verb = _last_part(query.key_expr)
     with query:
         try:
@@ -209,6 +241,8 @@ async def _answer(query: zenoh.Query, place: str, answer: Answer) -> None:
             _refuse(query, f"not understood: {cause}")
         else:
             query.reply(f"{place}/{verb}", json.dumps(reply))
+        if pace is not None:
+            pace.spent(began_ns)
 
 
 def _refuse(query: zenoh.Query, what: str, remedy: str = "") -> None:

@@ -22,6 +22,9 @@ from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_token, tok
 OTHER_ENDPOINT: Final = "give this one another endpoint, such as --control tcp/127.0.0.1:7448"
 _USER: Final = "fieldrig"
 _RETRY_S: Final = 0.02
+LIMITS: Final = {"transport/unicast/accept_timeout": 2_000, "transport/unicast/accept_pending": 1_000}
+"""How long a connection may take to say who it is, in ms, and how many may be about to.  By Zenoh's own limits, 10 s and
+100, a hundred connections that say nothing keep every tool out."""
 PATIENCE_S: Final = 10.0
 """Zenoh's own time limit, in seconds."""
 
@@ -56,7 +59,7 @@ def listen(endpoint: str) -> zenoh.Session:
             f" or name a file for it in {FILE_VARIABLE}, or listen on {DEFAULT_ENDPOINT}",
         )
     try:
-        return open_session({"mode": "router", "listen/endpoints": [endpoint]})
+        return open_session({"mode": "router", "listen/endpoints": [endpoint], **LIMITS})
     except zenoh.ZError as cause:
         check_free(endpoint)
         reason = str(cause).partition(" at /")[0]

@@ -67,6 +67,7 @@ class Host:
         control = Control(await endpoint.connect_patiently(self._config.control, self._patience_s), self._config.name)
         step("connected to the rig")
         process = DeviceProcess(self._config, self._plan, clock, control)
+        control.keep(process.pace)
         try:
             if not await self._unless_ended(self._start(control, process)):
                 return self._ended.result()
@@ -99,7 +100,7 @@ class Host:
         name = self._plan.name
         await process.open()
         control.show_life(f"alive/{name}")
-        control.serve(f"process/{name}/status", lambda _verb, _message: self._status(process))
+        control.serve(f"process/{name}/status", lambda _verb, _message: self._status(process, control))
         for bus in process.traced_buses:  # before others may send
             self._streams.append(BusStream(control, bus, name, partial(process.listen, bus.name)))
         step("joining the rig")
@@ -137,12 +138,13 @@ class Host:
             else:
                 return terms
 
-    async def _status(self, process: DeviceProcess) -> dict[str, Any]:
+    async def _status(self, process: DeviceProcess, control: Control) -> dict[str, Any]:
         return {
             **facts(),
             "state": self._state,
             "timers": process.clock.lateness(),
             "buses": {name: subject.statistics() for name, subject in process.served.items()},
+            "limits": control.limits(),
             "stores": {name: trouble for name, store in process.stores.items() if (trouble := store.trouble())},
         }
 

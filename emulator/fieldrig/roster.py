@@ -131,6 +131,7 @@ class Roster:
             **rig_status(self._config, self._started_s, lambda device: device.process),
             "run": str(self._config.run.absolute()),
             "state": self._state(),
+            **({"limits": {"rig": limits}} if (limits := self._control.limits()) else {}),
             "processes": {name: _shown(member) for name, member in self.members.items()},
         }
 

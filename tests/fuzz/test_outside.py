@@ -367,7 +367,7 @@ def test_a_question_has_one_answer(kind: str, tmp_path: Path, inputs_a_target: i
                 question: Any = Question(
                     chance.choice(("status", "faults", "add_fault", "clear_fault", "x")), spoilt(chance, seeds)
                 )
-                await _answer(question, "fieldrig/lab/bus/bus0", answer)
+                await _answer(question, "fieldrig/lab/bus/bus0", answer, None)
                 assert question.answers == 1
 
     asyncio.run(scene())

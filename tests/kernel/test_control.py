@@ -222,3 +222,39 @@ def test_only_the_right_token_opens(endpoint: str, monkeypatch: pytest.MonkeyPat
             endpoints.connect(endpoint)
     finally:
         endpoints.close(session)
+
+
+@in_loop
+async def test_connections_that_say_nothing_keep_no_tool_out(endpoint: str) -> None:
+    rig = Control(endpoints.listen(endpoint), "lab")
+    host, _, port = endpoint.removeprefix("tcp/").rpartition(":")
+    silent = [socket.create_connection((host, int(port))) for _ in range(200)]
+    try:
+        rig.serve("rig/*", echo)
+
+        def ask() -> Any:
+            with Client(endpoint) as tool:
+                return tool.ask("rig/status")
+
+        assert await asyncio.to_thread(ask) == {"verb": "status", "message": None}
+    finally:
+        for connection in silent:
+            connection.close()
+        await rig.close()
+
+
+@in_loop
+async def test_questions_beyond_the_limit_are_refused_and_counted(
+    endpoint: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fieldrig.questions.MOST_QUESTIONS", 10)
+    async with rig_and_process(endpoint) as (rig, process):
+        rig.serve("rig/*", echo)
+        await until_served(process, "rig/x")
+        rig._questions.wait(True)
+        asked = [asyncio.ensure_future(process.ask("rig/x", number, 5)) for number in range(30)]
+        await until(lambda: rig.limits().get("questions over the limit") == 20.0)
+        rig._questions.wait(False)
+        answers = await asyncio.gather(*asked, return_exceptions=True)
+        assert sum(isinstance(answer, dict) for answer in answers) == 10
+        assert all(isinstance(answer, dict) or "ask again later" in str(answer) for answer in answers)

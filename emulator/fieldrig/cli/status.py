@@ -78,6 +78,8 @@ def _joined(rig: dict[str, Any], details: dict[str, Any]) -> dict[str, Any]:
         process.update(
             {key: detail[key] for key in ("memory_mb", "own_mb", "cpu_s", "uptime_s", "timers") if key in detail}
         )
+        if limits := detail.get("limits"):
+            rig.setdefault("limits", {})[name] = limits
         for bus, statistics in detail["buses"].items():
             rig["buses"].setdefault(bus, {})["statistics"] = statistics
         if stores := detail.get("stores"):  # a device that can't store works on, but keeps nothing new
@@ -93,6 +95,8 @@ def _show(rig: dict[str, Any], details: dict[str, Any]) -> None:
     typer.echo(rig["file"])
     for device, trouble in rig.get("stores", {}).items():
         typer.echo(f"{device} can't store anything: {trouble}; see its log in {rig['run']}/log")
+    for process, limits in rig.get("limits", {}).items():
+        typer.echo(f"limits that tools have reached at {process}: {_figures(limits)}")
     typer.echo()
     echo_table(
         ("process", "state", "pid", "up for", "restarts", "MB", "MB own", "CPU s", "runs"),
