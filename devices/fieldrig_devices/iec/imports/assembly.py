@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.imports.fragments import Fragments
 from fieldrig_devices.iec.imports.networks.bodies import Bodies
 from fieldrig_devices.iec.imports.networks.graph import Condition, Drawn
@@ -45,12 +46,12 @@ class Raw:
 
 def assemble(raws: Sequence[Raw], others: Sequence[tree.Declaration], fragments: Fragments) -> list[tree.Pou]:
     """The POUs with their bodies.  `others` are the types and global variables of the document."""
-    kinds = _kinds(raws, others)
+    kinds = _kinds(raws, others, fragments.dialect)
     return [_pou(raw, kinds, fragments) for raw in raws]
 
 
-def _kinds(raws: Sequence[Raw], others: Sequence[tree.Declaration]) -> Kinds:
-    kinds = Kinds()
+def _kinds(raws: Sequence[Raw], others: Sequence[tree.Declaration], dialect: Dialect) -> Kinds:
+    kinds = Kinds(dialect)
     for declaration in others:
         match declaration:
             case tree.TypeDeclaration(name, of):
@@ -69,8 +70,9 @@ def _pou(raw: Raw, kinds: Kinds, fragments: Fragments) -> tree.Pou:
     names = {v.name.casefold() for block in raw.blocks for v in block.variables}
     parts = {part.name.casefold() for part in (*raw.actions, *raw.transitions)}
     taken = {raw.name.casefold(), *names, *parts, *kinds.variables, *kinds.pous, *kinds.types}
-    hidden = Hidden(taken, has_memory=raw.kind is not tree.PouKind.FUNCTION)
-    bodies = Bodies(fragments, hidden, kinds.of_pou(raw.name, raw.blocks, raw.result))
+    inner = kinds.of_pou(raw.name, raw.blocks, raw.result)
+    hidden = Hidden(taken, raw.kind is not tree.PouKind.FUNCTION, inner.variables)
+    bodies = Bodies(fragments, hidden, inner)
     for part in raw.transitions:
         bodies.conditions[part.name.casefold()] = Condition(part.line, body=part.body)
     place = tree.Place(raw.line, 1)
@@ -98,7 +100,7 @@ def _pou(raw: Raw, kinds: Kinds, fragments: Fragments) -> tree.Pou:
 def _method(raw: Raw, outer: Raw, kinds: Kinds, fragments: Fragments) -> tree.Method:
     inner = kinds.of_pou(outer.name, outer.blocks, None).of_pou(raw.name, raw.blocks, raw.result)
     place = tree.Place(raw.line, 1)
-    hidden = Hidden({raw.name.casefold(), *inner.variables, *inner.pous, *inner.types}, has_memory=False)
+    hidden = Hidden({raw.name.casefold(), *inner.variables, *inner.pous, *inner.types}, False, inner.variables)
     with fragments.report.inside(f"method {raw.name[:60]}"):
         bodies = Bodies(fragments, hidden, inner)
         body = _joined([bodies.body(drawn) for drawn in raw.bodies], fragments, place)

@@ -5,17 +5,23 @@ from dataclasses import dataclass, field
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.networks import functions
 from fieldrig_devices.iec.imports.networks.flow import HIGHEST, Flow
+from fieldrig_devices.iec.imports.networks.foreseeing import Foreseeing
 from fieldrig_devices.iec.imports.networks.graph import Edge, Item, Kind, Pin, Storage, Wire
-from fieldrig_devices.iec.imports.networks.kinds import BOOL, consumer_type
+from fieldrig_devices.iec.imports.networks.kinds import BOOL
+from fieldrig_devices.iec.imports.networks.results import type_of, whole_type_of
 from fieldrig_devices.iec.imports.networks.terms import conditional, is_true, negated, place_of
+from fieldrig_devices.iec.program import Expression
+from fieldrig_devices.iec.types import Elementary
 
 
 @dataclass(slots=True)
-class Blocks(Flow):
+class Blocks(Foreseeing):
     """One network, with its blocks."""
 
     enos: dict[str, tree.Name] = field(default_factory=dict)
     """Hidden variables for the ENO of blocks whose body may set it."""
+    narrow: dict[str, str] = field(default_factory=dict)
+    """The types of the results that are kept with 32 bits, because arithmetic has made them larger than these."""
 
     def block(self, item: Item) -> None:
         is_declared = self.kinds.parameter(item.text, "EN") is not None
@@ -46,7 +52,7 @@ class Blocks(Flow):
         if not self.fragments.dialect.has_enable or item.code:
             return False
         is_division = functions.OPERATORS.get(item.text.casefold()) in functions.DIVISIONS
-        if not is_division and (functions.is_standard(item.text) or functions.is_block(item.text)):
+        if not is_division and (functions.is_standard(item.text) or self.kinds.is_library_block(item.text)):
             return False
         is_written = any(pin.expression and pin.name.casefold() == "eno" for pin in item.outputs)
         return is_written or any(wire.pin.casefold() == "eno" for _, _, wire in self.consumers.get(item.id, ()))
@@ -193,7 +199,7 @@ class Blocks(Flow):
         if pin.expression:
             return self.fragments.place(pin.expression, pin.line)
         wire = Wire(item.id, pin.name)
-        of = self.kinds.parameter(item.text, pin.name) or self._wanted(item, pin.name)
+        of = self.kinds.parameter(item.text, pin.name) or self.wanted(item, pin.name)
         if of is None:
             self._unknown(item, pin)
             return None
@@ -235,11 +241,45 @@ class Blocks(Flow):
         self.values[wire] = negated(name) if result.is_negated else name
 
     def _variable_for(self, item: Item, pin: Pin, call: tree.Expression | None) -> tree.Name | None:
-        of = self.kinds.of_function(item.text) or self.kinds.of(call) or self._wanted(item, pin.name)
+        wanted = self.wanted(item, pin.name)
+        value = self.kinds.value(call, wanted) if call is not None else self.foreseen(item, wanted)
+        of = self.kinds.of_function(item.text) or self._kept_as(item, pin, value, wanted) or wanted
         if of is None:
             self._unknown(item, pin)
             return None
         return self.hidden.add("Result", of, item.line, f"result of the {item}")
+
+    def _kept_as(
+        self, item: Item, pin: Pin, value: Expression | None, wanted: tree.TypeSpec | None
+    ) -> tree.TypeSpec | None:
+        """Return the type in which a result is kept: with all of its bits if arithmetic has made it larger."""
+        if value is None:
+            return None
+        of = self.kinds.spec(type_of(value, self.kinds.type(wanted)))
+        whole = whole_type_of(value)
+        if whole is None or pin.is_negated or not isinstance(of, tree.NamedType):
+            return of
+        self.narrow[item.id] = of.name
+        return self.kinds.spec(whole)
+
+    def value(self, wire: Wire, owner: Item) -> tree.Expression | None:
+        """Return what flows through the wire, cut to its type unless the consumer takes all bits of it."""
+        found = Flow.value(self, wire, owner)
+        narrow = self.narrow.get(wire.source)
+        whole = self.kinds.of(found) if narrow is not None else None
+        if found is None or not isinstance(whole, tree.NamedType) or whole.name == narrow:
+            return found
+        if functions.OPERATORS.get(owner.text.casefold()) in functions.COMPARISONS or self._takes(owner):
+            return found
+        cut = tree.Name(f"{whole.name}_TO_{narrow}", place=place_of(owner))
+        return tree.Call(cut, (tree.Argument(found, place=place_of(owner)),), place=place_of(owner))
+
+    def _takes(self, owner: Item) -> bool:
+        """True for a variable of 32 bits or more, or of real numbers."""
+        if owner.kind not in (Kind.SINK, Kind.THROUGH):
+            return False
+        kind = self.kinds.type(self.kinds.of(self.fragments.expression(owner.text, owner.line)))
+        return isinstance(kind, Elementary) and kind.size >= 4
 
     def _unknown(self, item: Item, pin: Pin) -> None:
         self.mistake(
@@ -247,16 +287,6 @@ class Blocks(Flow):
             f"The type of output {pin.name or 1} of the {item} is unknown in this file, and its value is kept",
             hint="Connect the output to a variable, and use the variable.",
         )
-
-    def _wanted(self, item: Item, pin: str) -> tree.TypeSpec | None:
-        """The type that a consumer of this output has."""
-        for other, consumer, wire in self.consumers.get(item.id, ()):
-            if wire.pin not in ("", pin):
-                continue
-            operand = self.fragments.expression(other.text, other.line) if other.kind is Kind.SINK else None
-            if (of := consumer_type(self.kinds, other, consumer, operand)) is not None:
-                return of
-        return None
 
     def output(self, item: Item, wire: Wire) -> tree.Expression | None:
         """The value of an output of a block, which is executed before if it is not part of a loop."""
@@ -289,22 +319,11 @@ class Blocks(Flow):
             self.mistake(item.line, f"The {item} is part of a loop, and a function has no memory for it")
             return None
         if wire not in self.loops:
-            name = self._variable_for(item, pin, self._example(item))
+            name = self._variable_for(item, pin, None)
             if name is None:
                 return None
             self.loops[wire] = name
         return negated(self.loops[wire]) if pin.is_negated else self.loops[wire]
-
-    def _example(self, item: Item) -> tree.Expression | None:
-        """The first operand of a function that has a declared type."""
-        for pin in item.inputs:
-            for wire in pin.wires:
-                source = self.items.get(wire.source)
-                if source is not None and source.kind in (Kind.SOURCE, Kind.THROUGH):
-                    value = self.fragments.expression(source.text, source.line)
-                    if self.kinds.of(value) is not None and not isinstance(value, tree.Literal):
-                        return value
-        return None
 
     def _output_pin(self, item: Item, wire: Wire) -> Pin | None:
         known = [*item.outputs, *item.in_outs]

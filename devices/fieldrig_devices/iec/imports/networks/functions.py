@@ -4,7 +4,7 @@ from itertools import pairwise
 from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.types import OF_EDITION_3
+from fieldrig_devices.iec.library import intrinsics
 
 OPERATORS: Final = {
     "add": "+", "sub": "-", "mul": "*", "div": "/", "mod": "MOD", "and": "AND", "or": "OR", "xor": "XOR",
@@ -19,78 +19,20 @@ COMPARISONS: Final = frozenset((">", ">=", "=", "<=", "<", "<>"))
 DIVISIONS: Final = {"/": "DIV", "MOD": "MOD"}
 """The functions of the operators whose ENO is FALSE after a division by 0."""
 
-_OF_THE_ARGUMENTS: Final = frozenset(
-    ("move", "abs", "sel", "mux", "min", "max", "limit", "shl", "shr", "rol", "ror", "not", "insert", "neg")
-)
-_FIXED: Final = {
-    "len": "INT", "find": "INT", "left": "STRING", "right": "STRING", "mid": "STRING", "concat": "STRING",
-    "insert": "STRING", "delete": "STRING", "replace": "STRING", "trunc": "DINT", "time": "TIME", "sqrt": "REAL",
-    "ln": "REAL", "log": "REAL", "exp": "REAL", "sin": "REAL", "cos": "REAL", "tan": "REAL", "asin": "REAL",
-    "acos": "REAL", "atan": "REAL", "expt": "REAL", "adr": "DWORD", "sizeof": "DINT",
-}  # fmt: skip
-_BLOCKS: Final = {
-    "ton": {"q": "BOOL", "et": "TIME"}, "tof": {"q": "BOOL", "et": "TIME"}, "tp": {"q": "BOOL", "et": "TIME"},
-    "r_trig": {"q": "BOOL"}, "f_trig": {"q": "BOOL"}, "sr": {"q1": "BOOL"}, "rs": {"q1": "BOOL"},
-    "ctu": {"q": "BOOL", "cv": "WORD"}, "ctd": {"q": "BOOL", "cv": "WORD"},
-    "ctud": {"qu": "BOOL", "qd": "BOOL", "cv": "WORD"}, "rtc": {"q": "BOOL", "cdt": "DT"},
-}  # fmt: skip
-_WIDTH: Final = (
-    "BOOL", "BYTE", "USINT", "SINT", "WORD", "UINT", "INT", "DWORD", "UDINT", "DINT", "LWORD", "ULINT", "LINT", "REAL",
-    "LREAL",
-)  # fmt: skip
-_ELEMENTARY: Final = frozenset(
-    (*_WIDTH, "TIME", "DATE", "TOD", "DT", *(kind.name for kind in OF_EDITION_3), "STRING", "WSTRING")
-)
+_OF_ADDRESSES: Final = {"adr": "DWORD", "sizeof": "DINT", "indexof": "INT"}
+"""The results of the functions that take variables and types instead of values."""
 
 
 def is_standard(name: str) -> bool:
     """True for a function without effects besides its result."""
     key = name.casefold()
-    return key in OPERATORS or key in _OF_THE_ARGUMENTS or key in _FIXED or conversion(name) is not None
-
-
-def is_block(name: str) -> bool:
-    """True for a standard function block."""
-    return name.casefold() in _BLOCKS
-
-
-def conversion(name: str) -> str | None:
-    """The type behind X_TO_Y or TO_Y."""
-    source, mark, result = name.upper().rpartition("TO_")
-    if not mark or result not in _ELEMENTARY or (source and source[:-1] not in _ELEMENTARY | {"ANY"}):
-        return None
-    return result
+    return key in OPERATORS or key in _OF_ADDRESSES or intrinsics.is_standard(name)
 
 
 def result_of(name: str) -> tree.TypeSpec | None:
     """The type of the result if it does not depend on the arguments."""
-    key = name.casefold()
-    if OPERATORS.get(key) in COMPARISONS:
-        return tree.NamedType("BOOL")
-    fixed = _FIXED.get(key) or conversion(name)
-    if fixed is None:
-        return None
-    is_text = fixed in ("STRING", "WSTRING")
-    return tree.StringSpec(is_wide=fixed == "WSTRING") if is_text else tree.NamedType(fixed)
-
-
-def output_of(block: str, pin: str) -> tree.TypeSpec | None:
-    """The type of an output of a standard function block."""
-    name = _BLOCKS.get(block.casefold(), {}).get(pin.casefold())
-    return tree.NamedType(name) if name else None
-
-
-def wider(one: tree.TypeSpec | None, other: tree.TypeSpec | None) -> tree.TypeSpec | None:
-    """The type of an operation with these two."""
-    if one is None or other is None:
-        return one or other
-    if isinstance(one, tree.NamedType) and isinstance(other, tree.NamedType):
-        first, second = one.name.upper(), other.name.upper()
-        if first in _WIDTH and second in _WIDTH:
-            return one if _WIDTH.index(first) >= _WIDTH.index(second) else other
-        if first not in _ELEMENTARY or second in ("TIME", "DATE", "TOD", "DT"):
-            return other
-    return one
+    fixed = _OF_ADDRESSES.get(name.casefold())
+    return tree.NamedType(fixed) if fixed is not None else None
 
 
 def operation(operator: str, values: list[tree.Expression], place: tree.Place) -> tree.Expression:

@@ -16,6 +16,8 @@ class Hidden:
     """Names of the POU and of the file, in small letters."""
     has_memory: bool
     """False for a function, whose variables do not outlive the call."""
+    known: dict[str, tree.TypeSpec]
+    """The types of the variables that the POU sees, to which the added ones belong."""
     variables: list[tree.Variable] = field(default_factory=list)
     network: int = 0
     _count: int = 0
@@ -25,6 +27,7 @@ class Hidden:
         self._count += 1
         name = self.free(f"Net{self.network}_{what}{self._count}")
         place = tree.Place(line, 1)
+        self.known[name.casefold()] = type
         self.variables.append(tree.Variable(name, type, remark=f"(* {remark} *)", place=place))
         return tree.Name(name, place=place)
 

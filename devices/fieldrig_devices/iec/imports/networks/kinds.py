@@ -4,71 +4,166 @@ Only fan-outs of function results, results of blocks with EN, and loops need suc
 say the type, the import asks for a variable at the wire.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Final
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.imports.networks import functions
 from fieldrig_devices.iec.imports.networks.graph import Item, Kind, Pin
+from fieldrig_devices.iec.imports.networks.results import Results, type_of
+from fieldrig_devices.iec.library.sources import sources
+from fieldrig_devices.iec.parser import parse
+from fieldrig_devices.iec.program import Expression
+from fieldrig_devices.iec.types import ALIASES, LONG_ALIASES, Elementary, EnumType, StringType, StructType, Type
 
 BOOL = tree.NamedType("BOOL")
+_ELEMENTARY: Final[Mapping[str, Elementary]] = {**Elementary.__members__, **ALIASES, **LONG_ALIASES}
 
 
-@dataclass(slots=True)
+@cache
+def library_pous(dialect: Dialect) -> Mapping[str, tree.Pou]:
+    """Return the functions and blocks of the libraries of the dialect, by their names in small letters."""
+    units = [parse(text, name, dialect)[0] for name, text in sources(dialect.name)]
+    found = (node for unit in units for node in unit.declarations if isinstance(node, tree.Pou))
+    return {pou.name.casefold(): pou for pou in found}
+
+
 class Kinds:
-    """The declarations that a POU sees in its own file."""
+    """The declarations that a POU sees in its own file, and those of the libraries."""
 
-    variables: dict[str, tree.TypeSpec] = field(default_factory=dict)
-    pous: dict[str, tree.Pou] = field(default_factory=dict)
-    types: dict[str, tree.TypeSpec] = field(default_factory=dict)
+    def __init__(self, dialect: Dialect) -> None:
+        self.dialect = dialect
+        self.variables: dict[str, tree.TypeSpec] = {}
+        self.pous: dict[str, tree.Pou] = {}
+        self.types: dict[str, tree.TypeSpec] = {}
+        self._results = Results(dialect)
+        self._named: dict[str, tuple[Type, tree.TypeSpec]] = {}
+        """Stand-ins for the types that the file declares."""
 
     def of_pou(self, name: str, blocks: Sequence[tree.Variables], result: tree.TypeSpec | None) -> "Kinds":
         """Return what a POU sees: its own variables hide those of the file."""
         own = {v.name.casefold(): v.type for block in blocks for v in block.variables}
         if result is not None:
             own[name.casefold()] = result
-        return Kinds({**self.variables, **own}, self.pous, self.types)
+        found = Kinds(self.dialect)
+        found.variables, found.pous, found.types = {**self.variables, **own}, self.pous, self.types
+        return found
 
-    def of(self, expression: tree.Expression | None) -> tree.TypeSpec | None:
+    # ---- types
+
+    def of(self, expression: tree.Expression | None, wanted: tree.TypeSpec | None = None) -> tree.TypeSpec | None:
+        """Return the type of an expression; a literal has the type that is wanted."""
+        value = self.value(expression, wanted)
+        return self.spec(type_of(value, self.type(wanted))) if value is not None else self._declared(expression)
+
+    def type(self, spec: tree.TypeSpec | None) -> Type | None:
+        """Return the type that a specification means; a stand-in for one that the file declares."""
+        resolved = self._resolved(spec)
+        match resolved:
+            case tree.NamedType(name) if name.upper() in _ELEMENTARY:
+                return _ELEMENTARY[name.upper()]
+            case tree.StringSpec(tree.Literal(value=int() as length), is_wide):
+                return StringType(length, is_wide)
+            case tree.StringSpec(is_wide=is_wide):
+                return StringType(is_wide=is_wide)
+            case tree.SubrangeSpec(base):
+                return self.type(base)
+        if spec is None or resolved is None:
+            return None
+        name = spec.name.casefold() if isinstance(spec, tree.NamedType) else f"{id(resolved)}"
+        new: Type = EnumType(name) if isinstance(resolved, tree.EnumSpec) else StructType(name)
+        return self._named.setdefault(name, (new, spec))[0]
+
+    def spec(self, kind: Type) -> tree.TypeSpec | None:
+        """Return how a type is written in a declaration; None for one that the file does not declare."""
+        if isinstance(kind, Elementary):
+            return tree.NamedType(str(kind))
+        if isinstance(kind, StringType):
+            length = tree.Literal(tree.LiteralKind.INTEGER, kind.length, str(kind.length))
+            return tree.StringSpec(None if kind == StringType(is_wide=kind.is_wide) else length, kind.is_wide)
+        return next((spec for known, spec in self._named.values() if known is kind), None)
+
+    # ---- expressions
+
+    def value(self, expression: tree.Expression | None, wanted: tree.TypeSpec | None = None) -> Expression | None:
+        """Return a value of the type that the expression has; None for a type that this file does not say."""
         match expression:
-            case tree.Literal():
-                return _of_literal(expression)
+            case tree.Literal(type_name="") as literal:
+                return self._results.of_literal(literal)
+            case tree.Unary(sign, operand):
+                found = self.value(operand)
+                return self._results.unary(sign, found) if found is not None else None
+            case tree.Binary(sign, left, right):
+                first, second = self.value(left), self.value(right)
+                if first is None or second is None:
+                    return self.value_of(BOOL) if sign in functions.COMPARISONS else first or second
+                return self._results.binary(sign, first, second)
+            case tree.Call(tree.Name(name), arguments) if self._pou(name) is None:
+                given = [self.value(argument.value) for argument in arguments if not argument.is_output]
+                known = [value for value in given if value is not None]
+                if len(known) == len(given):
+                    return self.result(name, known, wanted)
+        return self.value_of(self._declared(expression))
+
+    def value_of(self, spec: tree.TypeSpec | None) -> Expression | None:
+        kind = self.type(spec)
+        return self._results.of_type(kind) if kind is not None else None
+
+    def result(self, name: str, values: Sequence[Expression], wanted: tree.TypeSpec | None = None) -> Expression | None:
+        """Return the result of a function or of the operator of a block with these arguments."""
+        operator = functions.OPERATORS.get(name.casefold())
+        if operator is None:
+            known = self.of_function(name)
+            return self.value_of(known) if known is not None else self._results.call(name, values, self.type(wanted))
+        found = values[0] if values else None
+        if operator in functions.COMPARISONS:
+            return self.value_of(BOOL)
+        for value in values[1:]:
+            found = self._results.binary(operator, found, value) if found is not None else None
+        return found
+
+    def _declared(self, expression: tree.Expression | None) -> tree.TypeSpec | None:
+        """Return the type that a declaration gives to a variable, a part of it, or a function."""
+        match expression:
+            case tree.Literal(type_name=name) if name:
+                return tree.NamedType(name)
             case tree.Name(text):
                 return self.variables.get(text.casefold())
             case tree.Member(of, name):
-                return self._member(self.of(of), name)
+                return self._member(self._declared(of), name)
             case tree.Index(of, indices):
-                return self._element(self.of(of), len(indices))
-            case tree.BitOf(size=""):
+                return self._element(self._declared(of), len(indices))
+            case tree.BitOf(size="") | tree.Direct(size="X" | ""):
                 return BOOL
-            case tree.Unary("NOT", operand) | tree.Unary(_, operand):
-                return self.of(operand)
-            case tree.Binary(operator, left, right):
-                return BOOL if operator in functions.COMPARISONS else functions.wider(self.of(left), self.of(right))
-            case tree.Direct(size="X" | "", numbers=_):
-                return BOOL
-            case tree.Call(tree.Name(text), arguments):
-                return self.of_function(text) or self._of_arguments(arguments)
+            case tree.Direct(size=size):
+                return tree.NamedType({"B": "BYTE", "W": "WORD", "D": "DWORD", "L": "LWORD"}[size])
+            case tree.Call(tree.Name(text)):
+                return self.of_function(text)
         return None
 
+    # ---- POUs
+
+    def _pou(self, name: str) -> tree.Pou | None:
+        key = name.casefold()
+        return self.pous.get(key) or library_pous(self.dialect).get(key)
+
+    def is_library_block(self, name: str) -> bool:
+        return name.casefold() not in self.pous and name.casefold() in library_pous(self.dialect)
+
     def of_function(self, name: str) -> tree.TypeSpec | None:
-        known = self.pous.get(name.casefold())
-        return known.result if known else functions.result_of(name)
+        """Return the type of the result if it does not depend on the arguments."""
+        known = self._pou(name)
+        return known.result if known is not None else functions.result_of(name)
 
     def parameter(self, pou: str, pin: str) -> tree.TypeSpec | None:
-        """The type of a pin of a POU of this file, or of a standard block."""
-        known = self.pous.get(pou.casefold())
+        """The type of a pin of a POU of this file, or of a library."""
+        known = self._pou(pou)
         if known is None:
-            return functions.output_of(pou, pin)
+            return None
         found = (v for block in known.blocks for v in block.variables if v.name.casefold() == pin.casefold())
         return next((variable.type for variable in found), None)
-
-    def _of_arguments(self, arguments: Sequence[tree.Argument]) -> tree.TypeSpec | None:
-        result: tree.TypeSpec | None = None
-        for argument in arguments:
-            if not argument.is_output:
-                result = functions.wider(result, self.of(argument.value))
-        return result
 
     def _resolved(self, spec: tree.TypeSpec | None) -> tree.TypeSpec | None:
         seen = set[str]()
@@ -92,22 +187,6 @@ class Kinds:
             return None
         left = indices - count
         return self._element(resolved.element, left) if left else resolved.element
-
-
-def _of_literal(literal: tree.Literal) -> tree.TypeSpec | None:
-    if literal.type_name:
-        return tree.NamedType(literal.type_name)
-    match literal.kind:
-        case tree.LiteralKind.STRING:
-            return tree.StringSpec()
-        case tree.LiteralKind.WSTRING:
-            return tree.StringSpec(is_wide=True)
-        case tree.LiteralKind.INTEGER:
-            return tree.NamedType("INT" if -32768 <= int(literal.value) <= 32767 else "DINT")
-        case tree.LiteralKind.REAL:
-            return tree.NamedType("REAL")
-        case kind:
-            return tree.NamedType(kind.name)
 
 
 def consumer_type(kinds: Kinds, item: Item, pin: Pin, operand: tree.Expression | None) -> tree.TypeSpec | None:

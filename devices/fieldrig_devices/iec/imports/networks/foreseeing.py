@@ -1,0 +1,81 @@
+"""Which type a result of a network will have, before the block that it comes from is executed.
+
+A wire that closes a loop needs a variable before its value is known, and a literal takes the type of its consumer.
+"""
+
+from dataclasses import dataclass
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.untyped import Untyped
+from fieldrig_devices.iec.imports.networks import functions
+from fieldrig_devices.iec.imports.networks.flow import IN_A_ROW, Flow
+from fieldrig_devices.iec.imports.networks.graph import Item, Kind, Pin, Wire
+from fieldrig_devices.iec.imports.networks.kinds import BOOL, consumer_type
+from fieldrig_devices.iec.program import Expression
+
+Seen = dict[str, Expression | None]
+"""What has been found for the blocks that were looked at; None while one is looked at."""
+
+
+@dataclass(slots=True)
+class Foreseeing(Flow):
+    """One network, with the types of what is not executed yet."""
+
+    def foreseen(self, item: Item, wanted: tree.TypeSpec | None = None, seen: Seen | None = None) -> Expression | None:
+        """Return a value of the type that a function will have, by its arguments.
+
+        An argument that comes back through a loop has the type of another one.
+        """
+        seen = {} if seen is None else seen
+        if item.instance or item.id in seen or len(seen) >= IN_A_ROW:
+            return seen.get(item.id)
+        seen[item.id] = None
+        given = [self._at(pin, seen) for pin in item.pins() if pin.name.casefold() != "en"]
+        known = [value for value in given if value is not None]
+        for stand_in in (*known, self.kinds.value_of(wanted)):
+            filled = [value or stand_in for value in given]
+            whole = [value for value in filled if value is not None]
+            if len(whole) == len(given) and (found := self.kinds.result(item.text, whole, wanted)) is not None:
+                seen[item.id] = found
+                return found
+        return None
+
+    def _at(self, pin: Pin, seen: Seen) -> Expression | None:
+        if pin.expression and not pin.wires:
+            return self.kinds.value(self.fragments.expression(pin.expression, pin.line))
+        found = (self._behind(wire, seen) for wire in pin.wires)
+        return next((value for value in found if value is not None), None)
+
+    def _behind(self, wire: Wire, seen: Seen) -> Expression | None:
+        source = self.items.get(wire.source)
+        if wire in self.values:
+            return self.kinds.value(self.values[wire])
+        match source:
+            case Item(kind=Kind.SOURCE | Kind.THROUGH | Kind.SINK, text=text, line=line):
+                return self.kinds.value(self.fragments.expression(text, line))
+            case Item(kind=Kind.CONTACT | Kind.COIL | Kind.LEFT_RAIL):
+                return self.kinds.value_of(BOOL)
+            case Item(kind=Kind.BLOCK, instance=instance, text=text) if instance:
+                return self.kinds.value_of(self.kinds.parameter(text, wire.pin))
+            case Item(kind=Kind.BLOCK):
+                return self.foreseen(source, None, seen)
+        return None
+
+    def wanted(self, item: Item, pin: str) -> tree.TypeSpec | None:
+        """The type that a consumer of this output has."""
+        for other, consumer, wire in self.consumers.get(item.id, ()):
+            if wire.pin not in ("", pin):
+                continue
+            operand = self.fragments.expression(other.text, other.line) if other.kind is Kind.SINK else None
+            if (of := consumer_type(self.kinds, other, consumer, operand)) is not None:
+                return of
+        beside = (self._beside(other, consumer, item) for other, consumer, _ in self.consumers.get(item.id, ()))
+        return next((of for of in beside if of is not None), None)
+
+    def _beside(self, consumer: Item, pin: Pin, item: Item) -> tree.TypeSpec | None:
+        """Return the type of another operand of a function that takes a result of this block."""
+        if consumer.kind is not Kind.BLOCK or consumer.instance or not functions.is_standard(consumer.text):
+            return None
+        others = (other for other in consumer.pins() if other is not pin and other.name.casefold() not in ("en", "g"))
+        found = (self._at(other, {item.id: None, consumer.id: None}) for other in others)
+        return next((self.kinds.spec(value.type) for value in found if value and type(value) is not Untyped), None)
