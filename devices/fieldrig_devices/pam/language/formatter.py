@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from typing import Final
 
 from fieldrig_devices.pam.language.objects import KINDS
+from fieldrig_devices.pam.language.reserved import declared_names
 from fieldrig_devices.pam.language.tokens import Token, split
+from fieldrig_devices.pam.language.words import STRUCTURE
 
 INDENT: Final = 2
 CONTINUED: Final = 4
@@ -22,6 +24,7 @@ _OPENING: Final = _DECLARATIONS | frozenset(_PROGRAM_WORDS.split())
 _BEGINNING_WORDS: Final = "THEN ELSE ACTION LOOP CASE APPLICATION SPECS EVENTS POWERON DUALPORT DUAL_PORT PORT"
 _BEGINNINGS: Final = frozenset(_BEGINNING_WORDS.split())
 """Words that a statement or declaration follows without a semicolon."""
+_ENDS: Final = frozenset(word for word in STRUCTURE if word.startswith("END"))
 _NO_BLANK_BEFORE: Final = frozenset((";", ",", ")", ":", "[i]", "[all]", "[all+]", "[all*]", "."))
 _NO_BLANK_AFTER: Final = frozenset(("(", "!", ":", "."))
 _OPERANDS: Final = frozenset((")", "[i]", "[all]", "[all+]", "[all*]"))
@@ -30,7 +33,7 @@ _OPERANDS: Final = frozenset((")", "[i]", "[all]", "[all+]", "[all*]"))
 def formatted(text: str) -> str:
     """Return the text in the layout of fieldrig.  Formatting it again changes nothing."""
     found = split(text, "")
-    lines = text.splitlines()
+    lines = text.split("\n")
     comments = {place.line: comment for place, comment in found.comments if "\n" not in comment}
     directives = _directives(lines, found.tokens)
     kept = directives | _kept_comments([(place.line, comment) for place, comment in found.comments])
@@ -80,6 +83,7 @@ class _Layout:
 
     def __init__(self, tokens: Sequence[Token]) -> None:
         self.tokens = tokens
+        self._names = declared_names(tokens)
         self.at = 0
         self.level = 0
         self.begins = True
@@ -98,17 +102,17 @@ class _Layout:
         begin, begins, level = self.at, self.begins, self.level
         self.pass_line(number)
         tokens = self.tokens[begin : self.at]
-        first = tokens[0].text.upper() if tokens else ""
-        is_outer = first.startswith("END") or first == "ELSE"
+        first = self._word(tokens[0]) if tokens else ""
+        is_outer = first in _ENDS or first == "ELSE"
         is_continued = bool(tokens) and not begins and not is_outer
         indent = max(level - is_outer, 0) * INDENT + is_continued * CONTINUED
         return _code(self.tokens, begin, self.at), indent
 
     def _step(self) -> None:
         token = self.tokens[self.at]
-        word = token.text.upper() if token.kind == "name" else ""
+        word = self._word(token)
         following = self.tokens[self.at + 1].text
-        is_end = word.startswith("END")
+        is_end = word in _ENDS
         is_item = self.begins and following != "=" and (word in _OPENING or self._opens_variable(word))
         if is_end:
             self.level = max(self.level - 1, 0)
@@ -116,6 +120,10 @@ class _Layout:
             self.level += 1
         self.begins = token.text == ";" or word in _BEGINNINGS or (is_end and word != "END_LOOP")
         self.at += 1
+
+    def _word(self, token: Token) -> str:
+        """Return a keyword in capitals; nothing for anything else that is no keyword in this program."""
+        return token.text.upper() if token.kind == "name" and token.text not in self._names else ""
 
     def _opens_variable(self, word: str) -> bool:
         """True for a variable with a body, as in INTERNAL FLAG_VAR x; NUMBER = 3; END."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fieldrig_devices.languages.mistakes import Mistake
-from fieldrig_devices.pam.language.system_files import SYSTEM_FILES, system_file_with
+from fieldrig_devices.pam.language.system_files import SYSTEM_FILES, system_file, system_file_with
 from fieldrig_devices.pam.language.tokens import Token, Tokens, mistake, split
 
 DEEPEST_INCLUDE: Final = 10
@@ -112,27 +112,34 @@ class Preprocessor:
 
     def _include(self, directive: Token, rest: list[Token]) -> None:
         name = str(rest[0].value) if rest and rest[0].kind == "text" else "".join(token.text for token in rest)
-        system = SYSTEM_FILES.get(name.upper())
-        if system is not None:
-            for mask, value in system.items():
-                self.names.setdefault(mask, [Token("integer", str(value), directive.place, value)])
-            return
+        name = name.strip("<>")
+        system = system_file(name)
         if not name or self.depth >= DEEPEST_INCLUDE:
             expected = f"at most {DEEPEST_INCLUDE} files in each other" if name else "the name of a file in quotes"
             self._say(directive, "a file cannot be included", expected)
             return
         try:
-            text = self.read(name)
+            text = self._text(name, directive.place.file)
         except ValueError as cause:
             self._say(directive, str(cause), "a text file")
             return
-        if text is None:
+        if text is None and system is None:
             expected = f"a file beside the application, or {', '.join(SYSTEM_FILES)}"
-            self._say(directive, f"there is no file {name}", expected)
+            hint = "Copy it beside the application, and write its name without the drive." if ":" in name else ""
+            self._say(directive, f"there is no file {name}", expected, hint)
             return
-        self.depth += 1
-        self.file(split(text, name))
-        self.depth -= 1
+        if text is not None:
+            self.depth += 1
+            self.file(split(text, name))
+            self.depth -= 1
+        for mask, value in (system or {}).items():  # users may add masks to a file of their own (manual line 8839)
+            self.names.setdefault(mask, [Token("integer", str(value), directive.place, value)])
+
+    def _text(self, name: str, includer: str) -> str | None:
+        """Return the text of a file beside the application, or else of one beside the file that includes it."""
+        text = self.read(name)
+        folder = includer.replace("\\", "/").rpartition("/")[0]
+        return self.read(f"{folder}/{name}") if text is None and folder and self.depth > 0 else text
 
     def _say(self, token: Token, what: str, expected: str, hint: str = "") -> None:
         self.mistakes.append(mistake(token.place, what, expected, hint))

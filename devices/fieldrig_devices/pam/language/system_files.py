@@ -48,6 +48,16 @@ SYSTEM_FILES: Final[Mapping[str, Mapping[str, int]]] = {
 }
 
 
+_MISPRINTS: Final = {"STIERROR.SYS": "ST1ERROR.SYS"}
+"""Names as the manual prints them once (line 9058)."""
+
+
+def system_file(path: str) -> Mapping[str, int] | None:
+    """Return the masks of a system file, in whatever folder of the old system it was; None for any other file."""
+    name = path.replace("\\", "/").rpartition("/")[2].upper()
+    return SYSTEM_FILES.get(_MISPRINTS.get(name, name))
+
+
 def system_file_with(name: str) -> str:
     """Return the system file that defines a mask, or nothing."""
     return next((file for file, masks in SYSTEM_FILES.items() if name in masks), "")

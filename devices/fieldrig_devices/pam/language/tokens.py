@@ -5,10 +5,12 @@ sign # is in front of hexadecimal digits, and before a directive at the beginnin
 """
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from fieldrig_devices.languages.mistakes import Mistake
+from fieldrig_devices.pam.language.objects import KINDS, SPECS
 from fieldrig_devices.pam.language.tree import Place
 
 Kind = Literal["name", "integer", "real", "text", "directive", "sign", "end"]
@@ -21,6 +23,8 @@ LARGEST_INTEGER: Final = 0xFFFF_FFFF
 _PATTERN: Final = re.compile(
     r"""(?P<blank>[ \t\r\f\v]+|\\[ \t\r]*\n)
       | (?P<line>\n)
+      | (?P<stray>\*/)
+      | (?P<foreign>!=|==|:=|->|=>|=<|&&?|\|\||\*\*)
       | (?P<comment>//[^\n]*|/\*\*(?!/)(?:(?!\*/)[^\n])*(?:\*/)?|/\*(?!\*)(?:[^*]|\*(?!/))*\*/|/\*\*/)
       | (?P<directive>\#[ \t]*(?:define|set|undef|include)\b)
       | (?P<hexadecimal>\#[0-9A-Fa-f]+(?!\w))
@@ -33,6 +37,26 @@ _PATTERN: Final = re.compile(
     """,
     re.VERBOSE,
 )
+
+_BLOCK: Final = re.compile(r"/\*(?!\*)")
+_PARAMETERS: Final = frozenset(
+    {"NAME", "LINKED_OUTPUT", "EQUATION"}
+    | {name for rules in (*KINDS.values(), *SPECS.values()) for name in rules if name != "ON"}
+)
+"""Words with = behind them."""
+FOREIGN: Final[Mapping[str, str]] = {
+    "!=": "<>",
+    "==": "=",
+    ":=": "<-",
+    "->": "<-",
+    "=>": ">=",
+    "=<": "<=",
+    "&": "*",
+    "&&": "*",
+    "||": "+",
+    "**": "^",
+}
+"""Signs of other languages, and what they are here."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +84,7 @@ def split(text: str, file: str) -> Tokens:
     line, line_start, at = 1, 0, 0
     begins_line = True
     last_wrong_line = 0
+    comment = _Comment()
     while at < len(text):
         match = _PATTERN.match(text, at)
         place = Place(file, line, at - line_start + 1)
@@ -74,6 +99,13 @@ def split(text: str, file: str) -> Tokens:
             begins_line = True
         elif kind == "comment":
             found.comments.append((place, word.rstrip()))
+            inner = text.count("/*", at + 2, match.end()) if _BLOCK.match(word) else 0
+            comment = _Comment(at, len(found.tokens), len(found.mistakes), inner)
+        elif kind == "stray":
+            _close_again(found, text, match.end(), place, comment)
+        elif kind == "foreign":
+            found.tokens.append(_native(word, place, begins_line, found))
+            begins_line = False
         elif kind != "blank":
             found.tokens.append(_token(kind or "", word, place, begins_line, found.mistakes))
             begins_line = False
@@ -102,6 +134,40 @@ def _token(kind: str, word: str, place: Place, begins_line: bool, mistakes: list
         case "name":
             return Token("name", word, place, 0, begins_line)
     return Token("sign", word, place, 0, begins_line)
+
+
+def _native(word: str, place: Place, begins_line: bool, found: Tokens) -> Token:
+    """Report a sign of another language, and return what it is in this one."""
+    before = [token.text for token in found.tokens[-2:]]
+    is_parameter = bool(before) and before[-1].upper() in _PARAMETERS and before[0] != ":"
+    right = "=" if is_parameter and word in ("==", ":=") else FOREIGN[word]
+    found.mistakes.append(mistake(place, f"got {word}", right))
+    return Token("sign", right, place, 0, begins_line)
+
+
+@dataclass(slots=True)
+class _Comment:
+    """The last comment."""
+
+    start: int = 0
+    tokens: int = 0
+    """The number of tokens in front of it, and that of mistakes."""
+    mistakes: int = 0
+    inner: int = 0
+    """The number of comments that seem to begin in it."""
+
+
+def _close_again(found: Tokens, text: str, end: int, place: Place, comment: _Comment) -> None:
+    """Report */ where no comment is open.  Behind a comment in which another one seems to begin, it belongs to that."""
+    if not comment.inner:
+        found.mistakes.append(mistake(place, "*/ ends no comment", "/* before it"))
+        return
+    begun, _ = found.comments[-1]
+    hint = f"Comments do not nest: the one of line {begun.line} ends at its first */."
+    del found.tokens[comment.tokens :], found.mistakes[comment.mistakes :]
+    found.mistakes.append(mistake(place, "a comment is inside another one", "one comment", hint))
+    found.comments[-1] = begun, text[comment.start : end]
+    comment.inner -= 1
 
 
 def _decimal(word: str) -> int:

@@ -30,9 +30,44 @@ def test_comments_are_set_aside(comment: str) -> None:
     assert found.mistakes == []
 
 
-def test_blocks_of_comments_do_not_nest() -> None:
-    found = split("/* a /* b */ c */ d", "x")
-    assert [token.text for token in found.tokens][:2] == ["c", "*"]
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("/* a /* b */ c */ d", 1),  # manual line 794
+        ("/* a /* b /* c */ d */ e */ d", 1),
+        ("/* a\n/* b\n*/ § IF 'c \n*/ d", 4),
+    ],
+)
+def test_blocks_of_comments_do_not_nest(text: str, line: int) -> None:
+    found = split(text, "x")
+    assert [token.text for token in found.tokens] == ["d", "the end of the text"]
+    assert [(wrong.line, wrong.hint) for wrong in found.mistakes] == [
+        (line, "Comments do not nest: the one of line 1 ends at its first */.")
+    ]
+
+
+@pytest.mark.parametrize("text", ["a */ b", "// a /* b\n */ c", "/** a /* b\n */ c"])
+def test_an_end_without_a_comment_is_a_mistake(text: str) -> None:
+    assert [wrong.what for wrong in split(text, "x").mistakes] == ["*/ ends no comment"]
+
+
+SIGNS = {
+    "!=": "<>", "==": "=", ":=": "<-", "->": "<-", "=>": ">=", "=<": "<=", "&": "*", "&&": "*", "||": "+", "**": "^",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("sign", "right"), SIGNS.items())
+def test_signs_of_other_languages_name_the_right_one(sign: str, right: str) -> None:
+    found = split(f"a {sign} b", "x")
+    assert [token.text for token in found.tokens][:3] == ["a", right, "b"]
+    assert [str(wrong) for wrong in found.mistakes] == [f"x:1:3: got {sign}; expected {right}"]
+
+
+@pytest.mark.parametrize(
+    ("text", "right"), [("ADDRESS := 5", "="), ("ADDRESS == 5", "="), ("AXI_a:TRAVEL_SPEED := 5", "<-")]
+)
+def test_a_parameter_has_the_sign_of_its_place(text: str, right: str) -> None:
+    assert [wrong.expected for wrong in split(text, "x").mistakes] == [right]
 
 
 @pytest.mark.parametrize(

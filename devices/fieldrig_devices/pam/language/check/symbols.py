@@ -5,33 +5,14 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from fieldrig_devices.languages.mistakes import Mistake
-from fieldrig_devices.pam.language.functions import EXECUTIVE, INQUIRIES, MATHEMATICS, REPLACED, Type
+from fieldrig_devices.pam.language.functions import Type
 from fieldrig_devices.pam.language.items import Declaration, Parameter, Routine, Task
 from fieldrig_devices.pam.language.items import Sequence as SequenceItem
-from fieldrig_devices.pam.language.objects import KINDS, SPECS
+from fieldrig_devices.pam.language.reserved import RESERVED
 from fieldrig_devices.pam.language.tokens import mistake
 from fieldrig_devices.pam.language.tree import Number, Place, Reference
-from fieldrig_devices.pam.language.words import PREDECLARED, STRUCTURE, SYMBOLIC
+from fieldrig_devices.pam.language.words import PREDECLARED
 
-_FURTHER: Final = """
-    BIT BLOC_SIZE BREAKING CORRECTION_VALUE EDGE_NONE ERROR LENGTH LOCATION MASTER_TIMEOUT Pi RS422PORT
-    RS422_WATCHDOG_TIMEOUT ST1_CMD SUBSET anti_delay enable_stroke_limits inquire_value modify_value output_amplitude
-    output_offset
-"""
-"""Words of appendix A that the tables of the language do not have."""
-RESERVED: Final = frozenset(
-    {
-        *STRUCTURE,
-        *SYMBOLIC,
-        *(word for kind in KINDS for word in kind.split()),
-        *(name for rules in (*KINDS.values(), *SPECS.values()) for name in rules),
-        *(name for table in (*EXECUTIVE.values(), *INQUIRIES.values()) for name in table),
-        *MATHEMATICS,
-        *REPLACED,
-        *_FURTHER.split(),
-    }
-)
-"""Words that no object may have as its name (appendix A, PAMS-102)."""
 ITEMS_FROM: Final = ("NODE", "INC", "OBJECT")
 """Parameters whose object decides how many items an object has (PAML-080), in this order."""
 

@@ -5,9 +5,11 @@ from typing import Final
 
 from fieldrig_devices.languages.mistakes import Mistake
 from fieldrig_devices.pam.language.items import Item, Program
+from fieldrig_devices.pam.language.other_words import corrected
 from fieldrig_devices.pam.language.parser import declarations, ports, programs
 from fieldrig_devices.pam.language.parser.cursor import Cursor, UnexpectedError
 from fieldrig_devices.pam.language.preprocessor import Preprocessor, Reader, no_files
+from fieldrig_devices.pam.language.reserved import ITEMS, declared_names
 from fieldrig_devices.pam.language.spelling import unified
 from fieldrig_devices.pam.language.tokens import LONGEST_SOURCE, Token, mistake, split
 from fieldrig_devices.pam.language.tree import Place
@@ -42,7 +44,10 @@ def parse(
     source = split(text, file)
     preprocessor.file(source)
     tokens = unified(preprocessor.tokens, PREDECLARED) if ignores_case else preprocessor.tokens
-    cursor = Cursor([*tokens, Token("end", "the end of the text", source.tokens[-1].place)])
+    names = declared_names(tokens)
+    tokens = corrected(tokens, names, preprocessor.mistakes)
+    end = Token("end", "the end of the text", source.tokens[-1].place)
+    cursor = Cursor([*tokens, end], frozenset() if ignores_case else names)
     items: list[Item] = []
     while not cursor.is_at_end and len(cursor.mistakes) < MOST_MISTAKES:
         begin = cursor.i
@@ -60,7 +65,7 @@ def _item(cursor: Cursor) -> Item:
     word = cursor.token.text.upper()
     if word in _PROGRAMS:
         return _PROGRAMS[word](cursor)
-    if word in declarations.ITEMS:
+    if cursor.is_word(*ITEMS):
         return declarations.declaration(cursor)
     raise cursor.unexpected("the kind of an object, such as NODE, AXIS or TASK")
 
@@ -72,6 +77,6 @@ def _skip_to_item(cursor: Cursor) -> None:
         if cursor.is_word("END") or cursor.token.text.upper() in _ENDS:
             cursor.take()
             return
-        if cursor.place.line != line and cursor.is_word(*declarations.ITEMS) and not cursor.is_next("="):
+        if cursor.place.line != line and cursor.is_word(*ITEMS) and not cursor.is_next("="):
             return
         cursor.take()

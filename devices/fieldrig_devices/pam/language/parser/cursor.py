@@ -20,13 +20,16 @@ class UnexpectedError(Exception):
 class Cursor:
     """Reads tokens one by one.  Keywords are read in any case, names are not (section 1.1)."""
 
-    def __init__(self, tokens: list[Token]) -> None:
-        self.tokens = tokens
+    def __init__(self, tokens: list[Token], names: frozenset[str] = frozenset()) -> None:
+        """`names` are names of the program, which are no keywords in this spelling."""
+        self.tokens, self._names = tokens, names
         self.i = 0
         self.depth = 0
         self.mistakes: list[Mistake] = []
         self._reported = -1
         """The last token that a mistake was reported for; a second one for it follows from the first."""
+        self._closed: list[tuple[str, int, int]] = []
+        """The words that have ended something, with the numbers of its first token and of the word."""
 
     @property
     def token(self) -> Token:
@@ -47,17 +50,29 @@ class Cursor:
             self.i += 1
         return token
 
+    def is_name(self, token: Token) -> bool:
+        """True for a name of the program that differs from a keyword by its case only."""
+        return token.text in self._names
+
     def is_word(self, *words: str) -> bool:
+        """True if the present token is one of these keywords."""
+        return self.spells(*words) and not self.is_name(self.token)
+
+    def spells(self, *words: str) -> bool:
+        """True if the present token is one of these words, also where the program has a name that is spelled so."""
         return self.token.kind == "name" and self.token.text.upper() in words
+
+    @property
+    def following(self) -> Token:
+        return self.tokens[min(self.i + 1, len(self.tokens) - 1)]
 
     def is_next(self, *words: str) -> bool:
         """True if the token behind the present one is one of these words or signs."""
-        following = self.tokens[min(self.i + 1, len(self.tokens) - 1)]
-        return following.text.upper() in words
+        return self.following.text.upper() in words
 
     def accept(self, text: str) -> bool:
         """Pass over a word or sign if it is the present token."""
-        if self.token.kind in ("name", "sign") and self.token.text.upper() == text:
+        if self.is_word(text) or (self.token.kind == "sign" and self.token.text == text):
             self.take()
             return True
         return False
@@ -66,10 +81,33 @@ class Cursor:
         if not self.accept(text):
             raise self.unexpected(text, hint)
 
-    def close(self, text: str) -> None:
-        """Pass over the word or sign that ends something; report it if it is missing, and go on."""
+    def close(self, text: str, begin: int | None = None) -> None:
+        """Pass over the word or sign that ends something; report it if it is missing, and go on.
+
+        `begin` is the number of the first token of what it ends.
+        """
+        at = self.i
         if not self.accept(text):
-            self.missing(text)
+            self.missing(text, "" if begin is None else self._belonging(text, begin))
+        elif begin is not None:
+            self._closed.append((text, begin, at))
+
+    def _belonging(self, text: str, begin: int) -> str:
+        """Return the hint that says what a missing word belongs to.
+
+        The words that are there have gone to the innermost beginnings.  One that is further to the left than its
+        beginning belongs to an outer one, and then that beginning has none.
+        """
+        inner = [
+            first for word, first, last in self._closed if word == text and first > begin and self._is_left(last, first)
+        ]
+        first = self.tokens[max(inner, default=begin)]
+        file = f" of {first.place.file}" if first.place.file != self.place.file else ""
+        return f"It belongs to the {first.text.upper()} in line {first.place.line}{file}."
+
+    def _is_left(self, last: int, first: int) -> bool:
+        end, begin = self.tokens[last], self.tokens[first]
+        return end.begins_line and begin.begins_line and end.place.column < begin.place.column
 
     def semicolon(self, *, is_optional: bool = False) -> None:
         """Pass over a semicolon.  The listings leave some out, which is worth a note where that is known."""
@@ -84,7 +122,7 @@ class Cursor:
         """Read a name; `what` says what it is the name of."""
         if self.token.kind != "name":
             raise self.unexpected(what)
-        if self.token.text.upper() in LABEL_KEYWORDS:
+        if self.token.text.upper() in LABEL_KEYWORDS and not self.is_name(self.token):
             raise self.unexpected(what, f"{self.token.text} is a reserved word. Choose another name.")
         return self.take().text
 
@@ -107,14 +145,14 @@ class Cursor:
         self._say(self.i, f"got {self.shown(self.i)}", expected, hint=hint)
         return UnexpectedError()
 
-    def missing(self, what: str) -> None:
+    def missing(self, what: str, hint: str = "") -> None:
         """Report that something is missing behind the last token."""
         if self._reported >= self.i or self.i == 0:
             return
         last = self.tokens[self.i - 1]
         self._reported = self.i
         place = Place(last.place.file, last.place.line, last.place.column + len(last.text))
-        self.mistakes.append(mistake(place, f"{what} is missing behind {self.shown(self.i - 1)}"))
+        self.mistakes.append(mistake(place, f"{what} is missing behind {self.shown(self.i - 1)}", "", hint))
 
     def note(self, place: Place, what: str, hint: str = "") -> None:
         """Say something about a program that compiles all the same."""
@@ -146,7 +184,7 @@ class Cursor:
 
     def skip_to(self, *words: str) -> None:
         """Go to the next of these words or signs, or to the end, without passing over it."""
-        while not self.is_at_end and self.token.text.upper() not in words:
+        while not self.is_at_end and (self.token.text.upper() not in words or self.is_name(self.token)):
             self.take()
 
     def checked_once(self, parameters: list[Parameter], added: Parameter) -> None:

@@ -7,30 +7,35 @@ from fieldrig_devices.pam.language.items import Application, BooleanEquation, De
 from fieldrig_devices.pam.language.objects import KINDS, OLD_NAMES, SPECS, Rule
 from fieldrig_devices.pam.language.parser.cursor import Cursor, UnexpectedError
 from fieldrig_devices.pam.language.parser.expressions import expression, reference, routine_call
-from fieldrig_devices.pam.language.tree import Expression, Number, RoutineCall, Word
+from fieldrig_devices.pam.language.reserved import ITEMS
+from fieldrig_devices.pam.language.tree import Expression, Number, Place, RoutineCall, Word
+from fieldrig_devices.pam.language.words import STRUCTURE
 
-ITEMS: Final = frozenset({kind.partition(" ")[0] for kind in KINDS} - {"TRACE"}) | {
-    "APPLICATION",
-    "ACTIONS",
-    "ROUTINES",
-    "TASK",
-    "BOOLEAN",
-}
-"""The words that an item of a program begins with."""
 MANY: Final = "many"
+_ENDING: Final = frozenset(word for word in STRUCTURE if word.startswith("END")) | {
+    "EVENTS",
+    "ON_EVENT",
+    "ON_STATE",
+    "SEQUENCE",
+    "ROUTINE",
+    "POWERON",
+    "INPUT",
+    "OUTPUT",
+}
+"""Words that end parameters, unless one is called so, as ROUTINE is."""
 
 
 def declaration(cursor: Cursor) -> Declaration:
     """Read an object whose kind is the present word."""
-    place = cursor.place
+    place, begin = cursor.place, cursor.i
     kind = _kind(cursor)
     name = cursor.name(f"the name of the {kind}")
     cursor.semicolon()
-    if kind.endswith("_VAR") and not cursor.is_word(*KINDS[kind], "END"):
+    if kind.endswith("_VAR") and not (_is_parameter(cursor, KINDS[kind]) or cursor.is_word("END")):
         return Declaration(place, kind, name)
     parts: list[Declaration] = []
     found = parameters(cursor, kind, KINDS[kind], ("END",), parts)
-    cursor.close("END")
+    cursor.close("END", begin)
     cursor.accept(";")
     return Declaration(place, kind, name, found, tuple(parts))
 
@@ -56,7 +61,8 @@ def parameters(
 ) -> tuple[Parameter, ...]:
     """Read parameters up to a word that ends them.  Traces among them are put into `parts`."""
     found: list[Parameter] = []
-    while not cursor.is_at_end and not cursor.is_word(*ends):
+    place = cursor.place
+    while not cursor.is_at_end and not cursor.is_word(*ends) and not _is_outside(cursor, rules, place):
         if cursor.accept(";"):
             continue
         begin = cursor.i
@@ -67,9 +73,7 @@ def parameters(
             read = _parameter(cursor, kind, rules)
         except UnexpectedError:
             cursor.i = max(cursor.i, begin + (cursor.i == begin))
-            if cursor.is_word(*_outside(rules)):
-                break
-            cursor.skip_to(";", *ends, *_outside(rules))
+            cursor.skip_to(";", *ends, *(ITEMS - rules.keys()))
             continue
         if rules[read.name].need != MANY:
             cursor.checked_once(found, read)
@@ -77,9 +81,22 @@ def parameters(
     return tuple(found)
 
 
-def _outside(rules: Mapping[str, Rule]) -> frozenset[str]:
-    """Return the words that begin another item, so that the END of this one is missing."""
-    return ITEMS - rules.keys()
+def _is_parameter(cursor: Cursor, rules: Mapping[str, Rule]) -> bool:
+    """True in front of a parameter, also where = is missing, unless the word may begin another item as well."""
+    return cursor.spells(*rules) and (cursor.is_next("=") or not cursor.spells(*ITEMS))
+
+
+def _is_outside(cursor: Cursor, rules: Mapping[str, Rule], place: Place) -> bool:
+    """True in front of another item or part of a program, so that the end of the present one is missing.
+
+    NODE and its kind begin an item or a parameter; what is further to the left than the first parameter is an item.
+    """
+    if cursor.is_word(*_ENDING) and not cursor.spells(*rules):
+        return True
+    if not cursor.is_word(*ITEMS) or cursor.is_next("="):
+        return False
+    is_left = cursor.token.begins_line and cursor.place.column < place.column
+    return not cursor.spells(*rules) or (is_left and cursor.following.kind == "name")
 
 
 def _parameter(cursor: Cursor, kind: str, rules: Mapping[str, Rule]) -> Parameter:
@@ -110,9 +127,7 @@ def _values(cursor: Cursor, rule: Rule) -> tuple[Expression | RoutineCall, ...]:
         return _bit_address(cursor)
     found: list[Expression | RoutineCall] = []
     for holds in rule.holds:
-        is_listed = any(cursor.is_word(word) for word in rule.words) or (
-            "/" in holds and cursor.is_word(holds.partition("(")[2].rstrip(")"))
-        )
+        is_listed = cursor.spells(*rule.words) or ("/" in holds and cursor.spells(holds.partition("(")[2].rstrip(")")))
         if holds[0] == "(" and cursor.token.kind != "name":
             raise cursor.unexpected(
                 f"{', '.join(rule.words[:-1])} or {rule.words[-1]}" if rule.words[1:] else rule.words[0]
@@ -148,7 +163,7 @@ def _symbol(cursor: Cursor) -> Word:
 
 
 def _word(cursor: Cursor, rule: Rule) -> Word:
-    if not cursor.is_word(*rule.words):
+    if not cursor.spells(*rule.words):
         raise cursor.unexpected(" or ".join(rule.words))
     return _symbol(cursor)
 
@@ -177,7 +192,7 @@ def _bit_address(cursor: Cursor) -> tuple[Expression, ...]:
 
 def application(cursor: Cursor) -> Application:
     """Read the header with the name and version."""
-    place = cursor.place
+    place, begin = cursor.place, cursor.i
     cursor.expect("APPLICATION")
     cursor.expect("NAME")
     cursor.expect("=")
@@ -185,7 +200,7 @@ def application(cursor: Cursor) -> Application:
     version = _version(cursor)
     cursor.semicolon()
     found = parameters(cursor, "APPLICATION", SPECS["APPLICATION"], ("END",), [])
-    cursor.close("END")
+    cursor.close("END", begin)
     cursor.accept(";")
     return Application(place, name, version, found)
 
@@ -218,7 +233,7 @@ def _digits(cursor: Cursor, expected: str) -> str:
 
 
 def equation(cursor: Cursor) -> BooleanEquation:
-    place = cursor.place
+    place, begin = cursor.place, cursor.i
     cursor.expect("BOOLEAN")
     name = cursor.name("the name of the equation")
     is_multiple = cursor.item_index()
@@ -232,6 +247,6 @@ def equation(cursor: Cursor) -> BooleanEquation:
     cursor.accept("=")
     found = expression(cursor)
     cursor.semicolon()
-    cursor.close("END_BOOLEAN")
+    cursor.close("END_BOOLEAN", begin)
     cursor.accept(";")
     return BooleanEquation(place, name, is_multiple, linked, found)

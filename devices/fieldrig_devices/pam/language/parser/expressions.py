@@ -90,7 +90,7 @@ def _primary(cursor: Cursor) -> tree.Expression:
         inside = expression(cursor)
         cursor.close(")")
         return _reduced(cursor, inside)
-    if token.kind == "name" and token.text.upper() in SYMBOLIC and not cursor.is_next(":"):
+    if cursor.is_word(*SYMBOLIC) and not cursor.is_next(":"):
         cursor.take()
         return tree.Word(token.place, token.text.upper())
     return object_or_parameter(cursor)

@@ -9,40 +9,43 @@ from fieldrig_devices.pam.language.items import Declaration
 from fieldrig_devices.pam.language.objects import KINDS, PORTS
 from fieldrig_devices.pam.language.parser.cursor import Cursor, UnexpectedError
 from fieldrig_devices.pam.language.parser.declarations import parameters, with_class
+from fieldrig_devices.pam.language.parser.statements import begins_item
+from fieldrig_devices.pam.language.reserved import ITEMS
 
 _SECOND_WORD: Final = {"VME": "DUALPORT", "RS422": "PORT"}
 _DIRECTIONS: Final = ("INPUT", "OUTPUT")
 
 
 def dual_port(cursor: Cursor) -> Declaration:
-    place = cursor.place
+    place, begin = cursor.place, cursor.i
     cursor.expect("DUAL_PORT")
     cursor.accept(";")
     found = parameters(cursor, "DUAL_PORT", KINDS["DUAL_PORT"], ("END",), [])
-    cursor.close("END")
+    cursor.close("END", begin)
     cursor.accept(";")
     return Declaration(place, "DUAL_PORT", PORTS["DUAL_PORT"], found)
 
 
 def port(cursor: Cursor) -> Declaration:
     """Read VME DUALPORT or RS422 PORT up to its END_DUALPORT or END_PORT."""
-    place = cursor.place
+    place, begin = cursor.place, cursor.i
     family = cursor.token.text.upper()
     cursor.take()
     kind, end = f"{family} {_SECOND_WORD[family]}", f"END_{_SECOND_WORD[family]}"
     cursor.expect(_SECOND_WORD[family])
     cursor.accept(";")
+    first = cursor.i
     cursor.expect("SPECS")
     specs = parameters(cursor, kind, KINDS[kind], ("END_SPECS",), [])
-    cursor.close("END_SPECS")
+    cursor.close("END_SPECS", first)
     cursor.accept(";")
     variables: list[Declaration] = []
-    while not cursor.is_at_end and not cursor.is_word(end):
+    while not cursor.is_at_end and not cursor.is_word(end) and not begins_item(cursor):
         try:
             variables.append(_variable(cursor, family, end))
         except UnexpectedError:
-            cursor.skip_to(*_DIRECTIONS, end)
-    cursor.close(end)
+            cursor.skip_to(*_DIRECTIONS, end, *ITEMS)
+    cursor.close(end, begin)
     cursor.accept(";")
     return Declaration(place, kind, PORTS[kind], specs, tuple(variables))
 

@@ -10,7 +10,7 @@ from fieldrig_devices.pam.language.tree import Statement
 
 
 def actions(cursor: Cursor) -> Actions:
-    place = cursor.place
+    place, begin = cursor.place, cursor.i
     cursor.expect("ACTIONS")
     name = cursor.name("the name of the actions")
     cursor.semicolon()
@@ -19,46 +19,48 @@ def actions(cursor: Cursor) -> Actions:
     while cursor.is_word("ON_EVENT", "ON_STATE"):
         reactions.append(_reaction(cursor))
     power_on = _power_on(cursor)
-    cursor.close("END_ACTIONS")
+    cursor.close("END_ACTIONS", begin)
     cursor.accept(";")
     return Actions(place, name, specs, tuple(reactions), power_on)
 
 
 def _specs(cursor: Cursor, kind: str) -> tuple[Parameter, ...]:
+    begin = cursor.i
     if not cursor.accept("SPECS"):
         return ()
     found = parameters(cursor, kind, SPECS[kind], ("END_SPECS",), [])
-    cursor.close("END_SPECS")
+    cursor.close("END_SPECS", begin)
     cursor.accept(";")
     return found
 
 
 def _reaction(cursor: Cursor) -> Reaction:
-    place = cursor.place
+    place, begin = cursor.place, cursor.i
     is_event = cursor.is_word("ON_EVENT")
     cursor.take()
     condition = expression(cursor)
     cursor.expect("ACTION")
     cursor.accept(";")
     body = statements(cursor)
-    cursor.close("END_ACTION")
+    cursor.close("END_ACTION", begin)
     cursor.accept(";")
     return Reaction(place, "ON_EVENT" if is_event else "ON_STATE", condition, body)
 
 
 def _power_on(cursor: Cursor) -> tuple[Statement, ...] | None:
+    begin = cursor.i
     if not cursor.accept("POWERON"):
         return None
     cursor.item_index()
     cursor.accept(";")
     body = statements(cursor)
-    cursor.close("END_POWERON")
+    cursor.close("END_POWERON", begin)
     cursor.accept(";")
     return body
 
 
 def routines(cursor: Cursor) -> Routines:
-    place = cursor.place
+    place, begin = cursor.place, cursor.i
     cursor.expect("ROUTINES")
     name = cursor.name("the name of the routines")
     cursor.semicolon()
@@ -66,13 +68,13 @@ def routines(cursor: Cursor) -> Routines:
     while cursor.is_word("ROUTINE"):
         found.append(_routine(cursor))
     power_on = _power_on(cursor)
-    cursor.close("END_ROUTINES")
+    cursor.close("END_ROUTINES", begin)
     cursor.accept(";")
     return Routines(place, name, tuple(found), power_on)
 
 
 def _routine(cursor: Cursor) -> Routine:
-    place = cursor.place
+    place, begin = cursor.place, cursor.i
     cursor.expect("ROUTINE")
     name = cursor.name("the name of the routine")
     formals: list[str] = []
@@ -82,28 +84,29 @@ def _routine(cursor: Cursor) -> Routine:
             formals.append(cursor.name("the name of a parameter"))
     cursor.semicolon()
     body = statements(cursor)
-    cursor.close("END_ROUTINE")
+    cursor.close("END_ROUTINE", begin)
     cursor.accept(";")
     return Routine(place, name, tuple(formals), body)
 
 
 def task(cursor: Cursor) -> Task:
-    place = cursor.place
+    place, begin = cursor.place, cursor.i
     cursor.expect("TASK")
     name = cursor.name("the name of the task")
     cursor.semicolon()
     specs = _specs(cursor, "TASK")
     events: list[Event] = []
+    first = cursor.i
     if cursor.accept("EVENTS"):
         while cursor.is_word("ON_EVENT"):
             events.append(_event(cursor))
-        cursor.close("END_EVENTS")
+        cursor.close("END_EVENTS", first)
         cursor.accept(";")
     sequences: list[Sequence] = []
     while cursor.is_word("SEQUENCE"):
         sequences.append(_sequence(cursor))
     power_on = _power_on(cursor)
-    cursor.close("END_TASK")
+    cursor.close("END_TASK", begin)
     cursor.accept(";")
     return Task(place, name, specs, tuple(events), tuple(sequences), power_on)
 
@@ -119,13 +122,13 @@ def _event(cursor: Cursor) -> Event:
 
 
 def _sequence(cursor: Cursor) -> Sequence:
-    place = cursor.place
+    place, begin = cursor.place, cursor.i
     cursor.expect("SEQUENCE")
     name = cursor.name("the name of the sequence")
     is_multiple = cursor.item_index()
     cursor.semicolon(is_optional=True)
     specs = _specs(cursor, "SEQUENCE")
     body = statements(cursor)
-    cursor.close("END_SEQUENCE")
+    cursor.close("END_SEQUENCE", begin)
     cursor.accept(";")
     return Sequence(place, name, is_multiple, specs, body)

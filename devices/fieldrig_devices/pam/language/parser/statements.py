@@ -14,6 +14,7 @@ from fieldrig_devices.pam.language.parser.expressions import (
     reference,
     routine_call,
 )
+from fieldrig_devices.pam.language.reserved import ITEMS
 from fieldrig_devices.pam.language.words import STRUCTURE
 
 _ENDS: Final = frozenset(word for word in STRUCTURE if word.startswith("END")) | {
@@ -23,8 +24,14 @@ _ENDS: Final = frozenset(word for word in STRUCTURE if word.startswith("END")) |
     "ROUTINE",
     "ON_EVENT",
     "ON_STATE",
+    "ELSIF",
+    "ELSEIF",
+    "ELIF",
 }
 """Words that end a list of statements, also where one is missing."""
+_ELSE_IF: Final = ("ELSIF", "ELSEIF", "ELIF")
+_OTHER_LOOPS: Final = ("WHILE", "FOR", "REPEAT", "DO")
+_OTHER_ENDS: Final = ("END_WHILE", "END_FOR", "END_REPEAT", "UNTIL", "ENDWHILE", "ENDFOR")
 MOST_STATEMENTS: Final = 20_000
 """Statements of one list."""
 
@@ -32,7 +39,7 @@ MOST_STATEMENTS: Final = 20_000
 def statements(cursor: Cursor) -> tuple[tree.Statement, ...]:
     """Read statements up to a word that ends them.  A mistake in one does not hide those in the next."""
     found: list[tree.Statement] = []
-    while not cursor.is_at_end and not cursor.is_word(*_ENDS):
+    while not cursor.is_at_end and not cursor.is_word(*_ENDS) and not begins_item(cursor):
         if cursor.accept(";"):
             continue
         if len(found) >= MOST_STATEMENTS:
@@ -47,10 +54,15 @@ def statements(cursor: Cursor) -> tuple[tree.Statement, ...]:
     return tuple(found)
 
 
+def begins_item(cursor: Cursor) -> bool:
+    """True in front of a declaration or program, such as NODE NOD_a."""
+    return cursor.is_word(*ITEMS) and cursor.following.kind == "name"
+
+
 def statement(cursor: Cursor) -> tree.Statement:
     cursor.deeper()
     word = cursor.token.text.upper()
-    read = _STATEMENTS.get(word) if cursor.token.kind == "name" else None
+    read = _STATEMENTS.get(word) if cursor.is_word(word) else None
     found = read(cursor) if read is not None else _access(cursor)
     cursor.higher()
     return found
@@ -59,6 +71,10 @@ def statement(cursor: Cursor) -> tree.Statement:
 def _access(cursor: Cursor) -> tree.Statement:
     """Read a statement that begins with the name of an object."""
     place = cursor.place
+    if cursor.is_word(*_OTHER_LOOPS, *_OTHER_ENDS) and not cursor.is_next("<-", "?", ":", "<<"):
+        raise cursor.unexpected(
+            "a statement", "There is one loop: LOOP, its statements, and END_LOOP with a condition."
+        )
     target = object_or_parameter(cursor)
     if isinstance(target, tree.ParameterOf):
         cursor.expect("<-")
@@ -72,14 +88,24 @@ def _access(cursor: Cursor) -> tree.Statement:
         asked = tree.Inquiry(cursor.place, target, function_name(cursor), arguments(cursor))
         cursor.semicolon()
         return tree.Ask(place, asked)
-    cursor.expect("<-", "A statement is object <- value, object <- function, or object:PARAMETER <- value.")
+    cursor.expect("<-", _hint(target.name))
     word = cursor.token.text.lower()
-    if cursor.token.kind == "name" and word in EXECUTIVE_NAMES | REPLACED.keys() and cursor.is_next(";", "("):
+    is_function = cursor.token.kind == "name" and word in EXECUTIVE_NAMES | REPLACED.keys()
+    if is_function and (cursor.is_next("(") or (cursor.is_next(";") and not cursor.is_name(cursor.token))):
         found: tree.Statement = tree.Execute(place, target, function_name(cursor), arguments(cursor))
     else:
         found = tree.Assign(place, target, expression(cursor))
     cursor.semicolon()
     return found
+
+
+def _hint(name: str) -> str:
+    """Return the hint for a name that is not followed by what a statement needs."""
+    from difflib import get_close_matches
+
+    close = get_close_matches(name.upper(), (*_STATEMENTS, *_ENDS), 1, 0.75)
+    form = "A statement is object <- value, object <- function, or object:PARAMETER <- value."
+    return f"Perhaps {close[0]} is meant." if close else form
 
 
 def _pipe(cursor: Cursor, output: tree.Reference) -> tree.Connect:
@@ -99,22 +125,32 @@ def _call(cursor: Cursor) -> tree.Call:
 
 
 def _if(cursor: Cursor) -> tree.If:
-    place = cursor.place
+    place, begin = cursor.place, cursor.i
     cursor.take()
     condition = expression(cursor)
     cursor.close("THEN")
     then = statements(cursor)
+    if cursor.is_word(*_ELSE_IF):
+        hint = "An IF inside the ELSE has an END_IF of its own."
+        cursor.wrong(cursor.place, f"got {cursor.token.text}", "ELSE IF ... END_IF", hint)
+        cursor.deeper()
+        rest = _if(cursor)  # both end at one END_IF
+        cursor.higher()
+        return tree.If(place, condition, then, (rest,))
     otherwise = statements(cursor) if cursor.accept("ELSE") else ()
-    cursor.close("END_IF")
+    cursor.close("END_IF", begin)
     cursor.accept(";")
     return tree.If(place, condition, then, otherwise)
 
 
 def _loop(cursor: Cursor) -> tree.Loop:
-    place = cursor.place
+    place, begin = cursor.place, cursor.i
     cursor.take()
     body = statements(cursor)
-    cursor.expect("END_LOOP")
+    if not cursor.is_word("END_LOOP"):
+        cursor.close("END_LOOP", begin)
+        return tree.Loop(place, body, tree.Number(place, 1))
+    cursor.close("END_LOOP", begin)
     until = expression(cursor)
     cursor.semicolon()
     return tree.Loop(place, body, until)
@@ -172,7 +208,7 @@ def _wait(cursor: Cursor) -> tree.Wait:
 
 
 def _case(cursor: Cursor) -> tree.Case:
-    place = cursor.place
+    place, begin = cursor.place, cursor.i
     cursor.take()
     branches: list[tree.Branch] = []
     while cursor.accept("CONDITION"):
@@ -180,7 +216,7 @@ def _case(cursor: Cursor) -> tree.Case:
     if not branches:
         raise cursor.unexpected("CONDITION")
     timeout = _branch(cursor) if cursor.accept("TIMEOUT") else None
-    cursor.close("END_CASE")
+    cursor.close("END_CASE", begin)
     cursor.accept(";")
     return tree.Case(place, tuple(branches), timeout)
 

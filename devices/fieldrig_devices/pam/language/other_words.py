@@ -1,0 +1,49 @@
+"""Words of other languages, and words whose underscores are wrong: what they are in the language of the PAM.
+
+A word that has one meaning is read as what it means, so that there is one message for it.  Names that the program
+declares are left alone.
+"""
+
+from collections.abc import Container, Iterator, Sequence
+from typing import Final
+
+from fieldrig_devices.languages.mistakes import Mistake
+from fieldrig_devices.pam.language.reserved import IN_CAPITALS, RESERVED
+from fieldrig_devices.pam.language.tokens import Token, mistake
+from fieldrig_devices.pam.language.words import STRUCTURE
+
+_WITHOUT_UNDERSCORES: Final = {
+    word.replace("_", "").upper(): word for word in (*sorted(RESERVED), *sorted(STRUCTURE)) if len(word) > 4
+}
+"""The reserved words by what is left of them without underscores; words of statements come before functions."""
+_SIGNS: Final = {"AND": "*", "OR": "+", "NOT": "!", "MOD": "%"}
+_FLAGS: Final = {"TRUE": 1, "FALSE": 0}
+_NAMED: Final = ("NAME", "FILE")
+"""Parameters whose values are names."""
+
+
+def corrected(tokens: Sequence[Token], names: Container[str], mistakes: list[Mistake]) -> list[Token]:
+    """Return the tokens of a program in its own words, and add a message for each that was none."""
+    return list(_corrected(tokens, names, mistakes))
+
+
+def _corrected(tokens: Sequence[Token], names: Container[str], mistakes: list[Mistake]) -> Iterator[Token]:
+    for at, token in enumerate(tokens):
+        is_value_of_name = at > 1 and tokens[at - 1].text == "=" and tokens[at - 2].text.upper() in _NAMED
+        right = None if token.kind != "name" or token.text in names or is_value_of_name else _right(token)
+        if right is not None:
+            mistakes.append(mistake(token.place, f"got {token.text}", right.text))
+        yield token if right is None else right
+
+
+def _right(token: Token) -> Token | None:
+    """Return what a token means; None for a name, and for a word that is right."""
+    word = token.text.upper()
+    if word in IN_CAPITALS:
+        return None
+    if word in _SIGNS:
+        return Token("sign", _SIGNS[word], token.place, 0, token.begins_line)
+    if word in _FLAGS:
+        return Token("integer", str(_FLAGS[word]), token.place, _FLAGS[word], token.begins_line)
+    meant = _WITHOUT_UNDERSCORES.get(word.replace("_", ""))
+    return None if meant is None else Token("name", meant, token.place, 0, token.begins_line)

@@ -1,0 +1,213 @@
+"""A slip of the pen has one message, which names the right word or the line that a missing end belongs to."""
+
+import pytest
+from pam_programs import HEADER, MACHINE, in_sequence, mistakes_of
+
+FIRST = in_sequence("").splitlines().index("SEQUENCE SEQ_Test;") + 2
+"""The line of the first statement."""
+
+
+def only(text: str) -> str:
+    """The one message about a text."""
+    found = mistakes_of(text)
+    assert len(found) == 1, [str(wrong) for wrong in found]
+    return str(found[0])
+
+
+@pytest.mark.parametrize(
+    ("statement", "said"),
+    [
+        ("IF CWV_Count != 5 THEN IFV_Go <- set; END_IF", "got !=; expected <>"),
+        ("CWV_Count := 5;", "got :=; expected <-"),
+        ("AXI_Belt:TRAVEL_SPEED := 5;", "got :=; expected <-"),
+        ("IF CWV_Count == 5 THEN IFV_Go <- set; END_IF", "got ==; expected ="),
+        ("IFV_Go <- IFV_Go && SBI_Start;", "got &&; expected *"),
+        ("IFV_Go <- IFV_Go AND SBI_Start;", "got AND; expected *"),
+        ("IFV_Go <- NOT SBI_Start;", "got NOT; expected !"),
+        ("IFV_Go <- TRUE;", "got TRUE; expected 1"),
+        ("WAITTIME 5;", "got WAITTIME; expected WAIT_TIME"),
+        ("waittime 5;", "got waittime; expected WAIT_TIME"),
+        ("IF IFV_Go THEN IFV_Go <- set; ENDIF", "got ENDIF; expected END_IF"),
+        ("LOOP IFV_Go <- set; ENDLOOP IFV_Go;", "got ENDLOOP; expected END_LOOP"),
+        ("XEQSEQUENCE SEQ_Other;", "got XEQSEQUENCE; expected XEQ_SEQUENCE"),
+        ("CONDITION IFV_Go TIME_OUT 5;", "got TIME_OUT; expected TIMEOUT"),
+        ("AXI_Belt <- relativemove(5);", "got relativemove; expected relative_move"),
+        ("IF IFV_Go THEN IFV_Go <- set; ELSIF SBI_Start THEN IFV_Go <- set; END_IF", "got ELSIF; expected ELSE IF"),
+        ("CONDTION IFV_Go;", "Perhaps CONDITION is meant."),
+        ("WHILE IFV_Go;", "There is one loop: LOOP"),
+        ("IFV_Go = set;", "got =; expected <-"),
+    ],
+)
+def test_slips_in_statements(statement: str, said: str) -> None:
+    assert said in only(in_sequence(statement))
+
+
+@pytest.mark.parametrize(
+    ("item", "said"),
+    [
+        ("NODE NOD_a; ADDRESS := 5; TYPE = ST1; END", "got :=; expected ="),
+        ("NODE NOD_a; ADDRESS <- 5; TYPE = ST1; END", "got <-; expected ="),
+        (
+            "AMPLIFIER AMP_a; GAIN = 1; OFFSET = 0; GAINSLOPE = MAX; OFFSET_SLOPE = MAX; END",
+            "got GAINSLOPE; expected GAIN_SLOPE",
+        ),
+        ("/* a /* b */ c */ SINK SNK_a; END", "a comment is inside another one"),
+        ("TASK TSK_a; SPECS CYCLES = 1; ENDSPECS END_TASK", "got ENDSPECS; expected END_SPECS"),
+    ],
+)
+def test_slips_in_declarations(item: str, said: str) -> None:
+    assert said in only(MACHINE + item)
+
+
+def test_a_long_chain_of_elsif_has_messages() -> None:
+    assert mistakes_of(in_sequence("IF IFV_Go THEN " + "ELSIF IFV_Go THEN " * 3_000))
+
+
+NESTED = """IF IFV_Go THEN
+  LOOP
+    IF SBI_Start THEN
+      IFV_Go <- set;
+    ELSE
+      IFV_Go <- reset;
+    END_IF
+  END_LOOP IFV_Go;
+  CASE
+    CONDITION IFV_Go XEQ_SEQUENCE SEQ_Other;
+  END_CASE
+END_IF
+IF IFV_Go THEN
+  IF SBI_Start THEN
+    IFV_Go <- set;
+  END_IF
+  IFV_Go <- reset;
+END_IF"""
+
+
+@pytest.mark.parametrize(
+    ("missing", "word", "belongs"),
+    [
+        (6, "END_IF", 2),
+        (7, "END_LOOP", 1),
+        (10, "END_CASE", 8),
+        (11, "END_IF", 0),
+        (15, "END_IF", 13),
+        (17, "END_IF", 12),
+    ],
+)
+def test_a_missing_end_names_the_line_that_it_belongs_to(missing: int, word: str, belongs: int) -> None:
+    lines = NESTED.splitlines()
+    assert word in lines[missing]
+    lines[missing] = ""
+    found = only(in_sequence("\n".join(lines)))
+    assert f"{word} is missing behind" in found
+    assert f"in line {FIRST + belongs}." in found
+
+
+PROGRAM = """APPLICATION
+  NAME = a V1.00;
+  BASIC_PAM_CYCLE = 3;
+END
+NODE NOD_a;
+  ADDRESS = 1;
+  TYPE = ST1;
+END
+AXIS AXI_a;
+  NODE = NOD_a;
+  PULSES_PER_UNIT = 1;
+  TRAVEL_SPEED = 1;
+  ACCELERATION = 1;
+  INITIAL_POSITION = 0;
+  POSITION_PERIOD = 1;
+END
+NODE NOD_b;
+  ADDRESS = 2;
+  TYPE = SMART_IO;
+END
+INTERNAL FLAG_VAR f;
+INTERNAL FLAG_VAR g;
+  NUMBER = 2;
+END
+VME DUALPORT
+  SPECS
+    DEFAULT_PERIOD = 5;
+    MASTER_READY_TIMEOUT = NONE;
+    MASTER_CONFIGURATION_TIMEOUT = NONE;
+    MASTER_INACTIVITY_TIMEOUT = NONE;
+  END_SPECS
+  INPUT FLAG_VAR p;
+END_DUALPORT
+BOOLEAN BOL_a;
+  EQUATION f;
+END_BOOLEAN
+ROUTINES RGR_a;
+  ROUTINE RTN_a;
+    f <- set;
+  END_ROUTINE
+  ROUTINE RTN_b;
+    f <- set;
+  END_ROUTINE
+  POWERON
+    f <- set;
+  END_POWERON
+END_ROUTINES
+ACTIONS ACT_a;
+  SPECS
+    CYCLES = 1;
+  END_SPECS
+  ON_EVENT f ACTION
+    f <- set;
+  END_ACTION
+  ON_STATE f ACTION
+    f <- set;
+  END_ACTION
+END_ACTIONS
+TASK TSK_a;
+  SPECS
+    CYCLES = 1;
+  END_SPECS
+  EVENTS
+    ON_EVENT f XEQ_SEQUENCE SEQ_a;
+  END_EVENTS
+  SEQUENCE SEQ_a;
+    f <- set;
+  END_SEQUENCE
+  SEQUENCE SEQ_b;
+    f <- set;
+  END_SEQUENCE
+END_TASK
+TASK TSK_b;
+  SPECS
+    CYCLES = 1;
+  END_SPECS
+END_TASK
+SINK SNK_a;
+END
+"""
+LINES = PROGRAM.splitlines()
+ENDS = [number for number, line in enumerate(LINES) if line.strip().startswith("END")]
+
+
+def opening(end: int) -> int:
+    """The number of the line that an end belongs to: the last one before it with the same indentation."""
+    width = len(LINES[end]) - len(LINES[end].lstrip())
+    return max(n for n in range(end) if len(LINES[n]) - len(LINES[n].lstrip()) == width and "END" not in LINES[n])
+
+
+def test_the_program_is_right() -> None:
+    assert mistakes_of(PROGRAM) == []
+
+
+@pytest.mark.parametrize("end", ENDS, ids=[f"{LINES[end].strip()} of line {end + 1}" for end in ENDS])
+def test_each_end_of_a_program_may_be_missing(end: int) -> None:
+    text = "\n".join("" if number == end else line for number, line in enumerate(LINES))
+    found = only(text)
+    assert f"{LINES[end].strip()} is missing behind" in found
+    assert f"It belongs to the {LINES[opening(end)].split()[0]} in line {opening(end) + 1}." in found
+
+
+def test_the_file_of_what_is_open_is_named() -> None:
+    from fieldrig_devices.pam.language.compiler import checked
+
+    files = {"a.pam": "TASK TSK_a;\nSPECS CYCLES = 1; END_SPECS\n"}
+    found = checked(f'{HEADER}#include "a.pam"\n', "main.pam", files.get)[1]
+    assert "It belongs to the TASK in line 1 of a.pam." in str(found[0])
