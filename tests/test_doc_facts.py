@@ -271,10 +271,21 @@ def test_every_fault_is_explained() -> None:
     assert said == OTHER_SECTIONS["Keys of a fault"].keys()
 
 
-def test_kinds_that_take_faults_are_those_of_the_readme() -> None:
-    said = [set(code_in(row.cells[1])) for row in rows(ROOT / "README.md") if row.cells[0] == "faults at run time"]
-    buses = {kind for kind in names_in("fieldrig.buses") if kinds.find_bus(kind).fault_models}
-    assert said == [buses | {kind for kind in names_in("fieldrig.devices") if kinds.find_device(kind).fault_models}]
+def test_the_page_of_faults_has_all_faults_of_all_kinds() -> None:
+    said = {kind: code_in(row.cells[1]) for row in rows(DOCS / "faults.md") for kind in code_in(row.cells[0])}
+    own = {kind: kinds.find_bus(kind).fault_models for kind in names_in("fieldrig.buses")}
+    own |= {kind: kinds.find_device(kind).fault_models for kind in names_in("fieldrig.devices")}
+    assert said == {kind: list(models) for kind, models in own.items() if models}
+
+
+def test_the_readme_counts_the_kinds_that_take_faults() -> None:
+    [cell] = [row.cells[1] for row in rows(ROOT / "README.md") if row.cells[0] == "faults at run time"]
+    assert cell.startswith(f"[{len(list(kinds_on_the_page_of_faults()))} kinds")
+
+
+def kinds_on_the_page_of_faults() -> Iterator[str]:
+    for row in rows(DOCS / "faults.md"):
+        yield from code_in(row.cells[0])
 
 
 @pytest.mark.parametrize("kind", names_in("fieldrig.devices"))

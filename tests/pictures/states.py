@@ -21,10 +21,10 @@ BESIDE: Final = 10
 SMALL_CHARACTER: Final = 6.2
 """Width of a character of a label, at most."""
 ASCENT: Final = 10
-"""From the top of a line of a label to its base line."""
+"""Distance of the base line from the top of a line of a label."""
 CLEARANCE: Final = 4
 PARTS_OF_ARROW: Final = (0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65, 0.3, 0.7, 0.25, 0.75, 0.2, 0.8)
-"""Where beside an arrow a label can be, in the order in which places are tried."""
+"""Parts of an arrow beside which a label can be, in the order in which they are tried."""
 Point = tuple[float, float]
 Box = tuple[Point, Point]
 """The middle of a rectangle, and half of its width and height."""

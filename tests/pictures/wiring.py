@@ -22,7 +22,7 @@ SMALL_CHARACTER: Final = 6.4
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """What a picture shows of a rig: some of its devices, and the buses that they are linked to."""
+    """The content of a picture: devices of a rig, and the buses that they are linked to."""
 
     buses: Mapping[str, BusEntry]
     devices: Mapping[str, DeviceEntry]
