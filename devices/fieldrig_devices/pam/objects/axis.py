@@ -198,6 +198,7 @@ class Axis(ObjectItem):
             action()
         if self.pipe is not None:
             self._own, self.pipe = self.position, None
+            self.site.joined(self.name)
         return self._halt()
 
     def _halt(self) -> AxisOrder:
@@ -234,6 +235,8 @@ class Axis(ObjectItem):
         elif mode == "POSITION":
             self._own = 0.0
         self.pipe = pipe
+        if known is None:
+            self.site.joined(self.name)
         return pipe
 
     def detach(self) -> None:
@@ -242,4 +245,4 @@ class Axis(ObjectItem):
             mode = SetPointMode[self.pipe.mode]
             self._own, self.pipe = self.position, None
             self.node.send(EndOfPipe(mode))
-            self.site.touched(self.name)
+            self.site.joined(self.name)

@@ -13,6 +13,7 @@ each changes what the other has left in it.
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
+from itertools import chain
 from typing import Final
 
 from fieldrig.shortcuts import Shortcut
@@ -98,13 +99,13 @@ class Pipe:
 
 
 class Flag:
-    """The last `ready` of a block, for the programs that wait for its change."""
+    """The last `ready` of a block that programs know of, which wait for its change; None if they may know another."""
 
     __slots__ = ("block", "name", "was_ready")
 
     def __init__(self, item: "SourceItem | TransformerItem | ConverterItem") -> None:
         self.block, self.name = item.block, item.name
-        self.was_ready = self.block.ready
+        self.was_ready: bool | None = self.block.ready
 
 
 class Branch:
@@ -204,10 +205,15 @@ class Network:
             self._date(number)
 
     def _wake(self) -> None:
-        """Have each branch compute at least once, because a block may be as it was before the last change no more."""
+        """Have each branch compute at least once, and tell programs of each `ready` again.
+
+        A command that is carried out within a period ends as it began, but programs have seen it under way.
+        """
         self._changes, self._is_asleep = self._site.changes, False
         for branch in self._branches:
             branch.taken = None
+        for flag in chain(self._flags, *(branch.flags for branch in self._branches)):
+            flag.was_ready = None
 
     def _is_at_rest(self, first: float) -> bool:
         """True if no further period changes anything, as long as `first` leaves the source."""
@@ -269,8 +275,9 @@ class Pipes:
             if known.converter is not pipe.converter:
                 known.converter.block.give_up()
                 self._site.kernel.touched(known.converter.name)
-        self._change([*kept, pipe])
         pipe.converter.block.start(pipe.period_s)
+        self._site.kernel.touched(pipe.converter.name)  # a converter that was ready is so again with its first value
+        self._change([*kept, pipe])
 
     def end(self, converter: ConverterItem) -> None:
         """Dissolve the pipe of a converter (PAML-406)."""
@@ -312,6 +319,7 @@ class Pipes:
                 if not self._site.options.keeps_written_parameters:
                     item.declare(self._declared[item.name])
                 item.begin(pipe.source.period if item is pipe.source else pipe.period_s)
+                self._site.kernel.touched(item.name)
 
     def _hand_periods_on(self) -> None:
         """Hand the period of the values from block to block (PAML-410)."""

@@ -127,6 +127,11 @@ class Site:
         if self._requests:
             self._take_answers()
 
+    def joined(self, name: str) -> None:
+        """Call this when an axis has another pipe, or none: for the inquiry `pipe_motionless` it has not moved yet."""
+        self._moved_before.discard(name)
+        self.touched(name)
+
     def flowed(self) -> None:
         """Call this when pipes have flowed: `pipe_motionless` changes for axes that have begun or ceased to move."""
         for work in tuple(self.every_cycle.values()):

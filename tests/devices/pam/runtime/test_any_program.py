@@ -5,6 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pam_bench import PamBench
 
+from fieldrig.testing import plain_forms
+from fieldrig_devices.pam.runtime.lower.formulas import CHANGES as ON_CHANGES
 from fieldrig_devices.pam.runtime.sequence import SequenceState
 
 STATEMENTS = (
@@ -43,8 +45,20 @@ END_TASK
 ACTIONS ACT_a; SPECS CYCLES = 2; END_SPECS ON_EVENT SBI_a * g ACTION f <- reset; END_ACTION
 ON_STATE f ACTION n <- 1; END_ACTION END_ACTIONS
 """
+EQUATIONS = """
+BOOLEAN BOL_a; LINKED_OUTPUT = SBO_a; EQUATION = (SBI_a + f) * !g; END_BOOLEAN
+BOOLEAN BOL_e[i]; LINKED_OUTPUT = SBO_Each; EQUATION = fe[i] * (AXI_Each[i] ? ready) * !BOL_a; END_BOOLEAN
+"""
 SOME = st.lists(st.sampled_from(STATEMENTS), max_size=8).map("\n".join)
 CHANGES = st.lists(st.sampled_from(["SBI_a", "SBI_b", "SBI_c", "f", "fe", ""]), max_size=60)
+
+
+def apply(bench: PamBench, change: str) -> None:
+    if change == "fe":
+        bench["fe"] = [True, False]
+        bench["fe"] = [False, True]
+    elif change:
+        bench[change] = not bench[change]
 
 
 @pytest.mark.long
@@ -54,14 +68,35 @@ def test_any_program_runs(cycles: int, before: str, after: str, changes: list[st
     bench = PamBench(PROGRAM.format(cycles=cycles, before=before, after=after))
     at_rest = bench.runtime.watches.size
     for change in changes:
-        if change == "fe":
-            bench["fe"] = [True, False]
-            bench["fe"] = [False, True]
-        elif change:
-            bench[change] = not bench[change]
+        apply(bench, change)
         bench.run()
     assert set(bench.errors) <= {"03..E033"}
     for task in bench.runtime.tasks:
         task.end()
         assert task.state is SequenceState.DEAD
     assert bench.runtime.watches.size == at_rest
+
+
+def trace(program: str, changes: list[str]) -> list[str]:
+    """Return all variables, outputs and messages after each cycle."""
+    bench = PamBench(program)
+    shown = []
+    for change in changes:
+        apply(bench, change)
+        bench.run()
+        items = [item.value() for name in ("SBO_a", "SBO_Each") for item in bench.objects.items[name]]
+        states = [task.state for task in bench.runtime.tasks]
+        shown.append(repr((bench.runtime.cells, items, states, bench.messages)))
+    return shown
+
+
+@pytest.mark.long
+@settings(max_examples=60, deadline=None)
+@given(cycles=st.integers(1, 3), before=SOME, after=SOME, changes=CHANGES)
+def test_a_program_that_is_served_on_changes_does_what_one_does_that_is_served_always(
+    cycles: int, before: str, after: str, changes: list[str]
+) -> None:
+    program = PROGRAM.format(cycles=cycles, before=before, after=after) + EQUATIONS
+    with plain_forms(ON_CHANGES.name):
+        plain = trace(program, changes)
+    assert trace(program, changes) == plain

@@ -3,18 +3,24 @@
 They are the conditions of waits, events, exceptions and actions, boolean equations, and the parts of [all+] and [all*].
 A formula is evaluated again when something that it depends on has changed.  One that depends on a COMMON variable, on a
 real answer or on a parameter is polled, because these produce no events (PAML-225, G-19), and so is one that needs an
-answer over the ring.
+answer over the ring.  In the plain form (`CHANGES`) all of them are polled: a program that waits is served in each of
+its cycles.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Final, Protocol
 
+from fieldrig.shortcuts import Shortcut
 from fieldrig_devices.pam.language.functions import INQUIRIES, MATHEMATICS, Type
 from fieldrig_devices.pam.language.tree import Expression, Inquiry, ParameterOf, Place, Reduction, Reference
 from fieldrig_devices.pam.runtime.layout import Layout
 from fieldrig_devices.pam.runtime.lower.uses import PENDING
 from fieldrig_devices.pam.runtime.walk import nodes
+
+CHANGES: Final = Shortcut(
+    "pam.formulas.changes", "a condition of a PAM is evaluated, and its program served, when something has changed"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +72,7 @@ class Formulas:
 
     def add(self, expression: Expression, lines: Sequence[str], kind: Type, kinds: Kinds) -> Formula:
         cells, objects, asks, has_common = _dependencies(expression, kinds)
+        asks = asks or not CHANGES.is_taken
         formula = Formula(len(self.table), expression.place, kind, cells, objects, asks or has_common, asks)
         self.table.append(formula)
         self.texts.append("".join([f"def {formula.function}(base):\n", *(f"    {line}\n" for line in lines)]))
