@@ -101,6 +101,37 @@ def test_ftplib_does_everything(services: Services) -> None:
     client.close()
 
 
+@pytest.mark.parametrize("is_passive", [True, False])
+def test_ftplib_resumes_a_transfer_in_both_modes(services: Services, is_passive: bool) -> None:
+    client = services.ftp()
+    client.set_pasv(is_passive)
+    client.storbinary("STOR HALF.TXT", io.BytesIO(LONG[:1000]))
+    client.storbinary("APPE HALF.TXT", io.BytesIO(LONG[1000:2000]))
+    client.storbinary("STOR HALF.TXT", io.BytesIO(LONG[2000:]), rest=2000)
+    arrived = bytearray(LONG[:500])
+    client.retrbinary("RETR HALF.TXT", arrived.extend, rest=500)
+    assert arrived == LONG
+    ((name, facts),) = [entry for entry in client.mlsd() if entry[0] == "HALF.TXT"]
+    assert (name, facts["size"]) == ("HALF.TXT", str(len(LONG)))
+    assert client.voidcmd("MDTM HALF.TXT") == "213 20030101000000"
+    client.delete("HALF.TXT")
+    client.quit()
+
+
+@pytest.mark.parametrize("mode", [["--ftp-port", "-"], ["--ftp-port", "-", "--disable-eprt"], ["--ftp-pasv"]])
+def test_curl_resumes_a_transfer_in_every_mode(services: Services, tmp_path: Path, mode: list[str]) -> None:
+    url, login = f"ftp://127.0.0.1:{services.ftp_port}/RESUMED.TXT", ("--user", "service:pacdrive")
+    page = tmp_path / "RESUMED.TXT"
+    page.write_bytes(LONG[:3000])
+    services.curl(*login, *mode, "-T", page, url)
+    page.write_bytes(LONG)
+    services.curl(*login, *mode, "-C", "-", "-T", page, url)
+    page.write_bytes(LONG[:100])
+    services.curl(*login, *mode, "-C", "-", "-o", page, url)
+    assert page.read_bytes() == LONG
+    services.curl(*login, "-Q", "DELE RESUMED.TXT", f"ftp://127.0.0.1:{services.ftp_port}/")
+
+
 def test_ftplib_with_a_wrong_password_is_refused(services: Services) -> None:
     client = ftplib.FTP(timeout=60)
     client.connect("127.0.0.1", services.ftp_port)

@@ -16,6 +16,8 @@ class ServedConnection:
         self._waiting = bytearray()
         self.port = 0
         self.serve_extra: Serve | None = None
+        self.connecting: tuple[int, Callable[[], None], Serve] | None = None
+        """The port of the client to which the session connects, and what it wants to be called."""
         self.session: Session = serve(self)
 
     # ---- for the session
@@ -38,8 +40,11 @@ class ServedConnection:
         self.port = 50_001
         on_port(self.port)
 
+    def connect(self, port: int, on_failed: Callable[[], None], on_connection: Serve) -> None:
+        self.connecting = port, on_failed, on_connection
+
     def stop_listening(self) -> None:
-        self.serve_extra = None
+        self.serve_extra = self.connecting = None
 
     # ---- for the client
 

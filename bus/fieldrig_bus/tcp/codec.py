@@ -6,7 +6,7 @@ The first byte is the place of the message in `KINDS`, and the connection follow
 import struct
 from typing import Final
 
-from fieldrig_bus.tcp.message import KINDS, Connected, Data, Ended, Listening, Taken, TcpMessage, check_sent
+from fieldrig_bus.tcp.message import KINDS, Connect, Connected, Data, Ended, Listening, Taken, TcpMessage, check_sent
 
 _HEAD: Final = struct.Struct("<BI")
 _NUMBER: Final = struct.Struct("<I")
@@ -21,7 +21,7 @@ def encode(message: TcpMessage) -> bytes:
             return head + _NUMBER.pack(origin) + _SEPARATOR.join((service, peer, local)).encode()
         case Data(data=data):
             return head + data
-        case Taken(count=number) | Listening(port=number):
+        case Taken(count=number) | Listening(port=number) | Connect(port=number):
             return head + _NUMBER.pack(number)
         case Ended(is_lost=is_lost):
             return head + bytes((is_lost,))
@@ -47,7 +47,7 @@ def _decoded(data: bytes) -> TcpMessage:
         return Connected(connection, service, peer, local, origin)
     if kind is Data:
         return Data(connection, body)
-    if kind in (Taken, Listening):
+    if kind in (Taken, Listening, Connect):
         message: TcpMessage = kind(connection, *_NUMBER.unpack(body))
         return message
     if kind is Ended:
@@ -71,4 +71,6 @@ def show(message: TcpMessage) -> str:
             return f"{place}: {count} bytes taken"
         case Listening(port=port):
             return f"{place}: listening at port {port}"
+        case Connect(port=port):
+            return f"{place}: connect to port {port}"
     return f"{place}: {type(message).__name__.lower()}"

@@ -14,6 +14,7 @@ from fieldrig_bus.net import Connection, ServingPort, TcpServer
 from fieldrig_bus.tcp.message import (
     MOST_DATA,
     Close,
+    Connect,
     Connected,
     Data,
     Ended,
@@ -22,6 +23,7 @@ from fieldrig_bus.tcp.message import (
     Taken,
     TcpMessage,
     Unlisten,
+    Unreached,
 )
 from fieldrig_bus.tcp.model import PORT
 
@@ -29,6 +31,8 @@ log = logging.getLogger(__name__)
 
 EXTRA_LIMITS: Final = Limits(connections=4, first_message_s=None)
 """An extra port is for one data connection of one client; it may only listen."""
+CONNECT_S: Final = 30.0
+"""Time for which a client may not answer when a device connects to it."""
 LINGER_S: Final = 30.0
 """Time for which a closed connection waits for a client that does not read."""
 
@@ -49,6 +53,9 @@ class TcpPort(ServingPort):
         self._hub: Hub | None = None
         self._link: Link[TcpMessage] | None = None
         self._tasks: set[asyncio.Task[None]] = set()
+        self._extending: dict[int, asyncio.Task[None]] = {}
+        """The latest task of each connection that opens its extra port, or a connection to its client."""
+        self._attempts: dict[int, asyncio.Task[None]] = {}
 
     def number(self, service: str) -> int:
         """The TCP port at which the service listens."""
@@ -81,6 +88,7 @@ class TcpPort(ServingPort):
         origin_client = self._connections.get(origin)
         if origin and (origin_client is None or origin_client.peer != client.peer):
             return  # an extra port is for its client only
+        self._attempts.pop(origin, None)  # it has succeeded, and what the device asks for next must not give it up
         self._numbers += 1
         client.number = self._numbers  # before the message, to which the device may answer at once
         self._connections[client.number] = client
@@ -91,6 +99,7 @@ class TcpPort(ServingPort):
 
     def left(self, number: int) -> None:
         if self._connections.pop(number, None) is not None:
+            self._give_up(number)
             self._close_extra(number)
 
     def send(self, message: TcpMessage) -> None:
@@ -109,14 +118,45 @@ class TcpPort(ServingPort):
             case Close():
                 client.finish()
             case Listen():
-                self._start(self._listen(message.connection, client))
+                self._extend(message.connection, self._listen(message.connection, client))
+            case Connect(port=port):
+                self._extend(message.connection, self._connect(message.connection, client, port))
             case Unlisten():
-                self._close_extra(message.connection)
+                self._extend(message.connection, self._unlisten(message.connection))
 
     def _close_extra(self, connection: int) -> None:
         server = self._extra.pop(connection, None)
         if server is not None:
             server.stop_listening()
+
+    def _extend(self, connection: int, work: Coroutine[Any, Any, None]) -> None:
+        """Do one thing after the other for a connection, so that the last one counts."""
+        self._give_up(connection)
+        before = self._extending.get(connection)
+        task = self._extending[connection] = self._start(_after(before, work))
+        task.add_done_callback(lambda _: self._extended(connection, task))
+
+    def _give_up(self, connection: int) -> None:
+        attempt = self._attempts.pop(connection, None)
+        if attempt is not None:
+            attempt.cancel()
+
+    def _extended(self, connection: int, task: asyncio.Task[None]) -> None:
+        if self._extending.get(connection) is task:
+            del self._extending[connection]
+
+    async def _unlisten(self, connection: int) -> None:
+        self._close_extra(connection)
+
+    async def _connect(self, connection: int, client: "_Client", port: int) -> None:
+        """Connect to the client, from the address that it uses itself, until something else is asked for."""
+        self._close_extra(connection)
+        opened = _Client(client.server, self, "", connection)
+        self._attempts[connection] = self._start(_connected(opened, client, port))
+        await asyncio.wait([self._attempts[connection]])
+        self._attempts.pop(connection, None)
+        if not opened.number:
+            self.send(Unreached(connection))
 
     async def _listen(self, connection: int, client: "_Client") -> None:
         self._close_extra(connection)
@@ -139,10 +179,11 @@ class TcpPort(ServingPort):
     def _accepting(self, service: str, origin: int = 0) -> Callable[[TcpServer], Connection]:
         return lambda server: _Client(server, self, service, origin)
 
-    def _start(self, coroutine: Coroutine[Any, Any, None]) -> None:
+    def _start(self, coroutine: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
         task = asyncio.get_running_loop().create_task(coroutine)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+        return task
 
 
 class _Client(Connection):
@@ -213,6 +254,26 @@ class _Client(Connection):
         if self._untold and self.number:
             self._port.send(Taken(self.number, self._untold))
             self._untold = 0
+
+
+async def _after(before: asyncio.Task[None] | None, work: Coroutine[Any, Any, None]) -> None:
+    try:
+        if before is not None:
+            await asyncio.wait([before])
+        await work
+    finally:
+        work.close()
+
+
+async def _connected(opened: _Client, client: _Client, port: int) -> None:
+    """Connect to a client from the address that it uses itself; the number of `opened` tells whether it is."""
+    connecting = asyncio.get_running_loop().create_connection(
+        lambda: opened, client.peer, port, local_addr=(client.local, 0)
+    )
+    try:
+        await asyncio.wait_for(connecting, CONNECT_S)
+    except (OSError, TimeoutError) as cause:
+        log.debug("%s does not accept a connection to port %d: %s", client.peer, port, cause)
 
 
 def _parts(data: bytes) -> Iterable[bytes]:

@@ -1,7 +1,7 @@
 """Messages between the port that accepts TCP connections and the devices that serve them.
 
 A connection has a number, which the port gives it and does not use again.  `Connected`, `Data`, `Taken`, `Ended` and
-`Listening` come from the port.  A device sends `Data`, `Close`, `Listen` and `Unlisten`.
+`Listening` and `Unreached` come from the port.  A device sends `Data`, `Close`, `Listen`, `Unlisten` and `Connect`.
 """
 
 import re
@@ -22,13 +22,13 @@ class Connected:
 
     connection: int
     service: str
-    """Name of the service; empty for a connection to the extra port of `origin`."""
+    """Name of the service; empty for a connection to the extra port of `origin`, or one that it asked for."""
     peer: str
     """IP address of the client."""
     local: str
     """IP address that the client used."""
     origin: int = 0
-    """The connection for which the port listened; 0 for a connection to a service."""
+    """The connection for which the port listened or connected; 0 for a connection to a service."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,13 +81,31 @@ class Listening:
 
 @dataclass(frozen=True, slots=True)
 class Unlisten:
-    """Close the extra port of this connection; connections to it stay."""
+    """Close the extra port of this connection, and give up what it asked for by `Connect`; connections stay."""
 
     connection: int
 
 
-TcpMessage = Connected | Data | Taken | Ended | Close | Listen | Listening | Unlisten
-KINDS: Final[tuple[type[Any], ...]] = (Connected, Data, Taken, Ended, Close, Listen, Listening, Unlisten)
+@dataclass(frozen=True, slots=True)
+class Connect:
+    """Open a connection to the client of this connection, instead of an extra port."""
+
+    connection: int
+    port: int
+    """The client's TCP port, 1 to 65535."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unreached:
+    """The client does not accept the connection that `Connect` asked for."""
+
+    connection: int
+
+
+TcpMessage = Connected | Data | Taken | Ended | Close | Listen | Listening | Unlisten | Connect | Unreached
+KINDS: Final[tuple[type[Any], ...]] = (
+    Connected, Data, Taken, Ended, Close, Listen, Listening, Unlisten, Connect, Unreached,
+)  # fmt: skip
 
 
 def check_sent(message: Any) -> None:
@@ -116,6 +134,8 @@ def check_sent(message: Any) -> None:
                 raise TypeError(f"is_lost: expected bool, found {type(is_lost).__name__}")
         case Listening(port=port):
             _check_number("port", port, 0, 0xFFFF)
+        case Connect(port=port):
+            _check_number("port", port, 1, 0xFFFF)
 
 
 def _check_text(name: str, value: Any) -> None:

@@ -35,8 +35,14 @@ class Connection(Protocol):
         `on_port` is called with its number, 0 if there is none, and `on_connection` with each connection to it.
         """
 
+    def connect(self, port: int, on_failed: Callable[[], None], on_connection: "Serve") -> None:
+        """Open a connection to a port of this client, instead of listening at an extra port.
+
+        `on_connection` is called with it, or `on_failed` if the client does not accept it.
+        """
+
     def stop_listening(self) -> None:
-        """Close the extra port; connections to it stay."""
+        """Close the extra port, and give up a connection that `connect` has not opened yet; others stay."""
 
 
 class Session(Protocol):

@@ -11,6 +11,7 @@ from fieldrig.link import Link
 from fieldrig_bus.tcp.message import (
     MOST_DATA,
     Close,
+    Connect,
     Connected,
     Data,
     Ended,
@@ -19,6 +20,7 @@ from fieldrig_bus.tcp.message import (
     Taken,
     TcpMessage,
     Unlisten,
+    Unreached,
 )
 from fieldrig_devices.connections.connection import Serve, Session
 
@@ -72,6 +74,8 @@ class TcpFace:
                 connection.end()
             case Listening(port=port):
                 connection.listening(port)
+            case Unreached():
+                connection.unreached()
 
     def _on_connection(self, message: Connected) -> None:
         stale = self._connections.get(message.connection)
@@ -100,6 +104,7 @@ class _LinkConnection:
         self.session: Session | None = None
         self.on_connection: Serve | None = None
         self._on_port: Callable[[int], None] = lambda _: None
+        self._on_failed: Callable[[], None] = lambda: None
         self._waiting = bytearray()
         self._under_way = 0
         self._is_closing = False
@@ -125,6 +130,10 @@ class _LinkConnection:
         self._on_port, self.on_connection = on_port, on_connection
         self._link.send(Listen(self._number))
 
+    def connect(self, port: int, on_failed: Callable[[], None], on_connection: Serve) -> None:
+        self._on_failed, self.on_connection = on_failed, on_connection
+        self._link.send(Connect(self._number, port))
+
     def stop_listening(self) -> None:
         self.on_connection = None
         self._link.send(Unlisten(self._number))
@@ -143,6 +152,10 @@ class _LinkConnection:
 
     def listening(self, port: int) -> None:
         self._on_port(port)
+
+    def unreached(self) -> None:
+        if self.session is not None:
+            self._on_failed()
 
     def end(self) -> None:
         if self.session is not None:

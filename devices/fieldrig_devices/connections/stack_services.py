@@ -10,6 +10,9 @@ from fieldrig_devices.ip.kernel_end import Accepted, IpEnd
 EXTRA_PORTS: Final = range(50_000, 50_032)
 """Ports for the data of passive FTP; as many connections can have one at a time."""
 
+Opening = Callable[[], None]
+"""Gives up a connection to a client that is not open yet."""
+
 
 class StackServices:
     """Serves one link, as long as it is up."""
@@ -26,7 +29,9 @@ class StackServices:
         self.local = str(stack.address)
         self._on_connected = on_connected
         self._extra: dict[int, tuple[_StackConnection, Serve]] = {}
+        self._opening: dict[_StackConnection, Opening] = {}
         self._ports = 0
+        self._stack = stack
         for port, serve in services.items():
             stack.listen(port, partial(self._accept, serve))
         for port in EXTRA_PORTS:
@@ -43,7 +48,31 @@ class StackServices:
                 return port
         return 0
 
+    def connect(self, owner: "_StackConnection", port: int, on_failed: Callable[[], None], serve: Serve) -> None:
+        """Open a connection to the client of this connection; `on_failed` is called if it does not accept it."""
+        self.stop_listening(owner)
+        try:
+            connection = self._stack.connect(owner.remote, port)
+        except ConnectionError:
+            on_failed()
+            return
+
+        def on_open() -> None:
+            self._opening.pop(owner, None)
+            _StackConnection(self, connection).begin(serve)
+
+        def on_close(_reason: Any) -> None:
+            if self._opening.pop(owner, None) is not None:
+                on_failed()
+
+        connection.on_open, connection.on_close = on_open, on_close
+        self._opening[owner] = connection.abort
+        self.wake()
+
     def stop_listening(self, owner: "_StackConnection") -> None:
+        give_up = self._opening.pop(owner, None)
+        if give_up is not None:
+            give_up()
         self._extra = {port: entry for port, entry in self._extra.items() if entry[0] is not owner}
 
     def _accept(self, serve: Serve, connection: Accepted) -> None:
@@ -67,7 +96,8 @@ class _StackConnection:
         self._session: Session | None = None
         self._waiting = bytearray()
         self._is_closing = False
-        self.peer = str(connection.key.remote_address)
+        self.remote = connection.key.remote_address
+        self.peer = str(self.remote)
         self.local = services.local
 
     def begin(self, serve: Serve) -> None:
@@ -97,6 +127,9 @@ class _StackConnection:
 
     def listen(self, on_port: Callable[[int], None], on_connection: Serve) -> None:
         on_port(self._services.listen(self, on_connection))
+
+    def connect(self, port: int, on_failed: Callable[[], None], on_connection: Serve) -> None:
+        self._services.connect(self, port, on_failed, on_connection)
 
     def stop_listening(self) -> None:
         self._services.stop_listening(self)

@@ -3,6 +3,7 @@
 Source: RFC 959, 4.2; RFC 2389 for FEAT; RFC 2428 for EPSV.
 """
 
+from collections.abc import Iterable
 from enum import StrEnum
 
 
@@ -29,6 +30,8 @@ class Reply(StrEnum):
     WRONG_ARGUMENT = "501 Syntax error in parameters or arguments."
     NOT_IMPLEMENTED = "502 Command not implemented."
     WRONG_ORDER = "503 Bad sequence of commands."
+    WRONG_ADDRESS = "504 Data connections go to the client's own address only, and to ports from 1024 on."
+    WRONG_FAMILY = "522 Network protocol not supported, use (1,2)"
     WRONG_TYPE = "504 Command not implemented for that parameter."
     NOT_LOGGED_IN = "530 Not logged in."
     LOGIN_REFUSED = "530 Login incorrect."
@@ -40,6 +43,11 @@ def refused(code: int, cause: ValueError) -> str:
     """Return a reply with the first line of a reason."""
     reason = str(cause).partition("\n")[0]
     return f"{code} {printable(reason)}"
+
+
+def lines_of(code: int, first: str, lines: Iterable[str], last: str) -> str:
+    """Return a reply of several lines, of which those in the middle begin with a blank (RFC 959, 4.2)."""
+    return "\r\n".join((f"{code}-{first}", *(f" {line}" for line in lines), f"{code} {last}"))
 
 
 def printable(text: str) -> str:

@@ -1,8 +1,12 @@
 """FTP on one control connection, as a function of bytes and time.
 
-Source: RFC 959, RFC 1123 chapter 4.1, RFC 2389, RFC 2428, RFC 3659 (SIZE).  Data connections are passive: the server
-connects to no address that a client names.  Files are sent as they are, also with TYPE A.
-Left out: active mode, restart, append, folders, dates, TLS.
+Source: RFC 959, RFC 1123 chapter 4.1, RFC 2389, RFC 2428, RFC 2577, RFC 3659.  A data connection to the client goes to
+no other address than its own.  Files are sent as they are, also with TYPE A.  A file that is written behind a restart
+ends with the last byte that arrives.
+Left out: folders, dates, unique names (STOU), TLS.
+
+No library does this: those that are kept well (pyftpdlib, aioftp) own their sockets and event loop, while these
+sessions run over a stack of our own as well, and in virtual time.
 """
 
 from collections import deque
@@ -14,7 +18,7 @@ from fieldrig_devices.connections.connection import Connection, Serve
 from fieldrig_devices.ftp.commands import Command, FileCommands
 from fieldrig_devices.ftp.files import Files
 from fieldrig_devices.ftp.login import LoginGuard
-from fieldrig_devices.ftp.replies import Reply
+from fieldrig_devices.ftp.replies import Reply, lines_of, printable
 from fieldrig_devices.ftp.transfer import DataPort
 
 LONGEST_LINE: Final = 1024
@@ -24,7 +28,10 @@ MOST_UNSENT: Final = 64 * 1024
 IDLE_NS: Final = 300 * S
 MOST_FAILURES: Final = 3
 """Failed logins after which a connection is closed."""
-FEATURES: Final = ("EPSV", "PASV", "SIZE", "UTF8")
+FEATURES: Final = (
+    "EPRT", "EPSV", "MDTM", "MLST type*;size*;modify*;perm*;", "PASV", "REST STREAM", "SIZE", "TVFS", "UTF8",
+)  # fmt: skip
+HELP_COLUMNS: Final = 8
 TELNET_SIGNALS: Final = (b"\xff\xf4", b"\xff\xf2")  # RFC 959, 4.1.3: before ABOR
 
 
@@ -54,6 +61,8 @@ class FtpSession:
             "FEAT": lambda _: self._features(),
             "NOOP": lambda _: self._reply(Reply.OKAY),
             "OPTS": self._options,
+            "HELP": self._help,
+            "REIN": self._reinitialize,
         }
         self._commands = FileCommands(connection, files, self._data, self._reply)
         self._reply(Reply.READY)
@@ -115,7 +124,7 @@ class FtpSession:
 
     def _user(self, name: str) -> None:
         self._is_logged_in = False
-        self._data.abort()
+        self._commands.reset()
         self._user_name = name
         self._reply(Reply.NEED_PASSWORD)
 
@@ -147,10 +156,28 @@ class FtpSession:
         self._close(Reply.GOODBYE)
 
     def _features(self) -> None:
-        self._reply("211-Extensions supported:\r\n" + "".join(f" {name}\r\n" for name in FEATURES) + "211 End")
+        self._reply(lines_of(211, "Extensions supported:", FEATURES, "End"))
 
     def _options(self, argument: str) -> None:
-        self._reply(Reply.OKAY if argument.upper() in ("UTF8 ON", "UTF8") else Reply.WRONG_ARGUMENT)
+        is_known = argument.upper() in ("UTF8 ON", "UTF8", "UTF-8 ON")
+        self._reply(Reply.OKAY if is_known else Reply.WRONG_ARGUMENT)
+
+    def _help(self, argument: str) -> None:
+        verb = argument.strip().upper()
+        verbs = sorted((*self._free, *self._commands.verbs))
+        if not verb:
+            rows = [" ".join(verbs[at : at + HELP_COLUMNS]) for at in range(0, len(verbs), HELP_COLUMNS)]
+            self._reply(lines_of(214, "These commands are implemented:", rows, "End"))
+        elif ALIASES.get(verb, verb) in verbs:
+            self._reply(f"214 {printable(verb)} is implemented as in RFC 959 and its extensions.")
+        else:
+            self._reply(Reply.NOT_IMPLEMENTED)
+
+    def _reinitialize(self, _argument: str) -> None:
+        """Begin again as after the connection (RFC 959, 4.1.1)."""
+        self._user_name, self._is_logged_in = None, False
+        self._commands.reset()
+        self._reply(Reply.READY)
 
     # ---- replies and the end
 
@@ -188,23 +215,5 @@ class FtpSession:
 
 ALIASES: Final = {"XPWD": "PWD", "XCWD": "CWD", "XCUP": "CDUP", "XMKD": "MKD", "XRMD": "RMD"}
 """RFC 1123, 4.1.3.1."""
-NOT_IMPLEMENTED: Final = frozenset(
-    (
-        "PORT",
-        "EPRT",
-        "REST",
-        "APPE",
-        "STOU",
-        "ACCT",
-        "REIN",
-        "SMNT",
-        "SITE",
-        "STAT",
-        "HELP",
-        "MLST",
-        "MLSD",
-        "MDTM",
-        "AUTH",
-    )
-)
+NOT_IMPLEMENTED: Final = frozenset(("STOU", "SMNT", "SITE", "AUTH", "PBSZ", "PROT"))
 """Commands that the server knows and refuses with 502."""

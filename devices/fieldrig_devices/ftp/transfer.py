@@ -1,7 +1,8 @@
-"""A transfer over a data connection of passive FTP.
+"""A transfer over a data connection of FTP.
 
-Source: RFC 959, 3.2 and 5.1; RFC 2428.  The client may connect before or after its command.  A file that arrives is
-written when all of it is there: if its connection breaks, the old file stays.
+Source: RFC 959, 3.2 and 5.1; RFC 2428.  In passive mode the client connects, before or after its command; in active
+mode the server does after the command.  A file that arrives is written when all of it is there: if its connection
+breaks, the old file stays.
 """
 
 from collections.abc import Callable
@@ -38,12 +39,14 @@ class DataPort:
         self._transfer: _Transfer | None = None
         self._job: Job | None = None
         self._timer: Timer | None = None
+        self._connect: Callable[[], None] | None = None
         self.is_open = False
-        """True after a PASV or EPSV that has not been used."""
+        """True after a PASV, EPSV, PORT or EPRT that has not been used."""
 
-    def open(self) -> None:
-        """Expect a connection to a new port; a transfer before is over."""
+    def open(self, connect: Callable[[], None] | None = None) -> None:
+        """Expect a connection of the client, or open one with `connect` at the next command; all before is over."""
         self.abort()
+        self._connect = connect
         self.is_open = True
 
     def accept(self, connection: Connection) -> "_Transfer":
@@ -60,7 +63,15 @@ class DataPort:
         """Carry out a command on the connection, or when it is there."""
         self._job = job
         self._watch(CONNECT_NS)
+        connect, self._connect = self._connect, None
+        if connect is not None:
+            connect()
         self._begin()
+
+    def refused(self) -> None:
+        """Take the news that the client does not accept our connection."""
+        if self._transfer is None and self.abort():
+            self._on_reply(Reply.NO_DATA_CONNECTION)
 
     @property
     def is_busy(self) -> bool:
@@ -69,7 +80,7 @@ class DataPort:
     def abort(self) -> bool:
         """End without a reply.  Return true if a transfer was under way."""
         transfer, self._transfer = self._transfer, None
-        was_busy, self._job, self.is_open = self._job is not None, None, False
+        was_busy, self._job, self._connect, self.is_open = self._job is not None, None, None, False
         self._stop_watching()
         if transfer is not None:
             transfer.close()

@@ -16,7 +16,7 @@ from fieldrig_bus.ip.stream import Stream
 from fieldrig_devices.ip.ipv4 import Packet
 from fieldrig_devices.ip.ipv4 import Protocol as IpProtocol
 from fieldrig_devices.ip.stack import Stack
-from fieldrig_devices.ip.tcp.connection import Key
+from fieldrig_devices.ip.tcp.connection import Connection, Key
 
 log = logging.getLogger(__name__)
 
@@ -47,6 +47,7 @@ class IpEnd(Protocol):
     address: IPv4Address
 
     def listen(self, port: int, accept: Callable[[Accepted], None]) -> None: ...
+    def connect(self, address: IPv4Address, port: int) -> Connection: ...
     def receive(self, now_ns: int, packet: bytes) -> None: ...
     def advance(self, now_ns: int) -> None: ...
     def next_ns(self) -> int | None: ...
@@ -99,6 +100,10 @@ class KernelEnd:
             self.give_up(f"there are more than {MOST_PORTS} ports")
         elif self._is_linked:
             self.begin()
+
+    def connect(self, address: IPv4Address, port: int) -> Connection:
+        """Open a connection from our own stack, as the kernel would open one for any process of the host."""
+        return self._stack.connect(address, port)
 
     def begin(self) -> None:
         """Hand the link to the kernel, with all ports that have a listener."""
@@ -168,7 +173,8 @@ class KernelEnd:
         if (packet.source, packet.destination) != (self._peer, self.address):
             return False
         if packet.protocol == IpProtocol.TCP:
-            return int.from_bytes(packet.payload[2:4], "big") in self._listeners
+            remote, local = (int.from_bytes(packet.payload[at : at + 2], "big") for at in (0, 2))
+            return local in self._listeners and not self._stack.has_connection(Key(local, packet.source, remote))
         return packet.protocol == IpProtocol.ICMP
 
 

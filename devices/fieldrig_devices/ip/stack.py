@@ -83,6 +83,9 @@ class Stack:
     def connections(self) -> list[Connection]:
         return list(self._connections.values())
 
+    def has_connection(self, key: Key) -> bool:
+        return key in self._connections
+
     def listen(self, port: int, accept: Accept) -> None:
         """Call `accept` with each connection to this port that is established, before its first data."""
         self._listeners[port] = accept

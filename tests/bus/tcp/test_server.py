@@ -23,7 +23,10 @@ LIMIT_S = 60.0
 
 
 class Capitals:
-    """A session that answers in capitals, opens an extra port at `p`, and closes at `q`."""
+    """A session that answers in capitals.
+
+    It opens an extra port at `p`, two at `pp`, connects to the client at `to` and a port, and closes at `q`.
+    """
 
     def __init__(self, connection: Connection) -> None:
         self.connection = connection
@@ -32,12 +35,18 @@ class Capitals:
 
     def received(self, data: bytes) -> None:
         self.connection.write(data.upper())
-        if data == b"p":
+        for _ in range(data.count(b"p")):
             self.connection.listen(lambda port: self.connection.write(b" %d." % port), Capitals)
+        if data.startswith(b"to "):
+            self.connection.connect(int(data[3:]), lambda: self.connection.write(b" no."), self._accept)
         if data == b"q":
             self.connection.close()
         if data.startswith(b"much"):
             self.connection.write(bytes(4_000_000))
+
+    def _accept(self, connection: Connection) -> "Capitals":
+        self.connection.stop_listening()
+        return Capitals(connection)
 
     def drained(self) -> None:
         self.was_drained = True
@@ -193,6 +202,53 @@ def test_an_extra_port_is_a_further_connection_of_the_client(tmp_path: Path) -> 
             await bench.connect(number)
         for open_one in (writer, sender):
             open_one.close()
+
+    run(scene, tmp_path)
+
+
+def test_of_two_extra_ports_the_last_one_counts(tmp_path: Path) -> None:
+    async def scene(bench: Bench) -> None:
+        reader, writer = await bench.connect()
+        writer.write(b"pp")
+        first, second = [int((await reader.readuntil(b".")).strip(b"P .")) for _ in range(2)]
+        with pytest.raises(ConnectionRefusedError):
+            await bench.connect(first)
+        extra, sender = await bench.connect(second)
+        sender.write(b"more")
+        assert await extra.readexactly(4) == b"MORE"
+        for open_one in (writer, sender):
+            open_one.close()
+
+    run(scene, tmp_path)
+
+
+def test_a_device_connects_to_its_client(tmp_path: Path) -> None:
+    """FTP in active mode."""
+
+    async def scene(bench: Bench) -> None:
+        arrived: asyncio.Future[tuple[asyncio.StreamReader, asyncio.StreamWriter]] = asyncio.Future()
+        listener = await asyncio.start_server(lambda *ends: arrived.set_result(ends), "127.0.0.1", 0)
+        number = listener.sockets[0].getsockname()[1]
+        _reader, writer = await bench.connect()
+        writer.write(b"to %d" % number)
+        extra, sender = await arrived
+        sender.write(b"more")
+        assert await extra.readexactly(4) == b"MORE"
+        listener.close()
+        for open_one in (writer, sender):
+            open_one.close()
+
+    run(scene, tmp_path)
+
+
+def test_a_client_that_does_not_listen_is_not_reached(tmp_path: Path) -> None:
+    async def scene(bench: Bench) -> None:
+        reader, writer = await bench.connect()
+        with socket.create_server(("127.0.0.1", 0)) as closed:
+            number = closed.getsockname()[1]
+        writer.write(b"to %d" % number)
+        assert await reader.readuntil(b" no.") == b"TO %d no." % number
+        writer.close()
 
     run(scene, tmp_path)
 

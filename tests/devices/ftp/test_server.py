@@ -67,7 +67,7 @@ class Client:
 
     def do(self, command: str) -> str:
         """The codes of the replies to a command."""
-        return " ".join(line[:3] for line in self.ask(command).split("\r\n") if line[3:4] == " ")
+        return " ".join(line[:3] for line in self.ask(command).split("\r\n") if line[:3].isdigit() and line[3:4] == " ")
 
     def ask(self, command: str) -> str:
         return self.control.send(f"{command}\r\n".encode()).decode()
@@ -92,10 +92,17 @@ class Client:
         ("STRU R", "504"), ("ALLO 9", "202"),
         ("FEAT", "211"), ("OPTS UTF8 ON", "200"), ("OPTS X", "501"), ("SIZE a.htm", "213"), ("SIZE no", "550"),
         ("DELE no", "550"), ("DELE /A.HTM", "250"), ("MKD x", "550"), ("RMD x", "550"), ("RNFR no", "550"),
-        ("RNTO x", "503"), ("PASV", "227"), ("EPSV", "229"), ("EPSV ALL", "229"), ("EPSV 3", "522"),
+        ("RNTO x", "503"), ("PASV", "227"), ("EPSV", "229"), ("EPSV ALL", "200"), ("EPSV 3", "522"),
         ("RETR A.HTM", "425"),
-        ("LIST", "425"), ("ABOR", "226"), ("PORT 10,0,0,7,1,1", "502"), ("EPRT |1|10.0.0.7|257|", "502"),
-        ("MLSD", "502"), ("REST 1", "502"), ("AUTH TLS", "502"), ("XYZZY", "500"), ("", "500"), ("PASS x", "503"),
+        ("LIST", "425"), ("MLSD", "425"), ("APPE A.HTM", "425"), ("ABOR", "226"), ("AUTH TLS", "502"), ("STOU", "502"),
+        ("PORT 10,0,0,7,4,0", "200"), ("PORT 10,0,0,7,3,255", "504"), ("PORT 10,0,0,8,4,0", "504"),
+        ("PORT 10,0,0,7,256,0", "501"), ("PORT", "501"), ("EPRT |1|10.0.0.7|1024|", "200"),
+        ("EPRT !2!::ffff:10.0.0.7!1024!", "200"), ("EPRT |1|10.0.0.8|1024|", "504"), ("EPRT |1|10.0.0.7|80|", "504"),
+        ("EPRT |3|10.0.0.7|1024|", "522"), ("EPRT |2|10.0.0.7|1024|", "501"), ("EPRT |1|plc|1024|", "501"),
+        ("REST 1", "350"), ("REST -1", "501"), ("REST", "501"), ("MDTM a.htm", "213"), ("MDTM no", "550"),
+        ("STAT", "211"), ("STAT *.HTM", "213"), ("STAT no", "550"), ("HELP", "214"), ("HELP stor", "214"),
+        ("HELP XYZZY", "502"), ("ACCT x", "202"), ("REIN", "220"), ("MLST a.htm", "250"), ("MLST", "250"),
+        ("MLST no", "550"), ("XYZZY", "500"), ("", "500"), ("PASS x", "503"),
         ("QUIT", "221"),
     ],
 )  # fmt: skip
@@ -121,6 +128,14 @@ def test_a_command_has_its_reply(command: str, code: str) -> None:
         "RNTO",
         "MKD",
         "ABOR",
+        "PORT",
+        "EPRT",
+        "APPE",
+        "REST",
+        "MDTM",
+        "STAT",
+        "MLSD",
+        "MLST",
     ],
 )
 def test_nothing_is_done_before_the_login(command: str) -> None:
@@ -165,6 +180,166 @@ def test_lists() -> None:
     data = client.data()
     client.do("LIST")
     assert data.take().split(b"\r\n")[0].split() == b"-rw-rw-rw- 1 max4 max4 6 Jan 01 2003 A.HTM".split()
+
+
+@pytest.mark.parametrize(
+    ("command", "lines"),
+    [
+        ("NLST *.htm", b"A.HTM B.HTM"), ("NLST a*", b"A.HTM"), ("NLST x*", b""), ("NLST b.htm", b"B.HTM"),
+        ("NLST -al", b"A.HTM B.HTM"), ("NLST /", b"A.HTM B.HTM"),
+        ("LIST -a \\*b.*", b"-rw-rw-rw- 1 max4 max4 6 Jan 01 2003 B.HTM"),
+    ],
+)  # fmt: skip
+def test_a_list_of_some_files(command: str, lines: bytes) -> None:
+    """The `mget *.htm` of a client begins with NLST *.htm."""
+    client = Client()
+    client.do("PASV")
+    data = client.data()
+    assert client.do(command) == "150 226"
+    assert data.take().split() == lines.split()
+
+
+def test_mlsd_has_facts() -> None:
+    """RFC 3659, 7.2."""
+    client = Client()
+    client.do("PASV")
+    data = client.data()
+    client.do("MLSD")
+    facts = b"type=file;size=6;modify=20030101000000;perm=adfrw; "
+    assert data.take() == facts + b"A.HTM\r\n" + facts + b"B.HTM\r\n"
+
+
+def test_a_list_of_a_file_that_does_not_exist_is_refused() -> None:
+    client = Client()
+    client.do("PASV")
+    assert client.do("NLST no.htm") == "550"
+
+
+def test_the_last_command_for_a_data_connection_counts() -> None:
+    client = Client()
+    client.do("PASV")
+    first = client.data()
+    assert client.do("EPSV") == "229"
+    assert first.is_closed
+    assert client.do("PORT 10,0,0,7,195,80") == "200"
+    assert client.control.serve_extra is None
+    assert client.do("PASV") == "227"
+    second = client.data()
+    assert client.do("RETR A.HTM") == "150 226"
+    assert (client.control.connecting, second.take()) == (None, b"page a")
+
+
+def open_active(client: Client) -> ServedConnection:
+    """The server connects to the client, which has named its port."""
+    assert client.control.connecting is not None
+    number, _, serve = client.control.connecting
+    assert number == 50_000
+    return ServedConnection(serve)
+
+
+@pytest.mark.parametrize("port", ["PORT 10,0,0,7,195,80", "EPRT |1|10.0.0.7|50000|"])
+def test_a_file_is_fetched_in_active_mode(port: str) -> None:
+    client = Client()
+    client.do(port)
+    assert client.control.connecting is None, "the server connects when a transfer begins"
+    assert client.do("RETR a.htm") == ""
+    data = open_active(client)
+    assert client.codes() == "150 226"
+    assert (data.take(), data.is_closed) == (b"page a", True)
+    assert client.do("RETR a.htm") == "425"
+
+
+def test_a_file_is_stored_in_active_mode() -> None:
+    client = Client()
+    client.do("PORT 10,0,0,7,195,80")
+    client.do("STOR new.htm")
+    data = open_active(client)
+    data.send(b"new page")
+    data.end()
+    assert client.codes() == "150 226"
+    assert client.folder.files["NEW.HTM"] == b"new page"
+
+
+def test_a_client_that_does_not_accept_its_data_connection_gets_425() -> None:
+    client = Client()
+    client.do("PORT 10,0,0,7,195,80")
+    client.do("RETR a.htm")
+    assert client.control.connecting is not None
+    _, on_failed, _ = client.control.connecting
+    on_failed()
+    assert client.codes() == "425"
+    assert client.do("EPSV") == "229"
+
+
+def test_epsv_all_leaves_no_other_command_for_data_connections() -> None:
+    """RFC 2428, 4."""
+    client = Client()
+    client.do("EPSV ALL")
+    assert [client.do(command) for command in ("PASV", "PORT 10,0,0,7,4,0", "EPRT |1|10.0.0.7|1024|")] == ["503"] * 3
+    assert client.do("EPSV") == "229"
+
+
+def test_a_transfer_is_resumed() -> None:
+    client = Client()
+    client.do("REST 3")
+    client.do("EPSV")
+    data = client.data()
+    assert client.do("RETR a.htm") == "150 226"
+    assert data.take() == b"e a"
+    client.do("EPSV")
+    data = client.data()
+    client.do("RETR a.htm")
+    assert data.take() == b"page a", "REST is for one transfer"
+
+
+@pytest.mark.parametrize(
+    ("commands", "content"),
+    [
+        (["APPE a.htm"], b"page a, more"), (["APPE c.htm"], b", more"), (["REST 4", "STOR a.htm"], b"page, more"),
+        (["REST 6", "STOR a.htm"], b"page a, more"), (["REST 0", "STOR a.htm"], b", more"),
+        (["REST 2", "APPE a.htm"], b"page a, more"),
+    ],
+)  # fmt: skip
+def test_a_file_goes_on(commands: list[str], content: bytes) -> None:
+    client = Client()
+    client.do("EPSV")
+    data = client.data()
+    for command in commands:
+        client.do(command)
+    data.send(b", more")
+    data.end()
+    assert client.codes() == "226"
+    assert client.folder.files[commands[-1].split()[1].upper()] == content
+
+
+@pytest.mark.parametrize("command", ["RETR A.HTM", "STOR A.HTM", "STOR NEW"])
+def test_no_transfer_begins_behind_the_end_of_a_file(command: str) -> None:
+    client = Client()
+    client.do("EPSV")
+    client.do("REST 7")
+    assert client.do(command) == "554"
+
+
+def test_help_names_every_command_and_stat_the_transfer() -> None:
+    client = Client()
+    assert {"APPE", "EPRT", "HELP", "MDTM", "PORT", "REST", "RETR", "SIZE", "STAT"} <= set(client.ask("HELP").split())
+    client.do("EPSV")
+    client.do("STOR A.HTM")
+    assert "A transfer is under way." in client.ask("STAT")
+
+
+def test_a_new_user_begins_from_the_start() -> None:
+    client = Client()
+    client.do("REST 3")
+    client.do("EPSV ALL")
+    assert client.do("REIN") == "220"
+    assert client.do("NLST") == "530"
+    client.do("USER service")
+    client.do("PASS pacdrive")
+    client.do("PASV")
+    data = client.data()
+    client.do("RETR a.htm")
+    assert data.take() == b"page a"
 
 
 def test_a_file_is_stored_when_it_is_complete() -> None:
@@ -244,8 +419,12 @@ def test_no_path_leads_out_of_the_folder(path: str) -> None:
     client = Client()
     client.do("EPSV")
     data = client.data()
-    for verb in ("STOR", "RETR", "DELE", "SIZE", "RNFR"):
+    for verb in ("RETR", "DELE", "SIZE", "MDTM", "RNFR"):
         assert client.do(f"{verb} {path}") == "550"
+    for verb in ("STOR", "APPE"):
+        assert client.do(f"{verb} {path}") == "553"
+    assert client.do("RNFR A.HTM") == "350"
+    assert client.do(f"RNTO {path}") == "553"
     data.end()
     assert client.folder.names == ["A.HTM", "B.HTM"]
 
@@ -325,9 +504,22 @@ def test_a_client_that_reads_no_replies_is_closed() -> None:
 
 VERBS = [
     "USER", "PASS", "QUIT", "SYST", "FEAT", "NOOP", "PWD", "CWD", "TYPE", "PASV", "EPSV", "LIST", "NLST", "RETR",
-    "STOR", "ABOR", "SIZE", "DELE", "RNFR", "RNTO", "MKD", "X",
+    "STOR", "ABOR", "SIZE", "DELE", "RNFR", "RNTO", "MKD", "X", "PORT", "EPRT", "REST", "APPE", "STAT", "MDTM", "MLSD",
+    "MLST", "HELP", "REIN",
 ]  # fmt: skip
-ARGUMENTS = ["", "A.HTM", "service", "pacdrive", "../x", "\xff\x00", "I", "1"]
+ARGUMENTS = [
+    "",
+    "A.HTM",
+    "service",
+    "pacdrive",
+    "../x",
+    "\xff\x00",
+    "I",
+    "1",
+    "*[!",
+    "10,0,0,7,195,80",
+    "|1|10.0.0.7|50000|",
+]
 STEPS = st.one_of(
     st.binary(max_size=30),
     st.tuples(st.sampled_from(VERBS), st.sampled_from(ARGUMENTS)).map(lambda pair: f"{' '.join(pair)}\r\n".encode()),
@@ -345,6 +537,8 @@ def test_no_bytes_raise_and_without_a_login_nothing_changes(steps: list[bytes | 
             has_login |= b"230 " in client.control.send(step)
         elif step == "connect" and client.control.serve_extra is not None:
             datas.append(client.data())
+        elif step == "connect" and client.control.connecting is not None:
+            datas.append(ServedConnection(client.control.connecting[2]))
         elif step == "wait":
             client.run(20)
         elif datas and step == "data":

@@ -7,6 +7,7 @@ from dial_in_bench import LOGIN, DialInBench
 
 from fieldrig_bus.tcp.message import Connected, Data, TcpMessage
 from fieldrig_bus.tcp.model import PORT
+from fieldrig_devices.ip.tcp.connection import Connection
 from fieldrig_devices.ppp.phases import End, Phase
 from fieldrig_devices.ppp.settings import Login, PppSettings
 
@@ -52,6 +53,41 @@ def test_files_are_fetched_and_replaced_over_the_line() -> None:
     _, arrived = bench.connect(port)
     bench.ask(control, heard, "RETR MINE.HTM")
     assert arrived == b"mine"
+
+
+@pytest.mark.long
+@pytest.mark.manual("PD-282")
+def test_the_ftp_of_windows_fetches_and_replaces_over_the_line() -> None:
+    """It knows active mode only: the controller connects to the caller."""
+    bench = DialInBench(ftp={"user_name": "lab", "password": "secret"}).call()
+    control, heard = bench.connect(21)
+    bench.ask(control, heard, "USER lab")
+    bench.ask(control, heard, "PASS secret")
+    assert bench.stack is not None
+    assert bench.link is not None
+    arrived, opened = bytearray(), list[Connection]()
+
+    def accept(connection: Connection) -> None:
+        opened.append(connection)
+        connection.on_data = arrived.extend
+
+    address = str(bench.link.local_address).replace(".", ",")
+    bench.stack.listen(5000, accept)
+    assert bench.ask(control, heard, f"PORT {address},19,136").startswith("200 ")
+    bench.ask(control, heard, "STOR \\OK.HTM")
+    opened[-1].send(b"active")
+    opened[-1].end()
+    bench.go(500)
+    assert b"226 " in heard
+    bench.ask(control, heard, f"PORT {address},19,136")
+    bench.ask(control, heard, "RETR OK.HTM")
+    bench.go(500)
+    assert (bytes(arrived), b"226 " in heard) == (b"active", True)
+    bench.ask(control, heard, f"PORT {address},19,137")  # where no program listens
+    bench.ask(control, heard, "RETR OK.HTM")
+    bench.go(500)
+    assert b"425 " in heard
+    assert bench.ask(control, heard, "PORT 127,0,0,1,19,136").startswith("504 ")
 
 
 @pytest.mark.long

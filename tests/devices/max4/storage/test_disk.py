@@ -101,6 +101,27 @@ def test_no_name_of_ftp_leads_out_of_the_disk_or_to_hidden_files(start: str, res
     assert all(listed.startswith("\\") for listed in disk.names)
 
 
+@pytest.mark.parametrize("path", ["OK.HTM", "\\OK.HTM", "/OK.HTM", "/\\ok.htm", "./ok.htm", ".\\OK.HTM"])
+def test_a_page_has_the_name_of_the_manual(path: str) -> None:
+    assert FtpFiles(full()).name_of(path) == "OK.HTM"
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["..", ".", "...", "", "/", "\\", "../A.HTM", "..\\A.HTM", "A/B.HTM", "A B.HTM", "A:B", "*.HTM", "a_b.htm", "$X",
+     "~", "A" * 40, "é.htm", "a\0.htm", "C:\\A.HTM"],
+)  # fmt: skip
+def test_a_name_that_no_page_can_have_is_refused(path: str) -> None:
+    with pytest.raises(ValueError, match="expected a file name"):
+        FtpFiles(full()).name_of(path)
+
+
+def test_a_file_of_a_program_is_reachable_whatever_its_name_is() -> None:
+    disk = full()
+    disk.write("\\LOG_1.TXT", b"log")
+    assert FtpFiles(disk).name_of("log_1.txt") == "LOG_1.TXT"
+
+
 def test_hidden_files_are_not_listed() -> None:
     disk = full()
     disk.put_hidden("$RETAIN", b"secret")

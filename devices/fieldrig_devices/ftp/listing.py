@@ -1,0 +1,52 @@
+"""Lists of files: LIST in the form of Unix, NLST, and the facts of MLSD.
+
+Source: RFC 959, 4.1.3; RFC 3659, 7.  The controller keeps no dates, so all files have the same one.
+"""
+
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+from typing import Final
+
+from fieldrig_devices.ftp.files import Files
+
+DATE: Final = "20030101000000"
+"""The date of all files, in the form of MDTM (RFC 3659, 2.3): the year of the manual."""
+FOLDER: Final = frozenset(("", "/", ".", "..", "\\", "./"))
+"""The paths of the only folder."""
+
+
+def chosen(files: Files, argument: str) -> list[str]:
+    """Return the names that a command asks for: all, one, or those of a pattern such as `*.HTM`.
+
+    Options in the manner of `ls`, such as -al, are skipped.  ValueError for a single file that does not exist.
+    """
+    paths = [word for word in argument.split() if not word.startswith("-")]
+    path = " ".join(paths)
+    if path in FOLDER:
+        return files.names
+    if set("*?[") & set(path):
+        pattern = path.lstrip("/\\").upper()
+        return [name for name in files.names if fnmatchcase(name, pattern)]
+    name = files.name_of(path)
+    files.read(name)
+    return [name]
+
+
+def long_list(files: Files, names: Sequence[str]) -> bytes:
+    """Return a LIST in the form of Unix, which clients read."""
+    lines = [f"-rw-rw-rw-   1 max4     max4     {len(files.read(name)):>10} Jan 01  2003 {name}\r\n" for name in names]
+    return "".join(lines).encode()
+
+
+def short_list(names: Sequence[str]) -> bytes:
+    return "".join(f"{name}\r\n" for name in names).encode()
+
+
+def facts(files: Files, name: str) -> str:
+    """Return the facts of a file and its name, as MLSD and MLST give them."""
+    return f"type=file;size={len(files.read(name))};modify={DATE};perm=adfrw; {name}"
+
+
+def fact_list(files: Files, names: Sequence[str]) -> bytes:
+    """Return an MLSD."""
+    return "".join(f"{facts(files, name)}\r\n" for name in names).encode()
