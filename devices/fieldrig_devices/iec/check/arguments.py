@@ -84,6 +84,8 @@ def _output(
             if argument.value is not None:
                 matched.outputs.append((variable, argument.value, argument.is_negated))
             return True
+    if context.project.lacks_base(pou):
+        return False
     names = ", ".join(variable.name for variable in outputs) or "no output"
     what = f"{pou.name} has no output {argument.name}"
     context.say(argument, what, names, enable.hint(context, argument.name))
@@ -110,6 +112,8 @@ def _parameter(
         for variable in inputs:
             if context.key(variable.name) == context.key(argument.name):
                 return variable
+        if context.project.lacks_base(pou):
+            return None
         names = {context.key(variable.name): variable.name for variable in inputs}
         hint = enable.hint(context, argument.name) or context.project.reports.closest(argument.name, names.values())
         context.say(

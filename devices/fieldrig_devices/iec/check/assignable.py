@@ -6,6 +6,7 @@ This is the rule for assignments, arguments, start values and everything else th
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import check_functions, constants, dispatch, implicit
 from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.library.integers import cut
@@ -28,6 +29,8 @@ from fieldrig_devices.iec.types import (
 
 def convert(context: Context, value: Expression, kind: Type, at: tree.Node) -> Expression | None:
     """Return the value as one of type `kind`; None after a message."""
+    if kind is UNKNOWN or value.type is UNKNOWN:
+        return None
     if type(value) is Untyped:
         return _literal(context, value, kind, at)
     source = value.type

@@ -58,7 +58,7 @@ def _resolve(of: "Expressions", node: tree.Call) -> Resolved | None:
     called = places.without_library(context, node.called)
     if methods.is_super(context, called):
         body = inheritance.body_above(context)
-        if body is None:
+        if body is None and not context.project.lacks_base(context.block):
             what = (
                 "SUPER() has no function block above" if isinstance(called, tree.Name) else "SUPER^() without EXTENDS"
             )

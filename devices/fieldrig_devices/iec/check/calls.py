@@ -64,6 +64,8 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
         return special(of, node)
     if intrinsics.is_standard(name):
         return _standard_call(of, name.upper(), node, wanted)
+    if context.project.lacks_base(context.block):
+        return None
     functions = [known for known, pou in context.project.pous.items() if pou.kind is PouKind.FUNCTION]
     hint = context.project.reports.closest(name, functions)
     context.say(node, f"the function {name} is not declared", "" if hint else "a declared or standard function", hint)

@@ -72,8 +72,8 @@ class Context:
 
     def say_unknown(self, node: Node, name: str, expected: str = "") -> None:
         """Report an unknown name, once in each body."""
-        if not name or self.key(name) in self._unknown:
-            return  # the parser has reported an empty name
+        if not name or self.key(name) in self._unknown or self.project.lacks_base(self.block):
+            return  # the parser has reported an empty name, and a message about EXTENDS is enough
         self._unknown.add(self.key(name))
         entities = [*self.names.items(), *self.project.names.items()]
         known = [getattr(entity, "name", name) for name, entity in entities]

@@ -18,6 +18,7 @@ from fieldrig_devices.iec.tree import PouKind
 def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tuple[tree.Pou, str]]) -> Lineage:
     """Return a POU with the function blocks that it extends, the next one first; a message for one that is not."""
     found = [(node, file)]
+    is_broken = False
     while node.extends:
         above = known.get(project.key(node.extends)) or known.get(project.key(unqualified(node.extends)))
         if above is None or not _may_extend(node, above[0]):
@@ -25,6 +26,7 @@ def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tup
             hint = "" if above else project.reports.closest(node.extends, known)
             expected = "class" if node.kind is PouKind.CLASS else "function block"
             project.reports.say(file, node.place, what, f"a {expected} that {node.name} extends", hint)
+            is_broken = True
             break
         if "FINAL" in above[0].modifiers:
             project.reports.say(
@@ -35,7 +37,7 @@ def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tup
             break
         found.append(above)
         node, file = above
-    return Lineage(found)
+    return Lineage(found, is_broken=is_broken)
 
 
 def unqualified(name: str) -> str:

@@ -197,7 +197,7 @@ def _own(context: Context, node: tree.Member) -> Meaning | None:
     if found is not None:
         return variable(context, found) if access.allows_variable(context, found, node) else None
     action = context.block.actions.get(name) if context.block is not None else None
-    if action is None:
+    if action is None and not context.project.lacks_base(context.block):
         context.say(node, f"{text(node)} is not declared", "a variable, action or method of the function block")
     return action
 
@@ -265,6 +265,8 @@ def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning
         action = pou.actions.get(context.key(node.name))
         if action is not None:
             return action
+        if context.project.lacks_base(pou):
+            return None
         known = [pin for pin in pou.variables.values() if pin.section in (Section.INPUT, Section.OUTPUT)]
         pins = [pin.name for pin in known]
         callable_names = [name for name in pou.methods if "@" not in name]

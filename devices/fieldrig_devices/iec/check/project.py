@@ -58,6 +58,8 @@ class Lineage:
     trees: list[tuple[tree.Pou, str]]
     versions: dict[str, list[tuple[int, Pou]]] = field(default_factory=dict)
     """The methods by name with their levels, the valid one first."""
+    is_broken: bool = False
+    """True if a function block that it extends is not known, so that names of that one may be used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,6 +230,11 @@ class Project:
         """True for a class or function block that has no instances, because methods of it have no code."""
         source = self.sources.get(pou)
         return source is not None and "ABSTRACT" in source.tree.modifiers
+
+    def lacks_base(self, pou: Pou | None) -> bool:
+        """True if the POU may have names that nobody knows, because a message says that what it extends is missing."""
+        source = self.sources.get(pou) if pou is not None else None
+        return source is not None and source.line is not None and source.line.is_broken
 
     def named_type(self, name: str) -> Type | None:
         """Return the type of this name: elementary, declared, a kind of object, or a function block."""

@@ -65,7 +65,7 @@ class Fragments:
         if _NAME.fullmatch(text.strip()):
             return tree.NamedType(text.strip(), place=tree.Place(line, 1))
         found = self._variable(f": {text.strip()}", line)
-        return found.type if found else tree.NamedType("INT", place=tree.Place(line, 1))
+        return found.type if found else tree.NamedType("", place=tree.Place(line, 1))
 
     def initial(self, text: str, line: int) -> tree.Initial | None:
         """A start value: an expression, or a list of values for an array or a structure."""

@@ -10,6 +10,7 @@ from typing import Final
 from lxml import etree
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.imports.exchange.tc6_added import with_arguments
 from fieldrig_devices.iec.imports.fragments import Fragments
 from fieldrig_devices.iec.imports.xml import (
     attribute,
@@ -65,7 +66,7 @@ def variable(of: Element, read_type: TypeReader, fragments: Fragments) -> tree.V
             fragments.report.mistake(
                 line, "The input detects edges", "an input without edge", "Call R_TRIG or F_TRIG in the body instead."
             )
-        spec = read_type(element(of, "type"), fragments)
+        spec = with_arguments(of, read_type(element(of, "type"), fragments), fragments)
         at = attribute(of, "address") or attribute(element(of, "address"), "address")
         return tree.Variable(
             name,

@@ -24,7 +24,7 @@ from fieldrig_devices.iec.imports.xml import (
     text_of,
 )  # fmt: skip
 
-NOTHING: Final = tree.NamedType("INT")
+NOTHING: Final = tree.NamedType("")
 """Stands for a type that has a message already."""
 
 

@@ -14,12 +14,16 @@ Element = etree._Element
 _ISO: Final = re.compile(
     r"P(?:(\d{1,6})D)?(?:T(?:(\d{1,6})H)?(?:(\d{1,6})M)?(?:(\d{1,9}(?:\.\d{1,9})?)S)?)?", re.IGNORECASE
 )
+_CLOCK: Final = re.compile(r"()(\d{1,6}):(\d{1,6}):(\d{1,9}(?:\.\d{1,9})?)")
 LOWEST_PRIORITY: Final = 31
 
 
 def duration(text: str, line: int, fragments: Fragments) -> tree.Expression | None:
-    """An interval: a constant of the language, a variable, or a duration of ISO 8601 such as PT0.01S."""
-    found = _ISO.fullmatch(text)
+    """An interval: a constant of the language, a variable, a duration of ISO 8601 such as PT0.01S, or a clock.
+
+    Version 1.01 of PLCopen XML writes hours, minutes and seconds, `00:00:00.100000`.
+    """
+    found = _CLOCK.fullmatch(text) or _ISO.fullmatch(text)
     if found is None or not any(found.groups()):
         return fragments.expression(text, line)
     days, hours, minutes, seconds = (float(part or 0) for part in found.groups())

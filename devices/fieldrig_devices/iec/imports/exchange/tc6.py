@@ -12,7 +12,7 @@ from lxml import etree
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.assembly import Part, Raw, assemble
-from fieldrig_devices.iec.imports.exchange import tc6_objects
+from fieldrig_devices.iec.imports.exchange import tc6_added, tc6_objects
 from fieldrig_devices.iec.imports.exchange.declared import Element, initial, plain_text, section
 from fieldrig_devices.iec.imports.exchange.tasks import duration, program_without_task, resource_of
 from fieldrig_devices.iec.imports.exchange.tc6_bodies import read_body
@@ -38,15 +38,20 @@ _POUS: Final = {
 
 def read_project(root: Element, fragments: Fragments) -> tuple[tree.Declaration, ...]:
     """Everything that a `project` declares, or a single `pou` as a document of its own."""
-    types = [d for e in _all(root, "dataType") if (d := read_declaration(e, fragments)) is not None]
-    globals_ = [block for e in _all(root, "globalVars") if not _is_of_pou(e) for block in _globals(e, fragments)]
+    tc6_added.note_what_is_left_out(root, fragments)
+    declared = [e for name in ("dataType", "union") for e in _built(root, name, fragments)]
+    types = [d for e in declared if (d := read_declaration(e, fragments)) is not None]
+    globals_ = [
+        block for e in _built(root, "globalVars", fragments) if not _is_of_pou(e) for block in _globals(e, fragments)
+    ]
     for left_out in _all(root, "accessVars"):
         section(left_out, read_type, fragments)
     config = [block for e in _all(root, "configVars") if (block := _config(e, fragments)) is not None]
     named = tc6_objects.interfaces(root)
     known = frozenset(attribute(e, "name").strip().casefold() for e in named)
     prototypes = [i for e in named if (i := tc6_objects.interface(e, fragments, known)) is not None]
-    raws = [raw for e in _all(root, "pou") if not _is_of_pou(e) and (raw := _pou(e, fragments, known)) is not None]
+    pous = [e for e in _built(root, "pou", fragments) if not _is_of_pou(e)]
+    raws = [raw for e in pous if (raw := _pou(e, fragments, known)) is not None]
     configurations = [found for e in _all(root, "resource") if (found := _resource(e, fragments)) is not None]
     others: list[tree.Declaration] = [*types, *globals_, *config, *prototypes]
     return (*others, *assemble(raws, others, fragments), *configurations)
@@ -54,6 +59,11 @@ def read_project(root: Element, fragments: Fragments) -> tuple[tree.Declaration,
 
 def _all(root: Element, name: str) -> list[Element]:
     return [found for found in root.iter() if name_of(found) == name]
+
+
+def _built(root: Element, name: str, fragments: Fragments) -> list[Element]:
+    """Return the elements of this name that are not excluded from the build."""
+    return [found for found in _all(root, name) if not tc6_added.is_excluded(found, fragments)]
 
 
 def _is_of_pou(of: Element) -> bool:
@@ -161,9 +171,13 @@ def _resource(of: Element, fragments: Fragments) -> tree.Configuration | None:
 
 
 def _instance(of: Element, task: str) -> tree.ProgramInstance:
-    """An instance; the CODESYS family leaves its type empty, because it is the name."""
+    """An instance, whose type has the name `type` in version 1.01.
+
+    The CODESYS family leaves the type empty, because it is the name.
+    """
     name = attribute(of, "name").strip()
-    return tree.ProgramInstance(name, task, attribute(of, "typeName").strip() or name, place=tree.Place(line_of(of), 1))
+    kind = (attribute(of, "typeName") or attribute(of, "type")).strip()
+    return tree.ProgramInstance(name, task, kind or name, place=tree.Place(line_of(of), 1))
 
 
 def _task(of: Element, fragments: Fragments) -> tree.TaskDeclaration:

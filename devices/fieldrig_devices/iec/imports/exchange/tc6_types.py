@@ -26,8 +26,8 @@ ELEMENTARY: Final = frozenset((
     "LREAL", "TIME", "DATE", "DT", "TOD", "TIME_OF_DAY", "DATE_AND_TIME", "LTIME", "LDATE", "LDT", "LTOD",
     "LTIME_OF_DAY", "LDATE_AND_TIME", "CHAR", "WCHAR",
 ))  # fmt: skip
-_NOTHING: Final = tree.NamedType("INT")
-"""Stands for a type that has a message already."""
+_NOTHING: Final = tree.NamedType("")
+"""Stands for a type that has a message already, so that nothing more is said about it."""
 
 
 def read_type(of: Element | None, fragments: Fragments, depth: int = 0) -> tree.TypeSpec:
@@ -57,7 +57,7 @@ def read_type(of: Element | None, fragments: Fragments, depth: int = 0) -> tree.
             fields = (variable(field, _nested(depth), fragments) for field in elements(inner, "variable"))
             return tree.StructSpec(tuple(field for field in fields if field is not None), place=place)
         case "enum":
-            return enumeration(inner, elements(element(inner, "values"), "value"), fragments)
+            return _enumeration(inner, fragments)
         case "subrangesigned" | "subrangeunsigned":
             return _subrange(inner, fragments, depth)
         case "pointer":
@@ -66,6 +66,19 @@ def read_type(of: Element | None, fragments: Fragments, depth: int = 0) -> tree.
         place.line, f"The type {name[:40]} is not known on this controller", "an elementary or a derived type"
     )
     return _NOTHING
+
+
+def _enumeration(of: Element, fragments: Fragments) -> tree.TypeSpec:
+    """An enumeration, perhaps of another integer type than INT."""
+    found = enumeration(of, elements(element(of, "values"), "value"), fragments)
+    base = element(of, "baseType")
+    kind = read_type(base, fragments) if base is not None else None
+    if isinstance(kind, tree.NamedType) and kind.name != "INT":
+        found.base = kind.name
+        if not fragments.dialect.has_typed_enumerations:
+            hint = "Choose the dialect edition-3 or codesys."
+            fragments.report.mistake(line_of(of), f"The enumeration is of the type {kind.name}", "INT", hint)
+    return found
 
 
 def _nested(depth: int) -> TypeReader:
@@ -81,6 +94,14 @@ def _derived(of: Element, fragments: Fragments) -> tree.TypeSpec:
     if "." in name and "[" not in name:
         name = plain_name(name)
     return fragments.type(name, line_of(of))
+
+
+def _union(of: Element, fragments: Fragments) -> tree.StructSpec:
+    found = (variable(field, read_type, fragments) for field in elements(of, "variable"))
+    fields = tuple(field for field in found if field is not None)
+    if not fragments.dialect.has_unions:
+        fragments.report.mistake(line_of(of), "A UNION is not supported", "a structure", "Choose the dialect codesys.")
+    return tree.StructSpec(fields, is_union=True, place=tree.Place(line_of(of), 1))
 
 
 def _extend(of: Element, spec: tree.TypeSpec, fragments: Fragments) -> None:
@@ -102,12 +123,12 @@ def _subrange(of: Element, fragments: Fragments, depth: int) -> tree.TypeSpec:
 
 
 def read_declaration(of: Element, fragments: Fragments) -> tree.TypeDeclaration | None:
-    """A `dataType` element."""
+    """A `dataType` element, or a `union` that the tools of the CODESYS family add."""
     name, line = attribute(of, "name").strip(), line_of(of)
     if not fragments.is_name(name, line, "a type"):
         return None
     with fragments.report.inside(f"type {name[:60]}"):
-        spec = read_type(element(of, "baseType"), fragments)
+        spec = _union(of, fragments) if name_of(of) == "union" else read_type(element(of, "baseType"), fragments)
         _extend(of, spec, fragments)
         return tree.TypeDeclaration(
             name,
