@@ -23,8 +23,8 @@ OTHER_ENDPOINT: Final = "give this one another endpoint, such as --control tcp/1
 _USER: Final = "fieldrig"
 _RETRY_S: Final = 0.02
 LIMITS: Final = {"transport/unicast/accept_timeout": 2_000, "transport/unicast/accept_pending": 1_000}
-"""How long a connection may take to say who it is, in ms, and how many may be about to.  By Zenoh's own limits, 10 s and
-100, a hundred connections that say nothing keep every tool out."""
+"""How long a connection may take to say who it is, in ms, and how many may be about to.  By Zenoh's own limits, 10 s
+and 100, a hundred connections that say nothing keep every tool out."""
 PATIENCE_S: Final = 10.0
 """Zenoh's own time limit, in seconds."""
 
