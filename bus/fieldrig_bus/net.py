@@ -17,6 +17,7 @@ from fieldrig.net import bind_remedy, split_address
 from fieldrig.pace import Pace
 from fieldrig.portions import Hold, Portions
 from fieldrig.settings import Settings
+from fieldrig_bus.browsers import FirstLine
 
 MOST_UNREAD = 256 * 1024
 """Bytes kept for a client that does not read; data beyond that is lost to it."""
@@ -53,6 +54,7 @@ class Connection(Portions):
         self.lost: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self.is_full = False
         """True if the client does not read and `MOST_UNREAD` bytes wait for it."""
+        self._first_line = None if server.speaks_http else FirstLine()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self.transport = cast(
@@ -69,6 +71,16 @@ class Connection(Portions):
         self.server.door.leave(self)
         self.leave_pace()
         self.lost.set_result(None)
+
+    def take(self, data: bytes) -> None:
+        if self._first_line is not None:
+            if self._first_line.is_request(data):
+                self.server.door.reached.note("requests of HTTP", "a client sends HTTP; its connection is closed")
+                self.shut()
+                return
+            if self._first_line.is_over:
+                self._first_line = None
+        self.data_received(data)
 
     def heard(self) -> None:
         """Note that a complete message has arrived: this client is one of the service, and not silent."""
@@ -111,9 +123,14 @@ class TcpServer:
         make: Callable[["TcpServer"], Connection],
         limits: Limits = Limits(),  # noqa: B008  it is frozen
         service: str = "",
+        speaks_http: bool = False,
     ) -> None:
-        """`service` names it in the log; by default that is its address."""
+        """`service` names it in the log; by default that is its address.
+
+        Without `speaks_http`, a client that begins with a request of HTTP is disconnected (`browsers`).
+        """
         self.address = address
+        self.speaks_http = speaks_http
         self.connections: set[Connection] = set()
         self.door = Door(f"{service} at {address}" if service else address, limits)
         self.pace: Pace | None = None

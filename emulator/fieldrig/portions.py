@@ -43,6 +43,10 @@ class Portions(asyncio.BufferedProtocol):
     def data_received(self, data: bytes) -> None:
         raise NotImplementedError
 
+    def take(self, data: bytes) -> None:
+        """Handle bytes; a subclass may look at them first."""
+        self.data_received(data)
+
     @abstractmethod
     def read_from_now(self, is_wanted: bool) -> None:
         """Resume or pause the transport, if there is one that is open."""
@@ -72,10 +76,10 @@ class Portions(asyncio.BufferedProtocol):
     def buffer_updated(self, nbytes: int) -> None:
         asked, pace = self._size, self.pace
         if pace is None:
-            self.data_received(self._buffer[:nbytes].tobytes())
+            self.take(self._buffer[:nbytes].tobytes())
         else:
             began_ns = time.monotonic_ns()
-            self.data_received(self._buffer[:nbytes].tobytes())
+            self.take(self._buffer[:nbytes].tobytes())
             self._fit(nbytes, pace.spent(began_ns), pace.portion_ns)
         if nbytes == asked:
             self.hold(Hold.TURN, True)

@@ -21,8 +21,10 @@ from strangers import Stranger, hello, hub_of
 
 from fieldrig.hub import LocalHub
 from fieldrig.hub_wire import Kind, pack
+from fieldrig_bus.modbus.message import ClientConnected
 from fieldrig_bus.net import ServingPort, TcpServer
 from fieldrig_bus.serial import outside
+from fieldrig_bus.serial.message import ControlLines
 
 pytestmark = [pytest.mark.system, pytest.mark.long]
 
@@ -186,6 +188,25 @@ async def test_the_first_message_has_its_time(name: str, tmp_path: Path, monkeyp
         assert hub.statistics()["connections without a message"] == 1.0
         silent.close()
         speaking.close()
+
+
+@pytest.mark.parametrize("name", [name for name in ROWS if name != "http"])
+@in_loop
+async def test_a_browser_that_was_sent_here_is_not_obeyed(name: str, tmp_path: Path) -> None:
+    """A page of any site can make a browser send a header of its own, and behind it what the page likes."""
+    row = ROWS[name]
+    async with opened(row, tmp_path) as (hub, server):
+        heard: list[Any] = []
+        hub.on_delivery = heard.append
+        browser = connected(server)
+        await until(lambda: is_there(server, browser))
+        header = b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: text/plain\r\n\r\n"
+        await asyncio.get_running_loop().sock_sendall(browser, header + row.first + row.flood * 100)
+        await until(lambda: not is_there(server, browser))
+        assert [each for each in heard if each.sender.startswith(("tcp:", "socketcand", "lawicel"))
+                and not isinstance(each.message, ClientConnected | ControlLines)] == []  # fmt: skip
+        assert hub.statistics()["requests of HTTP"] == 1.0
+        browser.close()
 
 
 @pytest.mark.parametrize("name", ROWS)

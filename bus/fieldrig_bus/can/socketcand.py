@@ -4,8 +4,9 @@ Source: github.com/linux-can/socketcand, doc/protocol.md, and its daemon where t
 command is answered by `< error unknown command >`, one with wrong parameters is dropped silently, and a wrong bus name
 ends the connection.  Time stamps are the time of day, by the hub's clock.  Each connection is a member of the bus.
 
-Deviations: a command may be spread over several TCP segments, bytes between commands are skipped, and the amount of
-white space does not matter (the daemon ends the connection).  `< statistics >` counts what this connection has received
+Bytes that are no command end the connection, as with the daemon, so that nothing behind the header of an HTTP request
+is obeyed.  Deviations: a command may be spread over several TCP segments, and the amount of white space does not matter
+(the daemon ends the connection).  `< statistics >` counts what this connection has received
 and sent.
 Left out: the UDP beacon (it is a broadcast, and traffic stays on this machine), bit timing and control mode bits (they
 are part of the rig's configuration), ISO-TP mode (an unknown command, as in a daemon without it).
@@ -79,6 +80,10 @@ class Session:
         position = 0
         while not self._is_closed:
             start = data.find(b"<", position)
+            between = data[position : start if start >= 0 else len(data)]
+            if between.strip():
+                self._end_connection()
+                return
             if start < 0:
                 self._rest = b""
                 return

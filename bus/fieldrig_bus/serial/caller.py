@@ -79,7 +79,9 @@ class _Call:
     ) -> None:
         self._port = ThreadedPort(url, baud)
         self._session = make_session(self._port.send)
-        self._servers = [TcpServer(forward.local, self._way_to(forward.remote_port)) for forward in forwards]
+        self._servers = [
+            TcpServer(forward.local, self._way_to(forward.remote_port), speaks_http=True) for forward in forwards
+        ]
         self._on_up = on_up
         self._arrived = bytearray()
         self._gone = ""

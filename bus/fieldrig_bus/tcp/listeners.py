@@ -29,6 +29,8 @@ from fieldrig_bus.tcp.model import PORT
 
 log = logging.getLogger(__name__)
 
+HTTP: Final = "http"
+"""The service that browsers may reach."""
 EXTRA_LIMITS: Final = Limits(connections=4, first_message_s=None)
 """An extra port is for one data connection of one client; it may only listen."""
 CONNECT_S: Final = 30.0
@@ -44,7 +46,7 @@ class TcpPort(ServingPort):
         """`most` is the number of connections of each service."""
         self._extra_ports, self._limits = extra_ports, Limits(most)
         self._servers = {
-            service: TcpServer(address, self._accepting(service), self._limits, service)
+            service: TcpServer(address, self._accepting(service), self._limits, service, service == HTTP)
             for service, address in listen.items()
         }
         self._extra: dict[int, TcpServer] = {}
@@ -163,7 +165,7 @@ class TcpPort(ServingPort):
         first, last = self._extra_ports or (0, 0)
         host = f"[{client.local}]" if ":" in client.local else client.local
         for port in range(first, last + 1):
-            server = TcpServer(f"{host}:{port}", self._accepting("", connection), EXTRA_LIMITS, "extra port")
+            server = TcpServer(f"{host}:{port}", self._accepting("", connection), EXTRA_LIMITS, "extra port", True)
             try:
                 await server.open(self._hub.pace if self._hub is not None else None)
             except BusError:

@@ -14,6 +14,7 @@ from functools import partial
 from typing import Final
 
 from fieldrig.clock import Clock, S, Timer
+from fieldrig_bus.browsers import is_request
 from fieldrig_devices.connections.connection import Connection, Serve
 from fieldrig_devices.ftp.commands import Command, FileCommands
 from fieldrig_devices.ftp.files import Files
@@ -109,6 +110,9 @@ class FtpSession:
         word, _, argument = line.decode("utf-8", "replace").strip("\r\n").partition(" ")
         verb = word.upper()
         verb = ALIASES.get(verb, verb)
+        if is_request(line):  # a browser that was sent here by some page (`browsers`), as vsftpd does
+            self._close(Reply.UNKNOWN)
+            return
         if verb != "RNTO":
             self._commands.forget_name()
         if verb in self._free:

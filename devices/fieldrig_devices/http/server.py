@@ -7,6 +7,7 @@ Left out: TLS, content of requests beyond skipping it, ranges, compression, cond
 """
 
 import logging
+from collections.abc import Collection
 from http import HTTPStatus
 from typing import Final
 
@@ -16,6 +17,7 @@ from fieldrig.clock import Clock, S, Timer
 from fieldrig_devices.connections.connection import Connection, Serve
 from fieldrig_devices.http.host import is_host
 from fieldrig_devices.http.messages import Answer, Request, Response, refusal
+from fieldrig_devices.http.own_names import is_own
 
 log = logging.getLogger(__name__)
 
@@ -34,9 +36,9 @@ HEADERS: Final = (
 )
 
 
-def serving(clock: Clock, answer: Answer) -> Serve:
-    """Return the service that answers each request with `answer`."""
-    return lambda connection: HttpSession(clock, connection, answer)
+def serving(clock: Clock, answer: Answer, hosts: Collection[str] = ()) -> Serve:
+    """Return the service that answers each request with `answer`; `hosts` are further names of the device."""
+    return lambda connection: HttpSession(clock, connection, answer, hosts)
 
 
 def _new_http() -> h11.Connection:
@@ -46,8 +48,8 @@ def _new_http() -> h11.Connection:
 class HttpSession:
     """One connection."""
 
-    def __init__(self, clock: Clock, connection: Connection, answer: Answer) -> None:
-        self._clock, self._connection, self._answer = clock, connection, answer
+    def __init__(self, clock: Clock, connection: Connection, answer: Answer, hosts: Collection[str] = ()) -> None:
+        self._clock, self._connection, self._answer, self._hosts = clock, connection, answer, hosts
         self._http = _new_http()
         self._held = bytearray()
         self._content = 0
@@ -118,6 +120,8 @@ class HttpSession:
                     self._refuse(HTTPStatus.BAD_REQUEST)
                 elif event.method not in METHODS:
                     self._refuse(HTTPStatus.METHOD_NOT_ALLOWED)
+                elif not self._is_for_us(event):
+                    self._refuse(HTTPStatus.MISDIRECTED_REQUEST)
             case h11.Data():
                 self._content += len(event.data)
                 if self._content > MOST_CONTENT:
@@ -128,6 +132,11 @@ class HttpSession:
                 self._close()
             case _:  # an upgrade, which the server never takes
                 self._close()
+
+    def _is_for_us(self, request: h11.Request) -> bool:
+        """Return whether the request has a name of the device as its host; HTTP/1.0 may leave it out."""
+        hosts = [value.decode("latin-1") for name, value in request.headers if name == b"host"]
+        return all(is_own(host, self._hosts) for host in hosts)
 
     def _response(self) -> Response:
         assert self._request is not None, "h11 gives a request before its end"

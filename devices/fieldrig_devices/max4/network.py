@@ -49,7 +49,7 @@ class Network:
     ) -> None:
         ftp = settings.ftp
         login = None if ftp is None else LoginGuard(ftp.user_name, ftp.password, host.login_refused)
-        services = services_of(clock, host, disk, settings.load.tcp_us, login)
+        services = services_of(clock, host, disk, settings.load.tcp_us, login, settings.http_names)
         relayed = None if relay is None else RelayedServices(host.name, relay, lambda: self._dial_in.wake())
         self._host = host
         self._tcp = None if tcp is None else TcpFace(tcp, services, host.tcp_connected)

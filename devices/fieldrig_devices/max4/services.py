@@ -5,7 +5,7 @@ processor time at the priority of TCP/IP, and each new connection is entry 8013.
 FTP exists only with one.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from typing import Final
 
@@ -25,10 +25,18 @@ PORTS: Final = {"http": 80, "ftp": 21}
 
 
 def services_of(
-    clock: Clock, controller: Controller, disk: FlashDisk, tcp_us: int, login: LoginGuard | None
+    clock: Clock,
+    controller: Controller,
+    disk: FlashDisk,
+    tcp_us: int,
+    login: LoginGuard | None,
+    names: Collection[str] = (),
 ) -> Mapping[str, Serve]:
-    """Return the services by name; `tcp_us` is the processor time of a request, `login` that of FTP."""
-    serves = {"http": http.serving(clock, Site(controller, disk).answer)}
+    """Return the services by name.
+
+    `tcp_us` is the processor time of a request, `login` that of FTP, and `names` are further names of the controller.
+    """
+    serves = {"http": http.serving(clock, Site(controller, disk).answer, names)}
     if login is not None:
         serves["ftp"] = ftp.serving(clock, FtpFiles(disk), login)
     at_priority = partial(controller.at_priority, TCP_PRIORITY, tcp_us)

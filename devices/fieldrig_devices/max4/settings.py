@@ -158,6 +158,10 @@ class Max4Settings(Settings):
     )
     com1: Com1Settings = Field(default_factory=Com1Settings, description="serial port links.com1, for a modem")
     ftp: FtpSettings | None = Field(default=None, description="login of FTP to the flash disk; null: no FTP")
+    http_names: list[str] = Field(
+        default_factory=list,
+        description="names with a dot by which browsers reach the pages, such as plc.example.org (DNS rebinding)",
+    )
     io_map_ms: int = Field(
         default=10, ge=1, le=1000, description="period of the IO map update, which exchanges data of field buses"
     )

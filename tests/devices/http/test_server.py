@@ -213,3 +213,11 @@ def test_no_bytes_raise_and_every_response_is_whole(pieces: list[bytes], is_taki
     client.run(120)
     client.run(120)
     assert client.connection.is_closed
+
+
+def test_a_name_of_another_site_reads_nothing() -> None:
+    client = Client()
+    arrived = client.send(GET.replace(b"Host: plc", b"Host: evil.example:8080"))
+    assert status_of(arrived) == b"HTTP/1.1 421 Misdirected Request"
+    assert client.asked == []
+    assert client.connection.is_closed

@@ -1,0 +1,52 @@
+"""What a page of any site can make a browser send to a port of this machine."""
+
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fieldrig_bus.browsers import LONGEST, METHODS, FirstLine, is_request
+
+POST = b"POST / HTTP/1.1\r\nHost: 127.0.0.1:29536\r\nContent-Type: text/plain\r\n\r\n< open can0 >"
+
+
+def begins_with_request(*parts: bytes) -> bool:
+    first = FirstLine()
+    for part in parts:
+        if first.is_request(part):
+            return True
+        if first.is_over:
+            return False
+    return False
+
+
+@pytest.mark.parametrize("method", sorted(METHODS))
+def test_every_method_is_one_however_it_arrives(method: bytes) -> None:
+    line = method + b" /a HTTP/1.1\r\n"
+    assert begins_with_request(line)
+    assert begins_with_request(*(bytes((byte,)) for byte in line))
+    assert begins_with_request(b"\r\n" + line)  # RFC 9112, 2.2: an empty line before a request is skipped
+
+
+@pytest.mark.parametrize(
+    "line",
+    [b"< open can0 >", b"AT\r", b"ATDT200\r", b"P\r", b"O\r", b"t1230\r", b"G", b"GO\r", b"GETTING on", b"PUTS x",
+     b"\xff\xfd\x2c", b"\x00\x01\x00\x00\x00\x06\x01\x03", b"\r\r\rV\r", b"USER x\r\n", b":0103"],
+)  # fmt: skip
+def test_a_line_of_another_protocol_is_none(line: bytes) -> None:
+    assert not begins_with_request(line)
+    assert not is_request(line)
+
+
+@given(st.binary(max_size=200), st.lists(st.integers(0, 200), max_size=6))
+def test_parts_make_no_difference(data: bytes, cuts: list[int]) -> None:
+    places = [0, *sorted(cut % (len(data) + 1) for cut in cuts), len(data)]
+    parts = [data[start:stop] for start, stop in pairwise(places)]
+    assert begins_with_request(*parts) == begins_with_request(data)
+
+
+@given(st.binary(min_size=3 * LONGEST, max_size=200))
+def test_the_look_at_the_first_line_ends(data: bytes) -> None:
+    first = FirstLine()
+    assert first.is_request(data) or first.is_over
