@@ -122,7 +122,7 @@ def test_empty_lines_before_a_request_are_skipped(lines: bytes) -> None:
     assert b"".join(client.send(bytes((byte,))) for byte in lines + GET).count(b"200 OK") == 1
 
 
-@pytest.mark.parametrize("host", ["plc", "plc:80", "", "10.0.0.1", "[::1]:8080", "a_b-c.d%20", "plc:"])
+@pytest.mark.parametrize("host", ["plc", "plc:80", "", "10.0.0.1", "[::1]:8080", "a_b-c%20", "plc:"])
 def test_a_host_of_rfc_3986_is_taken(host: str) -> None:
     assert status_of(Client().send(f"GET / HTTP/1.1\r\nHost: {host}\r\n\r\n".encode())) == b"HTTP/1.1 200 OK"
 
