@@ -1,7 +1,8 @@
 """A pseudo-terminal under a stable name, which a serial tool opens instead of `/dev/ttyUSB0`.
 
 The name is a symbolic link, with `NAME.lock` beside it that is locked while the owner lives: a link that a killed
-process left behind is replaced, and one that a living process owns is refused.  Clients can connect and disconnect.
+process left behind is replaced, and one that a living process owns is refused.  A lock is known by its content, so no
+file of another program is taken for one, and deleted.  Clients can connect and disconnect.
 
 An owner that wants to know whether a client is there gets it from two sources: the master end hangs up when the last
 client has closed the slave, however it ended, and a watch of the slave's name reports who opens it.  The slave then is
@@ -13,12 +14,14 @@ Left out: Windows, which has no ptys; use a TCP variant of the same bus there.
 import asyncio
 import logging
 import os
+import secrets
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 from fieldrig.errors import BusError
+from fieldrig.own_files import open_own
 from fieldrig_bus.open_watch import OpenWatch
 
 try:
@@ -34,6 +37,8 @@ else:
 
 log = logging.getLogger(__name__)
 
+LOCK = b"fieldrig: a pty is in use\n"
+"""Content of a lock."""
 N_TTY = 0
 """The usual line discipline of Linux."""
 MOST_PENDING = 64 * 1024
@@ -58,6 +63,8 @@ class Pty:
         self._pending = bytearray()
         self._lock = self._master = self._slave = -1
         self._target = ""
+        self._was_there = False
+        """True if the lock was there already."""
         self._watch: OpenWatch | None = None
         self._clients = 0
         self._is_present = False
@@ -187,25 +194,37 @@ class Pty:
             loop.remove_reader(self._watch.fd)
 
     def _take_lock(self) -> None:
-        known = self._lock_path.exists()
+        self._was_there = self._lock_path.exists()
         if self.path.is_symlink():
-            if not known and self.path.exists():
+            if not self._was_there and self.path.exists():
                 raise BusError(f"{self.path} is a link of another program", "remove it, or choose another path")
         elif self.path.exists():
             raise BusError(f"{self.path} exists and is not a link", "move it away, or choose another path")
-        self._lock = os.open(self._lock_path, os.O_RDWR | os.O_CREAT, 0o600)
+        lock = open_own(self._lock_path, os.O_RDWR | os.O_CREAT)
         try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if not self._is_lock(os.read(lock, len(LOCK) + 1)):
+                raise BusError(
+                    f"{self._lock_path} is a file of another program", "move it away, or choose another path"
+                )
+            os.pwrite(lock, LOCK, 0)
         except BlockingIOError:
-            os.close(self._lock)
-            self._lock = -1  # not ours to remove
+            os.close(lock)
             raise BusError(
                 f"{self.path} belongs to another rig that is running", "stop that rig, or choose another path"
             ) from None
+        except BusError:
+            os.close(lock)  # not ours to remove
+            raise
+        self._lock = lock
+
+    def _is_lock(self, content: bytes) -> bool:
+        """Return whether the file has the content of a lock; those of earlier versions are empty, beside their link."""
+        return content == LOCK or (not content and (not self._was_there or self.path.is_symlink()))
 
     def _make_link(self) -> None:
-        aside = self.path.with_name(self.path.name + ".new")
-        aside.unlink(missing_ok=True)
+        """Make the link in one step, under a name that nothing else has until then."""
+        aside = self.path.with_name(f".{self.path.name}.{secrets.token_hex(8)}")
         aside.symlink_to(self._target)
         aside.replace(self.path)
 

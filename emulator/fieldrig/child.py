@@ -20,6 +20,7 @@ from typing import NoReturn
 from fieldrig import log_files, progress
 from fieldrig.config import RigConfig
 from fieldrig.exits import ABOUT, Exit
+from fieldrig.own_files import open_file
 from fieldrig.placement import ProcessPlan
 
 log = logging.getLogger(__name__)
@@ -81,7 +82,7 @@ class Child:
         self._begin_log()
         pipes = (self._new_pipe(),) if HAS_STEPS else ()
         try:
-            with self._log.open("ab") as log:
+            with open_file(self._log, "ab") as log:
                 self._process = await asyncio.create_subprocess_exec(
                     *(sys.executable, "-u", "-m", "fieldrig.spawned", ",".join(map(str, pipes))),
                     *(*self._arguments, "--log", str(self._log)),
@@ -124,7 +125,7 @@ class Child:
 
     def note(self, text: str) -> None:
         """Add a line of the supervisor to the child's log."""
-        with suppress(OSError), self._log.open("a") as log:  # a full disk is no reason to end a rig
+        with suppress(OSError), open_file(self._log, "a") as log:  # a full disk is no reason to end a rig
             log.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')} supervisor: {text}\n")
 
     def _begin_log(self) -> None:
@@ -170,7 +171,7 @@ class Child:
             return ""
 
     def _tail(self) -> str:
-        with self._log.open("rb") as log:
+        with open_file(self._log, "rb") as log:
             size = log.seek(0, os.SEEK_END)
             start = self._log_start if self._log_start <= size else 0  # it may have begun another file
             log.seek(max(start, size - 8_192))

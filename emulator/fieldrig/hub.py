@@ -18,6 +18,7 @@ from fieldrig.errors import refusals
 from fieldrig.hub_server import HubServer
 from fieldrig.limits import Reached
 from fieldrig.link import Link
+from fieldrig.own_files import part_of
 from fieldrig.pace import Pace
 from fieldrig.real_clock import LONGEST_TURN_NS, RealClock
 from fieldrig.sending import uninteresting, unsendable
@@ -82,9 +83,7 @@ class LocalHub:
         self._crowded: set[object] = set()
 
     def path(self, name: str) -> Path:
-        path = self._run / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path
+        return part_of(self._run, name)
 
     def join(self, member: str) -> Link[Any]:
         link = LocalLink(self, member)

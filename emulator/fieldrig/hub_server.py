@@ -13,6 +13,7 @@ from fieldrig.errors import BusError
 from fieldrig.hub_wire import LONGEST_BODY, LONGEST_HELLO, LONGEST_NAME, Kind, Records, pack, socket_name
 from fieldrig.limits import Door, Limits
 from fieldrig.net import bind_remedy, is_loopback, split_address
+from fieldrig.own_files import remove_socket
 from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, is_proof, token
 from fieldrig.untrusted import field, read_json, shown
 
@@ -48,7 +49,7 @@ class HubServer:
         if hasattr(asyncio, "open_unix_connection"):
             # The lock shows that no running rig owns this folder, so a socket here is left over from a killed one.
             try:
-                self._path.unlink(missing_ok=True)
+                remove_socket(self._path)
                 self._servers.append(await loop.create_unix_server(lambda: self._stream(None), str(self._path)))
             except OSError as cause:
                 remedy = "make room there, or name another run folder: --set run=FOLDER"

@@ -13,6 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from fieldrig.own_files import open_file, open_own
 from fieldrig.steady_output import SteadyFile
 
 LOG_BYTES: Final = 4 << 20
@@ -37,7 +38,7 @@ def begin_anew(log: Path) -> None:
     """Start an empty log, and delete the older ones."""
     for number in range(1, OLD_LOGS + 1):
         older(log, number).unlink(missing_ok=True)
-    log.write_bytes(b"")
+    open_file(log, "wb").close()
 
 
 def is_full(log: Path, more: int = 0) -> bool:
@@ -68,7 +69,7 @@ class LogText(io.TextIOWrapper):
 def direct_output(log: Path) -> None:
     """Direct both outputs of this process to the end of the file; they stay where they are if it can't be opened."""
     try:
-        fd = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+        fd = open_own(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     except OSError:
         return
     os.dup2(fd, 1)

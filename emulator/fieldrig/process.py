@@ -25,6 +25,7 @@ from fieldrig.ends import FaultyEnd, answers_of_end
 from fieldrig.errors import BusError
 from fieldrig.hub import LocalHub
 from fieldrig.link import Link
+from fieldrig.own_files import part_of
 from fieldrig.pace import Pace, beside_a_cycle
 from fieldrig.placement import ProcessPlan, linked_buses
 from fieldrig.progress import step
@@ -91,9 +92,7 @@ class DeviceProcess:
         self.pace = beside_a_cycle(clock) if any(bus.has_cycle for bus in buses) else Pace(clock)
 
     def path(self, name: str) -> Path:
-        path = self._run / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path
+        return part_of(self._run, name)
 
     @property
     def traced_buses(self) -> list[Bus[Any]]:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from fieldrig.errors import RigError
+from fieldrig.own_files import FOLDER_MODE, open_file, own_folder, part_of
 
 try:
     import fcntl
@@ -23,6 +24,8 @@ else:
 
 RIG_LOCK = "rig.lock"
 PROCESSES_LOCK = "processes.lock"
+OURS = frozenset({RIG_LOCK, PROCESSES_LOCK, "log", "state"})
+"""What a run folder has; a folder without any of it is somebody's, unless it is empty."""
 LONGEST_PATH = 100
 """Longest path of a Unix socket, in bytes; the system's limit is 104 to 108."""
 LINGER_S = 5.0
@@ -45,8 +48,11 @@ class RunFolder:
                     "give the rig a shorter one: --set run=/tmp/lab",
                 )
         try:
-            (self.folder / "log").mkdir(parents=True, exist_ok=True)
-            lock = (self.folder / RIG_LOCK).open("a+")
+            self._check_whose()
+            for part in ("log", "state"):
+                part_of(self.folder, f"{part}/any")
+                (self.folder / part).chmod(FOLDER_MODE)  # earlier versions made them for all to read
+            lock = open_file(self.folder / RIG_LOCK, "a+")
         except OSError as cause:
             raise RigError(f"the run folder can't be made: {cause}", "name another: --set run=FOLDER") from cause
         if not _locked(lock, wait_s=0):
@@ -63,10 +69,20 @@ class RunFolder:
             lock.truncate(0)
             os.write(lock.fileno(), f"{os.getpid()}\n".encode())
 
+    def _check_whose(self) -> None:
+        """RigError for a folder that is not ours, or that has other things in it than a rig."""
+        own_folder(self.folder)
+        names = {path.name for path in self.folder.iterdir()}
+        if names and not names & OURS:
+            raise RigError(
+                f"{self.folder} is no run folder: it has other files, such as {min(names)}",
+                "name an empty folder, or one that does not exist yet: --set run=FOLDER",
+            )
+
     def wait_for_the_last(self) -> None:
         """Wait for the processes of a killed rig.  RigError if they are still there after `LINGER_S`."""
         try:
-            lock = (self.folder / PROCESSES_LOCK).open("a")
+            lock = open_file(self.folder / PROCESSES_LOCK, "a")
         except OSError as cause:
             raise RigError(
                 f"{self.folder} can't be written: {cause.strerror}", "make room, or --set run=FOLDER"
@@ -93,9 +109,12 @@ class RunFolder:
 
 
 def join_run(folder: Path) -> IO[Any]:
-    """Return the lock of a process of the rig; keep it open."""
-    folder.mkdir(parents=True, exist_ok=True)
-    lock = (folder / PROCESSES_LOCK).open("a")
+    """Return the lock of a process of the rig; keep it open.  RigError if the folder is not ours."""
+    try:
+        own_folder(folder)
+        lock = open_file(folder / PROCESSES_LOCK, "a")
+    except OSError as cause:
+        raise RigError(f"the run folder can't be used: {cause}", "name another: --set run=FOLDER") from cause
     if HAS_LOCKS:
         fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
     return lock
@@ -117,4 +136,4 @@ def _locked(file: IO[str], wait_s: float) -> bool:
 
 
 def _is_pty_link(path: Path) -> bool:
-    return path.is_symlink() and str(path.readlink()).startswith("/dev/")
+    return path.is_symlink() and str(path.readlink()).startswith(("/dev/pts/", "/dev/tty"))

@@ -7,9 +7,13 @@ from collections.abc import Collection, Hashable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, PlainValidator, ValidationInfo
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, ValidationInfo
 
 from fieldrig.errors import Mistake
+from fieldrig.own_files import checked_path
+
+RunPath = Annotated[str, AfterValidator(checked_path), Field(min_length=1)]
+"""A path of a rig file that stays in its run folder."""
 
 
 class WrongKey(NamedTuple):

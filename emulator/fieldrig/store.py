@@ -14,11 +14,13 @@ import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from errno import EINVAL, EOPNOTSUPP
+from errno import EINVAL, EOPNOTSUPP, EPERM
 from pathlib import Path
-from typing import Final, Generic, NamedTuple, Protocol, TypeVar
+from typing import IO, Final, Generic, NamedTuple, Protocol, TypeVar
 
 from fieldrig import store_format
+from fieldrig.errors import RigError
+from fieldrig.own_files import open_file, open_own, own_folder
 
 T = TypeVar("T")
 
@@ -178,8 +180,8 @@ class FileStore:
     def buffered_ram(self, size: int) -> memoryview:
         path = self._beside(RAM)
         with self._taking(RAM, size):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            fd = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+            self._own_parent()
+            fd = open_own(path, os.O_RDWR | os.O_CREAT)
             try:
                 _allocate(fd, size)
                 return memoryview(mmap.mmap(fd, size))
@@ -191,15 +193,25 @@ class FileStore:
 
     def _write_aside(self, blob: bytes) -> Path:
         aside = self._beside(ASIDE)
-        aside.parent.mkdir(parents=True, exist_ok=True)
-        _write_through(aside, blob)
+        self._own_parent()
+        with open_file(aside, "wb") as file:
+            _put_through(file, blob)
         return aside
+
+    def _own_parent(self) -> None:
+        """Make the folder, for this user only: what a device keeps may be a password."""
+        try:
+            own_folder(self._path.parent)
+        except RigError as cause:
+            raise PermissionError(EPERM, cause.what, str(self._path)) from cause
 
     def _read(self, path: Path) -> Version | None:
         try:
-            if path.stat().st_size > store_format.LONGEST:
+            with open_file(path, "rb") as file:
+                blob = file.read(store_format.LONGEST + 1)
+            if len(blob) > store_format.LONGEST:
                 return Version(str(path), None, "it is too long")
-            return Version(str(path), store_format.decode(self._owner, path.read_bytes()))
+            return Version(str(path), store_format.decode(self._owner, blob))
         except FileNotFoundError:
             return None
         except (OSError, ValueError) as cause:
@@ -279,9 +291,13 @@ def _sync_folder(folder: Path) -> None:
 
 def _write_through(path: Path, data: bytes) -> None:
     with path.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
+        _put_through(file, data)
+
+
+def _put_through(file: IO[bytes], data: bytes) -> None:
+    file.write(data)
+    file.flush()
+    os.fsync(file.fileno())
 
 
 def _allocate(fd: int, size: int) -> None:

@@ -150,3 +150,20 @@ async def test_baud_rate_is_what_the_client_set(tmp_path: Path) -> None:
             attributes[4] = attributes[5] = termios.B115200
             termios.tcsetattr(client, termios.TCSANOW, attributes)
             assert pty.baud() == 115200
+
+
+@pytest.mark.parametrize("name", ["modbus.new", "modbus.lock"])
+def test_files_of_another_program_beside_the_link_stay(name: str, tmp_path: Path) -> None:
+    other = tmp_path / name
+    other.write_text("of another program")
+
+    async def scene() -> None:
+        pty = Pty(tmp_path / "modbus")
+        try:
+            pty.open(lambda _data: None)
+        except BusError as refused:
+            assert "is a file of another program" in refused.what  # noqa: PT017  the other name is no reason to refuse
+        pty.close()
+
+    asyncio.run(scene())
+    assert other.read_text() == "of another program"

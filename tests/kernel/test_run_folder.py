@@ -40,7 +40,6 @@ def test_sockets_and_pty_links_are_swept_and_all_else_stays(tmp_path: Path) -> N
         listener.bind(str(folder.folder / "w.sock"))
     (folder.folder / "modbus").symlink_to("/dev/pts/999")
     (folder.folder / "mine").symlink_to(tmp_path)
-    (folder.folder / "state").mkdir()
     (folder.folder / "state/io.bin").write_bytes(b"1")
     folder.release()
     left = {str(path.relative_to(folder.folder)) for path in folder.folder.rglob("*")}

@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from fieldrig.bus import Port, Time
 from fieldrig.device import Tool
 from fieldrig.net import split_address
-from fieldrig.settings import Settings
+from fieldrig.settings import RunPath, Settings
 from fieldrig_bus.can.model_bus import CanModelBus, CanSettings
 from fieldrig_bus.net import Address, HubSettings
 
@@ -38,7 +38,7 @@ AWAKE_NS = 100_000  # longer than a node needs to answer
 class SlcanSettings(Settings):
     """Settings of the Lawicel ASCII protocol."""
 
-    path: str | None = Field(default=None, min_length=1, description="a pty's link, relative to the run folder")
+    path: RunPath | None = Field(default=None, description="a pty's link, relative to the run folder")
     listen: Address | None = Field(default=None, description="host:port")
 
     @model_validator(mode="after")

@@ -14,6 +14,7 @@ from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.device import Tool
 from fieldrig.errors import BusError
 from fieldrig.link import SharedWords
+from fieldrig.own_files import open_file
 from fieldrig.settings import Settings
 from fieldrig_bus.dualport.message import WORDS, Words, check_interest, check_sent, decode, encode, show
 
@@ -26,7 +27,7 @@ class SharedMemory:
     def __init__(self, path: Path) -> None:
         """Make the file if there is none.  OSError if that is not possible."""
         path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("a+b") as file:
+        with open_file(path, "a+b") as file:
             file.truncate(SIZE)
             self._map = mmap.mmap(file.fileno(), SIZE)
         self._view = memoryview(self._map).cast("H")

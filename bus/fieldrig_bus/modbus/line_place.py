@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from fieldrig.bus import Hub
 from fieldrig.link import Link
+from fieldrig.settings import RunPath
 from fieldrig_bus.modbus.kind import CharacterSettings
 from fieldrig_bus.modbus.outside import ServerAddress, UnitId
 from fieldrig_bus.modbus.routing import SERVER
@@ -25,7 +26,7 @@ MakeSession = Callable[[Hub, Link[Any], Callable[[bytes], None]], Session]
 
 
 class ModbusLineSettings(HubSettings, CharacterSettings):
-    pty: str | None = Field(
+    pty: RunPath | None = Field(
         default=None, description="name of a pty in the run folder, which a master opens as its port"
     )
     port: str | None = Field(default=None, description="a real port, such as /dev/ttyUSB0")

@@ -22,6 +22,7 @@ from pydantic import Field
 from fieldrig.bus import Hub, Port
 from fieldrig.clock import MS, Timer
 from fieldrig.device import Tool
+from fieldrig.settings import RunPath
 from fieldrig_bus.net import join_as_client
 from fieldrig_bus.pty import Pty
 from fieldrig_bus.serial.end import OFF, LineEnd
@@ -38,9 +39,7 @@ AFTER_LAST_NS = 1 * MS
 
 
 class SerialPtySettings(SerialHubSettings):
-    path: str | None = Field(
-        default=None, description="path of the link to the pty; a relative path is in the run folder"
-    )
+    path: RunPath | None = Field(default=None, description="path of the link to the pty, in the run folder")
 
 
 class SerialPty(SerialBus):

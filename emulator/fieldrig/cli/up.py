@@ -1,5 +1,6 @@
 """The command `up`: start a rig, and run it until it ends."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,6 +10,7 @@ import typer
 from fieldrig.cli.common import Overrides, RigFile
 from fieldrig.exits import Exit
 from fieldrig.net import ENDPOINT_VARIABLE
+from fieldrig.own_files import OUTSIDE_VARIABLE
 
 if TYPE_CHECKING:
     from fieldrig.config import RigConfig
@@ -51,6 +53,14 @@ def up(
         bool,
         typer.Option("--realtime", help="Request SCHED_FIFO scheduling for every process. Needs root or CAP_SYS_NICE."),
     ] = False,
+    outside_paths: Annotated[
+        bool,
+        typer.Option(
+            "--outside-paths",
+            envvar=OUTSIDE_VARIABLE,
+            help="Allow paths of the rig file that leave its run folder, such as the pty of a serial line in /dev.",
+        ),
+    ] = False,
     quiet: Annotated[
         bool,
         typer.Option("--quiet", "-q", help="Print only problems: processes that fail, die or restart, and warnings."),
@@ -73,6 +83,8 @@ def up(
     """
     if only is not None and (control_only or trace is not None):
         raise typer.BadParameter("--only goes with neither --control-only nor --trace")
+    if outside_paths:
+        os.environ[OUTSIDE_VARIABLE] = "1"  # for the processes of the rig as well
     from fieldrig.config import load
     from fieldrig.trace_files import format_of
 

@@ -17,6 +17,7 @@ from typing import Any, Final
 
 from fieldrig.bus import Attachment
 from fieldrig.errors import BusError
+from fieldrig.own_files import remove_socket
 from fieldrig.untrusted import read_json
 from fieldrig_bus.ring.transport.centre import MOST_BEHIND, Centre
 from fieldrig_bus.ring.transport.image import Image
@@ -111,7 +112,7 @@ class ShmSpokes:
     def close(self) -> None:
         self._loop.remove_reader(self._listener)
         self._listener.close()
-        self._path.unlink(missing_ok=True)
+        remove_socket(self._path)
         for peer in (*self._unnamed, *self._peers.values()):
             peer.close()
         self._unnamed.clear()

@@ -22,6 +22,7 @@ from pydantic import Field
 from fieldrig import endpoint
 from fieldrig.bus import Attachment
 from fieldrig.errors import BusError
+from fieldrig.own_files import remove_socket
 from fieldrig.settings import Settings
 from fieldrig.shared_token import TOKEN_VARIABLE
 from fieldrig.threaded_loop import ThreadedLoop
@@ -194,7 +195,7 @@ class ZenohCarrier:
         if endpoint.is_answered(place):
             raise BusError(f"{self.name}: another program listens on {place}", "a ring has one master")
         if self._endpoint is None:  # the rig's lock says that no living rig owns the folder
-            at.path(f"{self.name}.zenoh").unlink(missing_ok=True)
+            remove_socket(at.path(f"{self.name}.zenoh"))
         try:
             session = endpoint.open_session({"mode": "peer", "listen/endpoints": [place], **TUNED})
         except zenoh.ZError as cause:

@@ -1,0 +1,176 @@
+"""Files and folders that somebody else has prepared are neither used nor deleted."""
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from fieldrig.errors import RigError
+from fieldrig.own_files import OUTSIDE_VARIABLE, open_file, open_own, own_folder, part_of, remove_socket
+from fieldrig.run_folder import RunFolder, join_run
+from fieldrig.settings import RunPath, Settings
+from fieldrig.store import FileStore, StoreError
+
+pytestmark = pytest.mark.system
+
+AS_ROOT = pytest.mark.skipif(os.geteuid() != 0, reason="needs root, which can make files of another user")
+OTHER_USER = 12_345
+
+
+def mode_of(path: Path) -> int:
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+@pytest.fixture
+def precious(tmp_path: Path) -> Path:
+    """A file of somebody."""
+    file = tmp_path / "precious"
+    file.write_text("keep me")
+    return file
+
+
+def test_a_new_run_folder_is_for_this_user_only(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path / "run/lab")
+    folder.claim([])
+    assert mode_of(folder.folder) == 0o700
+    assert mode_of(folder.folder / "log") == mode_of(folder.folder / "state") == 0o700
+    assert mode_of(folder.folder / "rig.lock") == 0o600
+    folder.release()
+
+
+@AS_ROOT
+@pytest.mark.parametrize("use", [lambda path: RunFolder(path).claim([]), join_run])
+def test_a_run_folder_of_another_user_is_refused(use: object, tmp_path: Path) -> None:
+    assert callable(use)
+    folder = tmp_path / "lab"
+    folder.mkdir()
+    os.chown(folder, OTHER_USER, OTHER_USER)
+    with pytest.raises(RigError, match="belongs to another user") as refused:
+        use(folder)
+    assert "--set run=FOLDER" in refused.value.remedy
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("mode", [0o770, 0o707, 0o777, 0o1777])
+@pytest.mark.parametrize("use", [lambda path: RunFolder(path).claim([]), join_run])
+def test_a_run_folder_that_others_may_write_to_is_refused(use: object, mode: int, tmp_path: Path) -> None:
+    assert callable(use)
+    folder = tmp_path / "lab"
+    folder.mkdir()
+    folder.chmod(mode)
+    with pytest.raises(RigError, match="other users may write") as refused:
+        use(folder)
+    assert "chmod go-w" in refused.value.remedy
+
+
+def test_a_folder_with_other_files_is_no_run_folder(tmp_path: Path, precious: Path) -> None:
+    tmp_path.chmod(0o700)
+    with pytest.raises(RigError, match="is no run folder: it has other files, such as precious"):
+        RunFolder(tmp_path).claim([])
+    assert precious.read_text() == "keep me"
+
+
+@pytest.mark.parametrize("name", ["rig.lock", "processes.lock"])
+def test_a_lock_that_is_a_link_is_not_followed(name: str, tmp_path: Path, precious: Path) -> None:
+    folder = tmp_path / "lab"
+    folder.mkdir()
+    (folder / name).symlink_to(precious)
+    claimed = RunFolder(folder)
+
+    def start() -> None:
+        claimed.claim([])
+        claimed.wait_for_the_last()
+
+    with pytest.raises(RigError):
+        start()
+    claimed.release()
+    if name == "processes.lock":
+        with pytest.raises(RigError):
+            join_run(folder)
+    assert precious.read_text() == "keep me"
+
+
+@pytest.mark.parametrize("part", ["log", "state", "serial"])
+def test_a_part_of_the_run_folder_that_is_a_link_is_refused(part: str, tmp_path: Path) -> None:
+    folder, elsewhere = tmp_path / "lab", tmp_path / "elsewhere"
+    own_folder(folder)
+    own_folder(elsewhere)
+    (folder / part).symlink_to(elsewhere)
+    with pytest.raises(RigError, match="is a link"):
+        part_of(folder, f"{part}/x")
+    assert list(elsewhere.iterdir()) == []
+
+
+def test_a_store_follows_no_link_and_is_readable_by_its_user_only(tmp_path: Path, precious: Path) -> None:
+    store = FileStore(own_folder(tmp_path / "state") / "max4.bin", "max4")
+    (tmp_path / "state/max4.bin.new").symlink_to(precious)
+    with pytest.raises(StoreError):
+        store.save(b"password")
+    store.save(b"password")  # the link itself was removed, as what is left of a save that failed
+    assert mode_of(tmp_path / "state/max4.bin") == 0o600
+    (tmp_path / "state/max4.ram").symlink_to(precious)
+    with pytest.raises(StoreError):
+        store.buffered_ram(16)
+    (tmp_path / "state/max4.bin").unlink()
+    (tmp_path / "state/max4.bin").symlink_to(precious)
+    assert store.load() is None
+    assert precious.read_text() == "keep me"
+
+
+def test_a_file_of_an_earlier_version_is_no_longer_readable_by_all(tmp_path: Path) -> None:
+    file = tmp_path / "max4.ram"
+    file.write_bytes(bytes(4))
+    file.chmod(0o644)
+    open_file(file, "r+b").close()
+    assert mode_of(file) == 0o600
+
+
+def test_a_second_name_of_a_file_is_not_written(tmp_path: Path, precious: Path) -> None:
+    (tmp_path / "log").hardlink_to(precious)
+    with pytest.raises(PermissionError):
+        open_own(tmp_path / "log", os.O_WRONLY | os.O_APPEND)
+
+
+@AS_ROOT
+def test_a_file_of_another_user_is_not_opened(tmp_path: Path, precious: Path) -> None:
+    os.chown(precious, OTHER_USER, OTHER_USER)
+    with pytest.raises(PermissionError):
+        open_own(precious, os.O_RDONLY)
+
+
+def test_only_a_socket_is_deleted_as_one(tmp_path: Path, precious: Path) -> None:
+    with pytest.raises(FileExistsError):
+        remove_socket(precious)
+    link = tmp_path / "link"
+    link.symlink_to(precious)
+    with pytest.raises(FileExistsError):
+        remove_socket(link)
+    assert precious.read_text() == "keep me"
+
+
+class Keys(Settings):
+    path: RunPath
+
+
+@pytest.mark.parametrize("path", ["/dev/ttyLAB", "../up", "serial/../../up", "/tmp/x"])
+def test_a_path_that_leaves_the_run_folder_is_for_the_user_to_allow(
+    path: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(OUTSIDE_VARIABLE, raising=False)
+    with pytest.raises(ValidationError, match="outside the run folder"):
+        Keys(path=path)
+    with pytest.raises(RigError, match="outside the run folder") as refused:
+        part_of(tmp_path / "lab", path)
+    assert "--outside-paths" in refused.value.remedy
+    monkeypatch.setenv(OUTSIDE_VARIABLE, "1")
+    assert Keys(path=path).path == path
+
+
+@pytest.mark.parametrize("path", ["modbus", "serial/com1", "a/b/c"])
+def test_a_path_in_the_run_folder_is_taken(path: str, tmp_path: Path) -> None:
+    assert Keys(path=path).path == path
+    folder = own_folder(tmp_path / "lab")
+    assert part_of(folder, path) == folder / path
+    assert (folder / path).parent.is_dir()
