@@ -146,6 +146,9 @@ class Bench:
     def publish(self, path: str, message: Any) -> None:
         pass
 
+    def limits(self) -> dict[str, float]:
+        return {}
+
     @property
     def lamp(self) -> PlayedProcess:
         return self.by_name["lamp"]
