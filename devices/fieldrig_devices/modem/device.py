@@ -23,7 +23,7 @@ from fieldrig_bus.telephone.message import TelephoneMessage
 from fieldrig_bus.telephone.modulation import FASTEST_BPS, SLOWEST_BPS
 from fieldrig_devices.modem import results
 from fieldrig_devices.modem.engine import Engine, Mode
-from fieldrig_devices.modem.faults import MODELS, LineUnplugged, PowerOff, SerialUnplugged
+from fieldrig_devices.modem.faults import MODELS, LineUnplugged, PowerOff, SerialMiswired, SerialUnplugged
 from fieldrig_devices.modem.plugs import SerialPlug, TelephonePlug
 from fieldrig_devices.modem.profile import Memory
 from fieldrig_devices.modem.results import Result
@@ -102,6 +102,7 @@ class Modem(Device):
         if not self._is_started:
             return
         self._serial.put(first(SerialUnplugged) is None)
+        self._serial.is_miswired = first(SerialMiswired) is not None
         self._telephone.put(first(LineUnplugged) is None)
         is_off, was_off = first(PowerOff) is not None, self._engine.mode is Mode.OFF
         if is_off and not was_off:

@@ -23,7 +23,7 @@ from fieldrig_devices.modem.profile import Memory
 from fieldrig_devices.modem.reader import CommandReader, Line
 from fieldrig_devices.modem.results import Result
 from fieldrig_devices.modem.ringing import Ringing
-from fieldrig_devices.modem.rules import Build, rules_of
+from fieldrig_devices.modem.rules import Build, fixed_form, rules_of
 from fieldrig_devices.modem.speaker import Speaker
 from fieldrig_devices.modem.terminal_side import MOST_WAITING, Flow, TerminalSide
 
@@ -100,7 +100,7 @@ class Engine:
     def _follow(self) -> None:
         """Take the format of the terminal in the command state, as a modem does when it reads AT."""
         if self._their_form is not None and self.mode is Mode.COMMAND:
-            self.side.follow(self._their_form, int(self.interpreter.profile.parameters["+IPR"][0]))
+            self.side.follow(fixed_form(self._their_form, self.interpreter.profile))
 
     def _on_bytes(self, data: bytes) -> None:
         if self.mode is Mode.ONLINE:
@@ -214,7 +214,7 @@ class Engine:
             return results.ERROR
         self._speaker.is_answering = True
         self._deaf_until_ns = self._clock.now_ns() + DEAF_NS
-        self.call.answer(self._rules())
+        self.call.answer(self._rules(is_answering=True))
         self._show_lines()
         return BUSY_WITH_IT
 
@@ -223,7 +223,7 @@ class Engine:
             return results.ERROR
         self._speaker.is_answering = False
         self._deaf_until_ns = self._clock.now_ns() + DEAF_NS
-        self.call.dial(self._rules(), steps_of(string, self.interpreter.is_pulse), stays)
+        self.call.dial(self._rules(is_answering=False), steps_of(string, self.interpreter.is_pulse), stays)
         self._show_lines()
         return BUSY_WITH_IT
 
@@ -250,12 +250,14 @@ class Engine:
 
     def on_setting(self) -> None:
         profile = self.interpreter.profile
-        is_obeyed = profile.settings["&R"] == 0 or profile.settings["&K"] != Flow.HARDWARE
-        self.side.set_flow(Flow(profile.settings["&K"]) if is_obeyed else Flow.NONE)
+        of_modem, of_terminal = (Flow(int(value)) for value in profile.parameters["+IFC"])
+        if profile.settings["&R"]:  # RTS is ignored, and CTS is always on
+            of_modem, of_terminal = (Flow.NONE if flow is Flow.HARDWARE else flow for flow in (of_modem, of_terminal))
+        self.side.set_flow(of_modem, of_terminal)
         self._show_lines()
 
-    def _rules(self) -> Rules:
-        return rules_of(self.interpreter.profile, self._build, self._register)
+    def _rules(self, *, is_answering: bool) -> Rules:
+        return rules_of(self.interpreter.profile, self._build, self._register, is_answering=is_answering)
 
     def _register(self, number: int) -> int:
         return self.interpreter.profile.registers[number]

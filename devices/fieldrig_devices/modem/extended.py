@@ -1,8 +1,9 @@
 """Extended commands (`+NAME`) of a modem: parameters with their fields, and texts.
 
-Source: ITU-T V.250, 5.4 (syntax), 6.1 (identification), 6.2.10 (+IPR), 6.4.1 (+MS); T.31 for +FCLASS.  `+MS=,0`, which
-PD-249 sends, turns automatic modulation off.  A field that is left out keeps its value.
-Left out: +DR, +DS, +ER, +ES, +ICF, +IFC, +ILRR and everything of other recommendations.
+Source: ITU-T V.250, 5.4 (syntax), 6.1 (identification), 6.2.10 to 6.2.13 (+IPR, +ICF, +IFC, +ILRR), 6.4 (+MS, +MR), 6.5
+(+ES, +ER), 6.6 (+DS, +DR); T.31 for +FCLASS.  `+MS=,0`, which PD-249 sends, turns automatic modulation off.  A field
+that is left out keeps its value.  Some parameters are the same setting as a basic command (`TWINS`).
+Left out: everything of other recommendations; of V.250, direct mode, MNP, compression, and parity by mark and space.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,16 +31,41 @@ PARAMETERS: Final[Mapping[str, tuple[Field, ...]]] = {
     ),
     "+IPR": (Field(0, (0, *DTE_RATES), f"(0,{','.join(map(str, DTE_RATES))})"),),
     "+FCLASS": (Field(0, (0,), "(0)"),),
+    "+ICF": (Field(0, range(7), "(0-6)"), Field(1, (0, 1), "(0,1)")),
+    "+IFC": (Field(2, range(4), "(0-3)"), Field(2, range(3), "(0-2)")),
+    "+ILRR": (Field(0, (0, 1), "(0,1)"),),
+    "+MR": (Field(0, (0, 1), "(0,1)"),),
+    "+ES": (Field(3, range(4), "(0-3)"), Field(0, (0, 2, 3), "(0,2,3)"), Field(2, (0, 1, 2, 4, 5), "(0,1,2,4,5)")),
+    "+ER": (Field(0, (0, 1), "(0,1)"),),
+    "+DS": (
+        Field(3, range(4), "(0-3)"),
+        Field(0, (0,), "(0)"),
+        Field(2048, range(512, 2049), "(512-2048)"),
+        Field(32, range(6, 251), "(6-250)"),
+    ),
+    "+DR": (Field(0, (0, 1), "(0,1)"),),
 }
 """Fields of the parameters: modulation, automatic modulation and limits in bit/s (0: none); rate of the serial line
-(0: as the terminal's); service class (data)."""
+(0: as the terminal's); service class (data); format of the serial line (0: as the terminal's), its parity (odd, even);
+flow control of what the modem sends, and of what it receives; reports of the rate of the serial line, and of the
+modulation; error correction of a caller, its necessity, and both for calls that come; report of error correction;
+compression (recorded: it needs no negotiation, as there is none); report of compression."""
+Twin = Mapping[int, tuple[Value, ...]]
+TWINS: Final[Mapping[str, tuple[str, Twin]]] = {
+    "&K": ("+IFC", {0: (0, 0), 3: (2, 2), 4: (1, 1)}),
+    "\\N": (
+        "+ES",
+        {0: (1, 0, 1), 1: (0, 0, 0), 2: (3, 2, 4), 3: (3, 0, 2), 4: (3, 3, 5), 5: (2, 0, 2)},
+    ),
+}
+"""Basic commands that set a parameter: its values by theirs.  A parameter sets the command in turn if one fits."""
 ROCKWELL_ONLY: Final = frozenset({"+MS"})
 """Commands that modems with another chip set refuse (PD-270)."""
 TEXTS: Final[Mapping[str, str]] = {
     "+GMI": "fieldrig",
     "+GMM": "telephone modem, 33600 bit/s",
     "+GMR": "1",
-    "+GCAP": "+GCAP: +FCLASS,+MS",
+    "+GCAP": "+GCAP: +FCLASS,+MS,+ES,+DS",
 }
 
 
@@ -56,7 +82,14 @@ def with_fields(name: str, present: tuple[Value, ...], given: Sequence[str]) -> 
         if value is None:
             return None
         values[place] = value
-    return tuple(values)
+    return tuple(values) if name != "+MS" or _has_rates(values) else None
+
+
+def _has_rates(modulation: Sequence[Value]) -> bool:
+    """Return whether the lowest rates of +MS are not above the highest ones, of which 0 is no limit."""
+    rates = [int(value) for value in modulation[2:]]
+    highest = min((rate for rate in (rates[1], rates[3]) if rate), default=FASTEST_BPS)
+    return max(rates[0], rates[2]) <= highest
 
 
 def fitting(name: str, values: Sequence[Value]) -> bool:

@@ -20,11 +20,17 @@ class SerialUnplugged(Timed):
     what: Literal["serial_unplugged"]
 
 
+class SerialMiswired(Timed):
+    """TxD and RxD of the serial cable are not crossed over: no data pass, but the control lines do (PD-270)."""
+
+    what: Literal["serial_miswired"]
+
+
 class LineUnplugged(Timed):
     """The telephone cable is pulled out: no dial tone, no ringing, and a call loses its carrier."""
 
     what: Literal["line_unplugged"]
 
 
-ModemFault = Annotated[PowerOff | SerialUnplugged | LineUnplugged, Field(discriminator="what")]
+ModemFault = Annotated[PowerOff | SerialUnplugged | SerialMiswired | LineUnplugged, Field(discriminator="what")]
 MODELS: Final[Mapping[str, type[Any]]] = models_of(ModemFault)

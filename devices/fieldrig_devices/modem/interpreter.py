@@ -88,7 +88,7 @@ class Interpreter:
         if command is None or value not in command.values:
             return results.ERROR
         if name in DEFAULTS:
-            self.profile.settings[name] = value
+            self.profile.set(name, value)
             self._actions.on_setting()
             return results.OK
         return self._act(name, value)
@@ -176,6 +176,6 @@ class Interpreter:
             values = extended.with_fields(name, self.profile.parameters[name], fields) if operation else None
             if values is None:
                 return results.ERROR
-            self.profile.parameters[name] = values
+            self.profile.set_parameter(name, values)
             self._actions.on_setting()
         return results.OK

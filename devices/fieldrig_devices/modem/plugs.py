@@ -4,19 +4,23 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig.link import Link
-from fieldrig_bus.serial.message import ControlLines, Format, SerialMessage
+from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
 from fieldrig_bus.telephone.message import Carrier, Hook, TelephoneMessage
 
 ALL_OFF: Final = ControlLines(dtr=False, rts=False, ri=False, dcd=False)
 
 
 class SerialPlug:
-    """The plug of the serial line.  Pulled out, each end sees all lines of the other one off."""
+    """The plug of the serial line.  Pulled out, each end sees all lines of the other one off.
+
+    While `is_miswired`, no data pass.
+    """
 
     def __init__(self, link: Link[SerialMessage]) -> None:
         self._link = link
         self._on_message: Callable[[SerialMessage], None] = lambda _message: None
         self._is_in = True
+        self.is_miswired = False
         self._lines, self._their_lines = ALL_OFF, ControlLines()
         self._form = Format()
         self._their_form: Format | None = None
@@ -26,7 +30,7 @@ class SerialPlug:
             self._lines = message
         elif isinstance(message, Format):
             self._form = message
-        if self._is_in:
+        if self._passes(message):
             self._link.send(message)
 
     def on_receive(self, handler: Callable[[SerialMessage], None], interest: object = None) -> None:
@@ -49,8 +53,11 @@ class SerialPlug:
             self._their_lines = message
         elif isinstance(message, Format):
             self._their_form = message
-        if self._is_in:
+        if self._passes(message):
             self._on_message(message)
+
+    def _passes(self, message: SerialMessage) -> bool:
+        return self._is_in and not (self.is_miswired and isinstance(message, bytes | Break))
 
 
 class TelephonePlug:

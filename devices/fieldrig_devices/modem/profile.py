@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final, Self
 
 from fieldrig_devices.modem.commands import COMMANDS
-from fieldrig_devices.modem.extended import PARAMETERS, Value, fitting
+from fieldrig_devices.modem.extended import PARAMETERS, TWINS, Value, fitting
 from fieldrig_devices.modem.registers import REGISTERS
 
 PROFILES: Final = 2
@@ -30,6 +30,21 @@ class Profile:
     def copy(self) -> "Profile":
         return Profile(dict(self.settings), dict(self.registers), dict(self.parameters))
 
+    def set(self, name: str, value: int) -> None:
+        """Set a basic command, and the parameter that says the same."""
+        self.settings[name] = value
+        if name in TWINS:
+            parameter, values = TWINS[name]
+            self.parameters[parameter] = values[value]
+
+    def set_parameter(self, name: str, values: tuple[Value, ...]) -> None:
+        """Set a parameter, and the basic command that says the same, if one does."""
+        self.parameters[name] = values
+        for command, (parameter, twins) in TWINS.items():
+            for value, twin in twins.items():
+                if parameter == name and twin == values:
+                    self.settings[command] = value
+
     def to_json(self) -> dict[str, Any]:
         kept = {str(number): value for number, value in self.registers.items() if REGISTERS[number].is_kept}
         return {"settings": self.settings, "registers": kept, "parameters": self.parameters}
@@ -41,7 +56,7 @@ class Profile:
         for name, value in _entries(data, "settings"):
             if name not in DEFAULTS or type(value) is not int or value not in COMMANDS[name].values:
                 raise ValueError(f"{name}{value} is not a setting")
-            profile.settings[name] = value
+            profile.set(name, value)
         for name, value in _entries(data, "registers"):
             number = int(name) if name.isascii() and name.isdigit() else -1
             register = REGISTERS.get(number)

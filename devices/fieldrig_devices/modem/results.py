@@ -5,9 +5,12 @@ Source: ITU-T V.250, table 1 (0 to 8); codes of rates above 1200 bit/s, and of W
 
 from typing import Final, NamedTuple
 
+from fieldrig_bus.telephone.modulation import Agreed
+
 
 class Result(NamedTuple):
-    code: int
+    code: int | None
+    """None for a result of an extended command, which has words only (ITU-T V.250, 5.7.3)."""
     text: str
 
 
@@ -33,6 +36,25 @@ CARRIER_CODES: Final[dict[int, int]] = {
 PROTOCOL: Final = {True: Result(77, "PROTOCOL: LAP-M"), False: Result(76, "PROTOCOL: NONE")}
 
 
+def modulation(agreed: Agreed) -> tuple[Result, ...]:
+    """Return the report of +MR (V.250, 6.4.2)."""
+    return Result(None, f"+MCR: {agreed.modulation}"), Result(None, f"+MRR: {agreed.bps}")
+
+
+def correction(agreed: Agreed) -> Result:
+    """Return the report of +ER (V.250, 6.5.5)."""
+    return Result(None, f"+ER: {'LAPM' if agreed.is_corrected else 'NONE'}")
+
+
+NO_COMPRESSION: Final = Result(None, "+DR: NONE")
+"""The report of +DR (V.250, 6.6.2)."""
+
+
+def local_rate(baud: int) -> Result:
+    """Return the report of +ILRR (V.250, 6.2.13)."""
+    return Result(None, f"+ILRR: {baud}")
+
+
 def connect(bps: int, has_rate: bool) -> Result:
     """Return CONNECT, with the rate from X1 on."""
     return Result(CONNECT_CODES.get(bps, CONNECT.code), f"CONNECT {bps}") if has_rate else CONNECT
@@ -44,7 +66,9 @@ def carrier(bps: int) -> Result:
 
 def written(result: Result, is_verbose: bool, end: bytes, feed: bytes) -> bytes:
     """Return the bytes of a result code (V.250, 5.7.1); `end` and `feed` are the characters of S3 and S4."""
-    return end + feed + result.text.encode() + end + feed if is_verbose else str(result.code).encode() + end
+    if is_verbose:
+        return end + feed + result.text.encode() + end + feed
+    return (result.text if result.code is None else str(result.code)).encode() + end
 
 
 def text_written(text: str, is_verbose: bool, end: bytes, feed: bytes) -> bytes:

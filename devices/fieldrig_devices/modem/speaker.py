@@ -24,7 +24,20 @@ class Speaker:
             self._write(results.written(result, self._is_verbose, *self._ends()))
 
     def tell_connected(self, agreed: Agreed, baud: int) -> None:
-        """Write the results of a call that is connected; `baud` is the rate of the serial line."""
+        """Write the results of a call that is connected; `baud` is the rate of the serial line.
+
+        The reports are in the order of V.250, 6.4.2 to 6.6.2: modulation, error correction, compression, serial line.
+        """
+        parameters = self._profile().parameters
+        reports = {
+            "+MR": results.modulation(agreed),
+            "+ER": (results.correction(agreed),),
+            "+DR": (results.NO_COMPRESSION,),
+            "+ILRR": (results.local_rate(baud),),
+        }
+        for name, report in reports.items():
+            for result in report if parameters[name][0] else ():
+                self.tell(result)
         if self._profile().settings["W"] == 1:
             self.tell(results.carrier(agreed.bps))
             self.tell(results.PROTOCOL[agreed.is_corrected])

@@ -20,11 +20,16 @@ MOST_WAITING: Final = 64 * 1024
 
 
 class Flow(IntEnum):
-    """Values of &K."""
+    """Values of +IFC (V.250, 6.2.12)."""
 
     NONE = 0
-    HARDWARE = 3
-    XON_XOFF = 4
+    XON_XOFF = 1
+    HARDWARE = 2
+    XON_XOFF_PASSED = 3
+    """The modem obeys XON and XOFF, and passes them on to the other modem."""
+
+
+OBEYING: Final = frozenset({Flow.XON_XOFF, Flow.XON_XOFF_PASSED})
 
 
 class TerminalSide:
@@ -33,16 +38,19 @@ class TerminalSide:
         self.end.lines = ALL_OFF
         self.terminal = ControlLines()
         """The lines that the terminal sets."""
-        self._flow = Flow.NONE
+        self._flow = self._flow_of_terminal = Flow.NONE
         self._obedience = Obedience()
         self._is_stopping = False
 
-    def set_flow(self, flow: Flow) -> None:
-        if flow is not self._flow:
+    def set_flow(self, of_modem: Flow, of_terminal: Flow) -> None:
+        """Set how the terminal stops what the modem sends, and how the modem stops the terminal."""
+        if of_terminal is not self._flow_of_terminal:
             was_stopping = self._is_stopping
             self.stop_terminal(False)
-            self._flow, self._obedience = flow, Obedience()
+            self._flow_of_terminal = of_terminal
             self.stop_terminal(was_stopping)
+        if of_modem is not self._flow:
+            self._flow, self._obedience = of_modem, Obedience()
         self._hold_or_send()
 
     def on_lines(self, lines: ControlLines) -> None:
@@ -51,7 +59,7 @@ class TerminalSide:
 
     def show(self, is_ready: bool, has_carrier: bool, rings: bool) -> None:
         """Set DSR, DCD and RI; CTS says whether the terminal may send."""
-        cts = not (self._is_stopping and self._flow is Flow.HARDWARE)
+        cts = not (self._is_stopping and self._flow_of_terminal is Flow.HARDWARE)
         self.end.set_lines(ControlLines(dtr=is_ready, rts=cts, ri=rings, dcd=has_carrier))
 
     def power_off(self) -> None:
@@ -65,27 +73,26 @@ class TerminalSide:
         if is_stopping is self._is_stopping:
             return
         self._is_stopping = is_stopping
-        if self._flow is Flow.HARDWARE:
+        if self._flow_of_terminal is Flow.HARDWARE:
             self.end.set_lines(replace(self.end.lines, rts=not is_stopping))
-        elif self._flow is Flow.XON_XOFF:
+        elif self._flow_of_terminal is Flow.XON_XOFF:
             self.end.send_at_once(bytes((XOFF if is_stopping else XON,)))
 
     def taken(self, data: bytes) -> bytes:
         """Return the data among what the terminal has sent."""
-        if self._flow is not Flow.XON_XOFF:
+        if self._flow not in OBEYING:
             return data
-        data = self._obedience.filter(data)
+        rest = self._obedience.filter(data)
         self._hold_or_send()
-        return data
+        return data if self._flow is Flow.XON_XOFF_PASSED else rest
 
     def send(self, data: bytes) -> None:
         self.end.send(data[: max(0, MOST_WAITING - self.end.waiting)])
 
-    def follow(self, form: Format, fixed_baud: int) -> None:
-        """Take the terminal's format, unless the rate is fixed (+IPR) or is none of a modem."""
-        baud = fixed_baud or form.baud
-        if baud in DTE_RATES:
-            self.end.set_format(replace(form, baud=baud))
+    def follow(self, form: Format) -> None:
+        """Take a format, unless its rate is none of a modem."""
+        if form.baud in DTE_RATES:
+            self.end.set_format(form)
 
     def _hold_or_send(self) -> None:
         is_held = self._obedience.is_stopped

@@ -3,10 +3,13 @@
 The results are those of ITU-T V.250, table 1, and of the manual, table 7-1.
 """
 
+import json
+
 import pytest
 from modem_bench import ModemBench
 
-from fieldrig_bus.telephone.message import Dial, Heard, Hook, Ring, Tone
+from fieldrig_bus.telephone.message import Dial, Heard, Hook, Offer, Ring, Tone
+from fieldrig_bus.telephone.modulation import NONE, OPTIONAL, REQUIRED, everything
 from fieldrig_devices.modem.commands import COMMANDS
 from fieldrig_devices.modem.extended import PARAMETERS, TEXTS
 from fieldrig_devices.modem.registers import REGISTERS
@@ -56,6 +59,14 @@ EXTENDED = {
             "+MS: (V34,V32B,V32,V22B,V22,V21),(0,1),(0,300-33600),(0,300-33600),(0,300-33600),(0,300-33600)"),
     "+IPR": ("+IPR=9600", "+IPR: 9600", "+IPR: (0,300,600,1200,2400,4800,9600,19200,38400,57600,115200,230400)"),
     "+FCLASS": ("+FCLASS=0", "+FCLASS: 0", "+FCLASS: (0)"),
+    "+ICF": ("+ICF=5,0", "+ICF: 5,0", "+ICF: (0-6),(0,1)"),
+    "+IFC": ("+IFC=1,0", "+IFC: 1,0", "+IFC: (0-3),(0-2)"),
+    "+ILRR": ("+ILRR=1", "+ILRR: 1", "+ILRR: (0,1)"),
+    "+MR": ("+MR=1", "+MR: 1", "+MR: (0,1)"),
+    "+ES": ("+ES=2,2,4", "+ES: 2,2,4", "+ES: (0-3),(0,2,3),(0,1,2,4,5)"),
+    "+ER": ("+ER=1", "+ER: 1", "+ER: (0,1)"),
+    "+DS": ("+DS=0,0,512,6", "+DS: 0,0,512,6", "+DS: (0-3),(0),(512-2048),(6-250)"),
+    "+DR": ("+DR=1", "+DR: 1", "+DR: (0,1)"),
 }  # fmt: skip
 
 
@@ -68,6 +79,86 @@ def test_a_parameter_is_set_read_and_tested(bench: ModemBench, name: str) -> Non
     assert bench.result(f"AT{name}=X") == "ERROR"
     assert bench.result(f"AT{name}=1,1,1,1,1,1,1") == "ERROR"
     assert bench.result(f"AT{name}") == "ERROR"
+
+
+@pytest.mark.parametrize(
+    ("rates", "result"),
+    [
+        ("9600,4800", "ERROR"), ("4800,9600", "OK"), ("9600,9600", "OK"), ("9600,0", "OK"), ("0,9600", "OK"),
+        (",,9600,4800", "ERROR"), (",,4800,9600", "OK"), ("9600,33600,300,4800", "ERROR"), ("33600", "OK"),
+        ("33601", "ERROR"), ("300,300", "OK"), ("9600,,,4800", "ERROR"),
+    ],
+)  # fmt: skip
+def test_the_lowest_rate_is_not_above_the_highest(bench: ModemBench, rates: str, result: str) -> None:
+    before = bench.lines_of("AT+MS?")
+    assert bench.result(f"AT+MS=V34,1,{rates}") == result
+    assert (bench.lines_of("AT+MS?") == before) is (result == "ERROR")
+
+
+def test_rates_that_a_later_command_leaves_out_count(bench: ModemBench) -> None:
+    assert bench.result("AT+MS=V34,1,9600") == "OK"
+    assert bench.result("AT+MS=,,,4800") == "ERROR"
+    assert bench.result("AT+MS=,,2400,4800") == "OK"
+
+
+@pytest.mark.parametrize(
+    ("basic", "extended"),
+    [
+        ("&K0", "+IFC: 0,0"), ("&K3", "+IFC: 2,2"), ("&K4", "+IFC: 1,1"),
+        ("\\N0", "+ES: 1,0,1"), ("\\N1", "+ES: 0,0,0"),
+        ("\\N2", "+ES: 3,2,4"), ("\\N3", "+ES: 3,0,2"), ("\\N4", "+ES: 3,3,5"),
+    ],
+)  # fmt: skip
+def test_two_commands_of_one_setting_agree(bench: ModemBench, basic: str, extended: str) -> None:
+    name, values = extended.split(": ")
+    assert bench.lines_of(f"AT{basic}{name}?") == [extended, "OK"]
+    fresh = ModemBench()
+    assert basic in fresh.ask(f"AT{name}={values};&V").split("STORED")[0].split()
+
+
+def test_a_memory_without_the_extended_command_has_what_the_basic_one_says() -> None:
+    """A profile that an older version has stored."""
+    bench = ModemBench()
+    bench.ask("AT&K4&W")
+    kept = json.loads(bench.store.load() or b"")
+    for profile in kept["profiles"]:
+        del profile["parameters"]["+IFC"]
+    bench.store.save(json.dumps(kept).encode())
+    assert ModemBench(bench.store).lines_of("AT+IFC?") == ["+IFC: 1,1", "OK"]
+
+
+def test_a_call_is_reported_in_the_order_of_v250() -> None:
+    """V.250, 6.4.2: modulation before error correction, compression, the serial line, and CONNECT."""
+    bench = ModemBench().connected(9600, 1, "ATE0+MR=1;+ER=1;+DR=1;+ILRR=1;DT200")
+    reports = ["+MCR: V34", "+MRR: 9600", "+ER: LAPM", "+DR: NONE", "+ILRR: 38400", "CONNECT 9600"]
+    assert bench.heard().endswith("".join(f"\r\n{report}\r\n" for report in reports))
+
+
+def test_reports_have_words_also_with_numeric_results() -> None:
+    bench = ModemBench().connected(9600, 0, "ATE0V0+MR=1;+ER=1;DT200")
+    assert bench.heard().endswith("DT200\r+MCR: V34\r+MRR: 9600\r+ER: NONE\r12\r")
+
+
+@pytest.mark.parametrize(
+    ("command", "correction"),
+    [("+ES=0", NONE), ("+ES=1", NONE), ("+ES=2", OPTIONAL), ("+ES=3", OPTIONAL), ("+ES=3,2", REQUIRED),
+     ("+ES=2,3", REQUIRED)],
+)  # fmt: skip
+def test_es_decides_about_the_correction_of_own_calls(bench: ModemBench, command: str, correction: int) -> None:
+    bench.dialled(f"AT{command};DT200").said()
+    bench.hear(Offer(everything(), OPTIONAL))
+    offers = [message for message in bench.said() if isinstance(message, Offer)]
+    assert [offer.correction for offer in offers] == [correction]
+
+
+@pytest.mark.parametrize(
+    ("command", "correction"), [("0", NONE), ("1", NONE), ("2", OPTIONAL), ("4", REQUIRED), ("5", REQUIRED)]
+)
+def test_es_decides_about_the_correction_of_calls_that_come(bench: ModemBench, command: str, correction: int) -> None:
+    bench.ask(f"AT+ES=,,{command}")
+    bench.type("ATA\r").wait(3)
+    offers = [message for message in bench.said() if isinstance(message, Offer)]
+    assert {offer.correction for offer in offers} == {correction}
 
 
 # ---- actions, and settings with an effect of their own

@@ -173,6 +173,20 @@ def test_a_rate_that_changes_during_a_call_is_followed_after_it() -> None:
     assert bench.point("baud") == 9600
 
 
+@pytest.mark.parametrize(
+    ("kind", "form"),
+    [("0", (8, "E", 1)), ("1", (8, "N", 2)), ("2", (8, "E", 1)), ("2,0", (8, "O", 1)), ("3", (8, "N", 1)),
+     ("4", (7, "N", 2)), ("5,1", (7, "E", 1)), ("6", (7, "N", 1))],
+)  # fmt: skip
+def test_icf_fixes_the_format(kind: str, form: tuple[Any, Any, Any]) -> None:
+    """V.250, table 9."""
+    bench = ModemBench()
+    bench.ask(f"AT+ICF={kind}")
+    bench.line.take()
+    bench.line.deliver(Format(115_200, 8, "E", 1))
+    assert bench.line.take() == [Format(115_200, *form)]
+
+
 def test_a_fixed_rate_does_not_follow() -> None:
     bench = ModemBench()
     bench.ask("AT+IPR=9600")

@@ -8,6 +8,7 @@ from dial_in_bench import LOGIN, DialInBench
 from fieldrig_bus.tcp.message import Connected, Data, TcpMessage
 from fieldrig_bus.tcp.model import PORT
 from fieldrig_devices.ip.tcp.connection import Connection
+from fieldrig_devices.ip.tcp.states import State
 from fieldrig_devices.ppp.phases import End, Phase
 from fieldrig_devices.ppp.settings import Login, PppSettings
 
@@ -53,6 +54,19 @@ def test_files_are_fetched_and_replaced_over_the_line() -> None:
     _, arrived = bench.connect(port)
     bench.ask(control, heard, "RETR MINE.HTM")
     assert arrived == b"mine"
+
+
+@pytest.mark.long
+@pytest.mark.manual("PD-274")
+def test_a_tool_that_calls_another_address_gets_no_answer() -> None:
+    """Cause 1: the address of the tool is not LocalIpAddress."""
+    bench = DialInBench().call()
+    bench.connect(80)
+    assert bench.stack is not None
+    wrong = bench.stack.connect(IPv4Address("190.200.100.99"), 80)
+    bench.go(20_000)
+    assert wrong.state is State.SYN_SENT
+    assert bench.page("/INDEX.HTM").startswith(b"HTTP/1.1 200 ")
 
 
 @pytest.mark.long

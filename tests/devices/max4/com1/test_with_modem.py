@@ -13,6 +13,10 @@ from fieldrig_devices.dial.caller import Caller, Plan
 from fieldrig_devices.ppp.settings import Login
 
 LOGIN = Login.of("service", "pacdrive")
+TOOL_LIMIT_S = 4
+"""A time limit of a tool, such as that of ping (PD-287); the manual gives none for EPAS_StandardTimeout."""
+LONG_TOOL_LIMIT_S = 10
+"""EPAS_StandardTimeout as the manual has it raised (PD-261)."""
 
 
 class Line(Max4Rig):
@@ -128,6 +132,41 @@ def test_a_modem_that_is_off_or_unplugged_is_noticed_and_found_again(what: str) 
     line.rig.clear_fault("near", fault)
     assert line.go(15_000).states == (6, 2)
     assert line.call().caller.is_up
+
+
+@pytest.mark.long
+@pytest.mark.manual("PD-270")
+@pytest.mark.manual("PD-252")
+@pytest.mark.parametrize(("after", "state"), [(0, 6), (4, 9)])
+def test_a_miswired_modem_times_out_until_it_is_switched_off_and_on(after: int, state: int) -> None:
+    """The modem is there (DSR), but with the wrong cable it never answers InitString or ExpInitString."""
+    line = Line()
+    while line.states[1] != after:
+        line.go(10)
+    fault = line.rig.add_fault("near", {"what": "serial_miswired"})
+    assert line.go(15_000).states == (2, state)
+    line.rig.clear_fault("near", fault)
+    assert line.go(15_000).states == (2, state)
+    line.rig.add_fault("near", {"what": "power_off", "duration_ms": 2000})
+    assert line.go(20_000).states == (6, 2)
+    assert line.call().caller.is_up
+
+
+@pytest.mark.long
+@pytest.mark.manual("PD-274")
+@pytest.mark.parametrize(("bps", "is_in_time"), [(33_600, True), (9600, True), (2400, False)])
+def test_a_slow_link_carries_no_complete_packet_within_the_time_limit_of_a_tool(bps: int, is_in_time: bool) -> None:
+    """Cause 2: below 9600 bit/s an answer is not complete in time, and a longer limit is what helps."""
+    line = Line(far={"highest_bps": bps}).go(5000).call()
+    begin_ns, page = line.rig.now_ns, bytearray()
+    connection = line.caller.open(80)
+    connection.on_data = page.extend
+    connection.send(b"GET /INDEX.HTM HTTP/1.1\r\nHost: plc\r\nConnection: close\r\n\r\n")
+    while connection.is_open and not connection.incoming.has_ended:
+        line.go(50)
+    assert page.endswith(b"</html>\n")
+    assert (line.rig.now_ns - begin_ns < TOOL_LIMIT_S * S) is is_in_time
+    assert line.rig.now_ns - begin_ns < LONG_TOOL_LIMIT_S * S
 
 
 @pytest.mark.long
