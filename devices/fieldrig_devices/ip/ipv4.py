@@ -1,6 +1,6 @@
 """IPv4 packets (RFC 791): the header, its checksum and its length.
 
-Left out: fragments, which are refused (`FragmentError`), and the meaning of options, which are skipped.
+A packet may be a fragment, for which `fragments` is.  Left out: the meaning of options, which are skipped.
 """
 
 import struct
@@ -29,10 +29,6 @@ class Protocol(IntEnum):
     UDP = 17
 
 
-class FragmentError(ValueError):
-    """A packet that is a fragment of a longer one."""
-
-
 @dataclass(frozen=True, slots=True)
 class Packet:
     """An IPv4 packet without options (RFC 791, 3.1)."""
@@ -45,13 +41,22 @@ class Packet:
     payload: bytes
     identification: int = 0
     time_to_live: int = TIME_TO_LIVE
+    offset: int = 0
+    """The place of the payload in that of the whole packet, in bytes: a multiple of 8."""
+    has_more: bool = False
+    """True if further fragments follow."""
+
+    @property
+    def is_fragment(self) -> bool:
+        return self.has_more or self.offset > 0
 
     def encode(self) -> bytes:
         """Return the packet as bytes.  ValueError for a payload that no packet has room for."""
         length = HEADER_BYTES + len(self.payload)
         if length > MOST_BYTES:
             raise ValueError(f"a packet of {length} bytes, expected at most {MOST_BYTES}")
-        fields = (0x45, 0, length, self.identification, _DONT_FRAGMENT, self.time_to_live, self.protocol)
+        fragment = self.offset // 8 | (_MORE_FRAGMENTS if self.has_more else 0) if self.is_fragment else _DONT_FRAGMENT
+        fields = (0x45, 0, length, self.identification, fragment, self.time_to_live, self.protocol)
         addresses = self.source.packed, self.destination.packed
         check = checksum(self.WIRE.pack(*fields, 0, *addresses))
         return self.WIRE.pack(*fields, check, *addresses) + self.payload
@@ -60,7 +65,7 @@ class Packet:
     def decode(cls, data: bytes) -> Self:
         """Return the packet in `data`, which may be padded at its end.
 
-        ValueError for anything but an undamaged packet of version 4; `FragmentError` for a fragment.
+        ValueError for anything but an undamaged packet of version 4.
         """
         if len(data) < HEADER_BYTES:
             raise ValueError(f"{len(data)} bytes, expected a header of {HEADER_BYTES}")
@@ -74,8 +79,6 @@ class Packet:
             raise ValueError(f"a length of {length}, expected {header_bytes} to {len(data)}")
         if checksum(data[:header_bytes]) != 0:
             raise ValueError("a wrong checksum of the header")
-        if fragment & (_MORE_FRAGMENTS | _OFFSET):
-            raise FragmentError("a fragment, expected a whole packet")
         return cls(
             IPv4Address(source),
             IPv4Address(destination),
@@ -83,6 +86,8 @@ class Packet:
             data[header_bytes:length],
             identification,
             time_to_live,
+            (fragment & _OFFSET) * 8,
+            bool(fragment & _MORE_FRAGMENTS),
         )
 
 

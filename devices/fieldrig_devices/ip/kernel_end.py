@@ -172,6 +172,8 @@ class KernelEnd:
             return False
         if (packet.source, packet.destination) != (self._peer, self.address):
             return False
+        if packet.is_fragment:  # the kernel puts it together; only the first one has ports
+            return packet.protocol in (IpProtocol.TCP, IpProtocol.ICMP)
         if packet.protocol == IpProtocol.TCP:
             remote, local = (int.from_bytes(packet.payload[at : at + 2], "big") for at in (0, 2))
             return local in self._listeners and not self._stack.has_connection(Key(local, packet.source, remote))

@@ -6,8 +6,7 @@ outside of its handlers, `next_ns` returns the present instant, and `advance` se
 
 Data wait in their connections while `has_room` returns False; when it returns True again, `advance` sends them.
 
-Sources: RFC 1122 and RFC 9293.  Left out: fragments, options, routing, UDP (refused by ICMP), and ICMP errors about
-packets of ours.
+Sources: RFC 1122 and RFC 9293.  Left out: options, routing, UDP (refused by ICMP), and ICMP errors about our packets.
 """
 
 import logging
@@ -18,6 +17,7 @@ from ipaddress import IPv4Address
 from typing import Final
 
 from fieldrig_devices.ip import icmp
+from fieldrig_devices.ip.fragments import Reassembly, fragments_of
 from fieldrig_devices.ip.ipv4 import HEADER_BYTES, Packet, Protocol
 from fieldrig_devices.ip.tcp import segment as tcp
 from fieldrig_devices.ip.tcp.arrival import arrive, refusal
@@ -66,7 +66,7 @@ class Stack:
             raise ValueError(f"a window of {window}, expected 1 to 65535")
         self.address = address
         self.dropped = 0
-        """Packets that were damaged, fragments, or not meant for this host."""
+        """Packets that were damaged, or not meant for this host."""
         self._mtu, self._transmit, self._window, self._secret = mtu, transmit, window, secret
         self._link_has_room = has_room
         self._now_ns = 0
@@ -76,6 +76,7 @@ class Stack:
         self._held: dict[Connection, None] = {}
         """Connections that wait for room on the link, each behind those that have waited for longer."""
         self._arrived: deque[bytes] = deque()
+        self._reassembly = Reassembly()
         self._is_running = False
         self._identification = self._last_own_port = 0
 
@@ -104,6 +105,8 @@ class Stack:
 
     def advance(self, now_ns: int) -> None:
         """Do everything that is due, and send what follows from the calls of users."""
+        for first in self._reassembly.expire(now_ns):
+            self._answer(first, icmp.not_in_time(first))
         for connection in self.connections:
             due_ns = next_ns(connection)
             if due_ns is not None and due_ns <= now_ns:
@@ -116,6 +119,8 @@ class Stack:
         if self._woken:
             return self._now_ns
         due = [due_ns for connection in self._connections.values() if (due_ns := next_ns(connection)) is not None]
+        if (late_ns := self._reassembly.next_ns()) is not None:
+            due.append(late_ns)
         return min(due, default=None)
 
     def link_down(self, now_ns: int) -> None:
@@ -169,27 +174,33 @@ class Stack:
                 raise ValueError(f"a packet to {packet.destination}, expected one to {self.address}")
             if packet.source == self.address:  # RFC 1122, 3.2.1.3; a SYN of this kind was once called LAND
                 raise ValueError("a packet from this host's own address")
-            match packet.protocol:
-                case Protocol.TCP:
-                    self._on_segment(packet)
-                case Protocol.ICMP:
-                    self._on_icmp(packet)
-                case Protocol.UDP:
-                    self._refuse(icmp.PORT_UNREACHABLE, packet)
-                case _:
-                    self._refuse(icmp.PROTOCOL_UNREACHABLE, packet)
+            whole = self._reassembly.take(self._now_ns, packet)
+            if whole is not None:
+                self._on_whole(whole)
         except ValueError as cause:
             self.dropped += 1
             log.debug("a packet was dropped: %s", cause)
+
+    def _on_whole(self, packet: Packet) -> None:
+        match packet.protocol:
+            case Protocol.TCP:
+                self._on_segment(packet)
+            case Protocol.ICMP:
+                self._on_icmp(packet)
+            case Protocol.UDP:
+                self._answer(packet, icmp.unreachable(icmp.PORT_UNREACHABLE, packet))
+            case _:
+                self._answer(packet, icmp.unreachable(icmp.PROTOCOL_UNREACHABLE, packet))
 
     def _on_icmp(self, packet: Packet) -> None:
         reply = icmp.answer(packet.payload)
         if reply is not None and icmp.is_unicast(packet.source):
             self._send(packet.source, Protocol.ICMP, reply)
 
-    def _refuse(self, code: int, packet: Packet) -> None:
+    def _answer(self, packet: Packet, message: bytes) -> None:
+        """Send an error of ICMP about a packet, if one may be sent about it."""
         if icmp.is_refusable(packet):
-            self._send(packet.source, Protocol.ICMP, icmp.unreachable(code, packet))
+            self._send(packet.source, Protocol.ICMP, message)
 
     def _on_segment(self, packet: Packet) -> None:
         if not icmp.is_unicast(packet.source):
@@ -225,8 +236,8 @@ class Stack:
 
     def _send(self, remote: IPv4Address, protocol: Protocol, payload: bytes) -> None:
         self._identification = (self._identification + 1) & 0xFFFF
-        if HEADER_BYTES + len(payload) <= self._mtu:
-            self._transmit(Packet(self.address, remote, protocol, payload, self._identification).encode())
+        for part in fragments_of(Packet(self.address, remote, protocol, payload, self._identification), self._mtu):
+            self._transmit(part.encode())
 
     # ---- connections
 

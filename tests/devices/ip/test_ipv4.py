@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_devices.ip.checksum import checksum
-from fieldrig_devices.ip.ipv4 import FragmentError, Packet
+from fieldrig_devices.ip.ipv4 import Packet
 
 # A datagram to a port for name service, as Linux 6.1 sent it into a TUN device.
 UDP = bytes.fromhex("450000219a794000401159f8bec86465bec8646481ca0035000df3a768656c6c6f")
@@ -54,12 +54,17 @@ def test_damaged_headers_are_refused(place: int, value: int) -> None:
         Packet.decode(UDP[:place] + bytes([value]) + UDP[place + 1 :])
 
 
-@pytest.mark.parametrize("flags", ["2000", "0001"], ids=["the first", "a later one"])
-def test_fragments_are_refused(flags: str) -> None:
+@pytest.mark.parametrize(
+    ("flags", "place"),
+    [("2000", (0, True)), ("0001", (8, False)), ("3fff", (65_528, True)), ("4000", (0, False))],
+    ids=["the first", "the last", "the highest place", "a packet that may not become fragments"],
+)
+def test_fragments_have_their_place(flags: str, place: tuple[int, bool]) -> None:
     header = UDP[:6] + bytes.fromhex(flags) + UDP[8:10] + bytes(2) + UDP[12:20]
     fragment = header[:10] + checksum(header).to_bytes(2, "big") + header[12:] + UDP[20:]
-    with pytest.raises(FragmentError):
-        Packet.decode(fragment)
+    packet = Packet.decode(fragment)
+    assert (packet.offset, packet.has_more) == place
+    assert packet.encode() == fragment
 
 
 def test_a_payload_that_no_packet_has_room_for_is_refused() -> None:

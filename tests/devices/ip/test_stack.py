@@ -62,13 +62,6 @@ def test_everything_else_is_dropped(packet: bytes) -> None:
     assert answers(packet) == []
 
 
-def test_an_answer_that_the_link_does_not_carry_is_not_sent() -> None:
-    assert answers(ECHO, mtu=100)
-    long = bytes(1000)
-    assert answers(Packet(CALLER, CONTROLLER, 132, long).encode(), mtu=68)
-    assert answers(Packet(CALLER, CONTROLLER, 1, bytes.fromhex("0800f7ff") + long).encode(), mtu=68) == []
-
-
 @pytest.mark.parametrize(("mtu", "window"), [(67, 1000), (65_536, 1000), (1500, 0), (1500, 65_536)])
 def test_impossible_numbers_are_refused(mtu: int, window: int) -> None:
     with pytest.raises(ValueError, match="expected"):
