@@ -28,6 +28,8 @@ class Dialect:
     """Comments from // to the end of the line, and from /* to */."""
     nests_comments: bool = False
     """(* (* *) *) is one comment (PD-362)."""
+    leaves_comments_open: bool = False
+    """A file whose comments do not nest up to its end is one of CoDeSys V2.3, where the first *) ends a comment."""
     has_jumps_in_st: bool = False
     """Labels and JMP in Structured Text.  No edition has them; today's tools do."""
     has_set_assignments: bool = False
@@ -109,6 +111,11 @@ class Dialect:
     """Start values may be computed before the first cycle, from variables, references to them, and by functions."""
     has_calls_by_position: bool = False
     """`Lamp(a, T#5s);`: arguments of function blocks and programs, and outputs of functions, by their position."""
+    allows_missing_inputs: bool = False
+    """`F(a := 1)`: a call of a function with names may leave out any input, which then has the start value of its
+    declaration or type (edition 3, 6.6.1.4.2)."""
+    has_address_levels: bool = False
+    """`%QW2.5.7.1`: an address of several levels, of which the last one counts within the others (table 16)."""
     allows_idle_tasks: bool = False
     """A task may name no program; it is left out (PD-033: it must)."""
     allows_changed_inputs: bool = False
@@ -175,6 +182,8 @@ EDITION_3: Final = Dialect(
     allows_trailing_commas=True,
     computes_starts=True,
     has_calls_by_position=True,
+    allows_missing_inputs=True,
+    has_address_levels=True,
     allows_changed_inputs=True,
     allows_calls_without_brackets=False,
     shares_names_with_types=True,
@@ -208,6 +217,8 @@ CODESYS: Final = replace(
     has_name_spaces=True,
     has_constant_arguments=True,
     has_constructors=True,
+    leaves_comments_open=True,
+    allows_missing_inputs=False,
     allows_idle_tasks=True,
     allows_calls_without_brackets=True,
 )

@@ -338,7 +338,7 @@ class _Scanner:
                     hint = "The first *) ends the comment. Remove the inner (* and *)."
                     self._say(inner, "a comment begins inside a comment", "*) first", hint)
                 return at
-        if not self._dialect.nests_comments:
+        if not self._dialect.nests_comments or self._dialect.leaves_comments_open:
             self._is_unbalanced = True
             return position + len(text)
         self._say(position, "the comment is not closed", "a *) for each (* in it")

@@ -93,6 +93,14 @@ def test_a_part_that_a_value_does_not_have_is_refused(dialect: Dialect, body: st
 @pytest.mark.parametrize(
     ("dialect", "declaration", "expected"),
     [
+        (EPAS_4, "w AT %QW0.0.2 : WORD;", "the address %QW0.0.2 does not exist in the control configuration"),
+        (EDITION_3, "w AT %QW0.0.128 : WORD;", "the last number of %QW0.0.128 is too large; expected 0 to 127"),
+        (
+            EDITION_3,
+            "w AT %QW0.1.0 : WORD; b AT %QB65535 : BYTE;",
+            "%QB65535 is where the addresses with several levels",
+        ),
+        (EDITION_3, "b AT %QB65535 : BYTE; w AT %QW0.1.0 : WORD;", "there is no place for %QW0.1.0 in its area"),
         (EPAS_4, "s : STRING(256);", "a STRING of 256 characters; expected 1 to 255 characters"),
         (EDITION_3, "s : WSTRING(32768);", "a WSTRING of 32768 characters; expected 1 to 32767 characters"),
         (CODESYS, "s : STRING(0);", "a STRING of 0 characters"),
@@ -215,3 +223,23 @@ def test_a_constant_reference_is_only_read(dialect: Dialect, body: str, expected
     text = "FUNCTION F : INT VAR_IN_OUT CONSTANT k : INT; END_VAR F := k; END_FUNCTION "
     text += "FUNCTION G : INT VAR_IN_OUT CONSTANT k : INT; END_VAR k := 1; END_FUNCTION " if "G" in body else ""
     assert any(expected in message for message in refused(text + program("n : INT;", body), dialect))
+
+
+@pytest.mark.parametrize(
+    ("dialect", "call", "expected"),
+    [
+        (EDITION_3, "F(1)", "the arguments b, x are missing in the call of F"),
+        (EDITION_3, "F(a := 1)", "the argument x is missing in the call of F"),
+        (EPAS_4, "F(a := 1, x := n)", "the argument b is missing in the call of F"),
+        (CODESYS, "F(a := 1, x := n)", "the argument b is missing in the call of F"),
+    ],
+)
+def test_only_a_call_with_names_leaves_inputs_out_in_edition_3(dialect: Dialect, call: str, expected: str) -> None:
+    text = "FUNCTION F : INT VAR_INPUT a, b : INT; END_VAR VAR_IN_OUT x : INT; END_VAR F := a; END_FUNCTION "
+    found = refused(text + program("n : INT;", f"n := {call};"), dialect)
+    assert any(expected in message for message in found), found
+
+
+def test_a_comment_in_edition_3_ends_where_all_of_it_do() -> None:
+    found = refused("(* a (* b *) " + program("n : INT;", "n := 1;"), EDITION_3)
+    assert any("the comment is not closed" in message for message in found), found

@@ -25,7 +25,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import Elementary, EnumType, OpenArrayType, StringType, Type
+from fieldrig_devices.iec.types import Elementary, EnumType, ObjectType, OpenArrayType, StringType, Type
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
@@ -146,14 +146,20 @@ def _compared(
 
 
 def _misses(of: "Expressions", node: tree.Call, pou: Pou, inputs: Sequence[Variable], matched: Arguments) -> bool:
-    """A function needs every input without a declared start value; a block only its VAR_IN_OUT."""
+    """A function needs every input without a declared start value, or none in a formal call of edition 3.
+
+    A block needs only its VAR_IN_OUT.
+    """
+    is_formal = all(argument.name or argument.is_output for argument in node.arguments)
+    may_miss = is_formal and of.context.project.dialect.allows_missing_inputs
     missing = [
         variable.name
         for variable in inputs
         if variable not in matched.inputs
         and (
             variable.section is Section.IN_OUT
-            or (pou.kind is PouKind.FUNCTION and not of.context.project.has_start(variable))
+            or (pou.kind is PouKind.FUNCTION and not may_miss and not of.context.project.has_start(variable))
+            or (pou.kind is PouKind.FUNCTION and (variable.is_reference or isinstance(variable.type, ObjectType)))
         )
     ]
     if missing:

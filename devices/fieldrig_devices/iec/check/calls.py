@@ -24,10 +24,11 @@ from fieldrig_devices.iec.program import (
     Operator,
     Place,
     Pou,
+    Space,
     Variable,
 )
-from fieldrig_devices.iec.tree import PouKind
-from fieldrig_devices.iec.types import Elementary, Family, StringType, Type
+from fieldrig_devices.iec.tree import PouKind, Section
+from fieldrig_devices.iec.types import ArrayType, Elementary, Family, PointerType, StringType, StructType, Type
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.check.expressions import Expressions
@@ -189,9 +190,22 @@ def _output_arrays(
     return made if is_whole else None
 
 
-def _default(context: Context, variable: Variable) -> Constant | None:
-    found = context.project.constant_of(variable)
-    return Constant(found, variable.type) if found is not None else None
+def _default(context: Context, variable: Variable) -> Expression | None:
+    """Return what an input has that a call does not give."""
+    project = context.project
+    found = project.constant_of(variable)
+    if found is not None:
+        return Constant(found, variable.type)
+    if isinstance(variable.type, PointerType):
+        return Constant(0, variable.type)
+    if not isinstance(variable.type, StructType | ArrayType):
+        return None
+    name = f"$start of {variable.type}: {variable.initial!r}"
+    made = project.globals.get(context.key(name))
+    if made is None:
+        made = Variable(name, variable.type, Space.GLOBAL, Section.GLOBAL, variable.initial, is_constant=True)
+        project.globals[context.key(name)] = made
+    return Load(Cell(made, made.type))
 
 
 # ---- standard functions

@@ -2,12 +2,17 @@
 
 Addresses are indexed by the unit of access: %MD48 is bytes 192 to 195, %MX5.0 the first bit of word 5, and %QX75 bit 75
 (PacDrive manual 2970 to 3006, PD-364; contradiction X7 of the digest is decided by 3004, as in CoDeSys V2).
+
+The standard's addresses of several levels (IEC 61131-3:2013, table 16) leave their meaning to the controller.  Here the
+leading levels of %QW2.5.7.1 choose a window of its area, and the last one counts in it: %QW2.5.7.2 is the next word.
+Windows are laid from the end of the area down, so that the addresses with one number keep their places.
 """
 
 from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.project import WINDOW
 from fieldrig_devices.iec.program import Located
 from fieldrig_devices.iec.types import ArrayType, Elementary, EnumType, StringType, StructType, SubrangeType, Type
 
@@ -22,6 +27,8 @@ def located(node: tree.Direct, context: Context) -> Located | None:
     if not node.numbers:
         context.say(node, f"the address {_text(node)} is incomplete", "a number behind it")
         return None
+    if len(node.numbers) > (2 if size is None else 1) and context.project.dialect.has_address_levels:
+        return _of_levels(node, context)
     if size is None:
         byte, bit = _bit(node.numbers)
         kind = Elementary.BOOL
@@ -39,7 +46,34 @@ def located(node: tree.Direct, context: Context) -> Located | None:
         area = context.project.limits.area
         context.say(node, f"{_text(node)} is byte {byte} of its area", f"a byte below {area} (PD-314)")
         return None
-    return Located(node.area, byte, bit, kind)
+    return _at(Located(node.area, byte, bit, kind), node, context)
+
+
+def _at(found: Located, node: tree.Direct, context: Context) -> Located | None:
+    """Return an address with one number, unless a window is there."""
+    addresses = context.project.addresses
+    end = found.byte + found.type.size
+    if end > addresses.windows_from(found.area, context.project.limits.area):
+        context.say(node, f"{_text(node)} is where the addresses with several levels are", "a smaller address")
+        return None
+    addresses.ends[found.area] = max(end, addresses.ends.get(found.area, 0))
+    return found
+
+
+def _of_levels(node: tree.Direct, context: Context) -> Located | None:
+    size, number = SIZES.get(node.size), node.numbers[-1]
+    byte, bit = (number // 8, number % 8) if size is None else (number * size, -1)
+    if byte + (size or 1) > WINDOW:
+        most = WINDOW * 8 - 1 if size is None else WINDOW // size - 1
+        context.say(node, f"the last number of {_text(node)} is too large", f"0 to {most}")
+        return None
+    addresses, area = context.project.addresses, context.project.limits.area
+    window = addresses.window(node.area, node.numbers[:-1], area)
+    if window is None:
+        what = f"there is no place for {_text(node)} in its area"
+        context.say(node, what, f"at most {area // WINDOW} groups of addresses with several levels")
+        return None
+    return Located(node.area, window + byte, bit, Elementary.BOOL if size is None else BITS[node.size])
 
 
 def _bit(numbers: tuple[int, ...]) -> tuple[int, int]:

@@ -23,10 +23,38 @@ from fieldrig_devices.iec.types import (
     Value,
 )
 
+WINDOW: Final = 256
+"""Bytes of the addresses with the same leading levels, as much as a Modbus request can have."""
 START: Final = "$start"
 """The name of the methods and functions that run before the first cycle."""
 UNKNOWN: Type = StructType("an unknown type")
 """The type of what a mistake was reported for already; nothing more is said about it."""
+
+
+@dataclass(slots=True)
+class Addresses:
+    """Which parts of the areas %I, %Q and %M are used by addresses with one number, and by those with levels."""
+
+    ends: dict[str, int] = field(default_factory=dict)
+    """The first byte behind all addresses with one number, by the letter of the area."""
+    _windows: dict[tuple[str, tuple[int, ...]], int] = field(default_factory=dict)
+
+    def window(self, area: str, levels: tuple[int, ...], size: int) -> int | None:
+        """Return the first byte of the window for these leading levels; None if the area has no room for it.
+
+        `size` is that of the area in bytes.
+        """
+        key = area, levels
+        if key not in self._windows:
+            start = self.windows_from(area, size) - WINDOW
+            if start < self.ends.get(area, 0):
+                return None
+            self._windows[key] = start
+        return self._windows[key]
+
+    def windows_from(self, area: str, size: int) -> int:
+        """Return the byte from which on the windows of the area are."""
+        return size - WINDOW * sum(1 for known, _ in self._windows if known == area)
 
 
 @dataclass(slots=True)
@@ -126,6 +154,7 @@ class Project:
     def __init__(self, host: Host, dialect: Dialect, limits: Limits) -> None:
         self.host, self.dialect, self.limits = host, dialect, limits
         self.reports = Reports()
+        self.addresses = Addresses()
         self.guards: dict[Variable | Pou, Guard] = {}
         """The variables and methods with an access specifier."""
         self.properties: set[str] = set()
