@@ -269,3 +269,19 @@ def test_symbols_of_a_wrong_program_write_nothing(tmp_path: Path) -> None:
     done = iec("symbols", tmp_path / "a.xml", saved(tmp_path / "wrong.st", WRONG))
     assert (done.exit_code, (tmp_path / "a.xml").exists()) == (2, False)
     assert "expected source files" in str(iec("symbols", tmp_path / "a.xml").exception)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "expected"),
+    [
+        ("Belt.plcproj", b'<Project xmlns="http://schemas.microsoft.com/developer/msbuild/2003"/>', "Give the folder"),
+        ("Belt.project", b"PK\x03\x04\x14\x00\x06\x00", "choose Project, Export PLCopenXML"),
+    ],
+)
+def test_check_says_what_to_give_instead_of_a_file_of_a_project(
+    tmp_path: Path, name: str, data: bytes, expected: str
+) -> None:
+    (tmp_path / name).write_bytes(data)
+    result = iec("check", tmp_path / name)
+    assert result.exit_code != 0
+    assert expected in " ".join(result.output.split())

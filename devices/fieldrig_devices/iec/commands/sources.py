@@ -57,10 +57,14 @@ def read_sources(paths: Sequence[Path]) -> "list[SourceFile]":
 
 def read_text(path: Path) -> str:
     """Return the text of a file.  UsageError if it cannot be read."""
+    from fieldrig_devices.iec.imports.project_files import CHECKED, is_no_text, said_of
     from fieldrig_devices.languages.source_file import decoded
 
     with reading(path):
         data = path.read_bytes()
+    said = said_of(path.name)
+    if said is not None and is_no_text(data[:CHECKED].decode("latin-1")):
+        raise UsageError(f"{path} is {said[0]}", said[1])
     try:
         return decoded(data)
     except ValueError as cause:

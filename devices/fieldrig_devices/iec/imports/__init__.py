@@ -11,6 +11,7 @@ from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.imports import eni, export, twincat
 from fieldrig_devices.iec.imports.exchange import part10, tc6
 from fieldrig_devices.iec.imports.fragments import Fragments
+from fieldrig_devices.iec.imports.project_files import is_no_text, said_of
 from fieldrig_devices.iec.imports.report import Report
 from fieldrig_devices.iec.imports.xml import Element, line_of, name_of, namespace_of, read_xml
 from fieldrig_devices.languages.mistakes import Mistake
@@ -21,6 +22,9 @@ _KNOWN: Final = "PLCopen XML (TC6), IEC 61131-10, an object of the ENI, or a fil
 def read_source(name: str, text: str, dialect: Dialect) -> tuple[tree.Unit, list[Mistake]]:
     """Read a source file of any supported form.  Never raises: what is wrong is in the mistakes."""
     report = Report(name)
+    if (said := said_of(name)) is not None and is_no_text(text):
+        report.mistake(1, f"This is {said[0]}", "files with the text of programs", said[1])
+        return tree.Unit(name, ()), report.mistakes
     if not text.lstrip("\ufeff \t\r\n").startswith("<"):
         return export.read_text(name, text.lstrip("\ufeff"), dialect)
     root = read_xml(text, report)
@@ -50,7 +54,11 @@ def _read(root: Element, report: Report, dialect: Dialect) -> tree.Unit:
         return tree.Unit(report.file, tc6.read_project(root, Fragments(report, _of_today(dialect))))
     if not namespace_of(root) and name_of(root) in eni.ROOTS:
         return eni.read_object(root, report, dialect)
-    report.mistake(line_of(root), f"<{name_of(root)[:60]}> is not the root of a known format", _KNOWN)
+    said = said_of(report.file)
+    if said is not None:
+        report.mistake(line_of(root), f"This is {said[0]}", "files with the text of programs", said[1])
+    else:
+        report.mistake(line_of(root), f"<{name_of(root)[:60]}> is not the root of a known format", _KNOWN)
     return tree.Unit(report.file, ())
 
 

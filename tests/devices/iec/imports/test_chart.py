@@ -1,9 +1,11 @@
 """Sequential function charts of PLCopen XML (manual 1741 to 1842): steps, transitions, branches, actions."""
 
 import pytest
-from exchange_documents import block, messages, only_pou, point, pou, rail, read, source, st, tc6
+from exchange_documents import block, contact, messages, only_pou, point, pou, rail, read, source, st, tc6
+from iec_program import IecBench
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.dialect import EDITION_3
 
 VARIABLES = {"a": "BOOL", "b": "BOOL", "n": "INT", "lamp": "BOOL"}
 
@@ -285,12 +287,75 @@ def test_what_is_wrong_in_a_chart_is_named(drawn: str, expected: str) -> None:
     assert any(expected in message for message in messages(drawn)), read(drawn)[1]
 
 
-def test_a_condition_with_a_block_says_what_to_do() -> None:
-    ton = block("9", "TON", {"IN": "8"}, "Q", 'instanceName="t"')
-    drawn = chart(source("8", "a"), ton, start(), transition("2", point("9.Q"), "1"), jump("3", "Start", "2"))
-    (message,) = messages(drawn)
-    assert "needs blocks or edges" in message
-    assert "hint: Put the network into an action of the step" in message
+def running(*elements: str, **variables: str) -> IecBench:
+    return IecBench(tc6(pou(f"<SFC>{''.join(elements)}</SFC>", variables=variables)), EDITION_3, main="P")
+
+
+def test_a_timer_in_front_of_a_transition_runs_while_its_step_is_active() -> None:
+    """The step is left in the cycle in which the 50 ms are over, and not before."""
+    ton = block("9", "TON", {"IN": "8", "PT": "7"}, "Q ET", 'instanceName="t"')
+    bench = running(
+        source("8", "a"), source("7", "T#50ms"), ton, start(), transition("2", point("9.Q"), "1"),
+        step("3", "Next", "2"), transition("4", "FALSE", "3"), jump("5", "Start", "4"),
+        a="BOOL", t='<derived name="TON"/>',
+    )  # fmt: skip
+    active = []
+    for ms in (0, 20, 40, 60, 69, 70, 80):
+        bench.host.ms, bench["a"] = ms, ms >= 20
+        bench.cycle()
+        active.append(bench["Next.x"])
+    assert active == [False, False, False, False, False, True, True]
+
+
+def test_alternatives_of_a_step_share_the_blocks_in_front_of_them() -> None:
+    """The edge of `a` is seen by both transitions; the second one fires, because only it has b."""
+    edge = block("9", "R_TRIG", {"CLK": "8"}, "Q", 'instanceName="t"')
+    both = block("11", "AND", {"IN1": "9.Q", "IN2": "10"})
+    bench = running(
+        source("8", "a"), edge, source("10", "c"), both, start(),
+        transition("2", point("11.OUT"), "1", attributes='priority="1"'), step("3", "First", "2"),
+        transition("4", point("9.Q"), "1", attributes='priority="2"'), step("5", "Second", "4"),
+        transition("6", "FALSE", "3", "5"), jump("7", "Start", "6"),
+        a="BOOL", c="BOOL", t='<derived name="R_TRIG"/>',
+    )  # fmt: skip
+    bench.cycle()
+    bench["a"] = True
+    bench.cycle()
+    assert (bench["First.x"], bench["Second.x"]) == (False, True)
+
+
+def test_an_edge_in_front_of_a_transition() -> None:
+    edge = contact("9", "a", "0", attributes='edge="rising"')
+    bench = running(
+        rail(), edge, start(),
+        transition("2", point("9"), "1"), step("3", "Next", "2"),
+        transition("4", "NOT a", "3"), jump("5", "Start", "4"), a="BOOL",
+    )  # fmt: skip
+    seen = []
+    for value in (False, True, True, False, False, True):
+        bench["a"] = value
+        bench.cycle()
+        seen.append(bench["Next.x"])
+    assert seen == [False, True, True, False, False, True]
+
+
+def test_a_block_behind_parallel_steps_runs_when_all_of_them_are_active() -> None:
+    """The timer begins with the later step."""
+    ton = block("9", "TON", {"IN": "8", "PT": "7"}, "Q ET", 'instanceName="t"')
+    bench = running(
+        source("8", "TRUE"), source("7", "T#50ms"), ton, start(), transition("2", "TRUE", "1"),
+        branch("simultaneousDivergence", "3", "2"), step("4", "Left", "3"), step("5", "Right", "3"),
+        transition("15", "a", "5"), step("16", "Later", "15"),
+        branch("simultaneousConvergence", "10", "4", "16"), transition("11", point("9.Q"), "10"),
+        step("12", "End", "11"), transition("13", "FALSE", "12"), jump("14", "Start", "13"),
+        a="BOOL", t='<derived name="TON"/>',
+    )  # fmt: skip
+    ended = []
+    for ms in (0, 20, 100, 120, 140, 160, 180, 200):
+        bench.host.ms, bench["a"] = ms, ms >= 100
+        bench.cycle()
+        ended.append(bench["End.x"])
+    assert ended == [False] * 6 + [True] * 2
 
 
 def test_an_empty_chart_does_nothing() -> None:

@@ -96,3 +96,30 @@ def test_characters_that_cannot_be_encoded_are_no_crash() -> None:
 def test_a_flood_of_mistakes_is_cut_off() -> None:
     wires = "".join(f'<coil localId="{n}"><variable>m</variable></coil>' for n in range(2_000))
     assert len(messages(tc6(pou(f"<LD>{wires}</LD>")))) == 200
+
+
+MSBUILD = '<Project xmlns="http://schemas.microsoft.com/developer/msbuild/2003"><ItemGroup/></Project>'
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "expected"),
+    [
+        ("a/Belt.plcproj", MSBUILD, "This is the list of files of a TwinCAT PLC project"),
+        ("Belt.PLCPROJ", MSBUILD, "hint: Give the folder that it is in"),
+        ("Belt.tsproj", '<TcSmProject TcSmVersion="1.0"/>', "This is the list of parts of a TwinCAT project"),
+        ("Belt.sln", "\ufeff\r\nMicrosoft Visual Studio Solution File, Format Version 12.00", "of a solution"),
+        ("Belt.project", "PK\x03\x04\x14\0", "choose Project, Export PLCopenXML"),
+        ("Belt.pro", "CoDeSys+\0\0\x01", "choose Project, Export, and give the .exp file"),
+        ("Belt.xml", MSBUILD, "<Project> is not the root of a known format"),
+    ],
+)
+def test_a_file_of_a_project_says_what_to_give_instead(name: str, text: str, expected: str) -> None:
+    unit, mistakes = read_source(name, text, EPAS_4)
+    assert unit.declarations == ()
+    assert len(mistakes) == 1
+    assert expected in str(mistakes[0]) or expected in f"hint: {mistakes[0].hint}"
+
+
+def test_a_program_may_have_the_ending_of_a_library() -> None:
+    """What a file is, its content says."""
+    assert read_source("belt.lib", "PROGRAM P VAR x : INT; END_VAR x := 1; END_PROGRAM", EPAS_4)[1] == []

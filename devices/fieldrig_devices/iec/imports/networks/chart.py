@@ -3,6 +3,9 @@
 Source: PacDrive manual 1741 to 1842; IEC 61131-3 for divergences.  The chart's lines are followed upwards from each
 transition to the steps in front of it, and from each step to the transitions in front of it.  Transitions of one step
 are tested by their priority, then from left to right, then in the order of the document.
+
+Blocks and edges in front of a transition are executed while the steps in front of it are active, in an action of the
+first of them: the actions of a step run before its transitions are tested, so that nothing comes a cycle late.
 """
 
 from collections.abc import Callable
@@ -11,9 +14,11 @@ from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.fragments import Fragments
-from fieldrig_devices.iec.imports.networks.graph import Condition, Drawn, Item, Kind, Network, Pin, Use
+from fieldrig_devices.iec.imports.networks import functions
+from fieldrig_devices.iec.imports.networks.graph import Condition, Drawn, Edge, Item, Kind, Network, Pin, Use
 from fieldrig_devices.iec.imports.networks.hidden import Hidden
-from fieldrig_devices.iec.imports.networks.kinds import Kinds
+from fieldrig_devices.iec.imports.networks.kinds import BOOL, Kinds
+from fieldrig_devices.iec.imports.networks.terms import conditional
 from fieldrig_devices.iec.imports.networks.translate import Translation
 
 QUALIFIERS: Final = frozenset(("N", "R", "S", "L", "D", "P", "SD", "DS", "SL", "P0", "P1"))
@@ -41,6 +46,10 @@ class Chart:
     """Reads the body of such an action."""
     items: dict[str, Item] = field(default_factory=dict)
     values: Translation | None = None
+    translations: dict[tuple[str, ...], Translation] = field(default_factory=dict)
+    """The blocks in front of the transitions that follow the same steps, so that each block is executed once."""
+    tests: dict[str, list[tree.ActionUse]] = field(default_factory=dict)
+    """The actions that compute conditions, by the names of their steps in small letters."""
 
     def body(self) -> tree.SfcBody:
         self.items = self.network.by_id()
@@ -50,9 +59,10 @@ class Chart:
             self._mistake(self.network.line, "The chart has no step", "at least an initial step")
         elif not any(step.is_initial for step in steps):
             self._mistake(steps[0].line, "The chart has no initial step", 'a step with initialStep="true"')
+        transitions = tuple(self._transitions())
         return tree.SfcBody(
             tuple(self._step(step) for step in steps),
-            tuple(self._transitions()),
+            transitions,
             place=tree.Place(self.network.line, 1),
         )
 
@@ -64,7 +74,7 @@ class Chart:
         for item in self._tested():
             with self.fragments.report.inside(f"transition {item.id or item.text}"):
                 sources = self._steps_before(item)
-                condition = self._condition(item, item.condition)
+                condition = self._condition(item, item.condition, sources)
                 names = tuple(dict.fromkeys(targets.get(item.id, ())))
                 if not sources:
                     self._mistake(item.line, "The transition follows no step", "a line from a step")
@@ -140,24 +150,23 @@ class Chart:
 
     # ---- conditions
 
-    def _condition(self, item: Item, condition: Condition | None) -> tree.Expression | None:
+    def _condition(self, item: Item, condition: Condition | None, sources: tuple[str, ...]) -> tree.Expression | None:
         if condition is None:
             self._mistake(item.line, "The transition has no condition")
             return None
-        value = self._plain(item, condition)
+        value = self._plain(item, condition, sources)
         if value is None or not condition.is_negated:
             return value
         return tree.Unary("NOT", value, place=tree.Place(condition.line, 1))
 
-    def _plain(self, item: Item, condition: Condition) -> tree.Expression | None:
+    def _plain(self, item: Item, condition: Condition, sources: tuple[str, ...]) -> tree.Expression | None:
         if condition.name:
             named = self.conditions.get(condition.name.casefold())
             if named is not None and not named.name:
-                return self._condition(item, named)
+                return self._condition(item, named, sources)
             return self.fragments.expression(condition.name, condition.line)
         if condition.pin is not None:
-            assert self.values is not None
-            return self.values.pure(condition.pin, item)
+            return self._computed(item, condition.pin, self._network_of(condition.pin, sources), sources)
         drawn = condition.body
         if drawn is None:
             self._mistake(condition.line, "The transition has no condition")
@@ -166,9 +175,42 @@ class Chart:
             return self.fragments.expression(_expression_of(drawn.text), drawn.line)
         if drawn.language == "IL":
             return self._by_list(drawn)
-        return self._by_network(drawn)
+        return self._by_network(drawn, sources)
 
-    def _by_network(self, drawn: Drawn) -> tree.Expression | None:
+    def _network_of(self, pin: Pin, sources: tuple[str, ...]) -> Translation:
+        """Return the network in front of a transition: that of the chart, unless blocks and edges are executed."""
+        assert self.values is not None
+        waiting, seen = list(pin.wires), set[str]()
+        is_executed = pin.edge is not Edge.NONE
+        while waiting and not is_executed:
+            other = self.items.get(waiting.pop().source)
+            if other is None or other.id in seen:
+                continue
+            seen.add(other.id)
+            is_executed = other.kind is Kind.BLOCK or other.edge is not Edge.NONE
+            waiting += [wire for inner in other.pins() for wire in inner.wires]
+        if not is_executed:
+            return self.values
+        if sources not in self.translations:
+            self.translations[sources] = Translation(self.network, self.fragments, self.hidden, self.kinds)
+        return self.translations[sources]
+
+    def _computed(self, item: Item, pin: Pin, network: Translation, sources: tuple[str, ...]) -> tree.Expression | None:
+        """Return the value at a pin; what has to be executed for it becomes an action of the step."""
+        statements, value = network.condition(pin, item)
+        if value is None or not statements or not sources:
+            return value
+        place = tree.Place(item.line, 1)
+        result = self.hidden.add("Condition", BOOL, item.line, f"condition of the {item}")
+        statements.append(tree.Assign(result, value, place=place))
+        others = [tree.Member(tree.Name(name, place=place), "x", place=place) for name in sources[1:]]
+        body = statements if not others else [conditional(_all(others, place), statements, item.line)]
+        name = self.hidden.free(f"{sources[0][:20]}_condition{len(self.actions) + 1}")
+        self.actions.append(tree.Action(name, tree.StBody(tuple(body), place=place), place=place))
+        self.tests.setdefault(sources[0].casefold(), []).append(tree.ActionUse(name, "N", place=place))
+        return result
+
+    def _by_network(self, drawn: Drawn, sources: tuple[str, ...]) -> tree.Expression | None:
         """A network whose one coil, variable or connector is the transition itself."""
         ends = [
             (network, end)
@@ -181,7 +223,7 @@ class Chart:
             return None
         network, end = ends[0]
         translation = Translation(network, self.fragments, self.hidden, self.kinds)
-        value = translation.pure(end.inputs[0] if end.inputs else Pin(), end)
+        value = self._computed(end, end.inputs[0] if end.inputs else Pin(), translation, sources)
         if value is None:
             return None
         return tree.Unary("NOT", value, place=value.place) if end.is_negated else value
@@ -204,6 +246,7 @@ class Chart:
         with self.fragments.report.inside(f"step {item.text[:60]}"):
             self.fragments.is_name(item.text, item.line, "a step")
             uses = [use for block in self._blocks(item) for use in self._uses(item, block)]
+            uses += self.tests.get(item.text.casefold(), [])
             phases = {phase: _calling(name, item.line) for phase, name in item.phases.items() if name}
             return tree.Step(
                 item.text,
@@ -255,6 +298,10 @@ class Chart:
 
     def _mistake(self, line: int, what: str, expected: str = "", hint: str = "") -> None:
         self.fragments.report.mistake(line, what, expected, hint)
+
+
+def _all(values: list[tree.Member], place: tree.Place) -> tree.Expression:
+    return functions.balanced("AND", list[tree.Expression](values), place)
 
 
 def _calling(action: str, line: int) -> tree.Body:

@@ -69,19 +69,11 @@ class Translation(Blocks):
     def _is_demanded(self, item: Item) -> bool:
         return item.kind is Kind.BLOCK and not item.instance and item.id in self.consumers
 
-    def pure(self, pin: Pin, owner: Item) -> tree.Expression | None:
-        """The value at a pin as an expression alone, for the condition of a transition; None with a message."""
+    def condition(self, pin: Pin, owner: Item) -> tuple[list[tree.AnyStatement], tree.Expression | None]:
+        """Return the statements that a condition of a chart needs first, and its value; None with a message."""
         value = self.input(pin, owner)
-        if self.out:
-            self.out.clear()
-            self.mistake(
-                owner.line,
-                f"The condition of the {owner} needs blocks or edges",
-                "contacts, variables and functions",
-                "Put the network into an action of the step, and test a variable that it sets.",
-            )
-            return None
-        return value
+        found, self.out = self.out, []
+        return found, value
 
     # ---- execution
 
