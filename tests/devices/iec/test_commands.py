@@ -284,4 +284,4 @@ def test_check_says_what_to_give_instead_of_a_file_of_a_project(
     (tmp_path / name).write_bytes(data)
     result = iec("check", tmp_path / name)
     assert result.exit_code != 0
-    assert expected in " ".join(result.output.split())
+    assert expected in " ".join(f"{result.output} {result.exception}".split())
