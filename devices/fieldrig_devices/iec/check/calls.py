@@ -5,13 +5,14 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final, TypeGuard
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, constants, enable, methods, open_arrays, places, references
+from fieldrig_devices.iec.check import access, constants, enable, implicit, methods, open_arrays, places, references
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.context import Context, place_of
 from fieldrig_devices.iec.check.sizes import Sizes
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer
 from fieldrig_devices.iec.library import fixed, intrinsics, templates
+from fieldrig_devices.iec.library.timed import TIMED
 from fieldrig_devices.iec.program import (
     COMPARISONS,
     AddressOf,
@@ -25,6 +26,7 @@ from fieldrig_devices.iec.program import (
     Place,
     Pou,
     Space,
+    Target,
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind, Section
@@ -51,9 +53,9 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
     if found is None or isinstance(found, Variable):
         function = called_function(context, name)
         if function is not None:
-            return _function_value(of, node, function)
+            return _function_value(of, node, function, wanted)
     if isinstance(found, Pou) and found.kind is PouKind.FUNCTION:
-        return _function_value(of, node, found)
+        return _function_value(of, node, found, wanted)
     if found is not None:
         hint = _pin_hint(name) if isinstance(found, Variable) else f"declare an instance: x : {name};"
         context.say(node, f"{name} is not a function", "a function", hint)
@@ -73,13 +75,21 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
     return None
 
 
-def _function_value(of: "Expressions", node: tree.Call, function: Pou) -> Expression | None:
+def _function_value(of: "Expressions", node: tree.Call, function: Pou, wanted: Type | None) -> Expression | None:
     if function.result is not None:
-        return call(of, function, node)
+        made = call(of, function, node)
+        source = of.context.project.sources.get(function)
+        is_of_any_type = source is not None and source.is_library and function.name in _OF_ANY_INTEGER
+        is_wanted = is_of_any_type and wanted is not None and _is_number(wanted)
+        return constants.converted(made, wanted) if made is not None and is_wanted and wanted is not None else made
     if of.context.project.dialect.has_void_functions:  # otherwise its declaration has the message
         expected = f"a function with a type, FUNCTION {function.name} : INT"
         of.context.say(node, f"the function {function.name} has no result", expected)
     return None
+
+
+_OF_ANY_INTEGER: Final = frozenset({"DAY_OF_WEEK"})
+"""Functions of the libraries whose result is an integer of any type, small enough for each."""
 
 
 def _method_value(of: "Expressions", node: tree.Call, instance: Place | None, method: Pou) -> Expression | None:
@@ -122,22 +132,35 @@ def _call(of: "Expressions", pou: Pou, node: tree.Call, instance: Place | None) 
     matched = match_arguments(of, node, pou, source.inputs, source.outputs)
     if matched is None:
         return None
-    inputs = _inputs(of, matched, source.inputs)
+    inputs = _inputs(of, pou, matched, source.inputs)
     arrays = _output_arrays(of, matched, source.outputs, node)
-    outputs = _outputs(of, matched)
+    outputs = _outputs(of, pou, matched)
     if inputs is None or arrays is None or outputs is None:
         return None
     kind = pou.result.type if pou.result is not None else Elementary.BOOL
     return CallFunction(pou, (*inputs, *arrays), kind, outputs, instance)
 
 
-def _outputs(of: "Expressions", matched: Arguments) -> tuple[tuple[Variable, Place, bool], ...] | None:
+def _is_part_of_a_date(context: Context, pou: Pou, variable: Variable) -> bool:
+    """True for a parameter of CONCAT_DATE, SPLIT_DATE and their kin, which is an integer of any type."""
+    source = context.project.sources.get(pou)
+    return source is not None and source.is_library and variable.type is Elementary.LINT
+
+
+def _goes_into(context: Context, pou: Pou, variable: Variable, kind: Type) -> bool:
+    """True if the value of an output goes into a target of this type by itself."""
+    allowed = implicit.WIDENS if context.mixes_integers else implicit.STRICT
+    is_part = _is_number(kind) and _is_part_of_a_date(context, pou, variable)
+    return kind == variable.type or is_part or (variable.type, kind) in allowed
+
+
+def _outputs(of: "Expressions", pou: Pou, matched: Arguments) -> tuple[tuple[Variable, Place, bool], ...] | None:
     """Check the targets of outputs, which have the types of these; None after a message."""
     made: list[tuple[Variable, Place, bool]] = []
     for variable, given, is_negated in matched.outputs:
         place = of.target(given)
-        if place is not None and place.type != variable.type:
-            hint = "outputs of a function keep their type"
+        if place is not None and not _goes_into(of.context, pou, variable, place.type):
+            hint = "an output goes into its own type, or into one that has all of its values"
             of.context.say(given, f"{text(given)} is {a(place.type)}", str(variable.type), hint)
         elif place is not None and (not is_negated or of.negate(Operator.NOT, Load(place), given) is not None):
             made.append((variable, place, is_negated))
@@ -145,7 +168,7 @@ def _outputs(of: "Expressions", matched: Arguments) -> tuple[tuple[Variable, Pla
 
 
 def _inputs(
-    of: "Expressions", matched: Arguments, variables: Sequence[Variable]
+    of: "Expressions", pou: Pou, matched: Arguments, variables: Sequence[Variable]
 ) -> list[tuple[Variable, Expression | Place]] | None:
     made: list[tuple[Variable, Expression | Place]] = []
     is_whole = True
@@ -156,6 +179,8 @@ def _inputs(
             argument = _default(of.context, variable)
         elif variable.is_reference:
             argument = reference(of, given, variable)
+        elif _is_part_of_a_date(of.context, pou, variable):
+            argument = _any_integer(of, given)
         else:
             argument = of.expression_as(given, variable.type)
         if argument is None:
@@ -163,6 +188,14 @@ def _inputs(
         else:
             made += [(variable, argument), *_limits(variable, argument)]
     return made if is_whole else None
+
+
+def _any_integer(of: "Expressions", node: tree.Expression) -> Expression | None:
+    """Return an integer of any type as a LINT."""
+    found = of.expression(node)
+    if found is None or type(found) is Untyped or not _is_number(found.type):
+        return of.convert(found, Elementary.LINT, node) if found is not None else None
+    return constants.converted(found, Elementary.LINT)
 
 
 def _limits(variable: Variable, argument: Expression | Place) -> Iterator[tuple[Variable, Expression]]:
@@ -264,6 +297,10 @@ def standard(
     operator = intrinsics.OPERATORS.get(name)
     if operator is not None:
         return _operator_call(of, name, operator, values, at)
+    if name in TIMED:
+        return _timed(of, name, values, at, nodes)
+    if name in ("SEL", "MUX") and values and isinstance(values[-1].type, StructType | ArrayType):
+        return _selected(of, name, values, at)
     if name in templates.SHIFTS:
         values = [*values[:1], *map(_steps, values[1:])]
     is_of_standard = name in fixed.ON_TEXTS and not of.context.mixes_integers
@@ -294,6 +331,37 @@ def standard(
         return constants.narrowed(whole, made.type)
     is_length = is_of_standard and made.type is Elementary.INT
     return constants.converted(made, wanted) if is_length and wanted is not None and _is_number(wanted) else made
+
+
+def _timed(
+    of: "Expressions", name: str, values: Sequence[Expression], at: tree.Node, nodes: Sequence[tree.Node]
+) -> Expression | None:
+    """Call a function such as ADD_TOD_TIME, an operator whose operands have these types."""
+    operator, *kinds = TIMED[name]
+    if len(values) != len(kinds):
+        of.context.say(at, f"{name} with {len(values)} arguments", "two arguments")
+        return None
+    made = [
+        of.convert(value, kind, node) if kind is not None else value
+        for value, kind, node in zip(values, kinds, nodes or [at] * len(values), strict=True)
+    ]
+    left, right = made
+    return of.operate(operator, left, right, at) if left is not None and right is not None else None
+
+
+def _selected(of: "Expressions", name: str, values: Sequence[Expression], at: tree.Node) -> Expression | None:
+    """Return what SEL or MUX of structures or arrays selects: the variable with the address that is selected."""
+    kind, addresses = values[-1].type, list[Expression]()
+    for value in values[1:]:
+        if value.type != kind or not isinstance(value, Load):
+            of.context.say(at, f"{name} with {a(value.type)} beside {a(kind)}", "variables of the same type")
+            return None
+        address = address_of(of, value.place, at)
+        if address is None:
+            return None
+        addresses.append(address)
+    found = standard(of, name, [values[0], *addresses], at)
+    return Load(Target(found, kind)) if found is not None else None
 
 
 _OF_ITS_ARGUMENTS: Final = frozenset({"ABS", "MAX", "MIN", "LIMIT", "SEL", "MUX", "MOVE"})

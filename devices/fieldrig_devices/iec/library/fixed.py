@@ -1,6 +1,6 @@
 """The standard functions with fixed types: strings, dates and times, bits, and the clock.
 
-Source: CoDeSys V2.3's Standard.lib (strings) and util.lib (bits), IEC 61131-3 edition 3 (ADD_TIME to CONCAT_DATE_TOD).
+Source: CoDeSys V2.3's Standard.lib (strings) and util.lib (bits), IEC 61131-3 edition 3 (CONCAT_DATE_TOD).
 """
 
 from collections.abc import Callable, Mapping
@@ -14,7 +14,6 @@ from fieldrig_devices.iec.types import Elementary, StringType, Type
 _E = Elementary
 _TEXT: Final = StringType(strings.LONGEST)
 _MASK: Final = 2**32 - 1
-_DAY_MS: Final = 86_400_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,15 +88,7 @@ FIXED: Final[Mapping[str, Fixed]] = {
     "PACK": Fixed(
         (_E.BOOL,) * 8, _E.BYTE, Implementation("PACKED({*})", REAL_NS), tuple(f"B{number}" for number in range(8))
     ),
-    # Edition 3: arithmetic of durations and dates.  A time of day stays within its day.
-    "ADD_TIME": _time(f"({{0}} + {{1}} & {_MASK})", _E.TIME, _E.TIME, _E.TIME),
-    "ADD_TOD_TIME": _time(f"(({{0}} + {{1}}) % {_DAY_MS})", _E.TOD, _E.TIME, _E.TOD),
-    "ADD_DT_TIME": _time(f"({{0}} + {{1}} // 1000 & {_MASK})", _E.DT, _E.TIME, _E.DT),
-    "SUB_TIME": _time(f"({{0}} - {{1}} & {_MASK})", _E.TIME, _E.TIME, _E.TIME),
-    "SUB_DATE_DATE": _time(f"(({{0}} - {{1}}) * 1000 & {_MASK})", _E.DATE, _E.DATE, _E.TIME),
-    "SUB_TOD_TIME": _time(f"(({{0}} - {{1}}) % {_DAY_MS})", _E.TOD, _E.TIME, _E.TOD),
-    "SUB_TOD_TOD": _time(f"({{0}} - {{1}} & {_MASK})", _E.TOD, _E.TOD, _E.TIME),
-    "SUB_DT_TIME": _time(f"({{0}} - {{1}} // 1000 & {_MASK})", _E.DT, _E.TIME, _E.DT),
-    "SUB_DT_DT": _time(f"(({{0}} - {{1}}) * 1000 & {_MASK})", _E.DT, _E.DT, _E.TIME),
+    # Edition 3; the arithmetic of durations and dates is in `timed.py`.
     "CONCAT_DATE_TOD": _time(f"({{0}} + {{1}} // 1000 & {_MASK})", _E.DATE, _E.TOD, _E.DT),
+    "CONCAT_DATE_LTOD": _time("({0} * 1000000000 + {1})", _E.DATE, _E.LTOD, _E.LDT),
 }

@@ -41,6 +41,16 @@ def integer_to_bcd(value: int, digits: int) -> int:
     return int(str(value), 16) if 0 <= value < 10**digits else (1 << 4 * digits) - 1
 
 
+def is_bcd(value: int) -> bool:
+    """True if every nibble is a decimal digit."""
+    return bcd_to_integer(value) >= 0
+
+
+def swapped(value: int, size: int) -> int:
+    """The lowest `size` bytes of an integer in the opposite order."""
+    return int.from_bytes((value & ((1 << 8 * size) - 1)).to_bytes(size, "little"), "big")
+
+
 def multiplex(number: int, *values: object) -> object:
     """MUX: the value with this number, from 0; the last one if there is none, as in CoDeSys V2.3."""
     return values[number] if 0 <= number < len(values) else values[-1]

@@ -11,6 +11,7 @@
 Source: PacDrive manual 1978 to 2813 (digest 2.3), CoDeSys V2.3 where that is silent, then IEC 61131-3.
 """
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final, TypeGuard
@@ -38,6 +39,7 @@ from fieldrig_devices.iec.library.templates import (
     evaluate,
     implementation,
 )
+from fieldrig_devices.iec.library.timed import TIMED
 from fieldrig_devices.iec.program import Operator
 from fieldrig_devices.iec.types import BlockType, Elementary, EnumType, PointerType, StringType, SubrangeType, Type
 
@@ -48,8 +50,6 @@ __all__ = [
 
 OPERATORS: Final[Mapping[str, Operator]] = {
     **{operator.name: operator for operator in Operator if operator is not Operator.NEG},
-    **dict.fromkeys(("MUL_TIME", "MULTIME"), Operator.MUL),
-    **dict.fromkeys(("DIV_TIME", "DIVTIME"), Operator.DIV),
 }
 """NOT has one operand, those in BINARY_ONLY have two, the others two or more.  GT(a, b, c) is a > b AND b > c."""
 
@@ -60,7 +60,7 @@ BINARY_ONLY: Final = frozenset({"SUB", "DIV", "MOD", "NE"})
 def is_standard(name: str) -> bool:
     """True for the name of a standard function, in any case of letters."""
     key = name.upper()
-    if key in _RULES or key in fixed.FIXED or key in OPERATORS:
+    if key in _RULES or key in fixed.FIXED or key in OPERATORS or key in TIMED:
         return True
     return conversions.pair(key) is not None or _bcd(key) or _overloaded(key) is not None
 
@@ -263,7 +263,8 @@ def _same_width(argument: Argument, source: conversions.Plain) -> bool:
 
 
 def _overloaded(name: str) -> conversions.Plain | None:
-    """Return the target of TO_INT, ANY_TO_INT or TRUNC_INT, whose source is the type of the argument."""
+    """Return the target of TO_INT, ANY_TO_INT, TRUNC_INT or REAL_TRUNC_INT, by the type of the argument."""
+    name = _TRUNCATION.sub("TRUNC_", name)
     for prefix in ("TO_", "ANY_TO_", "TRUNC_"):
         if name.startswith(prefix):
             kind = conversions.named(name.removeprefix(prefix))
@@ -274,7 +275,9 @@ def _overloaded(name: str) -> conversions.Plain | None:
 def _overloaded_conversion(name: str, arguments: Sequence[Argument]) -> Overload | str:
     target = _overloaded(name)
     kind = plain(arguments[0]) if len(arguments) == 1 else None
-    if name.startswith("TRUNC_") and isinstance(target, Elementary):
+    if "TRUNC_" in name and isinstance(target, Elementary):
+        if name.startswith("REAL_") and kind is Elementary.LREAL:
+            return _expected(name, "one REAL", arguments)
         found = _truncate("TRUNC", arguments, target)
         return found.replace("TRUNC", name, 1) if isinstance(found, str) else found
     if isinstance(kind, Untyped):
@@ -287,25 +290,66 @@ def _overloaded_conversion(name: str, arguments: Sequence[Argument]) -> Overload
     return _overload(conversions.name_of(kind, target), [kind], target)
 
 
+_TRUNCATION: Final = re.compile(r"L?REAL_TRUNC_")
+_OF_BCD: Final = re.compile(r"(?:(?P<bits>BYTE|WORD|DWORD|LWORD)_)?BCD_TO_(?P<into>U?[SDL]?INT|BYTE|D?WORD|LWORD)")
+_INTO_BCD: Final = re.compile(r"(?:(?P<of>U?[SDL]?INT|BYTE|D?WORD|LWORD)_)?TO_BCD(?:_(?P<bits>BYTE|WORD|DWORD|LWORD))?")
+
+
 def _bcd(name: str) -> bool:
-    before, _, after = name.partition("_TO_")
-    return {before, after} & {"BCD"} != set() and any(
-        other in Elementary.__members__ and Elementary[other] in ANY_INTEGER for other in (before, after)
-    )
+    into = _INTO_BCD.fullmatch(name)
+    return bool(_OF_BCD.fullmatch(name)) or bool(into and (into["of"] or into["bits"]))
 
 
 def _bcd_conversion(name: str, arguments: Sequence[Argument]) -> Overload | str:
-    """BCD_TO_INT takes any bit string; INT_TO_BCD gives the bit string that is as wide as the integer."""
-    before, _, after = name.partition("_TO_")
-    if len(arguments) != 1 or not _is_integer(arguments[0]):
+    """Convert from and to BCD; without a bit string in its name, INT_TO_BCD gives the one as wide as the integer.
+
+    The standard writes WORD_BCD_TO_UINT and BCD_TO_UINT, UINT_TO_BCD_WORD and TO_BCD_WORD (table 22).
+    """
+    given = plain(arguments[0]) if len(arguments) == 1 else None
+    if given is None or not _is_integer(arguments[0]):
         return _expected(name, "one integer or bit string", arguments)
-    if before == "BCD":
-        return _overload(f"BCD_TO.{after}", [Elementary.DWORD], Elementary[after])
-    kind = Elementary[before]
-    if not widens(arguments[0], kind):
-        return _expected(name, f"one {kind}", arguments)
-    result = next(bits for bits in BIT_STRINGS if bits.size == kind.size)
-    return _overload(f"TO_BCD.{kind}", [kind], result)
+    if (found := _OF_BCD.fullmatch(name)) is not None:
+        is_long = given in (Elementary.LWORD, Elementary.LINT, Elementary.ULINT)
+        bits = Elementary[found["bits"]] if found["bits"] else Elementary.LWORD if is_long else Elementary.DWORD
+        is_fitting = not found["bits"] or widens(arguments[0], bits)
+        return (
+            _overload(f"BCD_TO.{found['into']}", [bits], Elementary[found["into"]])
+            if is_fitting
+            else _expected(name, f"one {bits}", arguments)
+        )
+    found = _INTO_BCD.fullmatch(name)
+    assert found is not None
+    own = smallest(given.value, INTEGERS) if isinstance(given, Untyped) else given
+    kind = Elementary[found["of"]] if found["of"] else own
+    if not isinstance(kind, Elementary) or not widens(arguments[0], kind):
+        return _expected(name, f"one {found['of'] or 'integer'}", arguments)
+    by_size = next(bits for bits in BIT_STRINGS if bits.size == kind.size)
+    result = Elementary[found["bits"]] if found["bits"] else by_size
+    return _overload(f"TO_BCD.{result}", [kind], result)
+
+
+def _valid_bcd(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
+    given = plain(arguments[0]) if len(arguments) == 1 else None
+    kind = smallest(given.value, BIT_STRINGS) if isinstance(given, Untyped) else given
+    if not isinstance(kind, Elementary) or kind not in BIT_STRINGS:
+        return _expected(name, "one bit string", arguments)
+    return _overload(name, [kind], Elementary.BOOL)
+
+
+_OF_ONE_BYTE: Final = frozenset(kind for kind in Elementary if kind.size == 1)
+_NOT_OF_ALL_BITS: Final = frozenset({Elementary.TOD, Elementary.LTOD, Elementary.LDATE})
+"""Types whose values do not use all of their bits, so that bytes in another order are no value."""
+
+
+def _byte_order(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
+    """Convert between the order of the controller, whose lowest byte comes first, and another one (table 38)."""
+    kind = common(arguments, wanted) if len(arguments) == 1 else None
+    base = plain(kind) if kind is not None else None
+    if not isinstance(base, Elementary) or base in _NOT_OF_ALL_BITS:
+        return _expected(name, "one number, bit string, duration or date with time", arguments)
+    if "LITTLE" in name or base in _OF_ONE_BYTE:
+        return _overload("MOVE", [base], base)
+    return _overload(f"SWAP.{base.name}", [base], base)
 
 
 _RULES: Final[dict[str, Rule]] = {
@@ -313,6 +357,8 @@ _RULES: Final[dict[str, Rule]] = {
     **dict.fromkeys(REAL_FUNCTIONS, _of_reals(1)),
     "ATAN2": _of_reals(2),
     "IS_VALID": _of_reals(1, Elementary.BOOL),
+    "IS_VALID_BCD": _valid_bcd,
+    **dict.fromkeys(("TO_BIG_ENDIAN", "FROM_BIG_ENDIAN", "TO_LITTLE_ENDIAN", "FROM_LITTLE_ENDIAN"), _byte_order),
     "EXPT": _power,
     **dict.fromkeys(SHIFTS, _shift),
     "SEL": _selection,

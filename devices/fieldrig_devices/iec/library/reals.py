@@ -5,6 +5,7 @@ division by zero a fault (PD-368).
 """
 
 import math
+import struct
 from array import array
 from collections.abc import Callable
 from typing import Final
@@ -16,6 +17,16 @@ def single(value: float) -> float:
     """Round to single precision, half to even; what is too large becomes infinity."""
     _CELL[0] = value
     return _CELL[0]
+
+
+def swapped_single(value: float) -> float:
+    """The REAL whose bytes are those of the value in the opposite order."""
+    return float(struct.unpack(">f", struct.pack("<f", value))[0])
+
+
+def swapped_double(value: float) -> float:
+    """The LREAL whose bytes are those of the value in the opposite order."""
+    return float(struct.unpack(">d", struct.pack("<d", value))[0])
 
 
 def total(function: Callable[[float], float]) -> Callable[[float], float]:

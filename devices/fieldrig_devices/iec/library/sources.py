@@ -34,6 +34,7 @@ def sources(dialect: str) -> tuple[tuple[str, str], ...]:
     counters = _text("counters_edition_3.st")
     large = tuple((f"counters_{kind.name.lower()}.st", _counters_of(kind, counters)) for kind in LARGE)
     others = tuple((name, _text(name)) for name in ("standard.st", "dates_edition_3.st", "util.st"))
+    others = (*others, ("dates_ldate.st", _long_dates(_text("dates_edition_3.st"))))
     kinds = (Elementary.TIME, Elementary.LTIME)
     timers = tuple((f"timers_{kind.name.lower()}.st", _timers(rf"\1_{kind.name}", kind)) for kind in kinds)
     return (*others, ("counters.st", counters), *large, *timers)
@@ -51,6 +52,16 @@ def _timers(name: str, kind: Elementary) -> str:
         joined = joined.replace(f"{begin}TIME{end}", f"{begin}{kind.name}{end}")
     joined = joined.replace("T#", f"{kind.name}#")
     return re.sub(r"^FUNCTION_BLOCK (T\w+)", rf"FUNCTION_BLOCK {name}", joined, flags=re.MULTILINE)
+
+
+def _long_dates(text: str) -> str:
+    """The functions for the parts of LDATE, LTOD and LDT, which count nanoseconds; DAY_OF_WEEK has DATE only."""
+    long = re.sub(r"\b(DATE|TOD|DT)\b|(?<=_)(DATE|TOD|DT)\b|\b(DATE|TOD|DT)(?=_TO_)", r"L\1\2\3", text)
+    long = long.replace("86400", "86400000000000").replace("MILLISECOND) * 1)", "MILLISECOND) * 1000000)")
+    long = long.replace("TOD_TO_LINT(IN) / 1;", "TOD_TO_LINT(IN) / 1000000;").replace(
+        "MILLISECOND)) / 1000)", "MILLISECOND)))"
+    )
+    return re.sub(r"\(\* 0 is Sunday.*", "", long, flags=re.DOTALL)
 
 
 def _counters_of(kind: Elementary, text: str) -> str:

@@ -18,6 +18,10 @@ IMPLEMENTATIONS: Final[Mapping[str, object]] = {
     "INTEGER_POWER": integers.integer_power,
     "BCD_TO_INTEGER": integers.bcd_to_integer,
     "INTEGER_TO_BCD": integers.integer_to_bcd,
+    "IS_BCD": integers.is_bcd,
+    "SWAPPED": integers.swapped,
+    "SWAPPED_SINGLE": reals.swapped_single,
+    "SWAPPED_DOUBLE": reals.swapped_double,
     "POWER": reals.power,
     "SINGLE": reals.single,
     "ATAN2": reals.ATAN2,
@@ -81,6 +85,12 @@ def _truncate_python(_: str, kind: Elementary) -> Implementation:
     return Implementation(wrapped(conversions.integer_of("{0}", kind, is_cut=True), kind), REAL_NS)
 
 
+def _swap_python(_: str, kind: Elementary) -> Implementation:
+    if kind.is_real:
+        return Implementation(f"SWAPPED_{'SINGLE' if kind is Elementary.REAL else 'DOUBLE'}({{0}})", REAL_NS)
+    return Implementation(wrapped(f"SWAPPED({{0}}, {kind.size})", kind), REAL_NS)
+
+
 _TEMPLATES: Final[dict[str, Callable[[str, Elementary], Implementation]]] = {
     "ABS": _absolute_python,
     **dict.fromkeys(REAL_FUNCTIONS, _real_python),
@@ -96,6 +106,8 @@ _TEMPLATES: Final[dict[str, Callable[[str, Elementary], Implementation]]] = {
     "LIMIT": lambda *_: Implementation("MIN(MAX({1}, {0}), {2})", 2 * SIMPLE_NS),
     "TRUNC": _truncate_python,
     "BCD_TO": lambda _, kind: Implementation(wrapped("BCD_TO_INTEGER({0})", kind), REAL_NS),
+    "IS_VALID_BCD": lambda *_: Implementation("IS_BCD({0})", REAL_NS),
+    "SWAP": _swap_python,
     "TO_BCD": lambda _, kind: Implementation(f"INTEGER_TO_BCD({{0}}, {kind.size * 2})", REAL_NS),
 }
 

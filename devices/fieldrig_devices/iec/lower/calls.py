@@ -22,6 +22,7 @@ from fieldrig_devices.iec.program import (
     Cell,
     Component,
     Constant,
+    Convert,
     Enable,
     Enabled,
     Evaluate,
@@ -253,7 +254,9 @@ class Calls:
         self._copy_back(copies)
         for variable, place, is_negated in call.outputs:
             value = Load(_callee_cell(variable, step))
-            given = Unary(Operator.NOT, value, value.type) if is_negated else value
+            given: Expression = Unary(Operator.NOT, value, value.type) if is_negated else value
+            if isinstance(place.type, Elementary) and place.type is not variable.type:
+                given = Convert(given, place.type)
             self.assign(Assign(place, given, line=self.assembler.line))
         return _callee_cell(pou.result, step) if pou.result is not None else Cell(_NOTHING, Elementary.BOOL)
 
