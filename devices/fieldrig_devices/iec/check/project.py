@@ -261,7 +261,7 @@ class Project:
         return source is not None and "ABSTRACT" in source.tree.modifiers
 
     def lacks_base(self, pou: Pou | None) -> bool:
-        """True if the POU may have names that nobody knows, because a message says that what it extends is missing."""
+        """True if the POU may have names that are not known, because a message says that what it extends is missing."""
         source = self.sources.get(pou) if pou is not None else None
         return source is not None and source.line is not None and source.line.is_broken
 

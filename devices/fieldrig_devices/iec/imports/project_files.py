@@ -27,7 +27,7 @@ _SAID: Final[Mapping[str, tuple[str, str]]] = {
     ".pro": ("a project of CoDeSys V2.3", _EXPORT_V2),
     ".lib": ("a library of CoDeSys V2.3", _EXPORT_V2),
 }
-"""What a file is and what to give instead, by the ending of its name."""
+"""The nature of a file and what to give instead, by the ending of its name."""
 
 
 def said_of(name: str) -> tuple[str, str] | None:

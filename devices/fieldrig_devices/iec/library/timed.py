@@ -32,4 +32,4 @@ TIMED: Final[Mapping[str, Timed]] = {
     "MULTIME": (Operator.MUL, _E.TIME, None),
     "DIVTIME": (Operator.DIV, _E.TIME, None),
 }
-"""By the names of the functions in capitals."""
+"""The functions by their names in capitals."""

@@ -21,6 +21,7 @@ from fieldrig_devices.iec.library.intrinsics import (
 )
 from fieldrig_devices.iec.library.overload import Overload, expand
 from fieldrig_devices.iec.library.reals import single
+from fieldrig_devices.iec.library.timed import TIMED
 from fieldrig_devices.iec.types import (
     ArrayType,
     BlockType,
@@ -378,21 +379,30 @@ def test_pack_puts_the_first_bit_lowest() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("name", "arguments", "result"),
-    [
-        ("ADD_TIME", [(E.TIME, 45_000), (E.TIME, 50_000)], 95_000),
-        ("SUB_TIME", [(E.TIME, 1), (E.TIME, 2)], 2**32 - 1),
-        ("ADD_TOD_TIME", [(E.TOD, 86_399_000), (E.TIME, 2_000)], 1_000),
-        ("SUB_TOD_TIME", [(E.TOD, 1_000), (E.TIME, 2_000)], 86_399_000),
-        ("ADD_DT_TIME", [(E.DT, 887_379_600), (E.TIME, 1_999)], 887_379_601),
-        ("SUB_DT_DT", [(E.DT, 887_379_600), (E.DT, 887_379_590)], 10_000),
-        ("SUB_DATE_DATE", [(E.DATE, 172_800), (E.DATE, 86_400)], 86_400_000),
-        ("CONCAT_DATE_TOD", [(E.DATE, 887_328_000), (E.TOD, 51_600_000)], 887_379_600),
-    ],
-)
-def test_arithmetic_of_durations_and_dates(name: str, arguments: list[tuple[Argument, Value]], result: int) -> None:
-    assert call(name, *arguments) == result
+def test_a_date_and_a_time_of_day_are_one_moment() -> None:
+    assert call("CONCAT_DATE_TOD", (E.DATE, 887_328_000), (E.TOD, 51_600_000)) == 887_379_600
+    assert call("CONCAT_DATE_LTOD", (E.DATE, 887_328_000), (E.LTOD, 1)) == 887_328_000_000_000_001
+
+
+@pytest.mark.parametrize("kind", INTEGERS)
+def test_bytes_in_another_order_are_those_of_the_value_from_behind(kind: E) -> None:
+    for value in (kind.low, kind.high, 1, 0x12 if kind.size == 1 else 0x1234):
+        order = value.to_bytes(kind.size, "little", signed=kind.is_signed)
+        expected = int.from_bytes(order, "big", signed=kind.is_signed)
+        assert call("TO_BIG_ENDIAN", (kind, value)) == expected
+        assert call("FROM_BIG_ENDIAN", (kind, expected)) == value
+        assert call("TO_LITTLE_ENDIAN", (kind, value)) == value
+
+
+@pytest.mark.parametrize("kind", BITS)
+def test_bcd_of_every_size(kind: E) -> None:
+    digits = "9876543210123456"[: kind.size * 2]
+    value, integer = int(digits, 16), {1: "USINT", 2: "UINT", 4: "UDINT", 8: "ULINT"}[kind.size]
+    assert call(f"{kind}_BCD_TO_{integer}", (kind, value)) == int(digits)
+    assert call(f"BCD_TO_{integer}", (kind, value)) == int(digits)
+    assert call(f"{integer}_TO_BCD_{kind}", (E[integer], int(digits))) == value
+    assert call("IS_VALID_BCD", (kind, value)) is True
+    assert call("IS_VALID_BCD", (kind, value - 1 | 0xA)) is False
 
 
 # ---- the Python
@@ -417,7 +427,7 @@ def _arguments(name: str) -> list[list[Argument]]:
 
 
 def test_functions_that_are_another_form_of_an_operator() -> None:
-    assert OPERATORS["DIV_TIME"].name == "DIV"
+    assert TIMED["DIV_TIME"][0] is OPERATORS["DIV"]
     assert {operator.name for operator in OPERATORS.values()} >= intrinsics.BINARY_ONLY
 
 

@@ -16,6 +16,7 @@ from fieldrig_devices.iec.instructions import BRACKETS, CONDITIONAL, NEGATABLE, 
 from fieldrig_devices.iec.library.conversions import convert
 from fieldrig_devices.iec.library.intrinsics import OPERATORS, formal_names, is_standard
 from fieldrig_devices.iec.library.sources import sources
+from fieldrig_devices.iec.library.timed import TIMED
 from fieldrig_devices.iec.parser.sections import QUALIFIERS
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.types import Elementary, StringType
@@ -71,14 +72,16 @@ def test_functions_are_known_with_these_names_of_their_inputs() -> None:
             assert is_standard(name), name
             assert formal_names(name, len(names)) == names, name
             found.add(name)
-    assert {*OPERATORS, "SQRT", "TRUNC", "LEN"} - SHORT_CIRCUIT - {"MULTIME", "DIVTIME"} <= found | WORDS
+    assert {*OPERATORS, "SQRT", "TRUNC", "LEN"} - SHORT_CIRCUIT <= found | WORDS
 
 
 def test_functions_of_edition_3_are_known() -> None:
     names = {name for name in WORDS if re.fullmatch(r"(ADD|SUB|MUL|DIV|CONCAT)_[A-Z_]+", name)}
-    dates = set(re.findall(r"^FUNCTION (\w+)", dict(sources(EDITION_3.name))["dates_edition_3.st"], re.MULTILINE))
+    texts = dict(sources(EDITION_3.name))
+    parts = texts["dates_edition_3.st"] + texts["dates_ldate.st"]
+    dates = set(re.findall(r"^FUNCTION (\w+)", parts, re.MULTILINE))
     assert dates <= {word.partition("(")[0] for word in WORDS}
-    assert len(names - dates) == 12
+    assert {name for name in TIMED if re.search(r"_(TIME|DATE_DATE|TOD_TOD|DT_DT)$", name)} <= names | WORDS
     assert all(map(is_standard, names - dates))
 
 

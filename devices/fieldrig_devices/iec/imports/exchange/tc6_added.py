@@ -1,7 +1,7 @@
-"""What tools add to PLCopen TC6 in `addData`, beside what `tc6_objects.py` reads: what changes a meaning is never lost.
+"""Additions of tools to PLCopen TC6 in `addData`, beside those in `tc6_objects.py`: none that matters is lost.
 
 Source: exports of CODESYS V3.5 by their public form.  `inputassignments` has the arguments of FB_init, with names or
-by position, and `buildproperties` may exclude an object.  Data that nobody here reads is named in a note.
+by position, and `buildproperties` may exclude an object.  Data that is not read here is named in a note.
 """
 
 from typing import Final

@@ -14,7 +14,7 @@ from fieldrig_devices.iec.imports.networks.kinds import BOOL, consumer_type
 from fieldrig_devices.iec.program import Expression
 
 Seen = dict[str, Expression | None]
-"""What has been found for the blocks that were looked at; None while one is looked at."""
+"""The values that were found for the blocks that were looked at; None while one is looked at."""
 
 
 @dataclass(slots=True)
