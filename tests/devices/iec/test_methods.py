@@ -117,7 +117,7 @@ def test_a_program_has_methods_and_a_method_calls_itself() -> None:
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ("t.Fill();", "the argument amount is missing in the call of Tank.Fill; values for amount, twice"),
+        ("t.Fill(once := 1);", "Tank.Fill has no input once; amount, twice"),
         ("n := t.Set(1);", "the method Tank.Set has no result; a method with a type, METHOD name : INT"),
         ("t.Empty();", "Tank has no variable Empty; an input or output"),
         ("t.Fill(TRUE);", "TRUE is a BOOL; INT"),

@@ -23,6 +23,21 @@ LOCATED_TODAY: Final = frozenset({Section.LOCAL, Section.INPUT, Section.OUTPUT})
 MAY_BE_CONSTANT: Final = frozenset({Section.LOCAL, Section.GLOBAL, Section.EXTERNAL})
 
 
+def _comes_later(block: tree.Variables) -> bool:
+    """False for the constants of a POU, which the types of variables in front of them may need."""
+    return block.section is not Section.LOCAL or not block.is_constant
+
+
+def _put_in_order(variables: dict[str, Variable], of: tree.Pou, project: Project) -> None:
+    """Put the variables of a POU into the order of its text, in which they have their places in memory."""
+    blocks = [_comes_later(block) for block in of.blocks]
+    if blocks == sorted(blocks):
+        return
+    names = [project.key(node.name) for block in of.blocks for node in block.variables]
+    own = {name: variables.pop(name) for name in names if name in variables}
+    variables.update(own)
+
+
 class Variables:
     def __init__(self, project: Project, specs: TypeSpecs) -> None:
         self._project, self._specs = project, specs
@@ -91,8 +106,10 @@ class Variables:
                     self._add(node, block, source, Context(self._project, source, home), above, level)
         for block in source.tree.blocks:
             self._check_block(block, source, context)
+        for block in sorted(source.tree.blocks, key=_comes_later):
             for node in block.variables:
                 self._add(node, block, source, context, source.tree, 0)
+        _put_in_order(pou.variables, source.tree, self._project)
         enable.note_declared(self._project, source)
 
     def _check_block(self, block: tree.Variables, source: PouSource, context: Context) -> None:

@@ -400,7 +400,7 @@ def test_bcd_of_every_size(kind: E) -> None:
     value, integer = int(digits, 16), {1: "USINT", 2: "UINT", 4: "UDINT", 8: "ULINT"}[kind.size]
     assert call(f"{kind}_BCD_TO_{integer}", (kind, value)) == int(digits)
     assert call(f"BCD_TO_{integer}", (kind, value)) == int(digits)
-    assert call(f"{integer}_TO_BCD_{kind}", (E[integer], int(digits))) == value
+    assert call(f"{integer}_TO_BCD_{kind}", (getattr(E, integer), int(digits))) == value
     assert call("IS_VALID_BCD", (kind, value)) is True
     assert call("IS_VALID_BCD", (kind, value - 1 | 0xA)) is False
 
