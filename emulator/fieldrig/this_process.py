@@ -79,6 +79,18 @@ def interrupt_on_signals(names: Sequence[str]) -> None:
             signal.signal(number, _Interrupt())
 
 
+def exit_on_signals(names: Sequence[str]) -> None:
+    """End this process by SystemExit, with the exit code of a shell, so that every `finally` runs."""
+
+    def leave(number: int, _frame: object) -> None:
+        raise SystemExit(128 + number)
+
+    for name in names:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, leave)
+
+
 class _Interrupt:
     """An interrupt that is also kept for `on_signals`, as Python drops exceptions inside a fork hook or a `__del__`."""
 

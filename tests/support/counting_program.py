@@ -22,6 +22,8 @@ class CountingProgram:
         self.forced_values: dict[str, Value] = {}
         self.line = 1
         self.stops: Mapping[str, set[int]] = {}
+        self.code_lines = {1, 2}
+        """Lines with an instruction."""
         self.done: list[object] = []
 
     def run_line(self) -> None:
@@ -45,7 +47,7 @@ class CountingProgram:
         return [Frame("MAIN", "count.txt", self.line)]
 
     def break_at(self, places: Mapping[str, set[int]]) -> Mapping[str, set[int]]:
-        self.stops = {file: lines & {1, 2} for file, lines in places.items()}
+        self.stops = {file: lines & self.code_lines for file, lines in places.items()}
         return self.stops
 
     def start(self) -> None:

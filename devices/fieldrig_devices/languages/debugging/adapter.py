@@ -8,7 +8,7 @@ protocol does not have, such as forcing, a download, and the trace.
 Left out on purpose: launching a rig (start it with `fieldrig up`), and breakpoints on functions and data.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import PurePath
 from typing import Any, Final
 
@@ -46,7 +46,8 @@ class Adapter:
         """The places of the editor's breakpoints by their ids."""
         self._last_id = 0
         self._is_attached = self.is_over = False
-        self._was_step = False
+        self._why = ""
+        """Why the program is going to stop, if the editor has asked for it: `step` or `pause`."""
         self._progress = ""
         self._references: list[str] = []
         """Paths of groups, by their reference minus 1."""
@@ -55,7 +56,7 @@ class Adapter:
         self._commands: dict[str, Callable[[Mapping[str, Any]], dict[str, Any] | None]] = {
             "initialize": self._initialize,
             "attach": self._attach,
-            "configurationDone": lambda _: None,
+            "configurationDone": self._show_breakpoints,
             "setBreakpoints": self._set_breakpoints,
             "setExceptionBreakpoints": lambda _: None,
             "threads": self._threads,
@@ -68,7 +69,7 @@ class Adapter:
             "source": self._source,
             "loadedSources": self._loaded_sources,
             "continue": self._continue,
-            "pause": lambda _: self._only("pause"),
+            "pause": self._pause,
             "next": lambda arguments: self._step(arguments, "over"),
             "stepIn": lambda arguments: self._step(arguments, "into"),
             "stepOut": lambda arguments: self._step(arguments, "out"),
@@ -137,16 +138,35 @@ class Adapter:
         return dict(CAPABILITIES)
 
     def _attach(self, arguments: Mapping[str, Any]) -> None:
-        """Attach; `sources` is the folder that has the program's files."""
+        """Attach; `sources` is the folder that has the program's files.
+
+        What another session has left is shown: its breakpoints, and threads that stand.
+        """
         self._folder = typed(arguments.get("sources", ""), str, "sources")
         state = self._ask({"command": "state"})
         self._stops, self._loads = state["stops"], state["loads"]
+        if any(thread["state"] in REASONS for thread in state["threads"]):
+            self._stops = -1
         self._is_attached = True
 
+    def _show_breakpoints(self, _: Mapping[str, Any]) -> None:
+        """Tell the editor, which has set its own ones, of the others that the device has."""
+        known = set(self._breakpoints.values())
+        for found in self._ask({"command": "breakpoints"})["breakpoints"]:
+            if (found["file"], found["line"]) not in known:
+                shown = self._breakpoint(found["file"], found["line"], found["line"])
+                shown["source"] = self._source_of(found["file"])
+                self._event("breakpoint", reason="new", breakpoint=shown)
+
+    def end(self) -> None:
+        """End the session, also without a request for it: remove the breakpoints, and let a paused program continue."""
+        if self._is_attached and not self.is_over:
+            self.is_over = True
+            self._disconnect({})
+
     def _disconnect(self, _: Mapping[str, Any]) -> None:
-        """Remove the breakpoints, and let a paused program continue."""
-        for name in self._ask({"command": "files"})["files"]:
-            self._ask({"command": "breakpoints", "file": name, "breakpoints": []})
+        for file in {found["file"] for found in self._ask({"command": "breakpoints"})["breakpoints"]}:
+            self._ask({"command": "breakpoints", "file": file, "breakpoints": []})
         if self._ask({"command": "state"})["state"] == "paused":
             self._ask({"command": "continue"})
 
@@ -171,23 +191,27 @@ class Adapter:
         for thread in state["threads"]:
             reason = REASONS.get(thread["state"])
             if reason is not None:
-                why = "step" if self._was_step and reason == "breakpoint" else reason
+                why = self._why if self._why and reason == "breakpoint" else reason
                 body = {"reason": why, "threadId": thread["number"], "allThreadsStopped": False}
                 self._event("stopped", **body, **({"text": thread["about"]} if thread["about"] else {}))
-        self._was_step = False
+        self._why = ""
 
     # ---- going on
+
+    def _pause(self, _: Mapping[str, Any]) -> None:
+        self._why = "pause"
+        self._only("pause")
 
     def _only(self, command: str) -> None:
         self._ask({"command": command})
 
     def _continue(self, _: Mapping[str, Any]) -> dict[str, Any]:
-        self._was_step = False
+        self._why = ""
         self._only("continue")
         return {"allThreadsContinued": True}
 
     def _step(self, arguments: Mapping[str, Any], kind: str) -> None:
-        self._was_step = True
+        self._why = "step"
         self._ask({"command": "step", "thread": field(arguments, "threadId", int), "kind": kind})
 
     # ---- places
@@ -200,17 +224,19 @@ class Adapter:
             for place in wanted
         ]
         name = self._file_of(source)
-        lines = self._ask({"command": "breakpoints", "file": name, "breakpoints": places})["lines"]
+        question = {"command": "breakpoints", "file": name, "breakpoints": places, "move": True}
+        lines = self._ask(question)["places"]
         self._breakpoints = {number: place for number, place in self._breakpoints.items() if place[0] != name}
-        return {"breakpoints": [self._breakpoint(name, place["line"], lines) for place in places]}
+        pairs = zip((place["line"] for place in places), lines, strict=True)
+        return {"breakpoints": [self._breakpoint(name, line, after) for line, after in pairs]}
 
-    def _breakpoint(self, file: str, line: int, lines: Sequence[int]) -> dict[str, Any]:
+    def _breakpoint(self, file: str, line: int, after: int | None) -> dict[str, Any]:
         """Return a new breakpoint as the editor sees it; one that is set has an id, for later changes."""
-        if line not in lines:
-            return {"verified": False, "line": line}
+        if after is None:
+            return {"verified": False, "line": line, "message": "there is no instruction from this line on"}
         self._last_id += 1
-        self._breakpoints[self._last_id] = file, line
-        return {"id": self._last_id, "verified": True, "line": line}
+        self._breakpoints[self._last_id] = file, after
+        return {"id": self._last_id, "verified": True, "line": after}
 
     def _show_moves(self) -> None:
         """Tell the editor where its breakpoints are in a program that has been loaded."""

@@ -4,7 +4,8 @@ A breakpoint goes with the text of its line: after a load it is at the nearest l
 and it is removed where there is none.
 """
 
-from collections.abc import Mapping
+from bisect import bisect_left
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from fieldrig_devices.languages.debugging.debuggee import Debuggee
@@ -28,6 +29,14 @@ class Breakpoints:
         self._set(debuggee, others | {(file, line): condition for line, condition in wanted.items()})
         return self.lines(file)
 
+    def next_lines(self, debuggee: Debuggee, file: str, wanted: Collection[int]) -> dict[int, int | None]:
+        """Return for each of these lines the first one with an instruction from it on; None behind the last one."""
+        count = len(debuggee.files.get(file, "").splitlines())
+        every = self._by_file(self.conditions) | {file: set(range(max(min(wanted, default=1), 1), count + 1))}
+        found = sorted(debuggee.break_at(every).get(file, ()))
+        places = {line: bisect_left(found, line) for line in wanted}
+        return {line: found[place] if place < len(found) else None for line, place in places.items()}
+
     def lines(self, file: str) -> set[int]:
         return {line for name, line in self.conditions if name == file}
 
@@ -48,13 +57,17 @@ class Breakpoints:
         }
 
     def _set(self, debuggee: Debuggee, conditions: Mapping[Place, str]) -> None:
-        places: dict[str, set[int]] = {}
-        for file, line in conditions:
-            places.setdefault(file, set()).add(line)
-        found = debuggee.break_at(places)
+        found = debuggee.break_at(self._by_file(conditions))
         self.conditions = {place: text for place, text in conditions.items() if place[1] in found.get(place[0], ())}
         texts = {file: debuggee.files.get(file, "").splitlines() for file, _ in self.conditions}
         self._texts = {(file, line): _line(texts[file], line) for file, line in self.conditions}
+
+    @staticmethod
+    def _by_file(places: Iterable[Place]) -> dict[str, set[int]]:
+        found: dict[str, set[int]] = {}
+        for file, line in places:
+            found.setdefault(file, set()).add(line)
+        return found
 
 
 def nearest(lines: list[str], text: str, line: int) -> int:

@@ -1,6 +1,7 @@
 """The command `fieldrig debug-adapter`: a debug adapter for editors on standard input and output."""
 
 import sys
+from contextlib import suppress
 from typing import Annotated, Final
 
 from fieldrig.cli import completion
@@ -23,14 +24,22 @@ def debug_adapter(
     with the request `attach`. docs/debugging.md shows the settings for editors.
     """
     from fieldrig.control import Client
+    from fieldrig.errors import ControlError
     from fieldrig.stdio_stream import chunks
+    from fieldrig.this_process import exit_on_signals
     from fieldrig_devices.languages.debugging.adapter import Adapter
+    from fieldrig_devices.languages.debugging.prompt import ENDING
     from fieldrig_devices.languages.debugging.questions import asker
 
     with Client(endpoint) as client:
         adapter = Adapter(asker(client, device))
-        for data in chunks(MOMENT_S):
-            sys.stdout.buffer.write(adapter.feed(data) + adapter.poll())
-            sys.stdout.buffer.flush()
-            if adapter.is_over:
-                return
+        exit_on_signals(ENDING)
+        try:
+            for data in chunks(MOMENT_S):
+                sys.stdout.buffer.write(adapter.feed(data) + adapter.poll())
+                sys.stdout.buffer.flush()
+                if adapter.is_over:
+                    return
+        finally:  # an editor that dies asks for nothing
+            with suppress(ControlError):
+                adapter.end()

@@ -39,7 +39,7 @@ def debug(device: DeviceName, endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
         state = settled(ask, moments(None), _quietly)
         debugger = Debugger(ask, typer.echo, moments, SCRIPT_LIMIT_S if is_script() else None)
         typer.echo(f"{device}, {state['language']}; `help` explains the commands")
-        debugger.show_place()
+        debugger.begin()
         converse(debugger, PROMPT, (ControlError,))
 
 

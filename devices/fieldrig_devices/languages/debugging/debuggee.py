@@ -116,7 +116,8 @@ class Debuggee(Protocol):
 
     def reset(self, kind: Reset) -> None: ...
 
-    def pause(self) -> None: ...
+    def pause(self) -> None:
+        """Pause all threads; `on_stop` is not called, as the one who pauses knows."""
 
     def go_on(self) -> None:
         """Continue from a pause."""

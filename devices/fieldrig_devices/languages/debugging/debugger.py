@@ -17,9 +17,6 @@ from fieldrig_devices.languages.debugging.words import count, limit, none
 
 REACH: Final = 5
 """Number of lines shown above and below."""
-FARTHEST: Final = 50
-"""Lines after a breakpoint in which an instruction is looked for."""
-
 LONGEST_START_S: Final = 20.0
 """Time that a device may need to have its program again after a reset, in seconds."""
 
@@ -34,8 +31,6 @@ class Debugger:
         """`limit_s` is the time to wait for a program that runs, in seconds; None means without limit."""
         self._ask, self._say, self._moments, self._limit_s = ask, say, moments, limit_s
         self._sources = Sources(ask)
-        self._stops: dict[Place, str] = {}
-        """The conditions of the breakpoints by place."""
         self._chosen: int | None = None
         self.is_over = False
         self._acts: dict[str, Callable[[list[str]], None]] = {
@@ -73,6 +68,12 @@ class Debugger:
         word, _, rest = line.strip().partition(" ")
         self._acts[WORDS.find(word)](values.words_of(rest))
 
+    def begin(self) -> None:
+        """Say where the program is, and which breakpoints another session has left."""
+        self.show_place()
+        if self._stops():
+            self._break([])
+
     def show_place(self) -> None:
         """Say where the program is: one line for each task that stands, or the state of the program."""
         state = self._ask({"command": "state"})
@@ -97,7 +98,7 @@ class Debugger:
 
     def _continue(self, arguments: list[str]) -> None:
         state = self._ask({"command": "state"})["state"]
-        is_waited_for = state == "running" and bool(self._stops or arguments)
+        is_waited_for = state == "running" and bool(self._stops() or arguments)
         if not is_waited_for and state not in ("paused", "failed"):
             raise ValueError("the program is not paused\n`run` starts it, `pause` pauses it")
         self._go(None if is_waited_for else "continue", arguments)
@@ -108,7 +109,7 @@ class Debugger:
         before = self._ask({"command": "state"})["stops"]
         if command is not None:
             self._ask({"command": command})
-        if self._stops or arguments:
+        if self._stops() or arguments:
             self._wait(before, limit_s)
         else:
             self.show_place()
@@ -183,10 +184,10 @@ class Debugger:
         place = self._sources.place_of(arguments[0], here) if arguments else here
         if place is None:
             raise ValueError("there is no program")
-        text = self._sources.lines(place.file)
+        text, stops = self._sources.lines(place.file), self._stops()
         for number in range(max(place.line - REACH, 1), min(place.line + REACH, len(text)) + 1):
             at = Place(place.file, number)
-            mark = "*" if at in self._stops else " "
+            mark = "*" if at in stops else " "
             self._say(f"{'>' if at == here else ' '}{mark}{number:5}  {text[number - 1]}")
 
     def _where(self, arguments: list[str]) -> None:
@@ -252,39 +253,41 @@ class Debugger:
             if rest and (rest[0] != "if" or len(rest) == 1):
                 raise ValueError(f"unexpected {' '.join(rest)!r}\nexpected `break LINE if CONDITION`")
             self._stop_at(self._sources.place_of(first, self._here()), " ".join(rest[1:]))
-        if not self._stops:
+        stops = self._stops()
+        if not stops:
             self._say("no breakpoints")
-        for place, condition in sorted(self._stops.items()):
+        for place, condition in stops.items():
             self._say(f"breakpoint at {self._shown(place)}{' if ' + condition if condition else ''}")
+
+    def _stops(self) -> dict[Place, str]:
+        """Return the conditions of the device's breakpoints by place, also those that another session has set."""
+        found = self._ask({"command": "breakpoints"})["breakpoints"]
+        return {Place(one["file"], one["line"]): one["condition"] for one in found}
 
     def _stop_at(self, wanted: Place, condition: str) -> None:
         """Set a breakpoint at the first line from `wanted` on that has an instruction."""
-        last = min(wanted.line + FARTHEST, len(self._sources.lines(wanted.file)))
-        for line in range(wanted.line, last + 1):
-            place = Place(wanted.file, line)
-            if line in self._set_breakpoints(place.file, {**self._stops, place: condition}):
-                self._stops[place] = condition
-                return
-        self._set_breakpoints(wanted.file, self._stops)
-        raise ValueError(f"there is no instruction at or after {wanted}")
+        stops = {place: text for place, text in self._stops().items() if place != wanted}
+        if self._set_breakpoints(wanted.file, {**stops, wanted: condition})[-1] is None:
+            raise ValueError(f"there is no instruction at or after {wanted}")
 
-    def _set_breakpoints(self, file: str, stops: dict[Place, str]) -> list[int]:
-        """Set the breakpoints of one file; return the lines that have an instruction."""
+    def _set_breakpoints(self, file: str, stops: dict[Place, str]) -> list[int | None]:
+        """Set the breakpoints of one file; return their lines, None for one behind the last instruction."""
         wanted = [
             {"line": place.line, "condition": condition} for place, condition in stops.items() if place.file == file
         ]
-        lines: list[int] = self._ask({"command": "breakpoints", "file": file, "breakpoints": wanted})["lines"]
-        return lines
+        question = {"command": "breakpoints", "file": file, "breakpoints": wanted, "move": True}
+        places: list[int | None] = self._ask(question)["places"]
+        return places
 
     def _delete(self, arguments: list[str]) -> None:
-        here = self._here()
-        gone = {self._sources.place_of(argument, here) for argument in arguments} if arguments else set(self._stops)
-        if not gone <= set(self._stops):
+        here, stops = self._here(), self._stops()
+        gone = {self._sources.place_of(argument, here) for argument in arguments} if arguments else set(stops)
+        if not gone <= set(stops):
             raise ValueError("there is no such breakpoint\n`break` lists them")
-        self._stops = {place: condition for place, condition in self._stops.items() if place not in gone}
+        left = {place: condition for place, condition in stops.items() if place not in gone}
         for file in {place.file for place in gone}:
-            self._set_breakpoints(file, self._stops)
-        self._say(f"{len(self._stops)} breakpoints left")
+            self._set_breakpoints(file, left)
+        self._say(f"{len(left)} breakpoints left")
 
     # ---- leaving
 
@@ -295,7 +298,7 @@ class Debugger:
     def _quit(self, arguments: list[str]) -> None:
         none(arguments)
         self.is_over = True
-        if self._stops:
+        if self._stops():
             self._delete([])
         if self._ask({"command": "state"})["state"] == "paused":
             self._ask({"command": "continue"})

@@ -11,9 +11,12 @@ from typing import Final, Protocol
 import typer
 
 from fieldrig.exits import Exit
+from fieldrig.this_process import exit_on_signals
 
 SCRIPT_LIMIT_S: Final = 30.0
 """Time that a script waits for a program to stop, in seconds."""
+ENDING: Final = ("SIGTERM", "SIGHUP")
+"""Signals that end a session like the end of its input."""
 REPEATED: Final = ("s", "step", "n", "next")
 """Commands that an empty line repeats, as in other debuggers."""
 
@@ -40,14 +43,22 @@ def is_script() -> bool:
 
 
 def converse(debugger: Commands, prompt: str, refusals: tuple[type[Exception], ...]) -> None:
-    """Execute commands until the user leaves; `refusals` are the errors with which a device refuses one."""
+    """Execute commands until the user leaves; `refusals` are the errors with which a device refuses one.
+
+    Every end but that by `leave` removes the breakpoints and lets a paused program continue.
+    """
     as_script = is_script()
-    for line in _lines(prompt, as_script):
-        if line:
-            _do(debugger, line, refusals, as_script)
-        if debugger.is_over:
-            return
-    debugger.do("quit")
+    exit_on_signals(ENDING)
+    try:
+        for line in _lines(prompt, as_script):
+            if line:
+                _do(debugger, line, refusals, as_script)
+            if debugger.is_over:
+                return
+    finally:  # also after a command that failed, Ctrl-C, and a signal
+        if not debugger.is_over:
+            with suppress(*EXPECTED, *refusals):  # the reason of the end is what counts
+                debugger.do("quit")
 
 
 def _do(debugger: Commands, line: str, refusals: tuple[type[Exception], ...], as_script: bool) -> None:

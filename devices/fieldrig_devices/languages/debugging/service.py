@@ -45,7 +45,7 @@ class DebugService:
             "start": lambda _: self._do(debuggee.start),
             "stop": lambda _: self._do(debuggee.stop),
             "reset": self._reset,
-            "pause": lambda _: self._do(debuggee.pause),
+            "pause": self._pause,
             "continue": lambda _: self._do(debuggee.go_on),
             "step": self._step,
             "stack": self._stack,
@@ -107,23 +107,40 @@ class DebugService:
     # ---- places
 
     def _breakpoints(self, message: Mapping[str, Any]) -> Answer:
-        """Replace the breakpoints of one file, or only say where they are.
+        """Replace the breakpoints of one file, or only say where they are; without a file, those of all.
 
-        A line without an instruction is not in the answer.  `moves` are the lines after the last load by those before.
+        A line without an instruction is not in `lines`.  With `move`, its breakpoint is at the next line that has one:
+        `places` are the lines in the order of the question, null for one behind the last instruction.  `moves` are the
+        lines after the last load by those before.
         """
+        if "file" not in message:
+            known = sorted(self._places.conditions.items())
+            return {"breakpoints": [{"file": file, "line": line, "condition": text} for (file, line), text in known]}
         name = field(message, "file", str)
         if "breakpoints" not in message:
             moves = {str(line): after for (file, line), after in self._places.moves.items() if file == name}
             return {"lines": sorted(self._places.lines(name)), "moves": moves}
-        wanted: dict[int, str] = {}
-        for entry in items(field(message, "breakpoints", list), dict, MOST_BREAKPOINTS, "breakpoints"):
-            condition = typed(entry.get("condition", ""), str, "condition")
-            wanted[field(entry, "line", int)] = condition
-        return {"lines": sorted(self._places.replace(self._debuggee, name, wanted))}
+        asked = [
+            (field(entry, "line", int), typed(entry.get("condition", ""), str, "condition"))
+            for entry in items(field(message, "breakpoints", list), dict, MOST_BREAKPOINTS, "breakpoints")
+        ]
+        if not typed(message.get("move", False), bool, "move"):
+            return {"lines": sorted(self._places.replace(self._debuggee, name, dict(asked)))}
+        moved = self._places.next_lines(self._debuggee, name, {line for line, _ in asked})
+        wanted = {after: condition for line, condition in asked if (after := moved[line]) is not None}
+        lines = sorted(self._places.replace(self._debuggee, name, wanted))
+        return {"lines": lines, "places": [moved[line] for line, _ in asked]}
 
     def _on_load(self) -> None:
         self._loads += 1
         self._places.reload(self._debuggee)
+
+    def _pause(self, _: Mapping[str, Any]) -> Answer:
+        """Pause the program, which is a stop as at a breakpoint."""
+        self._debuggee.pause()
+        if self._debuggee.state is ProgramState.PAUSED:
+            self._stops += 1
+        return {"state": self._debuggee.state.value}
 
     def _step(self, message: Mapping[str, Any]) -> Answer:
         kind = _choice(Step, message.get("kind", Step.INTO.value), "kind")

@@ -140,7 +140,6 @@ class PamDebuggee:
         if runtime.is_stopped or runtime.is_paused:
             raise ValueError("the application is not running")
         runtime.is_paused = True
-        self.on_stop()
 
     def go_on(self) -> None:
         """Continue all programs that are at breakpoints, and all programs after a pause."""

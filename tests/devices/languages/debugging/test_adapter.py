@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from fieldrig.clock import VirtualClock
 from fieldrig_devices.languages.debugging.adapter import Adapter
-from fieldrig_devices.languages.debugging.debuggee import Step
+from fieldrig_devices.languages.debugging.debuggee import ProgramState, Step
 from fieldrig_devices.languages.debugging.framing import Framer, framed
 from fieldrig_devices.languages.debugging.service import DebugService
 
@@ -24,17 +24,21 @@ INITIALIZE = (
 class Editor:
     """An editor's side of the protocol."""
 
-    def __init__(self) -> None:
-        self.program = CountingProgram()
-        service = DebugService(VirtualClock(), self.program)
-        self.adapter = Adapter(service.answer)
+    def __init__(self, program: CountingProgram | None = None, service: DebugService | None = None) -> None:
+        self.program = program or CountingProgram()
+        self.service = service or DebugService(VirtualClock(), self.program)
+        self.adapter = Adapter(self.service.answer)
         self._sequence = 0
+
+    def messages(self, command: str, **arguments: Any) -> list[Any]:
+        """Send a request, and return all that it is answered with."""
+        self._sequence += 1
+        message = {"seq": self._sequence, "type": "request", "command": command, "arguments": arguments}
+        return read(self.adapter.feed(framed(message)))
 
     def request(self, command: str, **arguments: Any) -> dict[str, Any]:
         """Send a request, and return the body of its response; an error is returned as its message."""
-        self._sequence += 1
-        message = {"seq": self._sequence, "type": "request", "command": command, "arguments": arguments}
-        response = read(self.adapter.feed(framed(message)))[0]
+        response = self.messages(command, **arguments)[-1 if command == "configurationDone" else 0]
         assert (response["type"], response["request_seq"], response["command"]) == ("response", self._sequence, command)
         if not response["success"]:
             return {"error": response["message"]}
@@ -69,7 +73,9 @@ def test_initialize_as_bytes() -> None:
 def test_a_breakpoint_stops_the_program_and_shows_where(editor: Editor) -> None:
     source = {"path": "/work/count.txt"}
     answer = editor.request("setBreakpoints", source=source, breakpoints=[{"line": 2}, {"line": 8}])
-    assert answer["breakpoints"] == [{"id": 1, "verified": True, "line": 2}, {"verified": False, "line": 8}]
+    first, second = answer["breakpoints"]
+    assert first == {"id": 1, "verified": True, "line": 2}
+    assert (second["verified"], second["message"]) == (False, "there is no instruction from this line on")
     assert editor.events() == []
     editor.program.run_line()
     assert editor.events() == [("stopped", {"reason": "breakpoint", "threadId": 1, "allThreadsStopped": False})]
@@ -155,3 +161,45 @@ def test_any_bytes_are_survived(data: bytes) -> None:
     adapter = Editor().adapter
     adapter.feed(data)
     assert all(message["type"] in ("response", "event") for message in read(adapter.feed(b"\r\n\r\n" + INITIALIZE)))
+
+
+def test_a_pause_stops_all_threads(editor: Editor) -> None:
+    editor.request("pause", threadId=1)
+    assert editor.events() == [("stopped", {"reason": "pause", "threadId": 1, "allThreadsStopped": False})]
+    assert editor.events() == []
+    editor.request("continue", threadId=1)
+    source = {"path": "/work/count.txt"}
+    editor.request("setBreakpoints", source=source, breakpoints=[{"line": 2}])
+    editor.program.run_line()
+    assert [body["reason"] for _, body in editor.events()] == ["breakpoint"]
+
+
+def test_a_breakpoint_goes_to_the_next_line_with_an_instruction(editor: Editor) -> None:
+    editor.program.files = {"count.txt": "(* two lines\n of a comment *)\nn := n + 1;\n\nm := n;\n"}
+    editor.program.code_lines = {3, 5}
+    source = {"path": "/work/count.txt"}
+    asked = [{"line": line} for line in (1, 3, 4, 5, 6)]
+    answer = editor.request("setBreakpoints", source=source, breakpoints=asked)["breakpoints"]
+    assert [place["line"] for place in answer] == [3, 3, 5, 5, 6]
+    assert [place["verified"] for place in answer] == [True] * 4 + [False]
+    assert editor.program.stops == {"count.txt": {3, 5}}
+
+
+def test_what_another_session_has_left_is_shown(editor: Editor) -> None:
+    editor.request("setBreakpoints", source={"path": "count.txt"}, breakpoints=[{"line": 2}])
+    editor.program.run_line()
+    other = Editor(editor.program, editor.service)
+    other.request("initialize")
+    other.request("attach", sources="/work")
+    answers = other.messages("configurationDone")
+    (event,) = [message["body"] for message in answers if message["type"] == "event"]
+    assert (event["reason"], event["breakpoint"]["line"]) == ("new", 2)
+    assert event["breakpoint"]["source"] == {"name": "count.txt", "path": "/work/count.txt"}
+    assert [body["reason"] for _, body in other.events()] == ["breakpoint"]
+
+
+def test_an_editor_that_dies_leaves_nothing_behind(editor: Editor) -> None:
+    editor.request("setBreakpoints", source={"path": "count.txt"}, breakpoints=[{"line": 2}])
+    editor.program.run_line()
+    editor.adapter.end()
+    assert (editor.program.state, editor.program.stops) == (ProgramState.RUNNING, {})

@@ -1,16 +1,22 @@
 """`fieldrig debug` with a program of the MAx-4 in virtual time: words, places, steps, values, traces."""
 
+import io
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 from debug_session import DebugSession
 from hypothesis import given
 from hypothesis import strategies as st
 from plc_bench import PlcBench, task_of
 
 from fieldrig_devices.languages.debugging.debugger_words import WORDS
-from fieldrig_devices.languages.debugging.prompt import NotStoppedError
+from fieldrig_devices.languages.debugging.prompt import NotStoppedError, converse
 from fieldrig_devices.languages.debugging.tracing import wanted_of
 from fieldrig_devices.languages.debugging.values import words_of
 
@@ -232,3 +238,66 @@ def test_any_words_of_a_trace_are_read_or_refused(words: list[str]) -> None:
 @given(st.lists(st.from_regex(r"[a-z=0-9]+('[a-z ]*')?", fullmatch=True)))
 def test_words_are_split_at_blanks_outside_of_texts(words: list[str]) -> None:
     assert words_of("  ".join(words)) == words
+
+
+@pytest.fixture
+def no_handlers() -> Iterator[None]:
+    before = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def run_script(session: Session, monkeypatch: pytest.MonkeyPatch, *lines: str) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(lines)))
+    converse(session.debugger, "", (NotStoppedError,))
+
+
+@pytest.mark.usefixtures("no_handlers")
+@pytest.mark.parametrize(
+    ("last", "end"),
+    [
+        ("print nothing_of_this_name", typer.Exit),
+        ("continue 0.1", typer.Exit),
+        ("interrupt", KeyboardInterrupt),
+        ("signal", SystemExit),
+        ("where", None),
+    ],
+)
+def test_every_end_removes_breakpoints_and_lets_the_program_go_on(
+    session: Session, monkeypatch: pytest.MonkeyPatch, last: str, end: type[BaseException] | None
+) -> None:
+    acts = session.debugger._acts
+    monkeypatch.setitem(acts, "where", acts["where"])
+    if last == "interrupt":
+        monkeypatch.setitem(acts, "where", lambda _: (_ for _ in ()).throw(KeyboardInterrupt))
+    elif last == "signal":
+        monkeypatch.setitem(acts, "where", lambda _: os.kill(os.getpid(), signal.SIGHUP))
+    word = "where" if last in ("interrupt", "signal") else last
+    condition = "" if last == "where" else f" if a = {'-1' if last.startswith('continue') else '20'}"
+    with pytest.raises(end) if end is not None else nullcontext():
+        run_script(session, monkeypatch, f"break {CALL}{condition}", *(() if condition else ["run"]), word)
+    answer = session.bench.max4.answer
+    assert answer("debug", {"command": "breakpoints"}) == {"breakpoints": []}
+    assert answer("debug", {"command": "state"})["state"] == "running"
+    a = session.bench.value("Main.a")
+    assert session.bench.run(100).value("Main.a") != a
+
+
+def test_a_session_shows_what_another_one_has_left(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    session.do(f"break {CALL} if a > 5", "run", "leave")
+    other = DebugSession(session._ask, session.bench.run)
+    other.debugger.begin()
+    shown = f"plc.st:{CALL}: b := Twice(a);"
+    assert other.said == [f"T paused at Main, {shown}", f"breakpoint at {shown} if a > 5"]
+    assert other.do(f"delete {CALL}") == ["0 breakpoints left"]
+    assert session.do("break") == ["no breakpoints"]
+
+
+def test_a_breakpoint_goes_to_the_next_instruction_however_far_it_is(tmp_path: Path) -> None:
+    far = TEXT.replace("\na := a + 1;", "\n" * 200 + "a := a + 1;")
+    bench = PlcBench(tmp_path, far).run(100)
+    session = DebugSession(lambda message: bench.max4.answer("debug", message), bench.run)
+    assert session.do("break 7") == [f"breakpoint at plc.st:{FIRST + 199}: a := a + 1;"]
+    with pytest.raises(ValueError, match="there is no instruction at or after"):
+        session.do("break 500")
