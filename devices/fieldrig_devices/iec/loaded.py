@@ -136,3 +136,9 @@ class LoadedProgram:
 
     def state(self, task: Task) -> TaskState:
         return task.state(is_started=self.scheduler.is_started, is_running=self.scheduler.is_running)
+
+
+def place_of(task: Task, code: str, text: str) -> Fault | None:
+    """Return a fault where the program of a task is in its cycle; None between cycles, and for work of the system."""
+    thread = task.work.present if isinstance(task.work, Programs) else None
+    return thread.fault_here(code, text) if isinstance(thread, Thread) else None

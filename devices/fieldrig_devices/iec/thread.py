@@ -198,7 +198,12 @@ class Thread:
         """Why the thread is FAULTED."""
         if self.state is not WorkState.FAULTED:
             return None
-        code, text = _reason(self._task.fault)
+        return self.fault_here(*_reason(self._task.fault))
+
+    def fault_here(self, code: str, text: str) -> Fault | None:
+        """Return a fault at the present place, such as that of a cycle that takes too long; None between two cycles."""
+        if not self.stack:
+            return None
         place, *calls = self.stack
         return Fault(code, text, place.pou, place.file, place.line, tuple(calls))
 

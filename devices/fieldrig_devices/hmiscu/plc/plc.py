@@ -28,6 +28,7 @@ from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Library
+from fieldrig_devices.iec.loaded import place_of
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.task_points import task_points
 from fieldrig_devices.iec.tasks.task import Task
@@ -240,7 +241,9 @@ class Plc:
 
     def on_transgression(self, task: Task, elapsed_ns: int, *, is_serious: bool) -> None:
         limit = self._settings.mast.watchdog_ms
-        self._halt(task, f"the watchdog of {task.name} has expired: a cycle took {limit} ms of processor time")
+        place = place_of(task, "watchdog", f"the watchdog of {task.name} has expired")
+        where = "" if place is None else "\n".join([*call_hierarchy(place), ""])
+        self._halt(task, f"{where}the watchdog of {task.name} has expired: a cycle took {limit} ms of processor time")
 
     def on_fault(self, task: Task, fault: Fault) -> None:
         self._halt(task, "\n".join(call_hierarchy(fault)) + f"\n{fault.text}")

@@ -21,7 +21,7 @@ from fieldrig_devices.iec.beside import HostFacts
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.layout import Layout
 from fieldrig_devices.iec.limits import Limits
-from fieldrig_devices.iec.loaded import LONGEST_WAIT_NS, NO_GAP
+from fieldrig_devices.iec.loaded import LONGEST_WAIT_NS, NO_GAP, place_of
 from fieldrig_devices.iec.symbol_list import symbol_list
 from fieldrig_devices.iec.task_points import state_of, task_forms, task_points
 from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, TCP_PRIORITY, SystemWork
@@ -338,6 +338,8 @@ class Plc:
     # ---- for the loaded program (`loaded.Watcher`)
 
     def on_transgression(self, task: Task, elapsed_ns: int, *, is_serious: bool) -> None:
+        if is_serious:
+            self.last_fault = place_of(task, "cycle time", "the cycle took too long")
         self._reports.transgression(task, elapsed_ns, is_serious=is_serious)
 
     def on_fault(self, task: Task, fault: Fault) -> None:

@@ -1,5 +1,6 @@
 """Programs of the manual run on the controller: the lamp, the division error, the endless loop, the enabled axis."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -160,6 +161,7 @@ def test_an_endless_loop_gives_317_then_313_and_only_a_reset_ends_it(tmp_path: P
     assert minor[3:6] == ["IEC_TASK", "T", "6317"]
     assert minor[7] == "cycle time transgression"
     assert serious[5] == "4313"
+    assert re.fullmatch(r"Doubling \(plc\.st:[45]\)", str(bench.get("plc/fault")))
     assert serious[7] == "serious cycle time transgression"
     actual, _, configured = minor[6].partition("/")
     assert 10.25 < float(actual) < 11
