@@ -11,12 +11,11 @@ from typing import Final
 
 from fieldrig.clock import MS, NEVER_NS, US, Clock, Timer
 from fieldrig_devices.pamring.frames import InputChanged, InputItem, OutputItem
+from fieldrig_devices.st1.addresses import INPUT_ADDRESSES, OUTPUT_ADDRESSES
 from fieldrig_devices.st1.readings import St1Readings
 from fieldrig_devices.st1.sampled_input import SampledInput
 from fieldrig_devices.st1.settings import OUTPUTS
 
-INPUT_ADDRESSES: Final = {101: 0, 102: 1, **{201 + place: 16 + place for place in range(16)}}
-OUTPUT_ADDRESSES: Final = {201 + place: 8 + place for place in range(8)}
 OLDEST_US: Final = 0xFFFF_FFFF
 """Largest age that a report can carry."""
 STAMPED: Final = 16

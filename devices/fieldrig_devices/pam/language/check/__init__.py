@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 
 from fieldrig_devices.languages.mistakes import Mistake
+from fieldrig_devices.pam.language.check.addresses import check_addresses
 from fieldrig_devices.pam.language.check.declarations import check_application, check_declaration, check_parameters
 from fieldrig_devices.pam.language.check.expressions import need
 from fieldrig_devices.pam.language.check.pipes import check_sharing
@@ -52,6 +53,7 @@ def names_of(program: Program) -> Names:
         names.wrong(place, "the program does not begin with APPLICATION", "APPLICATION with NAME and BASIC_PAM_CYCLE")
     for item in program.items:
         _check_item(item, names)
+    check_addresses(program, names)
     check_sharing(program, names)
     check_ports(program, names)
     return names

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
 from fieldrig_devices.pam.language.check.expressions import indexed
+from fieldrig_devices.pam.language.check.given import Given
 from fieldrig_devices.pam.language.check.statements import check_routine_call
 from fieldrig_devices.pam.language.check.symbols import (
     ITEMS_FROM,
@@ -19,6 +20,7 @@ from fieldrig_devices.pam.language.tree import Expression, Number, Place, Refere
 
 LONGEST_NAME: Final = 11
 """Significant characters of the name of an application (PAML-011)."""
+_COUNTS: Final = ("NUMBER", "CYCLES", "DUPL", "BASIC_PAM_CYCLE")
 LONGEST_FILE: Final = 8
 """Characters of the name of a cam file (manual line 4764)."""
 
@@ -88,6 +90,8 @@ def check_parameters(
             names.wrong(place, f"{with_article(kind)} has none of {expected}", "one of them")
     for parameter in parameters:
         _check_values(kind, rules[parameter.name], parameter, names)
+        if parameter.name == "AXIS" and len(parameter.values) == 2:
+            _check_number(_SUBSET, "integer", parameter.values[1], names)
 
 
 def _check_values(kind: str, rule: Rule, parameter: Parameter, names: Names) -> None:
@@ -127,13 +131,18 @@ def _check_file(value: Expression, names: Names) -> None:
         names.wrong(value.place, "the name of the cam file is wrong", f"up to {LONGEST_FILE} letters and digits")
 
 
-def _check_number(rule: Rule, holds: str, value: Expression, names: Names) -> None:
+_SUBSET: Final = Rule("SUBSET", ("integer",), "may", "NA")
+
+
+def _check_number(rule: Rule, holds: str, value: Expression | RoutineCall, names: Names) -> None:
     if isinstance(value, Word):
         return  # the parser takes only the words of the rule
     if not isinstance(value, Number):
         names.wrong(value.place, f"{rule.name} is not a number", "a number")
     elif holds in ("integer", "bit") and not isinstance(value.value, int):
         names.wrong(value.place, f"{rule.name} is {value.spelling}", "a whole number")
+    elif value.value == 0 and rule.name in _COUNTS:
+        names.wrong(value.place, f"{rule.name} is 0", "1 or more")
     elif holds in ("integer", "number", "bit") and value.value < 0:
         names.wrong(value.place, f"{rule.name} is {value.spelling}", "a number that is not negative")
 
@@ -233,6 +242,30 @@ def _phases(declaration: Declaration, values: Mapping[str, Parameter], names: Na
             names.wrong(declaration.place, f"the phase {phase} has no SENSOR", "SENSOR = a binary input")
 
 
+def _motor(declaration: Declaration, values: Mapping[str, Parameter], names: Names) -> None:
+    """Report a motor whose parts are not on one SMART_IO (manual line 1950), or with one output for both ways."""
+    motor = Given(declaration)
+    parts = [_given(names, motor.text(name)) for name in ("INC", "DEC", "ZERO", "ENCODER")]
+    nodes = {part.text("NODE") for part in parts if part is not None}
+    types = {node.text("TYPE") for node in (_given(names, name) for name in nodes) if node is not None}
+    if len(nodes) > 1 or "ST1" in types:
+        what = f"the parts of {declaration.name} are on several nodes or an ST1"
+        names.wrong(declaration.place, what, "one SMART_IO")
+    if motor.text("INC") and motor.text("INC") == motor.text("DEC"):
+        names.wrong(values["DEC"].place, f"INC and DEC are both {motor.text('INC')}", "two outputs")
+
+
+def _given(names: Names, name: str) -> Given | None:
+    symbol = names.symbols.get(name)
+    return None if symbol is None or symbol.declaration is None else Given(symbol.declaration)
+
+
+def _digits(_declaration: Declaration, values: Mapping[str, Parameter], names: Names) -> None:
+    digits = _number(values, "DIGITS")
+    if digits is not None and digits != 1:
+        names.wrong(values["DIGITS"].place, f"DIGITS is {digits}", "1, the display of a SMART_IO")
+
+
 def _bits(_declaration: Declaration, values: Mapping[str, Parameter], names: Names) -> None:
     bits = _number(values, "BITS")
     if bits is not None and not 1 <= bits <= 12:
@@ -248,14 +281,16 @@ _RULES: Final[Mapping[str, Sequence[_Check]]] = {
         _range,
     ),
     "ENCODER": (_node_type("ST1"), _positive("PULSES_PER_UNIT", "POSITION_PERIOD"), _range),
-    "DIGITAL_INPUT": (_node_type("SMART_IO"), _bits),
+    "DIGITAL_INPUT": (_node_type("SMART_IO"), _bits, _positive("PERIOD", "DEBOUNCE")),
     "DIGITAL_OUTPUT": (_node_type("SMART_IO"), _bits),
     "ANALOG_OUTPUT": (_node_type("SMART_IO"), _range),
     "LED_OUTPUT": (_node_type("SMART_IO"),),
-    "D7SEG_OUTPUT": (_node_type("SMART_IO"),),
-    "KEY_INPUT": (_node_type("SMART_IO"), _debounced_key),
-    "BINARY_INPUT": (_positive("DEBOUNCE"),),
-    "COUNTER_INPUT": (_positive("DEBOUNCE"),),
+    "D7SEG_OUTPUT": (_node_type("SMART_IO"), _digits),
+    "PAM_ANALOG_OUTPUT": (_positive("UNITS_PER_VOLT"),),
+    "DC_MOTOR": (_motor,),
+    "KEY_INPUT": (_node_type("SMART_IO"), _debounced_key, _positive("PERIOD", "DEBOUNCE")),
+    "BINARY_INPUT": (_positive("PERIOD", "DEBOUNCE"),),
+    "COUNTER_INPUT": (_node_type("SMART_IO"), _positive("PERIOD", "DEBOUNCE")),
     "CAM": (_positive("VALUE_PERIOD"), _range),
     "CONVERTER": (_destination,),
     "CORRECTOR": (_positive("CORRECTION_SLOPE", "CORRECTION_LEVEL"), _range),

@@ -4,6 +4,7 @@ An expression whose type cannot be known, because something in it is wrong or a 
 everywhere.
 """
 
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 from fieldrig_devices.pam.language import tree
@@ -95,6 +96,8 @@ def _value(reference: tree.Reference, names: Names, context: Context) -> Type | 
     if symbol is None:
         return None
     indexed(reference, symbol, names, context)
+    if symbol.kind == "ENCODER":
+        _takes_time(reference.place, names, context)
     found = VALUES.get(symbol.kind)
     if found is None:
         asked = sorted(INQUIRIES.get(symbol.kind, {}))
@@ -190,7 +193,23 @@ def _inquiry(inquiry: tree.Inquiry, names: Names, context: Context) -> Type | No
     if forms is None:
         _unknown_inquiry(inquiry, symbol, names)
         return None
+    if inquiry.function in _ON_THE_RING.get(symbol.kind, ()):
+        _takes_time(inquiry.place, names, context)
     return fitting(inquiry.function, forms, inquiry.arguments, inquiry, names, context)
+
+
+_ON_THE_RING: Final[Mapping[str, Sequence[str]]] = {
+    "ENCODER": ("position", "speed", "value"),
+    "DC_MOTOR": ("position",),
+}
+"""Inquiries that the node answers, several cycles later."""
+
+
+def _takes_time(place: tree.Place, names: Names, context: Context) -> None:
+    """Say that an action does not wait for an answer (manual line 2113)."""
+    if context.where == "an action":
+        hint = "It has the last value, with 07..E021, unless a SAMPLER reads the object."
+        names.note(place, "an action does not wait for an inquiry over the ring", hint)
 
 
 def _unknown_inquiry(inquiry: tree.Inquiry, symbol: Symbol, names: Names) -> None:

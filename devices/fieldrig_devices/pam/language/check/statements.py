@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 from fieldrig_devices.pam.language import tree
+from fieldrig_devices.pam.language.check.constants import check_constants, constant
 from fieldrig_devices.pam.language.check.expressions import check_argument, fitting, indexed, need, rule_of, type_of
 from fieldrig_devices.pam.language.check.pipes import check_pipe
 from fieldrig_devices.pam.language.check.symbols import (
@@ -65,7 +66,7 @@ def _check(statement: tree.Statement, names: Names, context: Context) -> None:
             need(condition, "flag", names, context)
             check_timeout(timeout, names, context)
         case tree.Wait(duration=duration):
-            check_timeout(duration, names, context)
+            _check_wait(duration, names, context)
         case tree.Case(branches=branches, timeout=timeout):
             _case(branches, timeout, names, context)
         case tree.ArmException(condition=condition, timeout=timeout, action=action):
@@ -77,9 +78,21 @@ def _check(statement: tree.Statement, names: Names, context: Context) -> None:
 
 
 def check_timeout(timeout: tree.Expression | None, names: Names, context: Context) -> None:
-    """Report a time in milliseconds that is no number."""
-    if timeout is not None:
-        need(timeout, "real", names, context)
+    """Report a time in milliseconds that is no number.  A constant below 0 is worth a note."""
+    if timeout is None:
+        return
+    need(timeout, "real", names, context)
+    value = constant(timeout)
+    if value is not None and value < 0:
+        hint = "The sequence ends here, with 03..E031 or 03..E032."
+        names.note(timeout.place, f"the time-out is {value:g} ms", hint)
+
+
+def _check_wait(duration: tree.Expression, names: Names, context: Context) -> None:
+    need(duration, "real", names, context)
+    value = constant(duration)
+    if value is not None and value < 0:
+        names.wrong(duration.place, f"the time is {value:g} ms", "a time that is not negative")
 
 
 def _target(reference: tree.Reference, names: Names, context: Context) -> Symbol | None:
@@ -132,6 +145,7 @@ def _execute(statement: tree.Execute, names: Names, context: Context) -> None:
     forms = EXECUTIVE.get(symbol.kind, {}).get(statement.function)
     if forms is not None:
         fitting(statement.function, forms, statement.arguments, statement.target, names, context)
+        check_constants(symbol.kind, statement, names)
     elif statement.function in REPLACED and len(statement.arguments) == 1:
         parameter = REPLACED[statement.function]
         hint = f"Release 2.5 writes {symbol.name}:{parameter} <- value."

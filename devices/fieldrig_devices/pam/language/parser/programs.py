@@ -28,7 +28,11 @@ def _specs(cursor: Cursor, kind: str) -> tuple[Parameter, ...]:
     begin = cursor.i
     if not cursor.accept("SPECS"):
         return ()
+    known = len(cursor.mistakes)
     found = parameters(cursor, kind, SPECS[kind], ("END_SPECS",), [])
+    is_right = len(cursor.mistakes) == known
+    if is_right and kind == "TASK" and not any(parameter.name == "CYCLES" for parameter in found):
+        cursor.wrong(cursor.tokens[begin].place, "the SPECS of the task have no CYCLES", "CYCLES = n")
     cursor.close("END_SPECS", begin)
     cursor.accept(";")
     return found
