@@ -64,7 +64,6 @@ from fieldrig_devices.modbus.client_settings import (
 from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
 from fieldrig_devices.modem.faults import ModemFault
 from fieldrig_devices.pam import faults as pam_faults
-from fieldrig_devices.pam.panel.options import PanelOptions
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import ClassCodes, PortOptions
 from fieldrig_devices.pam.settings import ObjectReadings, ProgramReadings, RingReadings
@@ -154,7 +153,6 @@ OTHER_SECTIONS: Mapping[str, Models] = {
         "ring": RingReadings,
         "objects": ObjectReadings,
         "programs": ProgramReadings,
-        "panel": PanelOptions,
         "access": AccessSettings,
     },
     "Settings of the ports": {"ports": PortOptions, "class_codes": ClassCodes},

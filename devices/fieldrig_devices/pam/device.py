@@ -83,8 +83,8 @@ class Pam(Device):
             modbus or [],
             tcp,
         )
-        self._display = Display(settings.panel)
-        self._messages = Messages(lambda text: _send(debugger, text), settings.panel.error_list)
+        self._display = Display()
+        self._messages = Messages(lambda text: _send(debugger, text))
         self._panel = PanelPart({"PAMDISPLAY": [PamDisplay(self._show, self._monitor)]})
         self._volts = {0: 0.0, 1: 0.0}
         self._cycle: PowerCycle | None = None
@@ -129,8 +129,7 @@ class Pam(Device):
         now_ns = self._clock.now_ns()
         name = self._compiled.application
         self._messages.clear()
-        behind = f"V{name.version}" if self._settings.panel.scrolls == "version" else f"{self._date():%d.%m.%y}"
-        self._display.restart(f"{name.name[:LONGEST_NAME]} {behind}", now_ns)
+        self._display.restart(f"{name.name[:LONGEST_NAME]} V{name.version}", now_ns)
         for address in self._volts:
             self._set_volts(address, 0.0)
         self._cycle = PowerCycle(
@@ -211,17 +210,11 @@ class Pam(Device):
         is_first = self._messages.fatal is None
         self._show(code, words or text_of(code), tuple(details))
         if code.is_fatal and is_first and self._cycle is not None:
-            self._cycle.ports.fail(
-                code.origin,
-                code.number,
-                self._date(),
-                *panel_info(code, details),
-                is_low_first=self._settings.panel.date_begins == "low",
-            )
+            self._cycle.ports.fail(code.origin, code.number, self._date(), *panel_info(code, details))
 
     def _show(self, code: Code, text: str, details: tuple[int | float, ...]) -> None:
         self._messages.add(Message(code, text, details, self._date()))
-        self._display.show(code, self._clock.now_ns(), details)
+        self._display.show(code, self._clock.now_ns())
 
     def _monitor(self, value: float) -> None:
         self._display.monitor(value, self._clock.now_ns())

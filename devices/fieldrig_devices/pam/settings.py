@@ -9,7 +9,6 @@ from pydantic import Field
 
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
 from fieldrig_devices.pam.objects.options import Options
-from fieldrig_devices.pam.panel.options import PanelOptions
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.runtime.processor import Limits
@@ -268,7 +267,6 @@ class PamSettings(Settings):
     programs: ProgramReadings = Field(
         default_factory=ProgramReadings, description="readings of the manual about programs, and the processor's speed"
     )
-    panel: PanelOptions = Field(default_factory=PanelOptions, description="display, error list and fatal error panel")
     ports: PortOptions = Field(default_factory=PortOptions, description="readings of the manual about ports to a PLC")
     access: AccessSettings = Field(
         default_factory=AccessSettings, description="Modbus, S7 and TCP servers for the memory of the DualPort"

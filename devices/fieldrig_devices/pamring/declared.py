@@ -53,12 +53,12 @@ def ring_mistakes(
 ) -> Iterator[Message]:
     """Yield what is wrong with the ring as a whole: with its addresses, and with the types of the nodes that answered.
 
+    The order is that of table 12-7, so that the first one, which a master reads, names a node wherever one is wrong.
+
     `most` is the number of nodes for which the cycle has time.
     """
     declared, present = types_of(nodes), set(addresses)
     tolerated = {address for node in nodes if node.group for address in node.addresses}
-    if len(addresses) > most:
-        yield messages.TOO_MANY_NODES, (most, len(addresses), 0)
     for address in sorted(present - declared.keys()):
         yield messages.UNDECLARED_NODE, (RING_MODE, address, 0)
     for address in sorted(declared.keys() - present - tolerated):
@@ -68,6 +68,8 @@ def ring_mistakes(
             yield messages.WRONG_TYPE, (RING_MODE, address, 0)
     for address in sorted(declared.keys() & present - types.keys()):
         yield messages.NODE_NOT_READY, (RING_MODE, address, 0)
+    if len(addresses) > most:
+        yield messages.TOO_MANY_NODES, (most, len(addresses), 0)
     if len(present) < len(addresses):
         yield messages.WRONG_COUNT, (RING_MODE, len(addresses), 0)
 

@@ -16,6 +16,11 @@ _TAGS: Final[Mapping[int, int]] = dict.fromkeys(_ADDRESS_IN_D2, NODE_ADDRESS) | 
 )
 
 
+def is_in_the_table_of_the_ring(code: Code) -> bool:
+    """True for the fatal errors of table 12-7, which are the cause of others that follow."""
+    return code.is_fatal and code.origin == _RING and code.number in _TAGS
+
+
 def panel_info(code: Code, details: Sequence[int | float]) -> tuple[int, int]:
     """Return the tag of the panel and its first information: a node or a number of peripherals, which are D2."""
     tag = _TAGS.get(code.number, NO_INFO) if code.origin == _RING else NO_INFO

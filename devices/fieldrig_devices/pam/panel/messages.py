@@ -11,6 +11,8 @@ from fieldrig_devices.pam.panel.codes import LISTED, Code, Kind
 
 MOST_PRINTED: Final = 200
 """Lines of the debugger that are kept."""
+MOST_LISTED: Final = 100
+"""Entries of the error list; the manual gives no number."""
 
 _WORDS: Final = {
     Kind.MESSAGE: "Message",
@@ -46,10 +48,10 @@ def _shown(detail: int | float) -> str:
 class Messages:
     """The messages since power-on."""
 
-    def __init__(self, write: Callable[[bytes], None], most_listed: int) -> None:
-        """`write` sends text to the debugger's serial line; the error list has the latest `most_listed` entries."""
+    def __init__(self, write: Callable[[bytes], None]) -> None:
+        """`write` sends text to the debugger's serial line."""
         self._write = write
-        self.listed: deque[Message] = deque(maxlen=most_listed)
+        self.listed: deque[Message] = deque(maxlen=MOST_LISTED)
         self.printed: deque[str] = deque(maxlen=MOST_PRINTED)
         self.fatal: Message | None = None
         """The first fatal error."""

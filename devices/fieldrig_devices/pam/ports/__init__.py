@@ -135,11 +135,9 @@ class Ports:
         if self._serial is not None:
             self._serial.receive(data)
 
-    def fail(
-        self, origin: int, number: int, when: datetime, tag: int = 0, info: int = 0, *, is_low_first: bool = False
-    ) -> None:
+    def fail(self, origin: int, number: int, when: datetime, tag: int = 0, info: int = 0) -> None:
         """Write the fatal error panel; `tag` 1 says that `info` is a node, and 2 that it is a peripheral."""
         for port in self._ports:
             port.fail()
         panel = next((port.panel for port in self._ports if port.panel is not None), SERIAL_PANEL)
-        self.memory.write(panel // 2, panel_cells(origin, number, when, tag, info, is_low_first=is_low_first))
+        self.memory.write(panel // 2, panel_cells(origin, number, when, tag, info))

@@ -9,23 +9,16 @@ SERIAL_PANEL: Final = 0xFF0
 BEFORE_WATCH_DOG: Final = 0x0E
 
 
-def panel_cells(
-    origin: int, number: int, when: datetime, tag: int = 0, info: int = 0, *, is_low_first: bool = False
-) -> tuple[int, ...]:
+def panel_cells(origin: int, number: int, when: datetime, tag: int = 0, info: int = 0) -> tuple[int, ...]:
     """Return the seven cells: origin, number, date, time, tag, first information, and a reserved one.
 
-    The parts of date and time begin at the most significant bit, or at the least significant one as the bit fields of a
-    little-endian compiler do.  Hours are those of a clock with AM and PM.
+    The parts of date and time begin at the most significant bit.  Hours are those of a clock with AM and PM.
     """
     is_afternoon = when.hour >= 12
     hour = when.hour - 12 if when.hour > 12 else when.hour
     year = when.year - 1990 & 0x3F
-    if is_low_first:
-        date = year | when.month << 6 | when.day << 10 | is_afternoon << 15
-        time = hour | when.minute << 4 | when.second << 10
-    else:
-        date = year << 10 | when.month << 6 | when.day << 1 | is_afternoon
-        time = hour << 12 | when.minute << 6 | when.second
+    date = year << 10 | when.month << 6 | when.day << 1 | is_afternoon
+    time = hour << 12 | when.minute << 6 | when.second
     return origin & 0xFFFF, number & 0xFFFF, date, time, tag & 0xFFFF, info & 0xFFFF, 0
 
 

@@ -14,8 +14,11 @@ StartEvents = Literal["changes", "all", "none"]
 class Readings:
     events: Events = "remembered"
     events_at_start: StartEvents = "changes"
-    common_variables_cause_events: bool = True
-    """False: ON_EVENT and EXCEPTION take no notice of a COMMON variable until something else in them changes."""
+    common_variables_cause_events: bool = False
+    """False: ON_EVENT and EXCEPTION take no notice of a COMMON variable until something else in them changes.
+
+    COMMON variables "do not produce event" (manual line 2644).
+    """
     remembers_conditions: bool = False
     """True: CONDITION and CASE go on after a short event as well, which is over before the cycle of the task."""
     actions_first: bool = False

@@ -11,7 +11,6 @@ from fieldrig_devices.pam.panel.catalogue import text_of
 from fieldrig_devices.pam.panel.codes import MOST_NUMBER, Code, Kind, code_of
 from fieldrig_devices.pam.panel.display import DIGITS, Display, floating
 from fieldrig_devices.pam.panel.messages import Message, Messages
-from fieldrig_devices.pam.panel.options import PanelOptions, Several
 from fieldrig_devices.pam.panel.pam_display import PamDisplay
 
 DATE = datetime(1995, 10, 15, 14, 30, 45)  # noqa: DTZ001 - the PAM's clock knows no time zone
@@ -75,7 +74,7 @@ def test_the_same_number_has_another_text_as_a_message() -> None:
 @pytest.mark.manual("PAMS-047")
 def test_debugger_prints_an_error_and_its_end_as_in_the_manual() -> None:
     sent: list[bytes] = []
-    messages = Messages(sent.append, 100)
+    messages = Messages(sent.append)
     for text in ("0780E039", "0780S039"):
         messages.add(Message(code_of(text), "RS422 : comm. disconnected", (), DATE))
     assert b"".join(sent).decode().splitlines() == [
@@ -88,7 +87,7 @@ def test_debugger_prints_an_error_and_its_end_as_in_the_manual() -> None:
 
 @pytest.mark.manual("PAMS-045")
 def test_error_list_has_errors_and_ends_but_no_warnings() -> None:
-    messages = Messages(lambda text: None, 100)
+    messages = Messages(lambda text: None)
     for text in ("0080M001", "0080W002", "0080K002", "0080E003", "0080S003", "0680F010"):
         messages.add(Message(code_of(text), "", (), DATE))
     assert [str(entry.code) for entry in messages.listed] == ["0080K002", "0080E003", "0080S003", "0680F010"]
@@ -96,7 +95,7 @@ def test_error_list_has_errors_and_ends_but_no_warnings() -> None:
 
 @pytest.mark.manual("PAMS-056")
 def test_first_fatal_error_counts() -> None:
-    messages = Messages(lambda text: None, 100)
+    messages = Messages(lambda text: None)
     for text in ("0680F010", "0380F02D"):
         messages.add(Message(code_of(text), "", (), DATE))
     assert messages.fatal is not None
@@ -157,68 +156,80 @@ def test_earlier_error_is_shown_again_when_the_later_one_has_ended(display: Disp
     assert display.text(S) == "0080E001"
 
 
-@pytest.mark.parametrize(
-    ("several", "shown"),
-    [
-        ("latest", ["0080E002", "0080E001", "0080W003", " "]),
-        ("first", ["0080E001", "0080E001", "0080W003", " "]),
-        ("only_latest", ["0080E002", " ", " ", " "]),
-    ],
-)
-def test_of_several_errors_one_is_shown(several: Several, shown: list[str]) -> None:
-    display = Display(PanelOptions(several=several))
+def test_of_several_errors_the_latest_is_shown_and_then_the_earlier_ones(display: Display) -> None:
     for text in ("0080W003", "0080E001", "0080E002"):
         display.show(code_of(text), 0)
     seen = [display.text(0)]
     for text in ("0080S002", "0080S001", "0080K003"):
         display.show(code_of(text), 10 * S)
         seen.append(display.text(13 * S))
-    assert [text.strip() or " " for text in seen] == shown
+    assert seen[:3] == ["0080E002", "0080E001", "0080W003"]
+    assert "0080" not in seen[3]
 
 
-def test_a_fatal_error_stays_if_only_the_latest_error_is_shown() -> None:
-    display = Display(PanelOptions(several="only_latest"))
-    for text in ("0380E02C", "0080E002"):
+IN_TABLE_12_7 = [f"0680F{number}" for number in ("002", "003", "004", "005", "007", "008", "009", "016", "006", "022")]
+OTHERS = ["0780F025", "0680F010", "0680F00C", "0200FFF2", "0380E02C", "0780F020"]
+
+
+@pytest.mark.manual("PAMS-060")
+@pytest.mark.parametrize("cause", IN_TABLE_12_7)
+@pytest.mark.parametrize("other", OTHERS)
+def test_of_several_fatal_errors_that_of_the_ring_is_shown(display: Display, cause: str, other: str) -> None:
+    for order in ((cause, other), (other, cause), (cause, other, "0680F006", "0080E001")):
+        display.restart("PACKER", 0)
+        for text in order:
+            display.show(code_of(text), 0)
+        assert display.text(S) == cause
+        assert display.blinks()
+
+
+@pytest.mark.manual("PAMS-056")
+@pytest.mark.parametrize("first", IN_TABLE_12_7[:4])
+@pytest.mark.parametrize("second", IN_TABLE_12_7[:4])
+def test_of_several_fatal_errors_of_one_sort_the_first_is_shown(display: Display, first: str, second: str) -> None:
+    for text in (first, second):
         display.show(code_of(text), 0)
-    display.show(code_of("0080S002"), S)
+    assert display.text(0) == first
+
+
+def test_a_fatal_error_stays_whatever_follows() -> None:
+    display = Display()
+    for text in ("0380E02C", "0080E002", "0080S002", "0200FFF3"):
+        display.show(code_of(text), 0)
     assert display.text(S) == "0380E02C"
 
 
-@pytest.mark.manual("PAMS-044")
-@pytest.mark.parametrize(
-    ("data_ms", "seen"),
-    [(0, ["0480W00C"] * 4), (1000, ["0480W00C", "00000011", "FFFFFFFF", "     2.5"])],
-)
-def test_data_fields_take_turns_with_their_code(data_ms: int, seen: list[str]) -> None:
-    display = Display(PanelOptions(data_ms=data_ms))
-    display.show(code_of("0480W00C"), 5 * S, (17, -1, 2.5))
-    assert [display.text(instant * S) for instant in (5, 6, 7, 8)] == seen
-    assert display.text(9 * S) == "0480W00C"
+@pytest.mark.parametrize("condition", ["0080W017", "0080E017"])
+def test_an_older_message_does_not_hide_a_warning(display: Display, condition: str) -> None:
+    display.show(code_of("0780M017"), 0)
+    assert display.text(S) == "0780M017"
+    display.show(code_of(condition), S)
+    assert display.text(S) == condition
 
 
-@pytest.mark.parametrize(("scroll_ms", "seen"), [(300, "        "), (100, "       P")])
-def test_the_speed_of_the_name(scroll_ms: int, seen: str) -> None:
-    display = Display(PanelOptions(scroll_ms=scroll_ms))
-    display.restart("PACKER", 0)
-    assert display.text(100 * MS) == seen
+def test_a_warning_that_has_ended_does_not_hide_the_next_one(display: Display) -> None:
+    for text in ("0080W001", "0080K001", "0080W002"):
+        display.show(code_of(text), S)
+    assert display.text(S) == "0080W002"
 
 
-@pytest.mark.parametrize(("message_ms", "is_seen"), [(2000, False), (3000, True)])
-def test_the_time_of_a_message_and_of_a_warning_that_has_ended(message_ms: int, is_seen: bool) -> None:
-    display = Display(PanelOptions(message_ms=message_ms))
-    display.show(code_of("0080M001"), 0)
-    assert (display.text(2 * S) == "0080M001") is is_seen
-    display.show(code_of("0080W002"), 5 * S)
-    display.show(code_of("0080K002"), 6 * S)
-    assert display.text(8 * S - 1) == "0080W002"
-    assert display.text(8 * S) != "0080W002"  # 2 s: manual line 8659
+def test_a_message_is_shown_for_two_seconds_over_an_older_warning(display: Display) -> None:
+    display.show(code_of("0080W017"), 0)
+    display.show(code_of("0080M001"), S)
+    assert [display.text(instant) for instant in (S, 3 * S - 1, 3 * S)] == ["0080M001", "0080M001", "0080W017"]
 
 
-def test_the_error_list_has_its_length() -> None:
-    messages = Messages(lambda text: None, 2)
-    for number in range(5):
+def test_the_name_moves_by_a_digit_in_300_ms(display: Display) -> None:
+    assert [display.text(instant * MS) for instant in (0, 299, 300, 600)] == [
+        "        ", "        ", "       P", "      PA",
+    ]  # fmt: skip
+
+
+def test_the_error_list_has_the_latest_100_entries() -> None:
+    messages = Messages(lambda text: None)
+    for number in range(105):
         messages.add(Message(Code(0, Kind.ERROR, number), "", (), DATE))
-    assert [entry.code.number for entry in messages.listed] == [3, 4]
+    assert [entry.code.number for entry in messages.listed] == list(range(5, 105))
 
 
 @pytest.mark.manual("PAMS-048")
@@ -231,14 +242,6 @@ def test_monitored_value_is_refreshed_periodically(display: Display) -> None:
     assert display.text(700 * MS).strip() == "2.5"
     assert display.text(1000 * MS).strip() == "3453.56"
     assert display.text(200 * S).strip() == "3453.56"
-
-
-def test_the_period_of_a_monitored_value() -> None:
-    display = Display(PanelOptions(monitor_ms=100))
-    display.monitor(1.5, 0)
-    display.monitor(2.5, 50 * MS)
-    assert display.text(99 * MS).strip() == "1.5"
-    assert display.text(100 * MS).strip() == "2.5"
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))

@@ -21,12 +21,6 @@ def test_date_and_time_are_packed() -> None:
     assert hours == [0, 11, 12, 1, 11]
 
 
-def test_date_and_time_may_begin_at_the_lowest_bit() -> None:
-    cells = panel_cells(7, 0x20, WHEN, is_low_first=True)
-    # 5, 10, 15 and PM from bit 0 on, and 2, 30 and 45
-    assert cells[2:4] == (0b1_01111_1010_000101, 0b101101_011110_0010)
-
-
 @pytest.mark.manual("PAMS-058")
 def test_the_panel_of_vme() -> None:
     bench = PortBench(GROUP + VME)

@@ -200,7 +200,8 @@ def test_a_sequence_goes_on_beside_the_task_of_its_exception(wake: bool, cycle: 
 @pytest.mark.parametrize("event", ["f", "cf"])
 def test_an_exception_that_the_sequence_itself_causes_comes_before_its_wait(event: str, wakes: bool) -> None:
     statements = f"EXCEPTION {event} SEQUENCE SEQ_x; {event} <- 1; WAIT_TIME 20; at <- 1;"
-    bench = started(statements, more=OTHER, readings=reading(exceptions_wake=wakes))
+    readings = reading(exceptions_wake=wakes, common_variables_cause_events=True)
+    bench = started(statements, more=OTHER, readings=readings)
     assert (bench["n"], bench["at"]) == (1, 0)
 
 

@@ -146,6 +146,20 @@ def test_common_variables_cause_no_events() -> None:
     assert (bench["n"], bench["w"]) == (1, 0)  # the short pulse of an INTERNAL variable is not missed
 
 
+@pytest.mark.manual("PAML-225")
+@pytest.mark.parametrize("other", ["", " * !f"])
+def test_a_common_variable_that_stays_true_causes_no_event(other: str) -> None:
+    """Manual line 2644: an event comes from what else is in the expression."""
+    bench = PamBench(
+        f"ACTIONS ACT_a; SPECS CYCLES = 1; END_SPECS ON_EVENT cf{other} ACTION n <- n + 1; END_ACTION END_ACTIONS\n"
+        + sequence(f"f <- set; EXCEPTION cf{other} ABORT_SEQUENCE; cf <- set; WAIT_TIME 50; w <- 1; f <- reset;")
+    )
+    bench.run()
+    bench["SBI_a"] = True
+    bench.run(100)
+    assert (bench["n"], bench["w"]) == (1 if other else 0, 1)
+
+
 # ---- CASE
 
 
