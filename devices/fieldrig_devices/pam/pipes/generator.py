@@ -17,6 +17,10 @@ class Generator(ABC):
         """The position at which the present motion began."""
         self._periods = 0
         """Number of periods since then."""
+        self._end: float | None = initial_position
+        """The position at which it ends, or None if it keeps a speed."""
+        self._end_s = 0.0
+        """Time from its beginning to its end."""
         self.lead_s = 0.0
         """Time by which the flow is ahead of the position, with ANTI_DELAY (PAML-635)."""
         self.takes_shorter_way = False
@@ -58,7 +62,22 @@ class Generator(ABC):
 
     @property
     def _absolute(self) -> float:
-        return self._base + self._moved(self._seconds)
+        return self._at(self._seconds)
+
+    def _at(self, seconds: float) -> float:
+        """Return the position after this time.
+
+        At the end it is the target itself, without the rounding of the way there, so that `position = 90` holds.
+        """
+        if self._end is not None and seconds >= self._end_s:
+            return self._end
+        return self._base + self._moved(seconds)
+
+    def _begin(self, base: float, duration_s: float, end: float | None, ready_s: float | None = None) -> None:
+        """Begin the motion that `_moved` describes from now on, at the position `base`."""
+        self._base, self._periods = base, 0
+        self._end_s, self._end = duration_s, end
+        self._ready_s = duration_s if ready_s is None else ready_s
 
     def _way_to(self, position: float) -> float:
         """Return the distance to a position: the numeric difference, over several periods if that is so (G-14)."""
@@ -69,7 +88,7 @@ class Generator(ABC):
         """Begin at INITIAL_POSITION with this period in seconds, as the pipe is activated (PAML-607)."""
         self.period_s, self.is_active = period_s, True
         self._rest()
-        self._base, self._periods, self._ready_s = self.initial_position, 0, 0.0
+        self._begin(self.initial_position, 0.0, self.initial_position)
 
     def stop(self) -> None:
         self.is_active = False
@@ -77,11 +96,14 @@ class Generator(ABC):
     def step(self) -> float:
         """Go on for a period, and return the value of the flow."""
         self._periods += 1
-        return wrapped(self._base + self._moved(self._seconds + self.lead_s), self.position_period)
+        return wrapped(self._at(self._seconds + self.lead_s), self.position_period)
 
     def set_position(self, position: float) -> None:
         """Set the present position of an active generator by a step, else that of its next start (PAML-606, 633)."""
-        if self.is_active:
-            self._base += position - self._absolute
-        else:
+        if not self.is_active:
             self.initial_position = position
+            return
+        step = position - self._absolute
+        self._base += step
+        if self._end is not None:
+            self._end = position if self._seconds >= self._end_s else self._end + step

@@ -185,13 +185,16 @@ class PmpGenerator(Generator):
 
     def absolute_move(self, first: float, last: float | None = None) -> None:
         """Move to `first`, and then to `last` if it is on the other side of it."""
-        self.relative_move(self._way_to(first), None if last is None else last - first)
+        self._move(self._way_to(first), None if last is None else last - first, first if last is None else last)
 
     def relative_move(self, first: float, last: float | None = None) -> None:
         """Move by `first`, and then by `last`, which must have the opposite sign; otherwise nothing moves.
 
         Without a way for the first, the last is a single move.
         """
+        self._move(first, last, self._absolute + first + (last or 0.0))
+
+    def _move(self, first: float, last: float | None, end: float) -> None:
         if not self.is_active or self._is_busy or (last is not None and first * last > 0):
             return
         if not first:
@@ -203,14 +206,17 @@ class PmpGenerator(Generator):
             way.then(single(abs(first), self.limits), math.copysign(1.0, first))
         elif last is not None and first * last < 0:
             way.then(forward_backward(abs(first), abs(last), self.limits), math.copysign(1.0, first))
-        self._follow(way)
+        elif last is not None:  # it stops behind the point of return
+            self._follow(way, None)
+            return
+        self._follow(way, end)
 
     def run(self, speed: float) -> None:
         """Go on at a speed; 0 ends the motion."""
         if self.is_active and not self._is_busy:
             way = self._moving()
             way.ramp(speed, self.limits.acceleration, self.limits.jerk)
-            self._follow(way, self._run_is_ready_s(speed, way.duration_s))
+            self._follow(way, None, self._run_is_ready_s(speed, way.duration_s))
 
     def _moving(self) -> JerkProfile:
         """Return the beginning of a motion that follows the present one: its acceleration ends."""
@@ -218,6 +224,6 @@ class PmpGenerator(Generator):
         way.relax(self.limits.jerk)
         return way
 
-    def _follow(self, way: JerkProfile, ready_s: float | None = None) -> None:
-        self._base, self._way, self._periods = self._absolute, way, 0
-        self._ready_s = way.duration_s if ready_s is None else ready_s
+    def _follow(self, way: JerkProfile, end: float | None, ready_s: float | None = None) -> None:
+        base, self._way = self._absolute, way
+        self._begin(base, way.duration_s, end, ready_s)

@@ -27,16 +27,16 @@ class TmpGenerator(Generator):
         self._way = keep(0.0)
 
     def absolute_move(self, position: float) -> None:
-        self._follow(move(self._way_to(position), self.speed, self.limits))
+        self._follow(move(self._way_to(position), self.speed, self.limits), position)
 
     def relative_move(self, distance: float) -> None:
-        self._follow(move(distance, self.speed, self.limits))
+        self._follow(move(distance, self.speed, self.limits), self._absolute + distance)
 
     def run(self, speed: float) -> None:
         way = change_speed(self.speed, speed, self.limits)
-        self._follow(way, self._run_is_ready_s(speed, way.duration_s))
+        self._follow(way, None, self._run_is_ready_s(speed, way.duration_s))
 
-    def _follow(self, way: Profile, ready_s: float | None = None) -> None:
+    def _follow(self, way: Profile, end: float | None, ready_s: float | None = None) -> None:
         if self.is_active:
-            self._base, self._way, self._periods = self._absolute, way, 0
-            self._ready_s = way.duration_s if ready_s is None else ready_s
+            base, self._way = self._absolute, way
+            self._begin(base, way.duration_s, end, ready_s)

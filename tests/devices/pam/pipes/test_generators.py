@@ -1,10 +1,14 @@
 """The generators: golden numbers of the digest (section 7), and laws of every motion."""
 
+import math
+from collections.abc import Callable
+
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig_devices.motion.profile import Limits
+from fieldrig_devices.pam.pipes.block import wrapped
 from fieldrig_devices.pam.pipes.pmp_generator import PmpGenerator, PmpLimits, forward_backward, single
 from fieldrig_devices.pam.pipes.tmp_generator import TmpGenerator
 
@@ -38,6 +42,78 @@ def test_tmp_moves_450_units_in_90_s() -> None:
             reached[number] = (round(generator.position, 6), round(generator.speed, 6))
     assert reached == {20_000: (60, 6), 80_000: (420, 6), 90_000: (450, 0)}
     assert generator.ready
+
+
+TARGETS = st.integers(-7200, 7200).map(lambda tenths: tenths / 10) | st.floats(-1e4, 1e4)
+
+
+def pmp(period: float | None = None, initial: float = 0.0) -> PmpGenerator:
+    found = PmpGenerator(EXAMPLE, initial, period)
+    found.start(MS)
+    return found
+
+
+@pytest.mark.parametrize("make", [tmp, pmp])
+@pytest.mark.parametrize("initial", [0.0, 0.1, 12.3, -7.7])
+@pytest.mark.parametrize("period", [None, 360.0])
+@pytest.mark.parametrize("lead_s", [0.0, MS])
+@given(st.lists(TARGETS, min_size=1, max_size=4))
+@settings(max_examples=25, deadline=None)
+def test_a_move_ends_at_its_target_to_the_last_bit(
+    make: Callable[..., TmpGenerator | PmpGenerator],
+    initial: float,
+    period: float | None,
+    lead_s: float,
+    targets: list[float],
+) -> None:
+    """So that a program's `position = 90` holds."""
+    generator = make(period, initial)
+    generator.lead_s = lead_s
+    for target in targets:
+        generator.absolute_move(target)
+        generator._periods = math.ceil(generator._ready_s / MS)  # the steps between are those of the other tests
+        assert generator.ready
+        assert generator.position == wrapped(target, period)
+        assert generator.step() == wrapped(target, period)
+
+
+def test_tmp_goes_to_90_and_on() -> None:
+    generator = TmpGenerator(Limits(10, 1000, 1000), 0.0, None)
+    generator.start(MS)
+    for target in (90.0, 7.0, 90.0):
+        generator.absolute_move(target)
+        periods_until_ready(generator)
+        assert (generator.position, generator.step(), generator.speed) == (target, target, 0.0)
+    generator.relative_move(-90.0)
+    periods_until_ready(generator)
+    assert generator.position == 0.0
+    generator.run(5)
+    generator.step()
+    generator.absolute_move(1.1)
+    periods_until_ready(generator)
+    assert generator.position == 1.1
+
+
+def test_a_position_that_is_set_is_exact_at_rest_and_moves_the_target_on_the_way() -> None:
+    generator = TmpGenerator(Limits(10, 1000, 1000), 0.1, None)
+    generator.start(MS)
+    generator.set_position(90.3)
+    assert generator.position == 90.3
+    generator.absolute_move(100.7)
+    for _ in range(10):
+        generator.step()
+    before = generator.position
+    generator.set_position(before + 100)
+    periods_until_ready(generator)
+    assert generator.position == pytest.approx(200.7)
+
+
+@pytest.mark.manual("PAML-603")
+def test_pmp_ends_exactly_where_it_turns_back_to() -> None:
+    generator = pmp(initial=0.1)
+    generator.absolute_move(12000.0, 8000.3)
+    periods_until_ready(generator)
+    assert generator.position == 8000.3
 
 
 @pytest.mark.manual("PAML-631")
