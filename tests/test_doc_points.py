@@ -59,7 +59,8 @@ DEVICES: dict[tuple[str, str], dict[str, Any]] = {
     ("pulses.md", "`pulse.generator`"): {"kind": "pulse.generator", "links": WIRES},
     ("pam.md", "Points"): {"kind": "pam", "application": "programs/labeller.pam", "links": {"ring": "pamring"}},
     ("smart-io.md", "Points"): {
-        "kind": "smart_io", "motors": [{"increase": 101, "decrease": 102, "zero": 102, "counter": 101}], "links": WIRES,
+        "kind": "smart_io", "motors": [{"increase": 101, "decrease": 102, "zero": 102, "counter": 101}],
+        "ring_address": 9, "links": {**WIRES, "ring": "pamring"},
     },
     ("plants.md", "`plant.dc-motor`"): {
         "kind": "plant.dc-motor", "increase_wire": "i", "decrease_wire": "d", "links": WIRES,

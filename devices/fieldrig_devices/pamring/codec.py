@@ -13,6 +13,7 @@ from operator import attrgetter
 from typing import Any, Final, NamedTuple, cast
 
 from fieldrig_devices.pamring import frames
+from fieldrig_devices.pamring.messages import LARGEST_NUMBER
 
 LONGEST_REPORT: Final = 0xFF
 _VALUE: Final = struct.Struct("<q")
@@ -135,7 +136,8 @@ def _decode_answer(data: bytes) -> frames.Answer:
 
 
 def _encode_trouble(trouble: frames.Trouble) -> bytes:
-    return _TROUBLE.pack(TROUBLE, trouble.severity, trouble.code, *trouble.details, trouble.word)
+    code = trouble.code & LARGEST_NUMBER  # a device of a user may have any number
+    return _TROUBLE.pack(TROUBLE, trouble.severity, code, *trouble.details, trouble.word)
 
 
 def _decode_trouble(data: bytes) -> frames.Trouble:

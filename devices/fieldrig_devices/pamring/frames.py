@@ -361,7 +361,10 @@ class Severity(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """A message of a node, as the PAM shows it: 04..W00C and so on (section 14.3); `code` is its 12 bits."""
+    """A message of a node, as the PAM shows it: 04..W00C and so on (section 14.3).
+
+    The PAM shows three digits, so only the lowest 12 bits of `code` count.
+    """
 
     severity: Severity
     code: int

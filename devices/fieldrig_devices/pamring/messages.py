@@ -10,6 +10,8 @@ from fieldrig_devices.pamring.frames import Severity, Trouble
 Message = tuple[str, tuple[int, ...]]
 """A code with its details D1, D2 and D3."""
 
+LARGEST_NUMBER: Final = 0xFFF
+"""The number of a message has three hexadecimal digits (table 12-6)."""
 RING_MODE: Final = 1
 """D1 of the errors of the ring's configuration, for Socapel's usage; indexed mode is our only one."""
 FIFO_ADDRESS: Final = 0
@@ -65,5 +67,5 @@ def plain(code: str) -> Message:
 
 
 def of_trouble(address: int, trouble: Trouble) -> Message:
-    """The message of a node, as the PAM shows it."""
-    return f"04..{_TYPES[trouble.severity]}{trouble.code:03X}", (address, *trouble.details)
+    """The message of a node, as the PAM shows it: with three digits, whatever the node has sent."""
+    return f"04..{_TYPES[trouble.severity]}{trouble.code & LARGEST_NUMBER:03X}", (address, *trouble.details)

@@ -25,6 +25,7 @@ from fieldrig_devices.modbus.point_server import PointServer
 from fieldrig_devices.modbus.tools import lines_for
 from fieldrig_devices.pamring.frames import NodeType, Severity, Trouble
 from fieldrig_devices.pamring.node import RingNode
+from fieldrig_devices.pamring.points import ring_points
 from fieldrig_devices.registers.table import load_table
 from fieldrig_devices.smart_io.alone import Alone
 from fieldrig_devices.smart_io.board import Board
@@ -81,6 +82,8 @@ class SmartIo(Device):
             self._can = PointSlave(clock, name, can, settings.can_slave, store, self.find, EDS, points_by_object())
             self._points |= dict(self._can.points())
         self._ring = None if ring is None else self._make_end(clock, ring)
+        if self._ring is not None:
+            self._points |= ring_points(self._ring)
         PointServer(clock, modbus or [], settings.modbus, self.find, _ignore, partial(table, settings))
 
     def _make_end(self, clock: Clock, ring: Link[RingMessage]) -> RingNode:

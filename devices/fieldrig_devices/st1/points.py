@@ -8,6 +8,7 @@ from fieldrig.device import Point, Value
 from fieldrig.point_values import number_in, truth_in, whole_in
 from fieldrig_devices.pamring.axis_words import Error
 from fieldrig_devices.pamring.node import RingNode
+from fieldrig_devices.pamring.points import ring_points
 from fieldrig_devices.st1.program import Program
 from fieldrig_devices.st1.registers import COUNT
 from fieldrig_devices.st1.sensors import FULL_SCALE_V, Sensors
@@ -57,8 +58,7 @@ def _motion(node: Node) -> dict[str, Point]:
 def _state(node: Node, end: RingNode) -> dict[str, Point]:
     servo = node.program.servo
     return {
-        "ring": Point(lambda: end.fault.value, None, "", "fault of the ring as the node sees it"),
-        "node": Point(lambda: end.state.name.lower(), None, "", "unknown, identified or running"),
+        **ring_points(end),
         "power": Point(lambda: servo.is_powered, None, "", "the power stage is on"),
         "status": Point(lambda: servo.status, None, "", "status word of the axis, table 12-4"),
         "error": Point(lambda: servo.errors.value, None, "", "error word of the axis, table 12-1"),

@@ -5,6 +5,7 @@ from pamring_bench import SMART_IO, ST1, Bench
 
 from fieldrig.clock import MS
 from fieldrig_bus.ring.pam.message import Frames
+from fieldrig_devices.pam.panel.codes import code_of
 from fieldrig_devices.pamring.declared import DeclaredNode
 from fieldrig_devices.pamring.ends import RingFault
 from fieldrig_devices.pamring.frames import (
@@ -71,6 +72,18 @@ def test_trouble_of_a_node_is_shown_with_its_address_and_given_to_the_objects(se
     bench.run(3)
     assert bench.pam.errors == [(code, (33, 0x10002, 5))]
     assert bench.pam.reports == [(33, short)]
+
+
+@pytest.mark.parametrize(("code", "shown"), [(0xFFF, "FFF"), (0x1000, "000"), (0x1234, "234"), (0xFFFF, "FFF")])
+def test_a_number_of_a_foreign_node_has_three_digits(bench: Bench, code: int, shown: str) -> None:
+    node = bench.nodes[1].end
+    node.send(Trouble(Severity.ERROR, code, (1, 2), 0))
+    bench.run(3)
+    report = bytes.fromhex(f"89 03 {code.to_bytes(2, 'little').hex()} 01000000 02000000 00000000")
+    node._lay(bytes([len(report)]) + report)  # as a node of another maker might
+    bench.run(3)
+    assert bench.pam.errors == [(f"04..E{shown}", (33, 1, 2))] * 2
+    assert str(code_of(bench.pam.errors[0][0])) == f"0480E{shown}"
 
 
 def test_reports_of_nodes_that_are_ignored_are_dropped() -> None:

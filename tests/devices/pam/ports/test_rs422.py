@@ -325,3 +325,46 @@ def test_a_session_over_a_serial_line(fieldrig_rig: RigMaker) -> None:
     rig.set("pam", "RRO_MachHeadLevel.1", 0.25)
     rig.run_until(S + 50 * MS)
     assert master.changes == [("RRO_MachHeadLevel", 1, 0.25)]
+
+
+# The commands that lead to each phase, and those that belong to it, as in table 13-5 for the VME DualPort.
+ASKED = [Code.ASK_DEF_IN] * 7
+PHASES = {
+    "before a session": ([], [Code.REQUEST, Code.ALIVE]),
+    "before the inputs": ([Code.REQUEST], [Code.REQUEST, Code.ALIVE, Code.ASK_DEF_IN]),
+    "among the inputs": ([Code.REQUEST, *ASKED[:3]], [Code.REQUEST, Code.ALIVE, Code.ASK_DEF_IN]),
+    "outputs": (
+        [Code.REQUEST, *ASKED, Code.DEF_OUT],
+        [Code.REQUEST, Code.ALIVE, Code.DEF_OUT, Code.END_DEF_OUT],
+    ),
+    "initial values": (
+        [Code.REQUEST, *ASKED, Code.END_DEF_OUT],
+        [Code.REQUEST, Code.ALIVE, Code.INIT_IN, Code.XNG_FLAG, Code.END_INIT_IN],
+    ),
+    "ready": ([Code.REQUEST, *ASKED, Code.END_DEF_OUT, Code.END_INIT_IN], [Code.REQUEST, Code.ALIVE, Code.START]),
+    "running": (
+        [Code.REQUEST, *ASKED, Code.END_DEF_OUT, Code.END_INIT_IN, Code.START],
+        [Code.REQUEST, Code.ALIVE, Code.XNG_FLAG],
+    ),
+}
+VALUES = {Code.DEF_OUT: (crc_of("RFO_MachStopped"), 1), Code.XNG_FLAG: (1, 0, 1)}
+COMMANDS = [
+    Code.REQUEST, Code.ASK_DEF_IN, Code.DEF_OUT, Code.END_DEF_OUT, Code.INIT_IN, Code.END_INIT_IN, Code.START,
+    Code.ALIVE, Code.XNG_FLAG,
+]  # fmt: skip
+
+
+@pytest.mark.manual("PAMS-107")
+@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda code: code.name)
+def test_a_command_of_another_phase_is_e036(phase: str, command: Code) -> None:
+    before, allowed = PHASES[phase]
+    bench = PortBench(GROUP + RS422)
+    bench.begin()
+    for code in before:
+        say(bench, code, *VALUES.get(code, ()))
+    bench.kernel.reports.clear()
+    answers = say(bench, command, *VALUES.get(command, ()))
+    refused = Message(Code.ACK, (command, Result.REJECTED, 0, 0))
+    assert (refused in answers) is (command not in allowed)
+    assert ("07..E036" in bench.kernel.codes) is (command not in allowed)

@@ -61,6 +61,26 @@ def test_values_in_both_directions(rig: Rig) -> None:
             rig.set("plc", key, wrong)
 
 
+def test_a_written_value_is_read_back_at_once(rig: Rig) -> None:
+    written = {
+        "DFI_MachRunning": True,
+        "DWI_MachPressure": -7,
+        "DLI_MachHeadSpeed.2": 70_000,
+        "DRI_MachHeadFactor.3": 0.5,
+    }
+    for before in (True, False):  # before the start-up, and while the master runs
+        for key, value in written.items():
+            rig.set("plc", key, value)
+            assert rig.get("plc", key) == value
+        if before:
+            rig.run_until(S)
+        rig.set("plc", "DFI_MachRunning", False)
+        assert rig.get("plc", "DFI_MachRunning") is False
+        rig.run_until(rig.now_ns + 200 * MS)
+        assert (rig.get("pam", "DFI_MachRunning.0"), rig.get("pam", "DWI_MachPressure.0")) == (False, -7)
+        assert [rig.get("plc", key) for key in written] == [False, -7, 70_000, 0.5]
+
+
 def test_the_last_of_many_values_arrives(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
     config = rig_of(tmp_path)
     config["devices"]["pam"]["turnaround_ms"] = 2.0

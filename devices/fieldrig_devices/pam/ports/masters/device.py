@@ -4,7 +4,7 @@ It stands for the PLC in rigs without one.  When the PAM is gone, it begins the 
 """
 
 import logging
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import ClassVar, Final
 
@@ -106,11 +106,12 @@ class VmeMasterDevice(Device):
             for index in range(variable.number):
                 key = f"{variable.name}.{index}" if variable.is_multiple else variable.name
                 write = partial(self._write, variable, index) if variable.is_input else None
-                found[key] = Point(self._reader(variable.name, index), write)
+                found[key] = Point(partial(self._read, variable.name, index), write)
         return found
 
-    def _reader(self, name: str, index: int) -> Callable[[], Value]:
-        return lambda: self._master.values[name][index]
+    def _read(self, name: str, index: int) -> Value:
+        """Return the value of a variable, or that which a user has written and the master sends next."""
+        return self._wanted.get((name, index), self._master.values[name][index])
 
     def _write(self, variable: PortVariable, index: int, value: Value) -> None:
         if variable.kind == "FLAG_VAR":

@@ -64,13 +64,12 @@ class Session:
         number, period_ms = variable.number, min(variable.period_ms, 0xFFFF)
         return Message(Code.DEF_IN, (variable.crc, self._sent, CLASS_NUMBERS[variable.kind], number, period_ms))
 
-    def _first_output(self, message: Message) -> Message:
+    def _first_output(self, message: Message) -> Message | None:
+        """Begin with the outputs; None while the master has not asked for all inputs."""
         if self._sent < len(self._inputs):
-            return acknowledge(message, Result.REJECTED)
+            return None
         self.phase = Phase.OUTPUTS
-        found = self.answer(message)
-        assert found is not None
-        return found
+        return self.answer(message)
 
     def _def_out(self, message: Message) -> Message:
         crc, key = (int(value) for value in message.values)
@@ -99,7 +98,7 @@ def acknowledge(message: Message, result: Result, kind: int = 0, number: int = 0
     return Message(Code.ACK, (message.code, result, kind, number))
 
 
-_HANDLERS: Final[Mapping[tuple[Phase, int], Callable[[Session, Message], Message]]] = {
+_HANDLERS: Final[Mapping[tuple[Phase, int], Callable[[Session, Message], Message | None]]] = {
     (Phase.INPUTS, Code.ASK_DEF_IN): Session._ask_def_in,
     (Phase.INPUTS, Code.DEF_OUT): Session._first_output,
     (Phase.INPUTS, Code.END_DEF_OUT): Session._first_output,

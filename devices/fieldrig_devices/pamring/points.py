@@ -1,0 +1,13 @@
+"""The points that every node of a PAM's ring has."""
+
+from collections.abc import Mapping
+
+from fieldrig.device import Point
+from fieldrig_devices.pamring.node import RingNode
+
+
+def ring_points(end: RingNode) -> Mapping[str, Point]:
+    return {
+        "ring": Point(lambda: end.fault.value, about="fault of the ring as the node sees it"),
+        "node": Point(lambda: end.state.name.lower(), about="unknown, identified or running"),
+    }
