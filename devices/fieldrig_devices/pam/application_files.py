@@ -25,14 +25,14 @@ def reader_beside(source: Path) -> Callable[[str], str | None]:
     return read
 
 
-def shapes_beside(source: Path, *, closed_is_periodic: bool = False) -> Callable[[str], Shape]:
+def shapes_beside(source: Path) -> Callable[[str], Shape]:
     """Return what reads cam files.  It raises ValueError, with the line, for a file that is missing or wrong."""
 
     def read(name: str) -> Shape:
         path = found_beside(source.parent, name + CAM_SUFFIX)
         if path is None:
             raise ValueError(f"there is no cam file {name}{CAM_SUFFIX} beside {source.name}")
-        return shape_of(_content(path), closed_is_periodic=closed_is_periodic)
+        return shape_of(_content(path))
 
     return read
 

@@ -139,9 +139,7 @@ class Pam(Device):
             self._settings,
             self._memory,
             self._panel,
-            shapes=shapes_beside(
-                self._settings.application, closed_is_periodic=self._settings.objects.closed_cams_are_periodic
-            ),
+            shapes=shapes_beside(self._settings.application),
             volts=self._set_volts,
             rs422=lambda data: _send(self._rs422, data),
             on_message=self._on_message,

@@ -85,26 +85,6 @@ class ObjectReadings(Settings):
         default=_OBJECTS.trigger_off_ends_correction,
         description="whether trigger_off brakes a running correction, or lets it complete",
     )
-    offset_slope_limits_output: bool = Field(
-        default=_OBJECTS.offset_slope_limits_output,
-        description="whether OFFSET_SLOPE limits the output of an amplifier, or its OFFSET",
-    )
-    comparator_starts_at_activation: bool = Field(
-        default=_OBJECTS.comparator_starts_at_activation,
-        description="whether a first value at or above the reference of a comparator starts its ROUTINE",
-    )
-    through_zero_forward_only: bool = Field(
-        default=_OBJECTS.through_zero_forward_only,
-        description="whether a comparator through zero counts only passages of the period's limit that lead forward",
-    )
-    through_zero_rearms: bool = Field(
-        default=_OBJECTS.through_zero_rearms,
-        description="whether a comparator through zero needs such a passage each time, or only after a write",
-    )
-    learns_by_reference: bool = Field(
-        default=_OBJECTS.learns_by_reference,
-        description="whether a multi-comparator keeps learned times by reference, or by the order of installation",
-    )
     run_is_ready_at_speed: bool = Field(
         default=_OBJECTS.run_is_ready_at_speed,
         description="whether axes and generators are ready when a run has reached its speed, or only when it has ended",
@@ -112,10 +92,6 @@ class ObjectReadings(Settings):
     pmp_supersedes: bool = Field(
         default=_OBJECTS.pmp_supersedes,
         description="whether a command to a moving PMP generator replaces the motion, which stops first, or is ignored",
-    )
-    resolver_turns_forward: bool = Field(
-        default=_OBJECTS.resolver_turns_forward,
-        description="whether the resolver phase of a zero positioner turns forward, or goes the shorter way",
     )
     power_on_sets_initial_position: bool = Field(
         default=_OBJECTS.power_on_sets_initial_position,
@@ -129,24 +105,9 @@ class ObjectReadings(Settings):
         default=_OBJECTS.profiles_act_at_once,
         description="whether a written parameter of a PROFILE acts at once, or when PROFILE of the cam is written",
     )
-    closed_cams_are_periodic: bool = Field(
-        default=_OBJECTS.closed_cams_are_periodic,
-        description="whether a cam that ends where it begins has the same slope at both ends, or is natural there",
-    )
     lowest_address_is_highest_bit: bool = Field(
         default=_OBJECTS.lowest_address_is_highest_bit,
         description="whether the lowest address of a digital input or output is its highest bit, or its lowest",
-    )
-    dac_steps: Literal[255, 256] = Field(
-        default=255, description="steps of 2.5 V at the analog outputs; with 256 the highest is 2.49 V"
-    )
-    dac_truncates: bool = Field(
-        default=_OBJECTS.dac_truncates,
-        description="whether the analog outputs take the step below their value, or the nearest",
-    )
-    keeps_written_parameters: bool = Field(
-        default=_OBJECTS.keeps_written_parameters,
-        description="whether a block begins its life with the values last written, or with those declared",
     )
     set_point_delay_periods: float = Field(
         default=_OBJECTS.set_point_delay_periods,

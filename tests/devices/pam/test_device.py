@@ -61,8 +61,7 @@ def codes(rig: Rig) -> list[str]:
     return [line[line.index("[") + 1 : line.index("]")] for line in lines[::2]]
 
 
-@pytest.mark.parametrize("is_periodic", [False, True])
-def test_the_reading_of_a_cam_is_that_of_its_pam(fieldrig_rig: RigMaker, tmp_path: Path, is_periodic: bool) -> None:
+def test_a_cam_has_the_shape_of_its_file(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
     (tmp_path / "HUMP.cam").write_text("0 0\n0.2 0.5\n0.5 1\n0.7 0.4\n1 0\n")
     application = """
 SINK SNK_Values; END
@@ -84,15 +83,9 @@ TASK TSK_Look ;
   POWERON IFV_Go <- set ; END_POWERON
 END_TASK
 """
-    readings = f"objects: {{closed_cams_are_periodic: {str(is_periodic).lower()}}}"
-    rig = started(fieldrig_rig, tmp_path, application, readings)
+    rig = started(fieldrig_rig, tmp_path, application)
     rig.run_until(S)
-    seen = rig.get("pam", "IRV_Seen")
-    shape = shape_of((tmp_path / "HUMP.cam").read_bytes(), closed_is_periodic=is_periodic)
-    assert seen == pytest.approx(shape(0.1))
-    assert seen != pytest.approx(
-        shape_of((tmp_path / "HUMP.cam").read_bytes(), closed_is_periodic=not is_periodic)(0.1)
-    )
+    assert rig.get("pam", "IRV_Seen") == pytest.approx(shape_of((tmp_path / "HUMP.cam").read_bytes())(0.1))
 
 
 @pytest.mark.manual("PAMS-107")

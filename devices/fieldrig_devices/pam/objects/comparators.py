@@ -7,7 +7,7 @@ from fieldrig_devices.pam.objects.object_item import ObjectItem
 from fieldrig_devices.pam.objects.parameters import PeriodOfBlock, StartedRoutine
 from fieldrig_devices.pam.objects.site import Site
 from fieldrig_devices.pam.objects.transformer_item import TransformerItem
-from fieldrig_devices.pam.pipes.comparator import Comparator, Readings
+from fieldrig_devices.pam.pipes.comparator import Comparator
 from fieldrig_devices.pam.pipes.multi_comparator import MultiComparator, Reference, Trace
 
 
@@ -18,11 +18,7 @@ class ComparatorItem(TransformerItem):
 
     def __init__(self, declared: Declared, site: Site) -> None:
         super().__init__(declared, site)
-        options = site.options
-        readings = Readings(
-            options.comparator_starts_at_activation, options.through_zero_forward_only, options.through_zero_rearms
-        )
-        self.block = Comparator(0.0, readings=readings)
+        self.block = Comparator(0.0)
         self.declare(declared)
 
     def declare(self, declared: Declared) -> None:
@@ -87,7 +83,7 @@ class TraceItem(ObjectItem):
     def __init__(self, declared: Declared, site: Site, block: MultiComparator) -> None:
         super().__init__(declared.name)
         self.site, self._block = site, block
-        self.trace = Trace(learns_by_reference=site.options.learns_by_reference)
+        self.trace = Trace()
         block.traces.append(self.trace)
         self.routine = declared.routine("ROUTINE")
 

@@ -17,38 +17,18 @@ class Options:
     """True if both edges of TRIGGER_INPUT are events of a corrector (G-33)."""
     trigger_off_ends_correction: bool = False
     """True if `trigger_off` brakes a running correction (G-33)."""
-    offset_slope_limits_output: bool = False
-    """True if OFFSET_SLOPE limits how fast the output of an amplifier changes, not its OFFSET (G-30)."""
-    comparator_starts_at_activation: bool = False
-    """True if the first value at or above the reference starts ROUTINE (G-32)."""
-    through_zero_forward_only: bool = False
-    """True if only a passage from the end of the period to its beginning arms a comparator through zero (G-31)."""
-    through_zero_rearms: bool = False
-    """True if a comparator through zero waits for the limit of the period again after each time (G-31)."""
-    learns_by_reference: bool = False
-    """True if a multi-comparator keeps learned times by their reference, not by the order of installation (G-34)."""
     run_is_ready_at_speed: bool = True
     """True if a `run` is complete when its speed is reached, False if it is as long as it lasts (G-38)."""
     pmp_supersedes: bool = False
     """True if a command to a PMP generator replaces its running motion, False if it is ignored (E-18)."""
-    resolver_turns_forward: bool = False
-    """True if the resolver phase always turns forward, False if it goes the shorter way (G-39)."""
     power_on_sets_initial_position: bool = False
     """True if `power_on` sets INITIAL_POSITION, False if it sets 0 (section 17 of the system's digest)."""
     st1_nodes_have_errors: bool = False
     """True if `error` and `error_code` of an ST1 node answer as those of its axis, False if there are none (E-03)."""
     profiles_act_at_once: bool = False
     """True if a written parameter of a PROFILE acts at once in the cams that use it (E-05)."""
-    closed_cams_are_periodic: bool = False
-    """True if a cam that ends where it begins has the same slope at both ends, False if it is natural (G-28)."""
     lowest_address_is_highest_bit: bool = False
     """True if the first of the channels of a digital input or output is the highest bit, not the lowest (G-07)."""
-    dac_steps: int = 255
-    """Steps of 2.5 V at the PAM's analog outputs (G-12)."""
-    dac_truncates: bool = False
-    """True if the analog outputs of the PAM take the step below their value, False if the nearest (G-12)."""
-    keeps_written_parameters: bool = False
-    """True if a block begins its life with the values last written, False if with those declared (PAML-409)."""
     set_point_delay_periods: float = 1.0
     """Periods of a pipe until a node is at a set-point, to which it moves steadily; ANTI_DELAY makes up for it."""
     report_delay_cycles: float = 2.0

@@ -1,6 +1,5 @@
 """Outputs of the nodes and of the PAM, and displays (section 2.5 of the language's digest)."""
 
-import math
 from collections.abc import Callable
 from typing import Final
 
@@ -144,8 +143,6 @@ class PamAnalogOutput(ObjectItem):
         self._address = declared.integer("ADDRESS")
         self._number = 0.0
         self._step = 0
-        self._steps = site.options.dac_steps
-        self._whole: Callable[[float], int] = math.floor if site.options.dac_truncates else round
 
     def value(self) -> int:
         return int(self._number)
@@ -167,7 +164,7 @@ class PamAnalogOutput(ObjectItem):
         if int(before) != int(value):
             self._site.kernel.touched(self.name)
         volts = min(max((value + self._offset) / self._units_per_volt, 0.0), HIGHEST_V)
-        step = min(self._whole(volts / HIGHEST_V * self._steps), LARGEST_STEP)
+        step = round(volts / HIGHEST_V * LARGEST_STEP)
         if step != self._step:
             self._step = step
-            self._volts(self._address, step * HIGHEST_V / self._steps)
+            self._volts(self._address, step * HIGHEST_V / LARGEST_STEP)

@@ -316,8 +316,7 @@ class Pipes:
         """Let the new blocks of a pipe begin."""
         for item in pipe.lives:
             if id(item) not in living:
-                if not self._site.options.keeps_written_parameters:
-                    item.declare(self._declared[item.name])
+                item.declare(self._declared[item.name])
                 item.begin(pipe.source.period if item is pipe.source else pipe.period_s)
                 self._site.kernel.touched(item.name)
 

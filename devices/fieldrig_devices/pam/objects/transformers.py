@@ -22,10 +22,7 @@ class AmplifierItem(TransformerItem):
 
     def __init__(self, declared: Declared, site: Site) -> None:
         super().__init__(declared, site)
-        options = site.options
-        self.block = Amplifier(
-            0.0, 0.0, unwraps=options.amplifier_unwraps, limits_output=options.offset_slope_limits_output
-        )
+        self.block = Amplifier(0.0, 0.0, unwraps=site.options.amplifier_unwraps)
         self.declare(declared)
 
     def declare(self, declared: Declared) -> None:

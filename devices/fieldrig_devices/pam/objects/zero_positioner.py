@@ -12,7 +12,7 @@ from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.inputs import BinaryInput
 from fieldrig_devices.pam.objects.object_item import ObjectItem
 from fieldrig_devices.pam.objects.site import Site
-from fieldrig_devices.pam.pipes.block import nearest, wrapped
+from fieldrig_devices.pam.pipes.block import nearest
 from fieldrig_devices.pamring.registers import Parameter, Primary, parameter_address
 
 MOST_FINE: Final = 6
@@ -69,7 +69,6 @@ class ZeroPositioner(ObjectItem):
                 speed, move = declared.optional(f"{name}_SPEED"), declared.optional(f"{name}_MOVE")
                 self._searches[phase] = Search(speed, declared.word(f"{name}_EDGE") == "RISING", move)
         self.resolver_offset = declared.optional("RESOLVER_OFFSET")
-        self._turned = wrapped if site.options.resolver_turns_forward else nearest
         self._left: list[str] = []
         """The phases behind the present one."""
         self._phase = ""
@@ -201,7 +200,7 @@ class ZeroPositioner(ObjectItem):
         axis, turn = self._axis, self._site.options.motor_turn
         angle = count % COUNTS_PER_TURN * turn / COUNTS_PER_TURN
         self._is_waiting_for_axis = True
-        axis.do_relative_move(self._turned(self.resolver_offset * axis.units - angle, turn) / axis.units)
+        axis.do_relative_move(nearest(self.resolver_offset * axis.units - angle, turn) / axis.units)
 
     def _end(self) -> None:
         """The absolute position is 0 at the end (PAML-209)."""

@@ -1,7 +1,5 @@
 """The amplifier: y = GAIN (x + OFFSET), with slopes for changes of both (PAML-430 to PAML-436)."""
 
-import math
-
 from fieldrig_devices.pam.pipes.block import Block, Slewed
 
 
@@ -9,8 +7,8 @@ class Amplifier(Block):
     """An amplifier; `gain_slope` is in 1/s, `offset_slope` in units a second; None is MAX.
 
     In a flow with a period the amplifier counts the periods that pass, so its output has no step where its input
-    begins again (G-29).  With `unwraps` False it takes each value as it is.  With `limits_output` the offset slope is
-    that of the output, which a gain above 1 would exceed (G-30).
+    begins again (G-29).  With `unwraps` False it takes each value as it is.  The offset slope is that of OFFSET, which
+    is in front of the gain (G-30).
     """
 
     def __init__(
@@ -21,11 +19,10 @@ class Amplifier(Block):
         offset_slope: float | None = None,
         *,
         unwraps: bool = True,
-        limits_output: bool = False,
     ) -> None:
         super().__init__()
         self.gain, self.offset = Slewed(gain, gain_slope), Slewed(offset, offset_slope)
-        self._unwraps, self._limits_output = unwraps, limits_output
+        self._unwraps = unwraps
         self._last: float | None = None
         self._passed = 0.0
 
@@ -60,11 +57,7 @@ class Amplifier(Block):
         gain, offset = self.gain, self.offset
         if gain.value == gain.target and offset.value == offset.target:
             return gain.value * (value + offset.value)
-        factor = gain.step(self.period_s)
-        offset_s = self.period_s
-        if self._limits_output:
-            offset_s = offset_s / abs(factor) if factor else math.inf
-        return factor * (value + offset.step(offset_s))
+        return gain.step(self.period_s) * (value + offset.step(self.period_s))
 
     def _unwrapped(self, value: float, period: float) -> float:
         last, self._last = self._last, value

@@ -1,25 +1,8 @@
 """The comparator: it passes the flow on, and tells when it reaches a reference (PAML-460 to PAML-468)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Final
 
 from fieldrig_devices.pam.pipes.block import Block
-
-
-@dataclass(frozen=True, slots=True)
-class Readings:
-    """The manual can be read in two ways here; these are the defaults."""
-
-    starts_at_activation: bool = False
-    """True if a first value at or above the reference starts the routine (G-32)."""
-    forward_only: bool = False
-    """True if only a passage from the end of the period to its beginning counts (G-31)."""
-    rearms: bool = False
-    """True if the flow has to pass the limit of its period again after each time (G-31)."""
-
-
-LIKELIEST: Final = Readings()
 
 
 def _nothing() -> None:
@@ -31,13 +14,10 @@ class Comparator(Block):
 
     In the mode THROUGH_ZERO the flow has to pass the limit of its period first.  A wrap in either direction is such a
     passage, and afterwards the block compares as in the normal mode until the reference is written again (G-31).
-    `Readings` has the alternatives.
     """
 
-    def __init__(self, reference: float, *, is_through_zero: bool = False, readings: Readings = LIKELIEST) -> None:
+    def __init__(self, reference: float, *, is_through_zero: bool = False) -> None:
         super().__init__()
-        self._readings = readings
-        self._has_wrapped = self._has_wrapped_forward if readings.forward_only else self._has_wrapped_anyhow
         self.reference = reference
         self._is_through_zero = is_through_zero
         self._waits_for_zero = is_through_zero
@@ -69,22 +49,16 @@ class Comparator(Block):
         self._last, self._is_reached = None, False
 
     def transform(self, value: float) -> float:
-        """The first value of a pipe sets the state, by default without starting a routine (G-32)."""
+        """The first value of a pipe sets the state without starting a routine (G-32)."""
         last, self._last = self._last, value
         if last is None:
-            if self._readings.starts_at_activation:
-                self._compare(value, has_wrapped=False)
-            else:
-                self._is_reached = not self._waits_for_zero and value >= self.reference
+            self._is_reached = not self._waits_for_zero and value >= self.reference
             return value
         self._compare(value, has_wrapped=self._has_wrapped(last, value))
         return value
 
-    def _has_wrapped_anyhow(self, last: float, value: float) -> bool:
+    def _has_wrapped(self, last: float, value: float) -> bool:
         return self.period is not None and abs(value - last) > self.period / 2
-
-    def _has_wrapped_forward(self, last: float, value: float) -> bool:
-        return self.period is not None and last - value > self.period / 2
 
     def _compare(self, value: float, *, has_wrapped: bool) -> None:
         self._waits_for_zero = self._waits_for_zero and not has_wrapped
@@ -92,6 +66,4 @@ class Comparator(Block):
         if self._is_reached and not was_reached:
             self.routine()
         elif was_reached and not self._is_reached:
-            if self._is_through_zero and self._readings.rearms and not has_wrapped:
-                self._waits_for_zero = True
             self.reverse_routine()

@@ -63,13 +63,12 @@ class Watch:
 class Trace:
     """A channel with one reference at a time, and the times that it has learned."""
 
-    def __init__(self, *, learns_by_reference: bool = False) -> None:
-        """`learns_by_reference` keeps times by their reference, in whatever order it is installed (G-34)."""
-        self._learns_by_reference = learns_by_reference
+    def __init__(self) -> None:
         self.routine: Callable[[], None] = lambda: None
         self.active: Watch | None = None
         self.delay_s = 0.0
-        self._learned: dict[int | Reference, tuple[Reference, float]] = {}
+        self._learned: dict[int, tuple[Reference, float]] = {}
+        """The times by the numbers of their references in the cycle (G-34)."""
         self._number = -1
         """Number of the reference in its cycle."""
 
@@ -89,18 +88,13 @@ class Trace:
 
     def time_of(self, reference: Reference) -> float | None:
         """Return the time after the origin at which the present reference passes; None if it has to be learned."""
-        known = self._learned.get(self._key(reference))
+        known = self._learned.get(self._number)
         return known[1] if known is not None and known[0] == reference else None
-
-    def _key(self, reference: Reference) -> int | Reference:
-        """Return what the time of the present reference is kept under."""
-        return reference if self._learns_by_reference else self._number
 
     def fire(self, elapsed_s: float | None) -> None:
         """The reference has passed, for the first time `elapsed_s` after the origin; its routine starts."""
         if elapsed_s is not None and self.active is not None:
-            reference = self.active.reference
-            self._learned[self._key(reference)] = reference, elapsed_s
+            self._learned[self._number] = self.active.reference, elapsed_s
         self.active = None
         self.routine()
 

@@ -2,8 +2,7 @@
 
 The file has a line for each point, x and y from 0.0 to 1.0, separated by blanks, tabs or a semicolon; # begins a
 comment.  A shape that ends one period above its beginning is periodic, so its slope is the same at both ends.  Every
-other shape is natural: it has no second derivative at its ends.  A setting makes a shape that ends where it begins
-periodic as well.  A line "slopes A B" gives the slopes instead.
+other shape is natural: it has no second derivative at its ends.  A line "slopes A B" gives the slopes instead.
 """
 
 from bisect import bisect_right
@@ -15,14 +14,10 @@ from fieldrig_devices.motion.curves.spline import Point, spline, support_points
 from fieldrig_devices.pam.pipes.cam import Shape
 
 
-def shape_of(data: bytes, *, closed_is_periodic: bool = False) -> Shape:
-    """Return the curve in a file.  ValueError, with the line, for anything else.
-
-    With `closed_is_periodic` a shape that ends where it begins has the same slope at both ends.
-    """
+def shape_of(data: bytes) -> Shape:
+    """Return the curve in a file.  ValueError, with the line, for anything else."""
     points, slopes = support_points(data)
-    rises = (1.0, 0.0) if closed_is_periodic else (1.0,)
-    if slopes is None and len(points) > 2 and any(abs(points[-1][1] - points[0][1] - rise) < 1e-9 for rise in rises):
+    if slopes is None and len(points) > 2 and abs(points[-1][1] - points[0][1] - 1.0) < 1e-9:
         slopes = periodic_slopes(points)
     return _compiled(spline(points, slopes))
 

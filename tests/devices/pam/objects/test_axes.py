@@ -100,9 +100,9 @@ def test_numbers_that_no_frame_carries_are_limited(bench: Bench, function: str) 
 @pytest.mark.parametrize("gain", [1e17, 1e308, -1e308])
 def test_an_overflow_in_a_pipe_is_a_fault(gain: float) -> None:
     amplifier = "AMPLIFIER AMP_a; GAIN = 1; OFFSET = 0; GAIN_SLOPE = MAX; OFFSET_SLOPE = MAX; END\n"
-    bench = Bench(AXES + amplifier, options=Options(keeps_written_parameters=True))
-    bench.item("AMP_a").set_parameter("GAIN", gain)
+    bench = Bench(AXES + amplifier)
     bench.connect("CNV_Belt", "AMP_a", "TMP_Master")
+    bench.item("AMP_a").set_parameter("GAIN", gain)
     bench.do("TMP_Master", "position", 359)
     bench.cycle(2)
     assert bench.kernel.reports[0] == ("02..FFF3", ())

@@ -9,7 +9,6 @@ from pam_programs import HEADER
 
 from fieldrig_devices.pam.objects.options import Options
 from fieldrig_devices.pam.pipes.shapes import shape_of
-from fieldrig_devices.pam.runtime.item import RoutineRef
 from fieldrig_devices.pamring.frames import AxisOrder, AxisReport, Move, SetOutput
 
 TURN = 1 << 32
@@ -93,16 +92,6 @@ def test_power_on_sets_zero_or_the_initial_position(sets_initial: bool, position
     assert (order.move, order.value) == (Move.POWER_ON, round(position * 11930464.71111111))
 
 
-@pytest.mark.parametrize(("turns_forward", "way"), [(False, -50), (True, 310)])
-def test_the_resolver_phase_goes_the_shorter_way_or_forward(turns_forward: bool, way: float) -> None:
-    bench = machine(resolver_turns_forward=turns_forward)
-    bench.nodes[1].registers[0] = 65536 * 150 // 360
-    bench.do("ZEP_Main", "start")
-    bench.until(lambda: bool(bench.ask("ZEP_Main", "ready")))
-    assert orders(bench)[0].move is Move.RELATIVE_MOVE
-    assert orders(bench)[0].value == pytest.approx(way / 360 * TURN, rel=1e-3)
-
-
 @pytest.mark.parametrize("is_shown", [False, True])
 def test_an_st1_node_has_the_errors_of_its_axis_or_none(is_shown: bool) -> None:
     bench = machine(st1_nodes_have_errors=is_shown)
@@ -120,57 +109,6 @@ def test_the_lowest_address_is_the_lowest_or_the_highest_bit(reverses: bool, num
     assert bench.item("SDI_Code").value() == number
     bench.item("SDO_Code").set_value(1)
     assert bench.sent(17)[-1] == SetOutput(3, bits)  # low at 201 or at 206
-
-
-@pytest.mark.parametrize(
-    ("options", "volts"),
-    [
-        ({}, {1.245: 127 * 2.5 / 255, 1.2401: 126 * 2.5 / 255, 2.5: 2.5}),
-        ({"dac_steps": 256}, {1.245: 127 * 2.5 / 256, 1.2401: 127 * 2.5 / 256, 2.5: 255 * 2.5 / 256}),
-        ({"dac_truncates": True}, {1.245: 126 * 2.5 / 255, 1.2401: 126 * 2.5 / 255, 2.5: 2.5}),
-    ],
-)
-def test_the_steps_of_the_analog_outputs(options: dict[str, Any], volts: dict[float, float]) -> None:
-    seen: dict[int, float] = {}
-    bench = machine(volts=seen.__setitem__, **options)
-    for wanted, given in volts.items():
-        bench.item("PAO_Probe").set_value(wanted)
-        assert seen[0] == pytest.approx(given)
-
-
-@pytest.mark.parametrize("starts", [False, True])
-def test_a_comparator_that_begins_above_its_reference(starts: bool) -> None:
-    bench = machine("CMP_Low", comparator_starts_at_activation=starts)
-    assert bench.kernel.routines == [RoutineRef("RTN_Up")] * starts
-
-
-@pytest.mark.parametrize(
-    ("options", "started"),
-    [
-        ({}, [True, True]),
-        ({"through_zero_forward_only": True}, [False, True]),
-        ({"through_zero_rearms": True}, [True, False]),
-    ],
-)
-def test_a_comparator_through_zero(options: dict[str, Any], started: list[bool]) -> None:
-    bench = machine("CMP_Low", **options)
-    bench.item("CMP_Low").set_parameter("THROUGH_ZERO_REFERENCE", 100)
-
-    def starts_at(*places: float) -> bool:
-        bench.kernel.routines.clear()
-        for place in places:
-            bench.do("TMP_Belt", "position", place)
-            bench.cycle()
-        return bool(bench.kernel.routines)
-
-    assert [starts_at(10, 490), starts_at(10, 90, 110, 90, 110) and len(bench.kernel.routines) == 2] == started
-
-
-@pytest.mark.parametrize(("limits_output", "cycles"), [(False, 10), (True, 20)])
-def test_the_slope_of_an_offset(limits_output: bool, cycles: int) -> None:
-    bench = machine("AMP_Gear", offset_slope_limits_output=limits_output)
-    bench.item("AMP_Gear").set_parameter("OFFSET", 1)
-    assert bench.until(lambda: bool(bench.ask("AMP_Gear", "ready"))) == cycles
 
 
 @pytest.mark.parametrize("acts_at_once", [False, True])
@@ -209,10 +147,64 @@ def test_trigger_off_during_a_correction(is_ended: bool) -> None:
     assert bench.ask("COR_Mark", "value") == pytest.approx(90.25 if is_ended else 100, abs=0.01)  # 0.5 s with 1 u/s2
 
 
-@pytest.mark.parametrize(("by_reference", "place"), [(False, 300), (True, 290)])
-def test_a_reference_that_is_installed_out_of_turn_is_learned_again_or_known(by_reference: bool, place: float) -> None:
-    """A known one fires by its time, 10 ms earlier; another one fires at its place."""
-    bench = machine("MUL_Doors", learns_by_reference=by_reference)
+@pytest.mark.parametrize(("supersedes", "place"), [(False, 4500), (True, 100)])
+def test_a_command_to_a_moving_pmp(supersedes: bool, place: float) -> None:
+    bench = machine(pmp_supersedes=supersedes)
+    bench.connect("CNV_Values", "PMP_Cut")
+    bench.cycle()
+    bench.do("PMP_Cut", "relative_move", 4500)
+    bench.cycle(150)
+    bench.do("PMP_Cut", "absolute_move", 100)
+    bench.until(lambda: bool(bench.ask("PMP_Cut", "ready")))
+    assert bench.ask("PMP_Cut", "position") == pytest.approx(place)
+
+
+# ---- passages without a setting: what the PAM does
+
+
+def test_the_resolver_phase_goes_the_shorter_way() -> None:
+    bench = machine()
+    bench.nodes[1].registers[0] = 65536 * 150 // 360
+    bench.do("ZEP_Main", "start")
+    bench.until(lambda: bool(bench.ask("ZEP_Main", "ready")))
+    assert orders(bench)[0].move is Move.RELATIVE_MOVE
+    assert orders(bench)[0].value == pytest.approx(-50 / 360 * TURN, rel=1e-3)
+
+
+@pytest.mark.parametrize(("wanted", "step"), [(1.245, 127), (1.2401, 126), (2.5, 255)])
+def test_the_analog_outputs_take_the_nearest_of_255_steps(wanted: float, step: int) -> None:
+    seen: dict[int, float] = {}
+    machine(volts=seen.__setitem__).item("PAO_Probe").set_value(wanted)
+    assert seen[0] == pytest.approx(step * 2.5 / 255)
+
+
+def test_a_comparator_that_begins_above_its_reference_starts_nothing() -> None:
+    assert machine("CMP_Low").kernel.routines == []
+
+
+def test_a_comparator_through_zero_counts_both_directions_and_then_compares() -> None:
+    bench = machine("CMP_Low")
+    bench.item("CMP_Low").set_parameter("THROUGH_ZERO_REFERENCE", 100)
+
+    def starts(*places: float) -> int:
+        bench.kernel.routines.clear()
+        for place in places:
+            bench.do("TMP_Belt", "position", place)
+            bench.cycle()
+        return len(bench.kernel.routines)
+
+    assert [starts(10, 490), starts(10, 90, 110, 90, 110)] == [1, 2]
+
+
+def test_an_offset_changes_with_its_own_slope() -> None:
+    bench = machine("AMP_Gear")
+    bench.item("AMP_Gear").set_parameter("OFFSET", 1)
+    assert bench.until(lambda: bool(bench.ask("AMP_Gear", "ready"))) == 10
+
+
+def test_a_reference_that_is_installed_out_of_turn_is_learned_again() -> None:
+    """A known one would fire by its time, 10 ms earlier."""
+    bench = machine("MUL_Doors")
 
     def fires_at(reference: float) -> float:
         bench.kernel.routines.clear()
@@ -224,16 +216,4 @@ def test_a_reference_that_is_installed_out_of_turn_is_learned_again_or_known(by_
     bench.do("MUL_Doors", "learn")
     assert [fires_at(200), fires_at(300)] == pytest.approx([200, 300], abs=1)
     bench.do("MUL_Doors", "execute")
-    assert fires_at(300) == pytest.approx(place, abs=1)
-
-
-@pytest.mark.parametrize(("supersedes", "place"), [(False, 4500), (True, 100)])
-def test_a_command_to_a_moving_pmp(supersedes: bool, place: float) -> None:
-    bench = machine(pmp_supersedes=supersedes)
-    bench.connect("CNV_Values", "PMP_Cut")
-    bench.cycle()
-    bench.do("PMP_Cut", "relative_move", 4500)
-    bench.cycle(150)
-    bench.do("PMP_Cut", "absolute_move", 100)
-    bench.until(lambda: bool(bench.ask("PMP_Cut", "ready")))
-    assert bench.ask("PMP_Cut", "position") == pytest.approx(place)
+    assert fires_at(300) == pytest.approx(300, abs=1)
