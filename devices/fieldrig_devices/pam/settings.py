@@ -157,48 +157,18 @@ class ProgramReadings(Settings):
         default=_PROGRAMS.common_variables_cause_events,
         description="whether ON_EVENT and EXCEPTION see a change of a COMMON variable",
     )
-    remembers_conditions: bool = Field(
-        default=_PROGRAMS.remembers_conditions,
-        description="whether CONDITION and CASE go on after an event that is over before the cycle of their task",
-    )
-    actions_first: bool = Field(
-        default=_PROGRAMS.actions_first,
-        description="true: all actions run before all sequences in a cycle; false: in the order of the declarations",
-    )
-    equations_last: bool = Field(
-        default=_PROGRAMS.equations_last,
-        description="true: equations are evaluated after the programs of a cycle; false: before them",
-    )
     exceptions_wake: bool = Field(
         default=_PROGRAMS.exceptions_wake,
         description="whether an exception ends the wait of a suspended sequence, or comes when the wait is over",
-    )
-    exceptions_occur_once: bool = Field(
-        default=_PROGRAMS.exceptions_occur_once,
-        description="whether an exception that has occurred is over until the sequence arms it again",
-    )
-    duplicates_of: Literal["sequence", "task"] = Field(
-        default=_PROGRAMS.duplicates_of,
-        description="whether DUPL counts the items of one sequence, or those of all sequences of the task",
-    )
-    error_stops_task: bool = Field(
-        default=_PROGRAMS.error_stops_task,
-        description="whether a task whose sequence ends by 03..E031, E032 or E033 starts no other one until the reset",
     )
     math_error_is_fatal: bool = Field(
         default=_PROGRAMS.math_error_is_fatal,
         description="true: an error of a function or of ^ is 02..FFF3; false: its result is 0.0 outside the domain, "
         "and the largest real beyond the range",
     )
-    zero_to_zero_is_error: bool = Field(
-        default=_PROGRAMS.zero_to_zero_is_error, description="whether 0 ^ 0 is such an error, or is 1.0"
-    )
     checks_workspaces: bool = Field(
         default=_PROGRAMS.checks_workspaces,
         description="whether stack control is enabled, so that a workspace that is too small stops the PAM",
-    )
-    workspace_error: Literal["E", "F"] = Field(
-        default=_PROGRAMS.workspace_error, description="whether the PAM then shows 0380E02C or 0380F02C"
     )
     ignores_case: bool = Field(
         default=False, description="whether names of objects are the same in any case, as keywords always are"

@@ -86,17 +86,9 @@ _FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
 def functions(readings: Readings) -> Mapping[str, Callable[..., Any]]:
     """Return the functions by their names in generated code."""
     found = dict(_FUNCTIONS)
-    if readings.zero_to_zero_is_error:
-        found["power"] = _power_without_zero_to_zero
     if not readings.math_error_is_fatal:
         found |= {name: _going_on(found[name], limit) for name, limit in _LIMITS.items()}
     return found
-
-
-def _power_without_zero_to_zero(base: float, exponent: float) -> float:
-    if base == exponent == 0:
-        raise ValueError("0 ^ 0")
-    return power(base, exponent)
 
 
 def _going_on(function: Callable[..., float], limit: Callable[..., float]) -> Callable[..., float]:

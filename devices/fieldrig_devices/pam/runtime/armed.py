@@ -13,15 +13,13 @@ class Armed:
     """An exception with its time-out.
 
     Its event is remembered while the sequence is suspended, and wakes its task (PAML-376, G-21).  An exception that has
-    fired is armed again when its event has been false (G-44), unless exceptions occur once only.
+    fired is armed again when its event has been false (G-44).
     """
 
     def __init__(self, task: "TaskItem", site: ExceptionSite, deadline: int | None) -> None:
         self._task, self.site, self.deadline = task, site, deadline
         self._is_polled = is_polled_event(site.formula, task.readings)
         self._is_armed = True
-        self._is_over = False
-        """True if the exception has occurred and is not armed again."""
         self.is_latched = False
 
     def begin(self) -> None:
@@ -39,18 +37,18 @@ class Armed:
         if now is None:
             return
         if not now:
-            self._is_armed = not self._is_over
+            self._is_armed = True
         elif self._is_armed and not self.is_latched:
             self.is_latched = True
             self._task.on_exception()
 
     def poll(self) -> None:
-        if self._is_polled and not self._is_over:
+        if self._is_polled:
             self._task.schedule.enter(self._task, self._task.schedule.cycle + 1)
 
     @property
     def is_late(self) -> bool:
-        return not self._is_over and self.deadline is not None and self._task.schedule.cycle >= self.deadline
+        return self.deadline is not None and self._task.schedule.cycle >= self.deadline
 
     @property
     def has_occurred(self) -> bool:
@@ -63,9 +61,7 @@ class Armed:
         """Consume the event; return True if it was the time-out."""
         is_timeout = not self.is_latched
         self.is_latched = False
-        if self._task.readings.exceptions_occur_once:
-            self._is_over, self._is_armed = True, False
-        elif is_timeout:
+        if is_timeout:
             self.deadline = None
         else:
             self._is_armed = self._task.value(self.site.formula) is False

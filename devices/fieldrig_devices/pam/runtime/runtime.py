@@ -174,8 +174,7 @@ class Runtime:
         code = self.program.code
         actions = {group.name: group for group in code.actions}
         tasks = {task.name: task for task in code.tasks}
-        order_of_names = sorted(code.order, key=tasks.__contains__) if self.readings.actions_first else code.order
-        for name in order_of_names:
+        for name in code.order:
             for item in self.active(name):
                 order = len(self.schedule.units)
                 if name in tasks:
@@ -232,13 +231,10 @@ class Runtime:
 
     def _run_programs(self) -> None:
         self.run_routines()
-        if not self.readings.equations_last:
-            self.equations.evaluate()
+        self.equations.evaluate()
         if not self.is_working:
             self._finish_power_on()
         self._serve_units()
-        if self.readings.equations_last and not self.is_stopped:
-            self.equations.evaluate()
 
     def _serve_units(self) -> None:
         while not self.is_stopped:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from fieldrig_devices.pam.runtime.runtime import Runtime
 
 BUSY: Final = "03..E033"
+WORKSPACE: Final = "03..E02C"
 
 
 class SequenceState(Enum):
@@ -61,8 +62,6 @@ class TaskItem(Unit):
         """The basic cycle in which an exception has occurred last."""
         self.is_doomed = False
         """True if the sequence has to end because of an error of its own."""
-        self.is_out_of_order = False
-        """True if such an error keeps the task from starting another sequence."""
         self.answers: list[Value | Pending | None] = []
         self.on_end: list[Callable[[], None]] = []
         """Called when the sequence that is alive has ended."""
@@ -101,7 +100,7 @@ class TaskItem(Unit):
             sizes = f"Allocated: {sequence.workspace} Used: {sequence.used}"
             text = f"rt_kernel S{sequence.number:03} WORKSPACE {sizes}"  # manual line 12655
             details = sequence.number, sequence.workspace, sequence.used
-            self._runtime.stop_by(f"03..{self.readings.workspace_error}02C", details, text, sequence)
+            self._runtime.stop_by(WORKSPACE, details, text, sequence)
             return False
         self.sequence, self.next_sequence, self.is_doomed = sequence, None, False
         self.task.start(sequence.routine, self._frame, self.item)
@@ -127,7 +126,7 @@ class TaskItem(Unit):
 
     def gate_of(self, sequence: SequenceCode) -> tuple[str, str]:
         """Return the key of the gate at which a sequence waits for its turn."""
-        return self.code.name, sequence.name if self.readings.duplicates_of == "sequence" else ""
+        return self.code.name, sequence.name
 
     def leave_wait(self) -> None:
         if self.wait is not None:
@@ -152,7 +151,7 @@ class TaskItem(Unit):
     def _take_events(self) -> None:
         """Start the sequence of an event, if no other is alive; an event that comes too early is lost (PAML-293)."""
         for event, sequence in self.events:
-            if event.take() and not self.is_alive and not self.is_out_of_order:
+            if event.take() and not self.is_alive:
                 self.timed_out = False
                 self.start(self.code.sequences[sequence])
             if event.is_polled:
@@ -257,7 +256,7 @@ class TaskItem(Unit):
             self.end()  # aborted first (PAML-375)
         item = self.item if site.is_indexed else 0
         other = self._runtime.task_item(site.task, item)
-        if other is None or other.is_out_of_order:  # the component is not there, or the task has ended by an error
+        if other is None:  # the component is not there
             return None
         if other.is_alive:
             self.fail(BUSY)
@@ -271,7 +270,6 @@ class TaskItem(Unit):
         """Report an error of the sequence, which ends it (PAML-326, PAML-353)."""
         self._runtime.report(error, (self.sequence.number if self.sequence is not None else 0,))
         self.is_doomed = True
-        self.is_out_of_order = self.readings.error_stops_task
 
     def disarm(self) -> None:
         if self.exception is not None:

@@ -51,15 +51,12 @@ class TimeWait(_Timed):
 
 
 class ConditionWait(_Timed):
-    """CONDITION (PAML-350).  The condition is evaluated in the cycles of the task (G-18).
-
-    If conditions are remembered, it is evaluated at each change as well, and it is enough that it was true then.
-    """
+    """CONDITION (PAML-350).  The condition is evaluated in the cycles of the task (G-18)."""
 
     def __init__(self, task: "TaskItem", formula: Formula, deadline: int | None) -> None:
         super().__init__(task, deadline)
         self._formula = formula
-        self._has_changed = self._was_true = False
+        self._has_changed = False
 
     def begin(self) -> None:
         super().begin()
@@ -68,8 +65,6 @@ class ConditionWait(_Timed):
 
     def _on_change(self) -> None:
         self._has_changed = True
-        if self.task.readings.remembers_conditions:
-            self._was_true |= bool(self.task.value(self._formula))
         self.task.wake()
 
     def _poll(self) -> None:
@@ -77,8 +72,6 @@ class ConditionWait(_Timed):
             self.task.schedule.enter(self.task, self.task.schedule.cycle + 1)
 
     def is_over(self) -> bool:
-        if self._was_true:
-            return True
         if self._has_changed or self._formula.is_polled:
             self._has_changed = False
             if self.task.value(self._formula):
@@ -100,8 +93,6 @@ class CaseWait(_Timed):
         super().__init__(task, deadline)
         self._site = site
         self._has_changed = False
-        self._first: str | None = None
-        """The sequence of the condition that was the first to be true, if conditions are remembered."""
 
     def begin(self) -> None:
         super().begin()
@@ -111,8 +102,6 @@ class CaseWait(_Timed):
 
     def _on_change(self) -> None:
         self._has_changed = True
-        if self.task.readings.remembers_conditions and self._first is None:
-            self._first = self.task.chosen(self._site)
         self.task.wake()
 
     @property
@@ -126,7 +115,7 @@ class CaseWait(_Timed):
     def is_over(self) -> bool:
         if self._has_changed or self._is_polled:
             self._has_changed = False
-            chosen = self._first or self.task.chosen(self._site)
+            chosen = self.task.chosen(self._site)
             if chosen is not None:
                 self.task.next_sequence = chosen
                 return True
