@@ -92,8 +92,8 @@ class Line:
                 axis.v,
                 axis.i,
                 axis.t,
-                axis.heats,
-                axis.works,
+                axis.heat,
+                axis.work,
                 machine.thermal.motor_c,
             )
             for machine in machines
@@ -114,8 +114,10 @@ def events(line: Line, random: Random) -> list[Callable[[], object]]:
     return [
         lambda: setattr(line.swings[number], "width", wide),
         lambda: line.rig.set(name, "load_torque", random.uniform(-2, 2)),
-        lambda: note(line.rig.get(name, random.choice(["speed", "motor_temperature"]))),
-        lambda: axis.read(random.choice([51, 40, 383, 13, 11]), note),
+        lambda: line.rig.set(name, "load_torque", random.choice([0.0, 0.02, 0.05, -0.05, 0.375])),
+        lambda: line.run(random.choice([20, 60])),
+        lambda: note(line.rig.get(name, random.choice(["speed", "torque", "load_position", "motor_temperature"]))),
+        lambda: axis.read(random.choice([51, 40, 84, 383, 13, 11]), note),
         lambda: axis.write(104, random.randrange(500, 3000).to_bytes(2, "little"), note),
         lambda: line.rig.add_fault("ring", distort),
         lambda: line.rig.add_fault("ring", {"what": "break", "after": name, "duration_ms": 3}),

@@ -5,7 +5,8 @@ are increments, 1 000 000 per turn (manual 6933): the set position, a whole numb
 
 `Axis.go` is the reference for how a drive moves: it takes inner steps of 250 us.  `Axis.cycle` uses the fold (`fold`)
 where it applies, and `go` where something is limited, the direction changes or the brake holds.  An axis without torque
-and without an elastic coupling follows the closed solution of `plants.axis_model`.
+and without an elastic coupling follows the closed solution of `plants.axis_model`.  An axis at rest is not computed: it
+rests when another step would change nothing, to the last bit.
 
 Dry friction and brake decelerate the motor within a step, and hold it once it is at standstill.  Left out: cogging,
 current ripple, and the voltage limit at high speed.
@@ -17,6 +18,7 @@ from math import tau
 from typing import Final, NamedTuple
 
 from fieldrig.clock import S
+from fieldrig.shortcuts import Shortcut
 from fieldrig_devices.mc4.fold import FollowingCycle, Numbers, folded, following
 from fieldrig_devices.mc4.loops import (
     INCREMENTS,
@@ -32,6 +34,8 @@ from fieldrig_devices.mc4.loops import (
 )
 from fieldrig_devices.plants.axis_model import Mechanics, State, after
 
+FOLD: Final = Shortcut("mc4.fold", "a cycle without limits is computed by one map, without its inner steps")
+REST: Final = Shortcut("mc4.rest", "an axis that the next inner step would not change is not computed")
 HALF: Final = RAD / 2
 """Half an increment, in rad: the encoder cannot resolve it."""
 CREEP: Final = RAD
@@ -67,9 +71,9 @@ class Axis:
 
     __slots__ = (
         "_brake_nm", "_cycle", "_cycle_steps", "_dry_nm", "_flow", "_gains", "_is_folded", "_lead_gain", "_limits",
-        "_mechanics", "_mode", "_most_way", "_plant", "_seconds", "_set_value", "_speed_gains", "brake_is_on", "e",
-        "heat", "heats", "i", "is_at_rest", "lead", "load_nm", "load_speed", "moved", "set_increments", "slow_cycles",
-        "t", "twist", "v", "way", "work", "works",
+        "_may_fold", "_may_rest", "_mechanics", "_mode", "_most_way", "_plant", "_seconds", "_set_value",
+        "_speed_gains", "brake_is_on", "e", "heat", "i", "is_at_rest", "lead", "load_nm", "load_speed", "moved",
+        "set_increments", "slow_cycles", "t", "twist", "v", "way", "work",
     )  # fmt: skip
 
     def __init__(
@@ -84,13 +88,13 @@ class Axis:
         self._mode = Mode.FREE
         self.set_increments = increments
         self.e = self.v = self.i = self.t = self.twist = self.load_speed = 0.0
-        self.heats = self.works = 0.0  # sums over folded cycles, without their duration
         self.heat = self.work = 0.0
-        """Torque squared and power at the shaft, integrated over time since the last `take`."""
+        """Torque squared and power at the shaft, integrated over time since the last `take`, with a value a cycle."""
         self.slow_cycles = 0
         """Number of cycles that took the steps."""
         self.is_at_rest = False
         """True if the axis stays as it is until an input changes."""
+        self._may_fold, self._may_rest = FOLD.is_taken, REST.is_taken
         self.arrange(plant, gains, limits, cycle_steps)
 
     def arrange(self, plant: Plant, gains: Gains, limits: Limits, cycle_steps: int, lead_inertia: float = 0.0) -> None:
@@ -159,7 +163,7 @@ class Axis:
     def _wake(self) -> None:
         """Call this when any state that the fast form depends on has changed."""
         self.is_at_rest = False
-        self._is_folded = self._mode is Mode.POSITION and not self.brake_is_on
+        self._is_folded = self._may_fold and self._mode is Mode.POSITION and not self.brake_is_on
 
     def hold_here(self) -> None:
         """Move the set position to the motor."""
@@ -212,14 +216,13 @@ class Axis:
     def cycle(self) -> None:
         """Advance by one cycle."""
         if self.is_at_rest:
+            self.heat += self.t * self.t * self._seconds
             return
         if not self._is_folded or not self._cycle(self):
             self.go(self._cycle_steps)
 
     def go(self, steps: int) -> None:
         """Advance by inner steps; the set position of `follow` is reached within a cycle and then stays constant."""
-        if self.is_at_rest:
-            return
         self.slow_cycles += 1
         if self._mode is Mode.POSITION:
             count = min(steps, self._cycle_steps)
@@ -271,28 +274,30 @@ class Axis:
         self.e -= now.position
         self.v, self.t = now.speed, now.torque if abs(now.torque) > 1e-9 * self._limits.torque else 0.0
         dry = self._dry_nm + self._brake_nm * self.brake_is_on
-        self.is_at_rest = not self.v and not self.t and abs(self.load_nm) <= dry
+        self.is_at_rest = self._may_rest and not self.v and not self.t and abs(self.load_nm) <= dry
 
     def _steps(self, steps: int, gains: Gains | None, s: float) -> None:
         """Take steps with the set speed `s`, or with the set torque `s` if there are no gains."""
-        dry = self._dry_nm + self._brake_nm * self.brake_is_on
-        if self._plant.elastic is None:
-            u = self._stiff_steps(steps, gains, s, dry)
-        else:
-            u = self._elastic_steps(steps, gains, s, dry)
+        dry, u = self._dry_nm + self._brake_nm * self.brake_is_on, 0.0
+        take = self._stiff_steps if self._plant.elastic is None else self._elastic_steps
+        while steps > 0:
+            count, before = min(steps, self._cycle_steps), self.v
+            u = take(count, gains, s, dry)
+            self.heat += self.t * self.t * (count * INNER_S)
+            self.work += self.t * (before + self.v) * (count * INNER_S / 2)
+            steps -= count
         if dry and not self.v and (not s or gains is None):
-            self._settle(u, dry, gains is not None and gains.kv != 0)
+            self._settle(u, gains, s, dry)
 
     def _stiff_steps(self, steps: int, gains: Gains | None, s: float, dry: float) -> float:
         """Return the last set torque.  Written out in full, because this loop takes most of the time."""
         most, fastest = self._limits.torque, self._limits.speed
         kv, kp, ki, ff = (gains.kv, gains.kp, gains.ki, gains.ff) if gains is not None else (0.0, 0.0, 0.0, 0.0)
         growth, base, way_s = ki * INNER_S, ff * s, s * INNER_S if kv else 0.0
-        (_, wv, wt, wu, wd, wf), (_, vv, vt, vu, vd, vf), (_, _, tt, tu, _, _) = self._flow
+        (_, wv, wt, wu, wd, wf), (_, vv, vt, vu, vd, vf), (_, _, tt, _, _, _) = self._flow
         load, lead = self.load_nm, self.lead
         e, v, i, t = self.e, self.v, self.i, self.t
         u = max(-most, min(s, most))
-        heat = work = 0.0
         for _ in range(steps):
             if gains is not None:
                 is_unseen = (
@@ -322,14 +327,10 @@ class Axis:
                     friction = dry if friction > 0 else -dry
                     speed += vf * friction
                     way += wf * friction
-            torque = tt * t + tu * u
-            work += (v + speed) * (t + torque)
-            heat += t * t
+            torque = u + tt * (t - u)  # exactly u once it is there
             e += way_s - way
             v, t = speed, torque
         self.e, self.v, self.i, self.t = e, v, i, t
-        self.work += work * (INNER_S / 4)
-        self.heat += heat * INNER_S
         return u
 
     def _elastic_steps(self, steps: int, gains: Gains | None, s: float, dry: float) -> float:
@@ -356,26 +357,25 @@ class Axis:
         effect = [row[-1] * friction for row in flow]
         speed += effect[1]
         self.e -= way + effect[0]
-        self.work += (self.v + speed) * (self.t + torque) * (INNER_S / 4)
-        self.heat += self.t * self.t * INNER_S
         self.v, self.t = speed if abs(speed) > 1e-12 else 0.0, torque
         self.twist, self.load_speed = twist + effect[3], load_speed + effect[4]
 
-    def _settle(self, u: float, dry: float, has_set_position: bool) -> None:
-        """Set `is_at_rest` if nothing can move until an input changes."""
+    def _settle(self, u: float, gains: Gains | None, s: float, dry: float) -> None:
+        """Take the set torque as reached, and set `is_at_rest` if the next step would change nothing."""
+        has_set_position = gains is not None and gains.kv != 0
         is_in_place = not has_set_position or -HALF < self.e < HALF
         if not is_in_place or self._plant.elastic is not None or abs(self.t - u) > 1e-6 * self._limits.torque:
             return
         self.t = u
-        self.is_at_rest = abs(u - self.load_nm) <= dry * 1.001
+        if self._may_rest and not self.lead:
+            later = copy(self)
+            later._stiff_steps(1, gains, s, dry)
+            self.is_at_rest = (later.e, later.v, later.i, later.t) == (self.e, self.v, self.i, self.t)
 
     def take(self, seconds: float) -> tuple[float, float]:
         """Return mean squared torque, and energy delivered at the shaft, since the last call `seconds` ago."""
-        if self.is_at_rest:
-            return self.t * self.t, 0.0
-        heat = (self.heat + self.heats * self._seconds) / seconds if seconds else 0.0
-        work = self.work + self.works * self._seconds
-        self.heat = self.work = self.heats = self.works = 0.0
+        heat, work = self.heat / seconds if seconds else 0.0, self.work
+        self.heat = self.work = 0.0
         return heat, work
 
 

@@ -30,7 +30,7 @@ from fieldrig_devices.mc4.faults import MODELS
 from fieldrig_devices.mc4.fold import PublishedMotion
 from fieldrig_devices.mc4.loops import RAD
 from fieldrig_devices.mc4.machine import SLOW_NS, Machine
-from fieldrig_devices.mc4.points import limited_load, points_of
+from fieldrig_devices.mc4.points import DECIMALS, POSITION_DECIMALS, limited_load, points_of
 from fieldrig_devices.mc4.probes import PROBES
 from fieldrig_devices.mc4.ring_side import RingSide
 from fieldrig_devices.mc4.settings import Mc4Settings
@@ -179,7 +179,9 @@ class Mc4(Device):
             is_near = abs(last.at(now_ns) - position) <= self._settings.position_tolerance
             if is_near and (speed or not last.speed):
                 return
-        motion = self._motions[what] = Motion(self._names[what], position, "rad", now_ns, speed)
+        motion = self._motions[what] = Motion(
+            self._names[what], round(position, POSITION_DECIMALS), "rad", now_ns, round(speed, DECIMALS)
+        )
         assert self._wires is not None
         self._wires.send(motion)
 

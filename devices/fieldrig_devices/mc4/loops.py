@@ -119,10 +119,10 @@ class MovingAxis(Protocol):
     lead: float
     """Current feed-forward in this cycle, in N m."""
     load_nm: float
-    heats: float
-    """Sum of squared torque over folded cycles."""
-    works: float
-    """Sum of torque times speed over folded cycles."""
+    heat: float
+    """Torque squared, integrated over time."""
+    work: float
+    """Power at the shaft, integrated over time."""
     is_at_rest: bool
 
 

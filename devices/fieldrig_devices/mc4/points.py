@@ -1,6 +1,7 @@
 """The points of a drive: values to read, and inputs to write."""
 
 from collections.abc import Callable, Mapping
+from typing import Final
 
 from fieldrig.device import Point, Value
 from fieldrig.point_values import number_in, truth_in
@@ -8,8 +9,14 @@ from fieldrig_devices.mc4.loops import INCREMENTS, RAD
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.ring_side import RingSide
 from fieldrig_devices.mc4.tuning import RPM
+from fieldrig_devices.mc4.values import GUARD
 
 LARGEST_LOAD_NM = 1e6
+DECIMALS: Final = 6
+"""Decimals of measured numbers outside the drive: far below what sensors show, and far above the last bits of the
+model, in which the fold and the steps may differ."""
+POSITION_DECIMALS: Final = 9
+"""The same for positions in rad."""
 
 
 def points_of(
@@ -66,18 +73,20 @@ def _state_points(
 
 def _motion_points(machine: Machine, gear: float) -> dict[str, Point]:
     def current() -> float:
-        return machine.present.torque / machine.true_motor.torque_constant_nm_per_a
+        return shown(machine.present.torque / machine.true_motor.torque_constant_nm_per_a)
 
     def load_position() -> float:
         shaft = machine.present_shaft
-        return (shaft.position * RAD - shaft.twist) / gear
+        return round((shaft.position * RAD - shaft.twist) / gear, POSITION_DECIMALS)
 
     return {
-        "position": Point(lambda: round(machine.present.position), None, "incr", "of the motor, 1 000 000 per turn"),
-        "speed": Point(lambda: machine.present.speed * RPM, None, "1/min", "of the motor"),
-        "torque": Point(lambda: machine.present.torque, None, "N m", "of the motor"),
+        "position": Point(
+            lambda: round(machine.present.position + GUARD), None, "incr", "of the motor, 1 000 000 per turn"
+        ),
+        "speed": Point(lambda: shown(machine.present.speed * RPM), None, "1/min", "of the motor"),
+        "torque": Point(lambda: shown(machine.present.torque), None, "N m", "of the motor"),
         "current": Point(current, None, "A"),
-        "following_error": Point(lambda: round(machine.present.error * INCREMENTS), None, "incr"),
+        "following_error": Point(lambda: round(machine.present.error * INCREMENTS + GUARD), None, "incr"),
         "load_position": Point(load_position, None, "rad"),
         "load_torque": Point(
             lambda: machine.load_nm,
@@ -101,13 +110,19 @@ def _power_points(machine: Machine) -> dict[str, Point]:
 
     return {
         "mains": Point(lambda: machine.dc.is_mains_on, set_mains, "", "supply of this drive"),
-        "dc_bus": Point(lambda: machine.present_dc.volt, None, "V", "DC circuit"),
-        "motor_temperature": Point(lambda: machine.present_thermal.motor_c, None, "degC", "of the winding"),
-        "casing_temperature": Point(lambda: machine.present_thermal.casing_c, None, "degC", "of the motor"),
-        "amplifier_temperature": Point(lambda: machine.present_thermal.amplifier_c, None, "degC"),
+        "dc_bus": Point(lambda: shown(machine.present_dc.volt), None, "V", "DC circuit"),
+        "motor_temperature": Point(lambda: shown(machine.present_thermal.motor_c), None, "degC", "of the winding"),
+        "casing_temperature": Point(lambda: shown(machine.present_thermal.casing_c), None, "degC", "of the motor"),
+        "amplifier_temperature": Point(lambda: shown(machine.present_thermal.amplifier_c), None, "degC"),
         "ambient": Point(lambda: machine.thermal.ambient_c, set_ambient, "degC"),
-        "overload": Point(lambda: machine.present_thermal.overload * 100, None, "%", "at 100 % the drive switches off"),
+        "overload": Point(
+            lambda: shown(machine.present_thermal.overload * 100), None, "%", "at 100 % the drive switches off"
+        ),
     }
+
+
+def shown(measured: float) -> float:
+    return round(measured, DECIMALS)
 
 
 def limited_load(torque_nm: float) -> float:

@@ -2,7 +2,8 @@
 
 Source: IEC 61491 by its public facts (S-0-0134, S-0-0135, operation modes, diagnostics of class 1 to 3).  `on_cycle` is
 called once per cycle: it advances the axis by the cycle that has passed, under the command values of the last MDT, and
-takes those of this one.  While nothing else changes, that is all, and it takes a few microseconds.
+takes those of this one.  While nothing else changes, that is all, and it takes a few microseconds.  A cycle is shorter
+still in the cases of `STEADY`, `FOLLOWING` and `REPEAT`.
 
 ControllerEnable is drive on (bit 15).  If only drive enable (bit 14) is reset, the torque is switched off at once; if
 both are, the drive ramps down (manual 10.2).  Halt (bit 13) brings the drive to a controlled stop.
@@ -13,6 +14,7 @@ from typing import Final
 
 from fieldrig.clock import US, Clock
 from fieldrig.link import Link
+from fieldrig.shortcuts import Shortcut
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.diagnosis import Code
@@ -32,13 +34,17 @@ from fieldrig_devices.sercos.slave import SercosSlave
 FOLLOWS: Final = 0x0008
 """Status word: the drive follows its command values."""
 CONTROL_BITS: Final = words.APPLICATION_MASK
+STEADY: Final = Shortcut("mc4.steady", "a drive whose enables do not change does not evaluate them in each cycle")
+FOLLOWING: Final = Shortcut("mc4.following", "a folded cycle also takes the next set position and packs the feedback")
+REPEAT: Final = Shortcut("mc4.repeat", "an axis at rest with the same set value repeats its AT")
 
 
 class RingSide:
     """The drive's application behind the ring protocol (`sercos.slave.Application`)."""
 
     __slots__ = (
-        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_machine", "_most_error", "_numbers", "_place",
+        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_machine", "_may_be_steady", "_may_follow",
+        "_may_repeat", "_most_error", "_numbers", "_place",
         "_slack_ns", "_states_seen", "_status", "_steady_control", "_still", "_still_since", "_still_value", "_table",
         "_until_ns", "_value", "_warnings", "_warnings_seen", "is_published", "on_moved", "probes", "published",
         "slave",
@@ -71,6 +77,8 @@ class RingSide:
         """The motion of the load as last published."""
         self._still: bytes | None = None
         """The feedback of an axis at rest, until the next `look`."""
+        self._may_be_steady, self._may_follow = STEADY.is_taken, FOLLOWING.is_taken
+        self._may_repeat = REPEAT.is_taken
         self._still_value = self._still_since = 0
         """The command value that left the axis at rest, and its `slow_cycles`, which count up when it moves."""
         self._feedback = Feedback(machine, table, (), self._number_of)
@@ -123,6 +131,7 @@ class RingSide:
         if axis.is_at_rest:
             is_same = value == self._still_value and axis.slow_cycles == self._still_since
             if is_same and self._still is not None:
+                axis.cycle()
                 return self._status, self._still
         elif self._following is not None:
             moved = self._following(axis, value, self._most_error, now_ns, self.published)
@@ -137,7 +146,7 @@ class RingSide:
         if not -self._most_error < axis.e < self._most_error:
             self._check_following()
         feedback = self.feedback()
-        is_still = axis.is_at_rest and self._feedback.is_of_the_axis
+        is_still = self._may_repeat and axis.is_at_rest and self._feedback.is_of_the_axis
         self._still, self._still_value, self._still_since = feedback if is_still else None, value, axis.slow_cycles
         return self._status, feedback
 
@@ -210,7 +219,7 @@ class RingSide:
         if task is Task.FOLLOW and machine.runs and self._place:
             if mode == 3:
                 self._value = axis.follow
-                if self.published is not None or not self.is_published:
+                if self._may_follow and (self.published is not None or not self.is_published):
                     self._following = self._feedback.following(axis, is_published=self.is_published)
             elif mode == 2:
                 self._value = lambda speed: axis.set_value(speed * SPEED_UNIT)
@@ -220,7 +229,8 @@ class RingSide:
         self._most_error = (
             self._table[std.MONITORING_WINDOW].number / INCREMENTS if machine.follows and mode == 3 else 1e99
         )
-        self._steady_control = self._control & CONTROL_BITS if machine.is_settled and machine.is_cyclic else -1
+        is_steady = self._may_be_steady and machine.is_settled and machine.is_cyclic
+        self._steady_control = self._control & CONTROL_BITS if is_steady else -1
         self._until_ns = machine.next_slow_ns
         self._status = self._status_word()
         self._feedback.refresh()

@@ -17,6 +17,9 @@ from fieldrig_devices.sercos import standard_idns as std
 
 SPEED_UNIT: Final = tau / 60 * 1e-4
 """Speed of 0.0001 1/min, in rad/s."""
+GUARD: Final = 1e-6
+"""Added to a number before it is rounded to a whole one.  Half a unit is a common value of a drive that follows or
+holds steadily, and the last bits of the model, in which the fold and the steps may differ, must not decide."""
 _HALF, _ALL = 0x8000_0000, 0xFFFF_FFFF
 Number = Callable[[], int]
 STANDING: Final = frozenset(
@@ -35,13 +38,17 @@ STANDING: Final = frozenset(
 
 
 def _clamped(value: str, half: int) -> str:
-    return f"n if {-half} <= (n := round({value})) < {half} else max({-half}, min(n, {half - 1}))"
+    return f"n if {-half} <= (n := round({value} + {GUARD!r})) < {half} else max({-half}, min(n, {half - 1}))"
+
+
+def _wrapped(value: str) -> str:
+    return f"(round({value} + {GUARD!r}) + {_HALF} & {_ALL}) - {_HALF}"
 
 
 MOVING: Final = {
     std.VELOCITY_FEEDBACK: _clamped(f"{{v}} / {SPEED_UNIT!r}", _HALF),
-    std.POSITION_FEEDBACK_1: f"(round({{place}} - {{e}} * {INCREMENTS!r}) + {_HALF} & {_ALL}) - {_HALF}",
-    std.POSITION_FEEDBACK_2: f"(round({{place}} - ({{e}} + {{twist}}) * {INCREMENTS!r}) + {_HALF} & {_ALL}) - {_HALF}",
+    std.POSITION_FEEDBACK_1: _wrapped(f"{{place}} - {{e}} * {INCREMENTS!r}"),
+    std.POSITION_FEEDBACK_2: _wrapped(f"{{place}} - ({{e}} + {{twist}}) * {INCREMENTS!r}"),
     std.TORQUE_FEEDBACK: _clamped("{t} * 1000 / {standstill_nm}", 0x8000),
     std.FOLLOWING_DISTANCE: _clamped(f"{{e}} * {INCREMENTS!r}", _HALF),
 }
@@ -82,7 +89,7 @@ def position_at(machine: Machine, now_ns: int) -> int:
     """Return S-0-0051 at any instant between two cycles."""
     axis = machine.axis
     increments = axis.position + axis.v * (now_ns - machine.at_ns) / 1e9 * INCREMENTS
-    return (round(increments) + _HALF & _ALL) - _HALF
+    return (round(increments + GUARD) + _HALF & _ALL) - _HALF
 
 
 def live_numbers(machine: Machine) -> dict[int, Number]:

@@ -21,7 +21,7 @@ GAINS = Gains(kv=60.0, kp=KP, ki=KP / 0.02, ff=0.0)
 LAGLESS = Gains(60.0, KP, KP / 0.02, 1.0)
 LIMITS = Limits(torque=32.0, speed=500.0)
 CHANGING = (
-    "e", "v", "i", "t", "twist", "load_speed", "way", "moved", "set_increments", "lead", "heats", "works", "is_at_rest",
+    "e", "v", "i", "t", "twist", "load_speed", "way", "moved", "set_increments", "lead", "heat", "work", "is_at_rest",
 )  # fmt: skip
 
 

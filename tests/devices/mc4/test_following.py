@@ -1,42 +1,18 @@
-"""A drive sends and publishes the same with the fold as with the steps.
-
-The fold leaves a cycle to the steps when the position of the load has to be published again.
-"""
+"""The fold leaves a cycle to the steps when the position of the load has to be published again."""
 
 from copy import copy
 from random import Random
 
 import pytest
-from drive_line import CYCLE_NS, GEARED, TWISTING, Line, course
+from drive_line import CYCLE_NS, TWISTING, Line
 
 from fieldrig.clock import S
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.mc4.axis import Axis
 from fieldrig_devices.mc4.drive import Mc4
-from fieldrig_devices.mc4.feedback import Feedback
 from fieldrig_devices.mc4.fold import PublishedMotion
 from fieldrig_devices.mc4.loops import INCREMENTS, RAD
 from fieldrig_devices.mc4.machine import SLOW_NS
-
-
-def follow_by_steps(_feedback: Feedback, _axis: Axis, *, is_published: bool) -> None:
-    """Replace the fold: every cycle takes the steps."""
-
-
-@pytest.mark.parametrize(("seed", "wires"), [(1, False), (2, True), (3, False), (4, True), (5, False), (6, True)])
-@pytest.mark.long
-def test_drives_send_and_do_the_same_by_fold_and_by_steps(
-    monkeypatch: pytest.MonkeyPatch, seed: int, wires: bool
-) -> None:
-    loads: tuple[dict[str, float], ...] = (GEARED, {}, TWISTING)
-    short = course(seed, wires, loads)
-    monkeypatch.setattr(Feedback, "following", follow_by_steps)
-    long = course(seed, wires, loads)
-    assert short.followed > 20
-    assert long.followed == 0
-    assert short.said == long.said
-    assert short.states() == long.states()
-
 
 LOADS = pytest.mark.parametrize("load", [{}, {"gear_ratio": 7.5}, TWISTING], ids=["stiff", "geared", "twisting"])
 

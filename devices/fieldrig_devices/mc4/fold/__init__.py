@@ -14,8 +14,10 @@ state of the present set speed: how much of the torque and speed limits this dis
 does not rule a limit out, the generated function changes nothing and refuses, and the axis takes the steps.
 
 **What it may not change.**  The state after a folded cycle is the state after the steps, up to the rounding of floating
-point numbers, and what a drive sends and publishes is the same either way.  `tests/devices/mc4/test_axis.py` compares
-the two for random states; `test_following.py` compares whole lines of drives.
+point numbers: some 1e-13 of a value after many cycles.  What a drive sends, publishes and shows is the same either way,
+to the last bit, because all of it is rounded to units that are coarser by some orders of magnitude (`values.GUARD`,
+`points.DECIMALS`).  `tests/devices/mc4/test_axis.py` compares the two for random states; `test_shortcuts.py` compares
+what whole lines of drives say.
 """
 
 from fieldrig_devices.mc4.fold.cycle import FollowingCycle, folded, following

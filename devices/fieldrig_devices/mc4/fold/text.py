@@ -15,6 +15,7 @@ from fieldrig.clock import S
 from fieldrig_devices.mc4.fold.matrix import fold
 from fieldrig_devices.mc4.loops import (
     INCREMENTS,
+    INNER_S,
     RAD,
     Arrangement,
     Gains,
@@ -65,7 +66,7 @@ def cycle_text(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: f
     lines = [
         "def cycle(axis):",
         *_map_lines(plant, gains, limits, steps, dry_nm, refusal="False"),
-        *_store_lines(plant),
+        *_store_lines(plant, steps),
     ]
     lines += ["    axis.set_increments += way", "    axis.moved, axis.way = way, 0", "    return True"]
     return "\n".join(lines)
@@ -83,7 +84,7 @@ def following_text(arrangement: Arrangement, numbers: Numbers, *, is_published: 
         "    if not -most_error < new_e < most_error:",
         "        return None",
         *(_published_lines(plant.elastic is not None) if is_published else []),
-        *_store_lines(plant),
+        *_store_lines(plant, steps),
         "    axis.set_increments = place = axis.set_increments + way",
         "    axis.moved = way",
         "    follow = (wanted - place + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000",
@@ -145,11 +146,11 @@ def _map_lines(plant: Plant, gains: Gains, limits: Limits, steps: int, dry_nm: f
     return lines + [f"    new_{name} = {rows[name]}" for name in names]
 
 
-def _store_lines(plant: Plant) -> list[str]:
+def _store_lines(plant: Plant, steps: int) -> list[str]:
     """Lines that write the new states to the axis."""
     lines = [
-        "    axis.works += new_t * old_v",
-        "    axis.heats += new_t * new_t",
+        f"    axis.heat += new_t * new_t * {steps * INNER_S!r}",
+        f"    axis.work += new_t * (old_v + new_v) * {steps * INNER_S / 2!r}",
         *(f"    axis.{name} = new_{name}" for name in "evit"),
     ]
     if plant.elastic:
