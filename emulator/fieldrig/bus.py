@@ -17,7 +17,7 @@ from fieldrig.link import Link
 
 if TYPE_CHECKING:
     from fieldrig.bus_questions import Subject
-    from fieldrig.device import Tool
+    from fieldrig.device import Tool, WayIn
     from fieldrig.pace import Pace
 
 M = TypeVar("M")
@@ -265,6 +265,10 @@ class Bus(ABC, Generic[M]):
         for word in words_of(interest):
             if type(word) not in (str, int):
                 raise ValueError(f"expected a text or an integer, found {word!r}")
+
+    def ways_in(self, run: Path) -> "list[WayIn]":
+        """Return the ways into this bus from outside, one for each port or device file; `run` is the run folder."""
+        return []
 
     def tools(self, run: Path) -> "list[Tool]":
         """Return lines to copy that reach this bus with foreign tools; `run` is the rig's run folder."""

@@ -46,6 +46,15 @@ class Point:
 RUN = "{run}"
 
 
+class WayIn(NamedTuple):
+    """A way into a bus from outside the rig."""
+
+    protocol: str
+    """What a client speaks there, such as `Modbus TCP`; a few words."""
+    address: str
+    """Where it connects: host:port, a URL, a path or a network device."""
+
+
 class Tool(NamedTuple):
     """A line to copy that reaches a device or a bus with a foreign tool.  `RUN` in it is replaced by the run folder."""
 

@@ -60,16 +60,13 @@ class LabProcess(AskedRig):
         return self
 
     def lines(self) -> dict[str, str]:
-        """Return the lines that `up` has printed to be copied, by part and label, such as "io start it"."""
-        lines: dict[str, str] = {}
-        part = ""
-        for text in self.output().splitlines():
-            if match := re.fullmatch(r"  (\w+) .*", text):
-                part = match[1]
-            elif match := re.fullmatch(r"      (.+?)  +(\S.*)", text):
-                label = match[1].removeprefix(f"{part}: ")
-                lines[f"{part} {label}"] = match[2]
-        return lines
+        """Return the lines that `help` prints to be copied, by part and label, such as "io start it"."""
+        status = self.status()
+        return {
+            f"{part} {label}": line
+            for part in (*status["buses"], *status["devices"])
+            for label, line in re.findall(r"^  (\S.*)\n      (.*)$", self.tool("help", part).stdout, re.MULTILINE)
+        }
 
     def do(self, line: str) -> str:
         """Return the output of a shell in the lab's folder for a line, which must succeed."""

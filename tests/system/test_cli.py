@@ -25,7 +25,9 @@ def rig() -> Iterator[RunningRig]:
 def test_up_says_how_to_reach_each_part(rig: RunningRig) -> None:
     lines = rig.output().splitlines()
     assert lines[0] == f"lab: time: real, 3 processes, control at {rig.endpoint}"
-    assert "  lamp    lamp_kinds:Lamp" in lines
+    assert lines[2] == "devices: lamp, switch"
+    assert lines[3].startswith("commands for each bus and device: ")
+    assert lines[3].endswith(f"fieldrig help NAME --control {rig.endpoint}")
     assert "ready in" in lines[-1]
 
 

@@ -12,7 +12,7 @@ from typing import ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from fieldrig.bus import Port, Time
-from fieldrig.device import Tool
+from fieldrig.device import Tool, WayIn
 from fieldrig.net import split_address
 from fieldrig.settings import RunPath, Settings
 from fieldrig_bus.can.model_bus import CanModelBus, CanSettings
@@ -97,6 +97,14 @@ class CanHub(CanModelBus):
             host, port = _reachable(self.settings.slcan.listen)
             return {"interface": "slcan", "channel": f"socket://{host}:{port}"}
         return None
+
+    def ways_in(self, run: Path) -> list[WayIn]:
+        settings = self.settings
+        ways = [] if settings.socketcand is None else [WayIn("socketcand", settings.socketcand)]
+        if settings.slcan is not None:
+            places = (settings.slcan.path and str(run / settings.slcan.path), settings.slcan.listen)
+            ways += [WayIn("Lawicel (slcan)", place) for place in places if place]
+        return ways
 
     def tools(self, run: Path) -> list[Tool]:
         settings, tools = self.settings, list[Tool]()

@@ -16,7 +16,7 @@ from typing import ClassVar, Final
 from pydantic import Field
 
 from fieldrig.bus import Attachment
-from fieldrig.device import Tool
+from fieldrig.device import Tool, WayIn
 from fieldrig.errors import BusError
 from fieldrig_bus.can import socketcan_errors
 from fieldrig_bus.can.acceptance import ERRORS, EXTENDED, REMOTE, STATE, Filters, passes, received
@@ -146,6 +146,9 @@ class CanSocketcan(CanDirectBus):
 
     def python_can(self) -> dict[str, object]:
         return {"interface": "socketcan", "channel": self.settings.channel, "fd": self.settings.fd}
+
+    def ways_in(self, run: Path) -> list[WayIn]:
+        return [WayIn("SocketCAN", self.settings.channel)]
 
     def tools(self, run: Path) -> list[Tool]:
         channel = shlex.quote(self.settings.channel)

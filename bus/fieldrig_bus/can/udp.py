@@ -20,7 +20,7 @@ import msgpack
 from pydantic import AfterValidator, Field
 
 from fieldrig.bus import Attachment
-from fieldrig.device import Tool
+from fieldrig.device import Tool, WayIn
 from fieldrig.errors import BusError
 from fieldrig_bus.can.acceptance import Filters, passes, received
 from fieldrig_bus.can.direct import CanDirectBus, CanDirectSettings, DirectEnd
@@ -173,6 +173,9 @@ class CanUdp(CanDirectBus):
     def python_can(self) -> dict[str, object]:
         settings = self.settings
         return {"interface": "udp_multicast", "channel": settings.group, "port": settings.port, "fd": settings.fd}
+
+    def ways_in(self, run: Path) -> list[WayIn]:
+        return [WayIn("UDP multicast", f"{self.settings.group}:{self.settings.port}")]
 
     def tools(self, run: Path) -> list[Tool]:
         group, port = self.settings.group, self.settings.port

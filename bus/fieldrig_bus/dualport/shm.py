@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import ClassVar, Final
 
 from fieldrig.bus import Attachment, DirectBus, Time
-from fieldrig.device import Tool
+from fieldrig.device import Tool, WayIn
 from fieldrig.errors import BusError
 from fieldrig.link import SharedWords
 from fieldrig.own_files import open_file
@@ -91,6 +91,9 @@ class DualPortShm(DirectBus[Words]):
 
     async def close(self, member: str) -> None:
         self._ends.pop(member).memory.close()
+
+    def ways_in(self, run: Path) -> list[WayIn]:
+        return [WayIn("shared memory", str(run / "dualport" / self.name))]
 
     def tools(self, run: Path) -> list[Tool]:
         return [Tool("memory", f"od -A d -t x2 {run}/dualport/{self.name}")]

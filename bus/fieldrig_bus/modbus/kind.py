@@ -1,5 +1,6 @@
 """Base of all kinds of Modbus buses, and the settings of a serial line."""
 
+from collections.abc import Sequence
 from typing import Any, ClassVar, Literal
 
 from fieldrig.bus import ModelBus
@@ -19,6 +20,14 @@ class ModbusBus(ModelBus[ModbusEvent]):
     show = staticmethod(codec.show)
     check = staticmethod(message.check_sent)
     check_interest = staticmethod(message.check_interest)
+
+    def mbpoll(self) -> tuple[Sequence[str], str] | None:
+        """Options and target of mbpoll as a master outside the rig; None where it can't be one."""
+        return None
+
+    def pymodbus(self) -> str | None:
+        """Steps in Python that connect `c`, a client of pymodbus, from outside; None where that is not possible."""
+        return None
 
 
 class CharacterSettings(Settings):

@@ -10,7 +10,6 @@ outside does not see them.
 Left out: removing the echo of two-wire adapters.
 """
 
-import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
@@ -19,7 +18,7 @@ from pydantic import Field, model_validator
 
 from fieldrig.bus import BusModel, Hub, Port, Time
 from fieldrig.clock import MS
-from fieldrig.device import Tool, python_line
+from fieldrig.device import RUN, WayIn
 from fieldrig.link import Link
 from fieldrig.net import split_address
 from fieldrig_bus.modbus.framing import LineFramer, LineTiming, Mode
@@ -95,6 +94,36 @@ class _ModbusLine(ModbusBus):
     def framer(self, timing: LineTiming) -> LineFramer:
         raise NotImplementedError
 
+    def ways_in(self, run: Path) -> list[WayIn]:
+        """Return the place where a master connects.  The other end of a real port is a different machine."""
+        settings: ModbusLineSettings = self.settings
+        protocol = f"Modbus {self.mode.upper()}"
+        if settings.servers:
+            return []
+        if settings.pty is not None:
+            return [WayIn(protocol, str(run / settings.pty))]
+        return [] if settings.listen is None else [WayIn(f"{protocol} over TCP", settings.listen)]
+
+    def pymodbus(self) -> str | None:
+        settings: ModbusLineSettings = self.settings
+        framer = f"framer=FramerType.{self.mode.upper()}"
+        if settings.servers:
+            return None
+        if settings.listen is not None:
+            host, port = split_address(settings.listen)
+            name, arguments = "ModbusTcpClient", f"{host!r}, port={port}, {framer}"
+        elif settings.pty is not None:  # it always carries 8 bits without parity: see `mbpoll`
+            path = f"{RUN}/{settings.pty}"
+            name, arguments = (
+                "ModbusSerialClient",
+                f"{path!r}, {framer}, baudrate={settings.baud}, parity='N', bytesize=8",
+            )
+        else:
+            return None
+        return (
+            f"from pymodbus import FramerType; from pymodbus.client import {name}; c = {name}({arguments}); c.connect()"
+        )
+
 
 class ModbusRtu(_ModbusLine):
     about: ClassVar[str] = "Modbus RTU on a pty, a serial port, or over TCP"
@@ -114,18 +143,12 @@ class ModbusRtu(_ModbusLine):
             frame_timeout_ns=settings.frame_timeout_ms * MS,
         )
 
-    def tools(self, run: Path) -> list[Tool]:
+    def mbpoll(self) -> tuple[Sequence[str], str] | None:
         settings: ModbusRtuSettings = self.settings
-        if settings.listen is not None:
-            return _over_tcp(settings.listen, "RTU")
-        if settings.pty is None or settings.servers:  # the other end of a real port is a different machine
-            return []
-        form = ["-b", str(settings.baud), "-P", "none", "-s", "1"]
-        place = ["-a", "1", "-0", "-r", "0", "-c", "1", "-1"]
-        return [
-            Tool("mbpoll", shlex.join(["mbpoll", "-m", "rtu", *form, *place, str(run / settings.pty)])),
-            _over_pty(run / settings.pty, settings.baud, "RTU"),
-        ]
+        if settings.pty is None or settings.servers:
+            return None
+        # A pty always carries 8 bits without parity, and tcsetattr(3) fails for any other format.
+        return ("-m", "rtu", "-b", str(settings.baud), "-P", "none", "-s", "1"), f"{RUN}/{settings.pty}"
 
 
 class ModbusAscii(_ModbusLine):
@@ -137,28 +160,3 @@ class ModbusAscii(_ModbusLine):
 
     def framer(self, timing: LineTiming) -> LineFramer:
         return AsciiFramer(timing, is_burst=self.settings.port is None)
-
-    def tools(self, run: Path) -> list[Tool]:
-        settings: ModbusAsciiSettings = self.settings
-        if settings.listen is not None:
-            return _over_tcp(settings.listen, "ASCII")
-        return (
-            [] if settings.pty is None or settings.servers else [_over_pty(run / settings.pty, settings.baud, "ASCII")]
-        )
-
-
-def _over_pty(path: Path, baud: int, framer: str) -> Tool:
-    """Lines to copy.  A pty always carries 8 bits without parity, and tcsetattr(3) fails for any other format."""
-    options = f"framer=FramerType.{framer}, baudrate={baud}, parity='N', bytesize=8"
-    return _pymodbus("ModbusSerialClient", f"ModbusSerialClient({str(path)!r}, {options})")
-
-
-def _over_tcp(listen: str, framer: str) -> list[Tool]:
-    host, port = split_address(listen)
-    client = f"ModbusTcpClient({host!r}, port={port}, framer=FramerType.{framer})"
-    return [_pymodbus("ModbusTcpClient", client)]
-
-
-def _pymodbus(name: str, client: str) -> Tool:
-    code = f"from pymodbus import FramerType; from pymodbus.client import {name}; c = {client}; c.connect(); "
-    return Tool("pymodbus", python_line(code + "print(c.read_coils(0, count=1)); c.close()"))

@@ -15,7 +15,6 @@ from it (guide, 4.4.2), and those that were read already wait for their turn (`t
 """
 
 import logging
-import shlex
 from collections import deque
 from collections.abc import Hashable, Sequence
 from pathlib import Path
@@ -25,7 +24,7 @@ from pydantic import Field, model_validator
 
 from fieldrig.bus import Port, Time
 from fieldrig.clock import S, Timer
-from fieldrig.device import Tool, python_line
+from fieldrig.device import WayIn
 from fieldrig.link import Link
 from fieldrig.net import split_address
 from fieldrig_bus.modbus.framing_mbap import HEADER, MbapFramer
@@ -97,19 +96,16 @@ class ModbusTcp(ModbusBus):
         settings: ModbusTcpSettings = self.settings
         return (TcpPort(settings), *ports_of(self.name, settings.servers, settings.response_timeout_ms))
 
-    def tools(self, run: Path) -> list[Tool]:
-        host, port = split_address(self.settings.listen)
-        client = f"c = ModbusTcpClient({host!r}, port={port}); c.connect()"
-        code = f"from pymodbus.client import ModbusTcpClient; {client}; print(c.read_coils(0, count=1)); c.close()"
-        return [
-            self.mbpoll_line("mbpoll", ["-a", "1", "-0", "-r", "0", "-c", "1", "-1"]),
-            Tool("pymodbus", python_line(code)),
-        ]
+    def ways_in(self, run: Path) -> list[WayIn]:
+        return [WayIn("Modbus TCP", self.settings.listen)]
 
-    def mbpoll_line(self, label: str, options: Sequence[str], *values: str) -> Tool:
-        """A line with these options of mbpoll; `values` are written."""
+    def mbpoll(self) -> tuple[Sequence[str], str]:
         host, port = split_address(self.settings.listen)
-        return Tool(label, shlex.join(["mbpoll", "-m", "tcp", "-p", str(port), *options, host, *values]))
+        return ("-m", "tcp", "-p", str(port)), host
+
+    def pymodbus(self) -> str:
+        host, port = split_address(self.settings.listen)
+        return f"from pymodbus.client import ModbusTcpClient; c = ModbusTcpClient({host!r}, port={port}); c.connect()"
 
 
 class TcpPort(MastersPort):

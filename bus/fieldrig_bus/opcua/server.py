@@ -18,7 +18,7 @@ from asyncua import Server, ua
 from pydantic import Field
 
 from fieldrig.bus import Hub, ModelBus, Port, Time, words_of
-from fieldrig.device import Tool, python_line
+from fieldrig.device import Tool, WayIn, python_line
 from fieldrig.errors import BusError
 from fieldrig.net import is_loopback, split_address
 from fieldrig.settings import WrongKey
@@ -105,16 +105,26 @@ class OpcUaServer(ModelBus[OpcUaMessage]):
         quieten()
         return (OpcUaPort(self.name, self.settings),)
 
-    def tools(self, run: Path) -> list[Tool]:
+    @property
+    def url(self) -> str:
         host, port = split_address(self.settings.listen)
-        url = f"opc.tcp://{host}:{port}"
-        if self.settings.is_secure:
-            return [Tool("OPC UA", f"{url}, Basic256Sha256, users: {', '.join(self.settings.users)}")]
-        code = (
-            "from asyncua.sync import Client\n"
-            f"with Client({url!r}) as c: print(c.nodes.objects.get_children_descriptions())"
+        return f"opc.tcp://{host}:{port}"
+
+    def ways_in(self, run: Path) -> list[WayIn]:
+        secured = ", Basic256Sha256" if self.settings.is_secure else ""
+        return [WayIn(f"OPC UA{secured}", self.url)]
+
+    def tools(self, run: Path) -> list[Tool]:
+        if self.settings.is_secure:  # a client needs a certificate and a password of its own
+            return []
+        steps = (
+            "from asyncua.sync import Client",
+            f"c = Client({self.url!r})",
+            "c.connect()",
+            "print([node.read_browse_name().Name for node in c.nodes.objects.get_children()])",
+            "c.disconnect()",
         )
-        return [Tool("OPC UA", url), Tool("asyncua", python_line(code))]
+        return [Tool("what it offers", python_line("; ".join(steps)))]
 
 
 class OpcUaPort(ServingPort):

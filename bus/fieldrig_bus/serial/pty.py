@@ -21,7 +21,7 @@ from pydantic import Field
 
 from fieldrig.bus import Hub, Port
 from fieldrig.clock import MS, Timer
-from fieldrig.device import Tool
+from fieldrig.device import Tool, WayIn
 from fieldrig.settings import RunPath
 from fieldrig_bus.net import join_as_client
 from fieldrig_bus.pty import Pty
@@ -54,6 +54,9 @@ class SerialPty(SerialBus):
 
     def ports(self) -> Sequence[Port]:
         return (PtyPort(self.path, self.settings),)
+
+    def ways_in(self, run: Path) -> list[WayIn]:
+        return [WayIn("serial line", str(run / self.path))]
 
     def tools(self, run: Path) -> list[Tool]:
         path, baud = shlex.quote(str(run / self.path)), self.settings.baud

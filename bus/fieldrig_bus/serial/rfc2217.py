@@ -10,7 +10,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from fieldrig.bus import Hub, Port
-from fieldrig.device import Tool
+from fieldrig.device import Tool, WayIn
 from fieldrig_bus.net import Address, Connection, ServingPort, TcpServer, join_as_client
 from fieldrig_bus.serial.com_port import ComPort
 from fieldrig_bus.serial.end import LineEnd
@@ -31,6 +31,9 @@ class SerialRfc2217(SerialBus):
 
     def ports(self) -> Sequence[Port]:
         return (Rfc2217Port(self.settings),)
+
+    def ways_in(self, run: Path) -> list[WayIn]:
+        return [WayIn("serial line by RFC 2217", self.settings.listen)]
 
     def tools(self, run: Path) -> list[Tool]:
         url, baud = f"rfc2217://{self.settings.listen}", self.settings.baud

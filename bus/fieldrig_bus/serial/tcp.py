@@ -12,7 +12,7 @@ from typing import ClassVar, Self
 from pydantic import Field, model_validator
 
 from fieldrig.bus import Hub, Port
-from fieldrig.device import Tool
+from fieldrig.device import Tool, WayIn
 from fieldrig_bus.net import Address, Connection, ServingPort, TcpServer, join_as_client
 from fieldrig_bus.serial.end import LineEnd
 from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
@@ -40,6 +40,10 @@ class SerialTcp(SerialBus):
 
     def ports(self) -> Sequence[Port]:
         return (TcpPort(self.settings),)
+
+    def ways_in(self, run: Path) -> list[WayIn]:
+        address = self.settings.listen
+        return [] if address is None else [WayIn("serial line by TCP", address)]
 
     def tools(self, run: Path) -> list[Tool]:
         address, baud = self.settings.listen, self.settings.baud

@@ -15,7 +15,7 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import Field, StringConstraints, model_validator
 
 from fieldrig.bus import ModelBus, Port, Time, words_of
-from fieldrig.device import Tool
+from fieldrig.device import Tool, WayIn
 from fieldrig_bus.net import Address, HubSettings
 from fieldrig_bus.tcp import codec
 from fieldrig_bus.tcp.listeners import TcpPort
@@ -81,6 +81,12 @@ class TcpServerBus(ModelBus[TcpMessage]):
 
     def ports(self) -> Sequence[Port]:
         return (TcpPort(self.settings.listen, self.settings.max_connections, self.settings.extra_ports),)
+
+    def ways_in(self, run: Path) -> list[WayIn]:
+        return [
+            WayIn(service.upper() if service in TOOLS else f"{service} by TCP", address)
+            for service, address in self.settings.listen.items()
+        ]
 
     def tools(self, run: Path) -> list[Tool]:
         return [

@@ -7,7 +7,7 @@ from typing import ClassVar, Self
 from pydantic import Field, model_validator
 
 from fieldrig.bus import Port, Time
-from fieldrig.device import Tool
+from fieldrig.device import Tool, WayIn
 from fieldrig.net import split_address
 from fieldrig.settings import Settings
 from fieldrig_bus.net import Address, HubSettings
@@ -72,6 +72,9 @@ class TelephoneExchange(TelephoneBus):
             *(OutgoingPort(member_of(entry), entry.dial, entry.telnet) for entry in settings.outgoing),
             *(IncomingPort(entry.listen, entry.number, entry.telnet) for entry in settings.incoming),
         )
+
+    def ways_in(self, run: Path) -> list[WayIn]:
+        return [WayIn(f"telephone {entry.number}", entry.listen) for entry in self.settings.incoming]
 
     def tools(self, run: Path) -> list[Tool]:
         return [Tool(f"call {entry.number}", _line_to(entry)) for entry in self.settings.incoming]

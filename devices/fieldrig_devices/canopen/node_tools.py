@@ -1,6 +1,5 @@
 """Shell lines to copy that reach a CANopen node with python-canopen."""
 
-import os.path
 from collections.abc import Mapping
 from typing import Any
 
@@ -22,7 +21,7 @@ def lines(settings: CanopenSettings, links: Mapping[str, Bus[Any]]) -> list[Tool
     if settings.node_id is None:
         return [Tool(f"node-ID {FIRST_ID} by LSS", _python_line(bus, _lss(settings)))]
     index = DEVICE_NAME if DEVICE_NAME in settings.dictionary() else DEVICE_TYPE
-    node = f"node = n.add_node({settings.node_id}, {os.path.relpath(settings.eds)!r})"
+    node = f"node = n.add_node({settings.node_id}, {str(settings.eds.absolute())!r})"
     return [
         Tool("what it is", _python_line(bus, [node, f"print(node.sdo[{index:#06x}].raw)"])),
         Tool("start it", _python_line(bus, [node, "node.nmt.state = 'OPERATIONAL'"])),

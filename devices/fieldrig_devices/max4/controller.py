@@ -9,7 +9,6 @@ from ipaddress import IPv6Address, ip_address
 from typing import Any, ClassVar
 
 from fieldrig.background import Background
-from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.faults import Fault, Faults
@@ -55,6 +54,7 @@ from fieldrig_devices.max4.settings import Max4Settings
 from fieldrig_devices.max4.storage.disk import FlashDisk
 from fieldrig_devices.max4.storage.memory import Memory
 from fieldrig_devices.max4.system import System
+from fieldrig_devices.modbus.tools import identification_lines
 
 
 class Max4(Device):
@@ -436,8 +436,9 @@ class Max4(Device):
             self.opcua.changed()
 
     @classmethod
-    def tools(cls, name: str, settings: Any, links: Mapping[str, Bus[Any]]) -> list[Tool]:
-        return []
+    def tools(cls, name: str, settings: Any, links: Mapping[str, Any]) -> list[Tool]:
+        """Return a line for each Modbus bus on which it is a unit."""
+        return identification_lines(settings.modbus.unit_id, links.get("modbus", ()))
 
     def _on_faults(self) -> None:
         overrun, off = self._faults.first(Overrun), self._faults.first(PowerOff)

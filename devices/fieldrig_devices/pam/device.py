@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Final
 
 from fieldrig.background import Background
 from fieldrig.clock import MS, US, Clock, Timer
-from fieldrig.device import Device, Point, Value
+from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
 from fieldrig.link import Link, words_behind
@@ -27,6 +27,7 @@ from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.languages.refusal import refused
 from fieldrig_devices.languages.source_file import decoded
+from fieldrig_devices.modbus.tools import word_lines
 from fieldrig_devices.pam.application_files import reader_beside, shapes_beside
 from fieldrig_devices.pam.faults import MODELS, PowerOff
 from fieldrig_devices.pam.panel.catalogue import text_of
@@ -237,6 +238,11 @@ class Pam(Device):
         return "blink" if fatal is not None and fatal.code.origin in BLINKING else "on"
 
     # ---- points
+
+    @classmethod
+    def tools(cls, name: str, settings: PamSettings, links: Mapping[str, Any]) -> list[Tool]:
+        """Return a line for each Modbus bus that reads the first words of the DualPort."""
+        return word_lines(settings.access.unit_id, links.get("modbus", ()))
 
     def points(self) -> Mapping[str, Point]:
         return self._points

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from fieldrig.cli import fault, points, rigfile, status, timing, trace, up, watch
+from fieldrig.cli import fault, help, points, rigfile, status, timing, trace, up, watch
 from fieldrig.cli.common import CONTEXT
 from fieldrig.cli.installed import Commands
 from fieldrig.exits import ABOUT, Exit
@@ -29,7 +29,8 @@ master, PLC program or service tool can connect. The other commands inspect and 
 
 \b
     fieldrig new lab                      create an example rig in the folder lab
-    fieldrig up lab/lab.yaml              start it, and print how to reach each part
+    fieldrig up lab/lab.yaml              start it, and print a line for each connection
+    fieldrig help drive                   show how to reach a device, with commands to copy
     fieldrig status                       show the state of each process and bus
     fieldrig watch can0                   show every message on a bus
     fieldrig get tank                     show all values of a device
@@ -69,6 +70,7 @@ def fieldrig(
 
 
 app.command()(up.up)
+app.command("help")(help.help_)
 app.command()(status.status)
 app.command()(watch.watch)
 app.command()(points.get)

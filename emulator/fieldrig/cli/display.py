@@ -1,19 +1,16 @@
-"""The output of `fieldrig up`: how to reach each part, what happens, and on a terminal one line with the load."""
+"""The output of `fieldrig up`: one line for each connection, what happens, and on a terminal one line with the load."""
 
 import asyncio
-import os
 import shutil
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from errno import EPIPE
-from pathlib import Path
-from typing import Any, NamedTuple, TextIO
+from typing import TextIO
 
-from fieldrig.config import DeviceEntry, RigConfig
+from fieldrig.cli.reach import as_typed, connections, short
+from fieldrig.config import RigConfig
 from fieldrig.control import Control
-from fieldrig.device import RUN, Tool
-from fieldrig.net import DEFAULT_ENDPOINT
 from fieldrig.roster import Event
 from fieldrig.steady_output import steady
 
@@ -23,33 +20,8 @@ BOLD, DIM, RED, GREEN, YELLOW, PLAIN = "\x1b[1m", "\x1b[2m", "\x1b[31m", "\x1b[3
 COLOURS = {"failed": RED, "died": YELLOW, "gone": YELLOW, "late": YELLOW, "warning": YELLOW, "ready": GREEN}
 COUNTERS = ("frames", "requests", "messages", "characters")
 """The statistics of buses that are shown as a rate."""
-TALKING = ("status", "watch", "get", "set", "fault")
-"""The commands that connect to the control endpoint."""
-
-
-class Part(NamedTuple):
-    """A bus or device, and the lines that reach it."""
-
-    name: str
-    kind: str
-    tools: list[Tool]
-
-
-def parts(config: RigConfig) -> Iterator[Part]:
-    """Yield the parts in the order of the rig file."""
-    for name, bus in config.buses.items():
-        yield Part(name, bus.kind, bus.bus.tools(config.run))
-    for name, device in config.devices.items():
-        tools = device.cls.tools(name, device.settings, _linked(config, device))
-        yield Part(name, device.kind, [Tool(label, line.replace(RUN, str(config.run))) for label, line in tools])
-
-
-def _linked(config: RigConfig, device: DeviceEntry) -> Mapping[str, Any]:
-    return {
-        parameter: [config.buses[bus].bus for bus in buses] if parameter in device.many else config.buses[buses[0]].bus
-        for parameter, buses in device.links.items()
-        if buses
-    }
+WIDTH = 100
+"""Width of a line of `introduce` in characters where the output is not a terminal."""
 
 
 class Display:
@@ -71,16 +43,16 @@ class Display:
         self._say(
             f"{self._styled(config.name, BOLD)}: time: {config.time}{with_processes}, control at {config.control}\n"
         )
-        every = list(parts(config))
-        width = max((len(part.name) for part in every), default=0)
-        kind_width = max((len(part.kind) for part in every), default=0)
-        for part in every:
-            self._say(f"  {self._styled(part.name.ljust(width), BOLD)}  {part.kind.ljust(kind_width)}".rstrip())
-            label_width = max((len(tool.label) for tool in part.tools), default=0)
-            for tool in part.tools:
-                label = self._styled(tool.label.ljust(label_width), DIM)
-                self._say(f"      {label}  {_as_typed(tool.line, config.control)}")
-        self._say("")
+        found = list(connections(config))
+        name, protocol, address = (max((len(way[column]) for way in found), default=0) for column in range(3))
+        room = shutil.get_terminal_size((WIDTH, 24)).columns if self._is_terminal else WIDTH
+        for way in found:
+            words = f"  {way.protocol:{protocol}}  {way.address:{address}}  "
+            devices = _listed(way.devices, room - 2 - name - len(words))
+            self._say(f"  {self._styled(way.bus.ljust(name), BOLD)}{words}{devices}".rstrip())
+        devices = _listed(list(config.devices), room - len("devices: "))
+        self._say(f"\ndevices: {devices}" if found else f"devices: {devices}")
+        self._say(f"commands for each bus and device: {as_typed('fieldrig help NAME', config.control)}\n")
 
     def report(self, event: Event) -> None:
         """Print an event.
@@ -146,7 +118,7 @@ class Display:
         lines = [self._styled(f"{event.process} {how}", RED)]
         lines += [f"    {line}" for line in log.splitlines()]
         if event.process:
-            lines.append(f"  its log: {_short(self._config.run / 'log' / f'{event.process}.log')}")
+            lines.append(f"  its log: {short(self._config.run / 'log' / f'{event.process}.log')}")
         self._erase_load()
         self._print("\n".join(lines), self._err)
 
@@ -178,28 +150,14 @@ class Display:
         return f"{style}{text}{PLAIN}" if self._is_terminal and style else text
 
 
-def _as_typed(line: str, control: str) -> str:
-    """Return the line as it has to be typed for this rig and this installation.
-
-    In a shell whose environment is not active, `python` and `fieldrig` may be other programs, or missing.
-    """
-    program, _, rest = line.partition(" ")
-    if program == "fieldrig" and rest.partition(" ")[0] in TALKING and control != DEFAULT_ENDPOINT:
-        rest = f"{rest} --control {control}"
-    ours = {"python": Path(sys.executable), "fieldrig": Path(sys.executable).with_name("fieldrig")}.get(program)
-    found = shutil.which(program)
-    if ours is None or not ours.exists() or (found is not None and Path(found) == ours):
-        return f"{program} {rest}".rstrip()
-    return f"{_short(ours)} {rest}".rstrip()
-
-
-def _short(path: Path) -> str:
-    """Return the path relative to the current folder if that is shorter."""
-    try:
-        relative = os.path.relpath(path)
-    except ValueError:  # another drive, on Windows
-        return str(path)
-    return min(relative, str(path.absolute()), key=len)
+def _listed(names: Sequence[str], room: int) -> str:
+    """Return the names that fit into `room` characters, and the number of the others."""
+    shown = ", ".join(names)
+    count = len(names)
+    while len(shown) > room and count > 1:
+        count -= 1
+        shown = f"{', '.join(names[:count])} and {len(names) - count} more"
+    return shown
 
 
 def _clock(time_s: float) -> str:

@@ -4,16 +4,19 @@ import asyncio
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from fieldrig import endpoint
 from fieldrig.attended import AttendedRig
 from fieldrig.children import Children
 from fieldrig.cli.display import Display
+from fieldrig.cli.reach import help_of
 from fieldrig.config import RigConfig
 from fieldrig.control import Control
 from fieldrig.descriptors import ensure_for
+from fieldrig.errors import ControlError
 from fieldrig.exits import Exit
 from fieldrig.host import loop_factory
 from fieldrig.hub_wire import socket_name
@@ -24,6 +27,7 @@ from fieldrig.supervisor import Supervisor
 from fieldrig.this_process import age_s, interrupt_on_signals, on_signals
 from fieldrig.trace_files import Recorder
 from fieldrig.virtual_service import VirtualService
+from fieldrig.wording import closest
 
 ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 
@@ -88,6 +92,7 @@ async def _run(config: RigConfig, options: UpOptions, display: Display, make: Ca
     control = Control(endpoint.listen(config.control), config.name)
     try:
         service = make(control)
+        control.serve("help/*", partial(_help, config))
         _end_on_signals(service, display)
         recorder = Recorder(options.trace) if options.trace is not None else None
         if recorder is not None:
@@ -104,6 +109,14 @@ async def _run(config: RigConfig, options: UpOptions, display: Display, make: Ca
                 display.note(recorder.close())
     finally:
         await control.close()
+
+
+async def _help(config: RigConfig, name: str, _message: Any) -> dict[str, Any]:
+    if name not in config.buses and name not in config.devices:
+        raise ControlError(
+            f"{config.name} has no bus or device {name!r}", closest(name, [*config.buses, *config.devices])
+        )
+    return help_of(config, name)
 
 
 def _end_on_signals(service: Service, display: Display) -> None:

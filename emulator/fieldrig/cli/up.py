@@ -68,7 +68,7 @@ def up(
 ) -> None:
     """Start a rig and run it until Ctrl-C.
 
-    Print how to reach each part, and report what happens.
+    Print a line for each connection, and report what happens.  `fieldrig help NAME` shows how to use one.
 
     \b
         fieldrig up configs/lab.yaml

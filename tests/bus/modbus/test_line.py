@@ -132,11 +132,13 @@ def test_a_line_is_in_exactly_one_place() -> None:
     assert ModbusAsciiSettings(pty="a").data_bits == 7
 
 
-def test_tools_reach_the_line(tmp_path: Path) -> None:
-    mbpoll, pymodbus = rtu_bus(baud=19200).tools(tmp_path)
-    assert mbpoll.line == f"mbpoll -m rtu -b 19200 -P none -s 1 -a 1 -0 -r 0 -c 1 -1 {tmp_path}/line"
-    assert "FramerType.RTU, baudrate=19200" in pymodbus.line
-    (line,) = ascii_bus().tools(tmp_path)
-    assert "FramerType.ASCII" in line.line
-    for tool in (pymodbus, line):
-        assert "bytesize=8" in tool.line  # a pty refuses 7
+def test_a_master_outside_reaches_the_line(tmp_path: Path) -> None:
+    assert rtu_bus(baud=19200).ways_in(tmp_path) == [("Modbus RTU", f"{tmp_path}/line")]
+    assert rtu_bus(baud=19200).mbpoll() == (("-m", "rtu", "-b", "19200", "-P", "none", "-s", "1"), "{run}/line")
+    assert ascii_bus().ways_in(tmp_path) == [("Modbus ASCII", f"{tmp_path}/line")]
+    assert ascii_bus().mbpoll() is None  # it knows RTU and TCP only
+    for bus, words in ((rtu_bus(baud=19200), "FramerType.RTU, baudrate=19200"), (ascii_bus(), "FramerType.ASCII")):
+        steps = bus.pymodbus()
+        assert steps is not None
+        assert words in steps
+        assert "bytesize=8" in steps  # a pty refuses 7

@@ -297,4 +297,6 @@ def test_where_the_master_is_in_the_rig_no_line_for_masters_is_printed(tmp_path:
         ascii_line(pty="line"),
         ascii_line(port="/dev/x"),
     ):
-        assert bus.tools(tmp_path) == []
+        assert bus.ways_in(tmp_path) == []
+        assert bus.pymodbus() is None
+        assert bus.mbpoll() is None

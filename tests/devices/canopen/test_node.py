@@ -181,8 +181,7 @@ class Unreachable:
         return None
 
 
-def test_tools_are_complete_shell_lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(EDS.parent)
+def test_tools_are_complete_shell_lines(tmp_path: Path) -> None:
     links: Any = {"can": Reachable()}
     read, start = CanopenNode.tools("io", CanopenBench().settings, links)
     program, option, code = shlex.split(read.line)
@@ -190,7 +189,7 @@ def test_tools_are_complete_shell_lines(tmp_path: Path, monkeypatch: pytest.Monk
     assert code == (
         "import canopen; n = canopen.Network(); "
         "n.connect(interface='socketcand', host='127.0.0.1', port=29536, channel='can0'); "
-        "node = n.add_node(5, 'eds/io32.eds'); print(node.sdo[0x1008].raw); n.disconnect()"
+        f"node = n.add_node(5, '{IO32.absolute()}'); print(node.sdo[0x1008].raw); n.disconnect()"
     )
     assert "node.nmt.state = 'OPERATIONAL'; n.disconnect()" in start.line
 

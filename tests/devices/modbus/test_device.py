@@ -14,6 +14,7 @@ from fieldrig.clock import MS, VirtualClock
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.store import MemoryStore
 from fieldrig.testing import RecordedLink
+from fieldrig_bus.modbus.line import ModbusRtu, ModbusRtuSettings
 from fieldrig_bus.modbus.message import LineState, ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.tcp import ModbusTcp, ModbusTcpSettings
 from fieldrig_bus.wires import Signal
@@ -322,7 +323,9 @@ def test_the_lab_s_drive_runs_the_pump_and_shows_the_tank(tmp_path: Path) -> Non
 def test_tools_read_every_register_with_mbpoll(tmp_path: Path) -> None:
     bus = ModbusTcp("mb", ModbusTcpSettings(listen="127.0.0.1:5020"))
     settings = ModbusDeviceSettings(table=LAB)
-    lines = [tool.line for tool in ModbusDevice.tools("drive", settings, {"modbus": [bus]})]
+    *lines, read, start = [tool.line for tool in ModbusDevice.tools("drive", settings, {"modbus": [bus]})]
+    assert "print(c.read_input_registers(2, count=2, device_id=1)); " in read
+    assert "print(c.write_coil(0, True, device_id=1)); " in start
     assert lines == [
         "mbpoll -m tcp -p 5020 -a 1 -t 0 -0 -r 0 -c 2 -1 127.0.0.1",
         "mbpoll -m tcp -p 5020 -a 1 -t 1 -0 -r 0 -c 2 -1 127.0.0.1",
@@ -332,6 +335,32 @@ def test_tools_read_every_register_with_mbpoll(tmp_path: Path) -> None:
         "mbpoll -m tcp -p 5020 -a 1 -t 3 -0 -r 4 -c 1 -1 127.0.0.1",
         "mbpoll -m tcp -p 5020 -a 1 -t 0 -0 -r 0 127.0.0.1 1",
     ]
+
+
+def test_tools_of_a_line_ask_for_what_the_table_has(tmp_path: Path) -> None:
+    """A meter without register 0 gets no line that reads register 0."""
+    table = tmp_path / "meter.yaml"
+    table.write_text("input_registers: [{address: 40, name: voltage, type: u16, unit: V, scale: 0.1}]")
+    bus = ModbusRtu("line", ModbusRtuSettings(pty="meter", baud=9600))
+    settings = ModbusDeviceSettings(table=table, unit_id=3)
+    assert [tool.line for tool in ModbusDevice.tools("meter", settings, {"modbus": [bus]})] == [
+        "mbpoll -m rtu -b 9600 -P none -s 1 -a 3 -t 3 -0 -r 40 -c 1 -1 {run}/meter",
+        (
+            'python -c "from pymodbus import FramerType; from pymodbus.client import ModbusSerialClient; '
+            "c = ModbusSerialClient('{run}/meter', framer=FramerType.RTU, baudrate=9600, parity='N', bytesize=8); "
+            'c.connect(); print(c.read_input_registers(40, count=1, device_id=3)); c.close()"'
+        ),
+    ]
+
+
+def test_tools_on_two_buses_say_which_is_which(tmp_path: Path) -> None:
+    buses = [
+        ModbusTcp("mb_tcp", ModbusTcpSettings(listen="127.0.0.1:5020")),
+        ModbusRtu("mb_rtu", ModbusRtuSettings(pty="line")),
+    ]
+    labels = [tool.label for tool in ModbusDevice.tools("drive", ModbusDeviceSettings(table=LAB), {"modbus": buses})]
+    assert len(labels) == len(set(labels)) == 18
+    assert {label.rpartition(" by ")[2] for label in labels} == {"mb_tcp", "mb_rtu"}
 
 
 # ---- the non-volatile memory
