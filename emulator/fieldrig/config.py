@@ -25,9 +25,10 @@ from fieldrig.config_source import gather
 from fieldrig.conflicts import conflicts
 from fieldrig.device import Device
 from fieldrig.errors import ConfigError, Mistake, RigError
+from fieldrig.nearest import closest
 from fieldrig.settings import Settings, WrongKey, WrongSettingsError
 from fieldrig.settings_file import validated
-from fieldrig.wording import closest, show
+from fieldrig.wording import show
 from fieldrig.yaml_source import NOWHERE, KeyPath, Mark, Source, key_text
 
 S = TypeVar("S", bound=Settings)

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 from fieldrig.config_keys import Names, as_tuple
 from fieldrig.kinds import LinkParameter
+from fieldrig.nearest import closest
 from fieldrig.settings import WrongKey
-from fieldrig.wording import closest
 
 if TYPE_CHECKING:
     from fieldrig.config import BusEntry

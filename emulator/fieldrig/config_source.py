@@ -12,10 +12,13 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from fieldrig.errors import Mistake
+from fieldrig.nearest import closest
 from fieldrig.yaml_source import KeyPath, Mark, Source, key_text, read, read_file
 
 T = TypeVar("T")
 
+SORTS: Final = {"buses": "bus", "devices": "device"}
+"""The sections of a rig file, and what is in them."""
 ENTRY_DEPTH: Final = 2
 """Depth of a bus or device below the top of the file."""
 _ABSENT: Final = object()
@@ -141,6 +144,15 @@ def _once(items: Iterable[T]) -> list[T]:
     return list(dict.fromkeys(items))
 
 
+def _unknown_part(data: Any, path: Sequence[str]) -> tuple[str, str] | None:
+    """Return mistake and remedy for a key of a bus or device that the file does not have; None for any other path."""
+    if len(path) <= ENTRY_DEPTH or path[0] not in SORTS or path[ENTRY_DEPTH] == "kind" or not isinstance(data, dict):
+        return None
+    known = data.get(path[0])
+    names = [str(name) for name in known] if isinstance(known, dict) else []
+    return None if path[1] in names else (f"there is no {SORTS[path[0]]} {path[1]!r}", closest(path[1], names))
+
+
 def _override(source: Source, override: str) -> None:
     """Apply an override such as `buses.can0.bitrate=250000`: dots between keys, then a YAML value."""
     key, equals, text = override.partition("=")
@@ -151,6 +163,9 @@ def _override(source: Source, override: str) -> None:
         source.mistakes.append(Mistake(*place, "", "it can't be read as an override", remedy))
         return
     path = tuple(key.split("."))
+    if (unknown := _unknown_part(source.data, path)) is not None:
+        source.mistakes.append(Mistake(*place, key, *unknown))
+        return
     inner = source.data
     for length, part in enumerate(path[:-1], start=1):
         if isinstance(inner, dict) and part not in inner:

@@ -26,8 +26,9 @@ from typing import (
 from pydantic import Field, ValidationError
 
 from fieldrig.clock import MS
+from fieldrig.nearest import closest
 from fieldrig.settings import Settings
-from fieldrig.wording import closest, explain
+from fieldrig.wording import explain
 from fieldrig.yaml_source import key_text, read
 
 LONGEST_MS: Final = 1_000_000_000  # eleven days

@@ -15,9 +15,9 @@ from fieldrig.config import DeviceEntry
 from fieldrig.device import Device, Point, Value
 from fieldrig.errors import ControlError, RigError, refusals
 from fieldrig.link import Link
+from fieldrig.nearest import closest
 from fieldrig.sending import uninteresting, unsendable
 from fieldrig.store import Store
-from fieldrig.wording import closest
 
 BusName = str
 Deliveries = Sequence[tuple[BusName, Any]]
@@ -169,11 +169,11 @@ class LocalNode(EventNode):
     def get(self, now_ns: int, key: str) -> Value:
         self._look_at(now_ns)
         with blamed(self.name, now_ns):
-            return read_point(self.device.points(), key)
+            return read_point(self.name, self.device.points(), key)
 
     def set(self, key: str, value: Value) -> None:
         with blamed(self.name, self.clock.now_ns()):
-            write_point(self.device.points(), key, value)
+            write_point(self.name, self.device.points(), key, value)
 
     def answer(self, question: str, message: Any) -> Any:
         with refusals(self.name):
@@ -199,12 +199,14 @@ class LocalNode(EventNode):
         self.device.stop()
 
 
-def read_point(points: Mapping[str, Point], key: str) -> Value:
-    return _point(points, key).read()
+def read_point(device: str, points: Mapping[str, Point], key: str) -> Value:
+    """Return the value of a point.  ControlError, with the nearest key, if the device has no such point."""
+    return _point(device, points, key).read()
 
 
-def write_point(points: Mapping[str, Point], key: str, value: Value) -> None:
-    point = _point(points, key)
+def write_point(device: str, points: Mapping[str, Point], key: str, value: Value) -> None:
+    """Write a point.  ControlError for an unknown or read-only key, or a value that is refused."""
+    point = _point(device, points, key)
     if point.write is None:
         raise ControlError(f"{key} can only be read")
     try:
@@ -213,8 +215,8 @@ def write_point(points: Mapping[str, Point], key: str, value: Value) -> None:
         raise ControlError(f"{key} can't be {value!r}: {cause}") from cause
 
 
-def _point(points: Mapping[str, Point], key: str) -> Point:
+def _point(device: str, points: Mapping[str, Point], key: str) -> Point:
     try:
         return points[key]
     except KeyError:
-        raise ControlError(f"there is no {key!r} here", "`fieldrig get DEVICE` lists the keys") from None
+        raise ControlError(f"{device} has no value {key!r}", closest(key, list(points))) from None

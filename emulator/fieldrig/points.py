@@ -42,10 +42,10 @@ class RealPoints:
         }
 
     def get(self, key: str) -> Value:
-        return self._clock.look(read_point, self._device.points(), key)
+        return self._clock.look(read_point, self._name, self._device.points(), key)
 
     def set(self, key: str, value: Value) -> None:
-        self._clock.handle(write_point, self._device.points(), key, value)
+        self._clock.handle(write_point, self._name, self._device.points(), key, value)
 
     def answer(self, question: str, message: Any) -> Any:
         answers: list[Any] = []

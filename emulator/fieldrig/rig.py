@@ -17,6 +17,7 @@ from fieldrig.clock import NEVER_NS, whole_ns
 from fieldrig.config import RigConfig
 from fieldrig.device import Value
 from fieldrig.errors import ControlError, RigError, refusals
+from fieldrig.nearest import closest
 from fieldrig.node import Deliveries, EventNode, LocalNode, Node, Outbox
 from fieldrig.remote_node import RemoteNode
 from fieldrig.store import MemoryStore, Store
@@ -171,7 +172,7 @@ class Rig:
         try:
             return self._nodes[device]
         except KeyError:
-            raise ControlError(f"the rig has no device {device!r}", f"it has: {', '.join(self._nodes)}") from None
+            raise ControlError(f"the rig has no device {device!r}", closest(device, list(self._nodes))) from None
 
     @contextmanager
     def _present(self, device: str) -> Iterator[Node]:

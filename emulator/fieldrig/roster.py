@@ -16,6 +16,7 @@ from fieldrig.asked import asked
 from fieldrig.config import RigConfig
 from fieldrig.control import Control
 from fieldrig.errors import ControlError
+from fieldrig.nearest import closest
 from fieldrig.placement import ProcessPlan
 from fieldrig.rig_status import rig_status
 
@@ -105,7 +106,10 @@ class Roster:
         for member in self.members.values():
             if name == member.name or name in member.plan.buses or name in member.plan.devices:
                 return member
-        raise ControlError(f"this rig has no process {name!r}", f"it has: {', '.join(self.members)}")
+        parts = [part for plan in (member.plan for member in self.members.values()) for part in _names_in(plan)]
+        raise ControlError(
+            f"this rig has no process, device or bus {name!r}", closest(name, list(dict.fromkeys(parts)))
+        )
 
     def set_state(self, member: Member, state: State) -> None:
         member.state = state
@@ -220,6 +224,10 @@ class Roster:
             if status["state"] == "ready":
                 member.pid = status["pid"]
                 self._on_ready(member.name, {"pid": member.pid})
+
+
+def _names_in(plan: ProcessPlan) -> tuple[str, ...]:
+    return plan.name, *plan.buses, *plan.devices
 
 
 def _shown(member: Member) -> dict[str, Any]:

@@ -13,8 +13,8 @@ from fieldrig import kinds
 from fieldrig.config_keys import NAME, BusKeys, DeviceKeys, RigKeys
 from fieldrig.errors import RigError
 from fieldrig.kinds import Kind, LinkParameter
+from fieldrig.nearest import closest
 from fieldrig.settings import Settings
-from fieldrig.wording import closest
 
 Schema = dict[str, Any]
 DRAFT: Final = "https://json-schema.org/draft/2020-12/schema"

@@ -16,6 +16,7 @@ from typing import Any, BinaryIO, Final, Protocol, cast
 
 from fieldrig import trace_jsonl
 from fieldrig.errors import UsageError
+from fieldrig.nearest import nearest_file
 from fieldrig.record_file import RecordFile
 from fieldrig.trace import TraceEntry, is_batch
 
@@ -53,7 +54,7 @@ def read(path: Path) -> Iterator[TraceEntry]:
         with path.open("rb") as file:
             yield from form.read(file)
     except OSError as cause:
-        raise UsageError(f"{path} can't be read: {cause.strerror}") from cause
+        raise UsageError(f"{path} can't be read: {cause.strerror}", nearest_file(path)) from cause
 
 
 def write(entries: Iterable[TraceEntry], path: Path) -> int:

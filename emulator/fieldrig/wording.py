@@ -6,11 +6,11 @@ only for a mistake.
 
 import json
 from collections.abc import Iterator
-from difflib import get_close_matches
 from typing import Any
 
 from pydantic import ValidationError
 
+from fieldrig.nearest import closest
 from fieldrig.settings import Settings, WrongKey, WrongSettingsError
 from fieldrig.yaml_source import KeyPath
 
@@ -43,12 +43,6 @@ def explain(
             found[path] = _wrong_key(dict(detail), path, data, schema, other_keys)
     # A union reports each of its choices; the deepest mistake belongs to the intended one.
     return [finding for path, finding in found.items() if path not in deeper]
-
-
-def closest(word: object, known: list[str]) -> str:
-    """Return `did you mean ...?`, or all known words."""
-    close = get_close_matches(str(word), known, n=1)
-    return f"did you mean {close[0]}?" if close else f"there are: {', '.join(known)}" if known else "there are none"
 
 
 def show(value: Any) -> str:

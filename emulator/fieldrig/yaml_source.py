@@ -19,6 +19,7 @@ from ruamel.yaml.error import MarkedYAMLError, ReusedAnchorWarning, YAMLError
 from ruamel.yaml.nodes import MappingNode, ScalarNode, SequenceNode
 
 from fieldrig.errors import Mistake
+from fieldrig.nearest import nearest_file
 
 KeyPath = tuple[Any, ...]
 
@@ -92,7 +93,7 @@ def read_file(path: Path) -> Source:
         source = read(path.read_text(encoding="utf-8"), str(path))
     except (OSError, ValueError) as cause:
         what = "it is not UTF-8 text" if isinstance(cause, ValueError) else cause.strerror or str(cause)
-        return Source(mistakes=[Mistake(str(path), None, "", f"it can't be read: {what}", "")])
+        return Source(mistakes=[Mistake(str(path), None, "", f"it can't be read: {what}", nearest_file(path))])
     source.folders = [path.absolute().parent]
     source.marks.setdefault((), Mark(str(path), None))
     return source

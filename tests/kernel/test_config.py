@@ -627,6 +627,8 @@ def test_an_override_with_null_takes_a_device_away(loaded: Loaded) -> None:
         ("seed", "it can't be read as an override", "expected a key and a value, such as buses.can0.bitrate=250000"),
         ("seed=[", "it can't be read as an override", "expected a key and a value, such as buses.can0.bitrate=250000"),
         ("seed.x=1", "seed.x: seed holds no keys", "expected a key of the rig file"),
+        ("buses.canO.bitrate=1", "buses.canO.bitrate: there is no bus 'canO'", "did you mean can0?"),
+        ("devices.oi.after=[]", "devices.oi.after: there is no device 'oi'", "there are: io, reader"),
         ("sed=1", "sed: there is no such key", "did you mean seed?"),
         ("buss.can0.bitrate=1", "buss: there is no such key", "did you mean buses?"),
         (

@@ -133,7 +133,7 @@ def test_points_are_read_and_written(processes: str) -> None:
         assert rig.get("one", "throws") == 41
         with pytest.raises(ControlError, match="throws can't be -1: throws are counted from 0"):
             rig.set("one", "throws", -1)
-        with pytest.raises(ControlError, match="no 'thorws' here"):
+        with pytest.raises(ControlError, match="one has no value 'thorws'"):
             rig.get("one", "thorws")
         with pytest.raises(ControlError, match="no device 'three'"):
             rig.get("three", "throws")

@@ -137,10 +137,10 @@ class CardBench:
         return next((signal.value for signal in reversed(self.wires.sent) if signal.name == f"card1.{terminal}"), None)
 
     def get(self, key: str) -> Value:
-        return read_point(self.card.points(), key)
+        return read_point("card", self.card.points(), key)
 
     def set(self, key: str, value: Value) -> None:
-        write_point(self.card.points(), key, value)
+        write_point("card", self.card.points(), key, value)
 
     def variable(self, number: int) -> float:
         return self.access.V[number] / SCALE

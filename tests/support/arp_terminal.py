@@ -54,10 +54,10 @@ class TerminalBench:
         self.set(f"message.{number}", text)
 
     def get(self, key: str) -> Value:
-        return read_point(self.terminal.points(), key)
+        return read_point("terminal", self.terminal.points(), key)
 
     def set(self, key: str, value: Value) -> None:
-        write_point(self.terminal.points(), key, value)
+        write_point("terminal", self.terminal.points(), key, value)
 
     def press(self, keys: str) -> list[str]:
         """Press keys one after the other, and return the frames that were sent meanwhile."""

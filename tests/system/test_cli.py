@@ -57,7 +57,10 @@ def test_get_prints_what_it_could_get(rig: RunningRig) -> None:
     done = rig.tool("get", "lamp/colour", "bell/on", "switch/off", "lamp/times")
     assert done.returncode == 6
     assert [line.partition(" = ")[0] for line in done.stdout.splitlines()] == ["lamp/colour", "lamp/times"]
-    assert done.stderr == "error: lab has no device 'bell'; there is no 'off' here\n"
+    assert (
+        done.stderr
+        == "error: lab has no device 'bell' (there are: lamp, switch); switch has no value 'off' (there are: on)\n"
+    )
     done = rig.tool("get", "bell", "lamp/colour", "--json")
     assert (done.returncode, set(json.loads(done.stdout))) == (6, {"lamp/colour"})
 
@@ -85,14 +88,39 @@ def test_get_and_set(rig: RunningRig) -> None:
     [
         (("set", "lamp/colour=blue"), 6, "expected red or green"),
         (("set", "lamp/on=true"), 6, "on can only be read"),
-        (("get", "lamp/weight"), 6, "there is no 'weight' here"),
-        (("get", "lmap"), 6, "it has: lamp, switch"),
+        (("get", "lamp/weight"), 6, "lamp has no value 'weight'\n  there are: on, times, colour"),
+        (("get", "lamp/tims"), 6, "did you mean times?"),
+        (("get", "lmap"), 6, "lab has no device 'lmap'\n  did you mean lamp?"),
+        (("get", "la*"), 6, "lab has no device 'la*'"),
+        (("set", "lamp/color=green"), 6, "did you mean colour?"),
+        (("set", "lmap/colour=green"), 6, "did you mean lamp?"),
+        (("watch", "lamp/tim"), 6, "there is no value 'lamp/tim'\n  did you mean lamp/times?"),
+        (("watch", "lmap/on"), 6, "did you mean lamp?"),
+        (("watch", "wires", "wirse"), 6, "lab has no bus 'wirse'\n  did you mean wires?"),
+        (("watch", "lamp"), 6, "`fieldrig watch lamp/*`"),
+        (("trace", "record", "x.jsonl", "wirse", "-n", "1"), 6, "did you mean wires?"),
+        (("trace", "record", "x.jsonl", "wirse", "--for", "1s"), 6, "did you mean wires?"),
+        (("fault", "wirse"), 6, "did you mean wires?"),
+        (("restart", "lmap"), 6, "did you mean lamp?"),
+        (("status", "--ready", "lmap"), 6, "did you mean lamp?"),
+        (("help", "lmap"), 6, "did you mean lamp?"),
+        (("debug", "lmap"), 6, "did you mean lamp?"),
+        (("debug-adapter", "lmap"), 6, "did you mean lamp?"),
+        (("iec", "symbols", "x.xml", "--device", "lmap"), 6, "did you mean lamp?"),
+        (("pam", "debug", "lmap"), 6, "did you mean lamp?"),
+        (("up", "lab.yam"), 2, "did you mean lab.yaml?"),
+        (("up", "lab.yaml", "--only", "lmap"), 2, "did you mean lamp?"),
+        (("trace", "show", "al.jsonl"), 2, "did you mean all.jsonl?"),
+        (("devices", "can.hubb"), 2, "did you mean can.hub?"),
+        (("schema", "rg"), 2, "did you mean rig?"),
+        (("new", "labb"), 2, "did you mean lab?"),
+        (("wach", "wires"), 2, "Did you mean 'watch'?"),
         (("set", "lamp/colour"), 2, "such as tank/level=1.25"),
         (("step", "1ms"), 6, "this rig can't step"),
         (("step", "soon"), 2, "such as 10ms"),
-        (("watch", "can0"), 6, "it has: wires"),
+        (("watch", "can0"), 6, "there are: wires"),
         (("watch", "can0", "lamp/on"), 2, "not both at once"),
-        (("up", "lab.yaml", "--only", "bell"), 2, "it has wires, lamp, switch"),
+        (("up", "lab.yaml", "--only", "bell"), 2, "there are: wires, lamp, switch"),
         (("up", "lab.yaml", "--trace", "x.doc"), 2, ".jsonl"),
     ],
 )
@@ -126,6 +154,16 @@ def test_traces_are_recorded_shown_and_converted(rig: RunningRig) -> None:
     assert waves.stderr.endswith("some.vcd: 5 messages\n"), waves.stderr
     assert "$scope module lamp $end\n$var wire 1 ! on $end" in (rig.folder / "some.vcd").read_text()
     assert rig.tool("draw", "some.jsonl", "some.svg", "lamp.*").returncode == 0
+    for arguments, what in (
+        (("show", "some.jsonl", "wirse"), "did you mean wires?"),
+        (("convert", "some.jsonl", "less.jsonl", "wirse"), "did you mean wires?"),
+        (("convert", "some.jsonl", "less.vcd", "--wire", "lamp.n"), "did you mean lamp.on?"),
+    ):
+        wrong = rig.tool("trace", *arguments)
+        assert (wrong.returncode, what in wrong.stderr) == (2, True), wrong.stderr
+    assert not (rig.folder / "less.jsonl").exists()
+    drawn = rig.tool("draw", "some.jsonl", "some.svg", "lamp.n")
+    assert (drawn.returncode, "did you mean lamp.on?" in drawn.stderr) == (2, True), drawn.stderr
     unknown = rig.tool("trace", "show", "some.doc")
     assert (unknown.returncode, ".jsonl" in unknown.stderr) == (2, True)
 

@@ -201,7 +201,7 @@ def test_restart_is_a_power_cycle_of_one_process(rig: RunningRig) -> None:
     switch(rig, True)
     refused = rig.tool("restart", "bell")
     assert refused.returncode == 6
-    assert "it has: wires, lamp, switch" in refused.stderr
+    assert "there are: wires, lamp, switch" in refused.stderr
 
 
 def test_a_device_that_cannot_start_is_named_with_the_end_of_its_log() -> None:

@@ -14,6 +14,7 @@ from typing import Any, Final, cast
 from fieldrig import faults
 from fieldrig.bus import BusModel, Delivery
 from fieldrig.clock import MS
+from fieldrig.nearest import closest
 from fieldrig_bus.telephone.agenda import Agenda, Deliveries
 from fieldrig_bus.telephone.faults import (
     MODELS,
@@ -245,7 +246,7 @@ class TelephoneModel(BusModel[TelephoneMessage]):
     def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
         settings = cast(TelephoneFault, faults.fault_of(fault, MODELS))
         if settings.line is not None and settings.line not in self._lines:
-            raise ValueError(f"there is no line of {settings.line!r}\nthere are: {', '.join(self._lines)}")
+            raise ValueError(f"there is no line of {settings.line!r}\n{closest(settings.line, list(self._lines))}")
         number = self._faults.add(now_ns, settings).number
         self._apply_faults(max(now_ns, self._agenda.passed_ns))
         return number

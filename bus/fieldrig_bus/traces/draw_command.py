@@ -10,6 +10,7 @@ import typer
 from fieldrig.cli.common import argument, duration_ns, writing
 from fieldrig.clock import S
 from fieldrig.errors import UsageError
+from fieldrig.nearest import closest
 from fieldrig.values import show_number
 
 if TYPE_CHECKING:
@@ -68,7 +69,8 @@ def _chosen(file: Path, waves: "Sequence[Wave]", patterns: list[str] | None) -> 
     for pattern in patterns:
         fitting = [wave for wave in waves if fnmatchcase(wave.name, pattern)]
         if not fitting:
-            raise UsageError(f"{file}: there is no wire {pattern!r}", f"there are: {_listed(waves)}")
+            names = [ascii(wave.name)[1:-1] for wave in waves]
+            raise UsageError(f"{file}: there is no wire {pattern!r}", closest(pattern, names))
         found += [wave for wave in fitting if wave not in found]
     return found
 

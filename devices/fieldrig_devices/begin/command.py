@@ -62,7 +62,7 @@ def new(
 
 
 def _from_menu(example: str | None, folder: Path | None) -> None:
-    from fieldrig.wording import closest
+    from fieldrig.nearest import closest
     from fieldrig_devices.begin.examples import content_of, menu
 
     examples = menu()

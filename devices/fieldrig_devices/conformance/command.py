@@ -125,6 +125,7 @@ def _report(
     from datetime import UTC, datetime
 
     from fieldrig.config import load
+    from fieldrig.nearest import closest
     from fieldrig.rig import Rig
     from fieldrig_devices.conformance import address
     from fieldrig_devices.conformance.description import Description
@@ -139,7 +140,7 @@ def _report(
         return conform_real(where.bus, where.run, description, cases, options, on_result, date, bus)
     config = load(rig)
     if bus not in config.buses:
-        raise UsageError(f"{rig} has no bus {bus}", f"it has: {', '.join(config.buses)}")
+        raise UsageError(f"{rig} has no bus {bus!r}", closest(bus, list(config.buses)))
     description = _described(config, bus, node_id, eds)
     if config.time == "virtual":
         with Rig(config) as running:

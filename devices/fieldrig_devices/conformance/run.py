@@ -32,10 +32,11 @@ def choose(patterns: Iterable[str]) -> list[Case]:
     wanted = [pattern.casefold() for pattern in patterns]
     every = sorted(CASES.values(), key=lambda case: case.order)
     chosen = [case for case in every if not wanted or any(_fits(case, pattern) for pattern in wanted)]
-    if not chosen:
-        raise UsageError(
-            f"no case matches {' '.join(wanted)}", "expected patterns such as 2.7, '2.*', 'SDO 07', SDO or 'PDO 2*'"
-        )
+    for pattern in wanted:
+        if not any(_fits(case, pattern) for case in every):
+            raise UsageError(
+                f"no case matches {pattern}", "expected patterns such as 2.7, '2.*', 'SDO 07', SDO or 'PDO 2*'"
+            )
     return chosen
 
 

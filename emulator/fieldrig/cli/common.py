@@ -16,6 +16,7 @@ import typer
 from fieldrig.cli import completion
 from fieldrig.clock import MS, US, S
 from fieldrig.errors import UsageError
+from fieldrig.nearest import nearest_file
 from fieldrig.net import ENDPOINT_VARIABLE
 
 CONTEXT: Final[Mapping[str, Any]] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
@@ -109,7 +110,7 @@ def wrong_usage() -> Iterator[None]:
 
 def reading(path: Path, remedy: str = "") -> AbstractContextManager[None]:
     """Turn an OSError into a UsageError: the file can't be read."""
-    return _access(f"{path} can't be read", remedy)
+    return _access(f"{path} can't be read", remedy or nearest_file(path))
 
 
 def writing(path: Path, remedy: str = "") -> AbstractContextManager[None]:

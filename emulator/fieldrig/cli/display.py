@@ -1,6 +1,7 @@
 """The output of `fieldrig up`: one line for each connection, what happens, and on a terminal one line with the load."""
 
 import asyncio
+import os
 import shutil
 import sys
 import time

@@ -1,16 +1,19 @@
 """The command `fault`: faults of a bus or a device of a running rig."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Final
 
 import typer
 
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, argument, echo_json, echo_table
+from fieldrig.cli.names import check_name
 from fieldrig.net import DEFAULT_ENDPOINT
 
 TIMES: Final = ("start_ms", "duration_ms")
 STANDING: Final = ("what", "state", "applied")
+NAMING: Final = ("node", "receivers")
+"""The keys of faults of a CAN bus that name its members."""
 IN_HEX: Final = ("identifier", "mask")
 
 
@@ -95,12 +98,14 @@ def _ask(client: Any, where: str, verb: str, message: Any) -> Any:
     """Ask the bus or device, with a helpful message if its process does not answer."""
     from fieldrig.control import NoAnswerError
     from fieldrig.errors import ControlError
+    from fieldrig.nearest import closest
 
     rig = client.ask("rig/status")
     known, devices = rig["buses"], rig["devices"]
     if where not in known and where not in devices:
-        there = f"it has: {', '.join([*known, *devices]) or 'none'}"
-        raise ControlError(f"{rig['rig']} has no bus or device {where!r}", there)
+        raise ControlError(f"{rig['rig']} has no bus or device {where!r}", closest(where, [*known, *devices]))
+    if verb == "add_fault" and where in known:
+        _check_members(message["fault"], devices)
     try:
         return client.ask(f"{'bus' if where in known else 'device'}/{where}/{verb}", message)
     except NoAnswerError:
@@ -115,6 +120,14 @@ def _ask(client: Any, where: str, verb: str, message: Any) -> Any:
             f"{where}: {known[where]['kind']} takes no faults, because its medium is outside the rig",
             "add the fault to a device that takes some: `fieldrig fault DEVICE` shows which",
         ) from None
+
+
+def _check_members(fault: Mapping[str, str], devices: Iterable[str]) -> None:
+    """Check the members of a bus that a fault names.  Those from outside, such as `socketcand:1`, come and go."""
+    for key in NAMING:
+        for name in fault.get(key, "").strip("[]").split(","):
+            if name.strip() and ":" not in name:
+                check_name(name.strip(" '\""), devices, f"{key}: there is no device")
 
 
 def _ask_ends(client: Any, bus: str, ends: Mapping[str, Any], verb: str, message: Any) -> Any:

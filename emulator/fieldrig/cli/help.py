@@ -6,6 +6,7 @@ import typer
 
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, argument, echo_json
+from fieldrig.cli.names import Parts, check_name
 from fieldrig.net import DEFAULT_ENDPOINT
 
 
@@ -39,12 +40,11 @@ def help_(
 
 
 def _ask(endpoint: str, name: str) -> dict[str, Any]:
-    from fieldrig.cli.names import check_name
     from fieldrig.control import Client
 
     with Client(endpoint) as client:
-        rig = client.ask("rig/status")
-        check_name(name, [*rig["buses"], *rig["devices"]], f"{rig['rig']} has no bus or device")
+        parts = Parts(client)
+        check_name(name, [*parts.buses, *parts.devices], f"{parts.rig} has no bus or device")
         found: dict[str, Any] = client.ask(f"help/{name}")
     return found
 

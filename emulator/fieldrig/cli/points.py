@@ -1,12 +1,16 @@
 """The commands `get` and `set`: points of devices."""
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, argument, assignment, echo_json
+from fieldrig.cli.names import Parts, check_name
 from fieldrig.net import DEFAULT_ENDPOINT
+
+if TYPE_CHECKING:
+    from fieldrig.errors import ControlError
 
 
 def get(
@@ -30,17 +34,18 @@ def get(
     units: dict[str, str] = {}
     refusals: list[ControlError] = []
     with Client(endpoint) as client:
+        parts = Parts(client)
         for name in names:
             device, _, key = name.partition("/")
             try:
-                got = _ask(client, device, "get", {"keys": [key]} if key else None)
+                got = parts.ask_device(device, "get", {"keys": [key]} if key else None)
                 values |= {f"{device}/{key}": value for key, value in got.items()}
-                units |= {} if as_json else _units(client, device)
+                units |= {} if as_json else _units(parts, device)
             except ControlError as refusal:
                 refusals.append(refusal)
     _echo(values, units, as_json)
     if refusals:
-        raise refusals[0] if len(refusals) == 1 else ControlError("; ".join(refusal.what for refusal in refusals))
+        raise refusals[0] if len(refusals) == 1 else ControlError("; ".join(map(_in_a_line, refusals)))
 
 
 def set_(
@@ -66,35 +71,23 @@ def set_(
         wanted.setdefault(device, {})[key] = parse_value(text)
     values: dict[str, Any] = {}
     with Client(endpoint) as client:
+        parts = Parts(client)
+        for device in wanted:  # before anything is written
+            check_name(device, parts.devices, f"{parts.rig} has no device")
         for device, device_values in wanted.items():
-            got = _ask(client, device, "set", {"values": device_values})
+            got = parts.ask_device(device, "set", {"values": device_values})
             values |= {f"{device}/{key}": value for key, value in got.items()}
-        units = {} if as_json else {key: unit for device in wanted for key, unit in _units(client, device).items()}
+        units = {} if as_json else {key: unit for device in wanted for key, unit in _units(parts, device).items()}
     _echo(values, units, as_json)
 
 
-def _units(client: Any, device: str) -> dict[str, str]:
-    facts = _ask(client, device, "keys", None)
+def _in_a_line(refusal: "ControlError") -> str:
+    return f"{refusal.what} ({refusal.remedy})" if refusal.remedy else refusal.what
+
+
+def _units(parts: Parts, device: str) -> dict[str, str]:
+    facts = parts.ask_device(device, "keys")
     return {f"{device}/{key}": fact["unit"] for key, fact in facts.items()}
-
-
-def _ask(client: Any, device: str, verb: str, message: Any) -> Any:
-    """Ask the device, with a helpful message if its process does not answer."""
-    from fieldrig.control import NoAnswerError
-    from fieldrig.errors import ControlError
-
-    try:
-        return client.ask(f"device/{device}/{verb}", message)
-    except NoAnswerError:
-        status = client.ask("rig/status")
-        known = status["devices"]
-        if device in known:
-            raise ControlError(
-                f"{device} does not answer: it has not started, or its process died", "look at `fieldrig status`"
-            ) from None
-        raise ControlError(
-            f"{status['rig']} has no device {device!r}", f"it has: {', '.join(known) or 'none'}"
-        ) from None
 
 
 def _echo(values: dict[str, Any], units: dict[str, str], as_json: bool) -> None:

@@ -133,6 +133,7 @@ def _facts(kind: str) -> dict[str, Any]:
 
     from fieldrig import kinds
     from fieldrig.errors import RigError
+    from fieldrig.nearest import closest
 
     sys.path.insert(0, str(Path.cwd()))
     links: dict[str, tuple[str, str]] = {}
@@ -142,7 +143,9 @@ def _facts(kind: str) -> dict[str, Any]:
         try:
             sort, cls = "bus", kinds.find_bus(kind)
         except RigError:
-            raise typer.BadParameter(f"{no_device.what}; {no_device.remedy}") from no_device
+            every = [*kinds.installed(kinds.BUSES), *kinds.installed(kinds.DEVICES)]
+            remedy = no_device.remedy if ":" in kind else closest(kind, every)
+            raise typer.BadParameter(f"{no_device.what}; {remedy}") from no_device
         about = cls.about
         model = kinds.settings_model(cls)
     else:

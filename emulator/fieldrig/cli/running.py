@@ -20,6 +20,7 @@ from fieldrig.errors import ControlError
 from fieldrig.exits import Exit
 from fieldrig.host import loop_factory
 from fieldrig.hub_wire import socket_name
+from fieldrig.nearest import closest
 from fieldrig.placement import is_modelled, placement
 from fieldrig.run_folder import RunFolder
 from fieldrig.shared_token import token
@@ -27,7 +28,6 @@ from fieldrig.supervisor import Supervisor
 from fieldrig.this_process import age_s, interrupt_on_signals, on_signals
 from fieldrig.trace_files import Recorder
 from fieldrig.virtual_service import VirtualService
-from fieldrig.wording import closest
 
 ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 

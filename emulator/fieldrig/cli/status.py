@@ -6,6 +6,7 @@ import typer
 
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, echo_json, echo_table
+from fieldrig.cli.names import check_name
 from fieldrig.exits import Exit
 from fieldrig.net import DEFAULT_ENDPOINT
 
@@ -50,12 +51,8 @@ def status(
 
 def _check_name(rig: dict[str, Any], name: str) -> None:
     """ControlError, with the closest names, if the rig has no such part."""
-    from fieldrig.errors import ControlError
-    from fieldrig.wording import closest
-
-    known = [*dict.fromkeys([*rig["processes"], *rig["devices"], *rig["buses"], "all", "rig"])]
-    if name not in known:
-        raise ControlError(f"{rig['rig']} has no process, device or bus {name!r}", closest(name, known))
+    known = [*rig["processes"], *rig["devices"], *rig["buses"], "all", "rig"]
+    check_name(name, known, f"{rig['rig']} has no process, device or bus")
 
 
 def _is_ready(rig: dict[str, Any], name: str) -> bool:

@@ -20,6 +20,7 @@ from fieldrig.cli.common import (
     duration_ns,
     echo_json,
 )
+from fieldrig.cli.names import Parts, unfit
 from fieldrig.clock import S
 from fieldrig.net import DEFAULT_ENDPOINT
 
@@ -72,7 +73,7 @@ def record(
 
     patterns = buses or ["*"]
     with Client(endpoint) as client:
-        client.ask("rig/status")
+        Parts(client).check_buses(patterns)
         give_up_s = None if duration is None else time.monotonic() + duration_ns(duration) / S
         recorder = Recorder(file, count)
         try:
@@ -101,10 +102,8 @@ def show(file: TraceFile, buses: Buses = None, as_json: AsJson = False) -> None:
         fieldrig trace show lab.pcapng can0
         candump -L can0 > x.log; fieldrig trace show x.log
     """
-    from fieldrig.trace_files import read
-
     shower = _Shower()
-    for entry in _chosen(read(file), buses):
+    for entry in _in_order(file, _survey(file, buses), buses):
         if as_json:
             echo_json(
                 {
@@ -145,6 +144,8 @@ def convert(
     """
     from fieldrig.trace_files import format_of, read, write
 
+    format_of(target)
+    _survey(file, buses, wires)
     chosen = _chosen(read(file), buses)
     counted = _Counted(chosen if not wires else _on_wires(chosen, wires))
     written = write(counted, target)
@@ -207,18 +208,60 @@ def _bus_of(family: str) -> "Bus[Any] | None":
 
 def _on_wires(entries: Iterable["TraceEntry"], names: list[str]) -> Iterator["TraceEntry"]:
     """Yield the messages that are values of wires of these names."""
+    for entry in entries:
+        wire = _wire_of(entry)
+        if wire is not None and any(fnmatchcase(wire, name) for name in names):
+            yield entry
+
+
+def _wire_of(entry: "TraceEntry") -> str | None:
+    """Return the name of the wire whose value the message is; None for any other message."""
     from fieldrig.bus import ModelBus
 
-    for entry in entries:
-        bus = _bus_of(entry.family)
-        if not isinstance(bus, ModelBus) or bus.standing_of is None:
-            continue
-        try:
-            wire = bus.standing_of(bus.decode(entry.data))
-        except ValueError:
-            continue
-        if isinstance(wire, str) and any(fnmatchcase(wire, name) for name in names):
-            yield entry
+    bus = _bus_of(entry.family)
+    if not isinstance(bus, ModelBus) or bus.standing_of is None:
+        return None
+    try:
+        wire = bus.standing_of(bus.decode(entry.data))
+    except ValueError:
+        return None
+    return wire if isinstance(wire, str) else None
+
+
+def _survey(file: Path, buses: list[str] | None, wires: list[str] | None = None) -> bool:
+    """Read a file once, and return whether its messages are in the order of time.
+
+    UsageError for a bus or wire that the file does not have.
+    """
+    from fieldrig.trace_files import read
+
+    last_ns, is_in_order, found, named = 0, True, dict[str, None](), dict[str, None]()
+    for entry in read(file):
+        found[entry.bus] = None
+        is_in_order &= entry.time_ns >= last_ns
+        last_ns = entry.time_ns
+        if wires and (wire := _wire_of(entry)) is not None:
+            named[wire] = None
+    _check_there(buses, list(found), file, "bus")
+    _check_there(wires, list(named), file, "wire")
+    return is_in_order
+
+
+def _check_there(patterns: list[str] | None, known: list[str], file: Path, what: str) -> None:
+    from fieldrig.errors import UsageError
+    from fieldrig.nearest import closest
+
+    pattern = unfit(patterns or (), known)
+    if pattern is not None:
+        raise UsageError(f"{file} has no messages of a {what} {pattern!r}", closest(pattern, known))
+
+
+def _in_order(file: Path, is_in_order: bool, buses: list[str] | None) -> "Iterable[TraceEntry]":
+    """Return the messages in the order of time.  A file of several processes need not have it; then it is sorted."""
+    from fieldrig.trace_files import read
+
+    chosen = _chosen(read(file), buses)
+    return chosen if is_in_order else sorted(chosen, key=lambda entry: entry.time_ns)
 
 
 def _chosen(entries: Iterable["TraceEntry"], buses: list[str] | None) -> Iterator["TraceEntry"]:

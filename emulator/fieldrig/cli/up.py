@@ -115,11 +115,13 @@ def _is_from_environment(context: typer.Context, parameter: str) -> bool:
 
 def _run_only(config: "RigConfig", name: str, is_realtime: bool) -> Exit:
     from fieldrig.host import run_process, start_log
+    from fieldrig.nearest import closest
     from fieldrig.placement import placement
 
     plans = placement(config)
     plan = next((plan for plan in plans.values() if name in (plan.name, *plan.buses, *plan.devices)), None)
     if plan is None:
-        raise typer.BadParameter(f"this rig has no process {name!r}: it has {', '.join(plans)}")
+        parts = dict.fromkeys(part for plan in plans.values() for part in (plan.name, *plan.buses, *plan.devices))
+        raise typer.BadParameter(f"this rig has no process, device or bus {name!r}; {closest(name, list(parts))}")
     start_log()
     return run_process(config, plan, is_supervised=False, is_realtime=is_realtime)

@@ -2,7 +2,8 @@
 
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,6 +11,7 @@ import typer
 
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Count, Endpoint, For, argument, duration_ns
+from fieldrig.cli.names import Parts, check_patterns
 from fieldrig.cli.points import show_value
 from fieldrig.clock import S
 from fieldrig.net import DEFAULT_ENDPOINT
@@ -74,17 +76,10 @@ def _print(lines: Iterator[Line | None], count: int | None, give_up_s: float | N
 def _messages(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
     from fieldrig.trace import is_batch
 
-    status = client.ask("rig/status")
-    known = status["buses"]
-    if not any(fnmatchcase(bus, pattern) for bus in known for pattern in patterns):
-        from fieldrig.errors import ControlError
-
-        raise ControlError(
-            f"{status['rig']} has no bus {' '.join(patterns)!r}",
-            f"it has: {', '.join(known)}; a point of a device is written with a /, such as tank/level",
-        )
-    width = max(map(len, known))
-    is_real = status["time"] == "real"
+    parts = Parts(client)
+    parts.check_buses(patterns)
+    width = max(map(len, parts.buses))
+    is_real = parts.status["time"] == "real"
     inbox = client.inbox(["watch/*", "event"])
     expected: dict[tuple[str, str], int] = {}
     for published in inbox:
@@ -120,17 +115,17 @@ def _of_batch(
 def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
     """Yield changes of points.  Devices are polled, as they report values only when asked."""
     from fieldrig.control import NoAnswerError
-    from fieldrig.errors import ControlError
 
-    devices = client.ask("rig/status")["devices"]
+    parts = Parts(client)
+    check_patterns((pattern.partition("/")[0] for pattern in patterns), parts.devices, f"{parts.rig} has no device")
     wanted = {
         device: [pattern.partition("/")[2] for pattern in patterns if fnmatchcase(device, pattern.partition("/")[0])]
-        for device in devices
+        for device in parts.devices
     }
     watched = {device: keys for device, keys in wanted.items() if keys}
-    if not watched:
-        raise ControlError(f"no device fits {' '.join(patterns)}", f"there are: {', '.join(devices)}")
-    units: dict[str, Any] = {}
+    units = _units(client, watched)
+    if len(units) == len(watched):  # the keys of a device that does not answer are not known
+        _check_keys(patterns, units)
     present: dict[str, Any] = {}
     while True:
         started_s = time.monotonic()
@@ -151,6 +146,25 @@ def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
                     yield f"{_time_of_day(now_ns)}  {name} = {show_value(value)} {unit}".rstrip(), data
         yield None
         time.sleep(max(0.0, POLL_S - (time.monotonic() - started_s)))
+
+
+def _units(client: "Client", devices: Iterable[str]) -> dict[str, Any]:
+    """Return the facts of the points of each device that answers."""
+    from fieldrig.control import NoAnswerError
+
+    units: dict[str, Any] = {}
+    for device in devices:
+        with suppress(NoAnswerError):
+            units[device] = client.ask(f"device/{device}/keys")
+    return units
+
+
+def _check_keys(patterns: Iterable[str], units: Mapping[str, Mapping[str, Any]]) -> None:
+    """ControlError for a pattern that fits no point."""
+    for pattern in patterns:
+        device = pattern.partition("/")[0]
+        points = [f"{name}/{key}" for name, keys in units.items() if fnmatchcase(name, device) for key in keys]
+        check_patterns([pattern], points, "there is no value")
 
 
 _missing = object()

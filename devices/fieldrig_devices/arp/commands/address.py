@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fieldrig.errors import RigError
+from fieldrig.nearest import closest
 
 if TYPE_CHECKING:
     from fieldrig.config import BusEntry, DeviceEntry, RigConfig
@@ -38,8 +39,9 @@ def _card(config: "RigConfig", wanted: str | None) -> str:
         return wanted
     if not cards:
         raise RigError(f"{config.name} has no ARP card", "give the port with --port PORT")
-    what = f"{config.name} has several ARP cards" if wanted is None else f"{config.name} has no ARP card {wanted!r}"
-    raise RigError(what, f"select a card: --card {' or '.join(cards)}")
+    if wanted is not None:
+        raise RigError(f"{config.name} has no ARP card {wanted!r}", closest(wanted, cards))
+    raise RigError(f"{config.name} has several ARP cards", f"select a card: --card {' or '.join(cards)}")
 
 
 def _is_card(device: "DeviceEntry") -> bool:

@@ -53,6 +53,7 @@ def _holder(rig: Path, device: str | None) -> "ProgramHolder":
     from fieldrig.build import build_alone
     from fieldrig.config import look_through
     from fieldrig.errors import ConfigError, UsageError
+    from fieldrig.nearest import closest
     from fieldrig_devices.iec.holder import ProgramHolder
 
     _, right, mistakes = look_through(rig)
@@ -60,9 +61,12 @@ def _holder(rig: Path, device: str | None) -> "ProgramHolder":
     if len(chosen) != 1:
         if mistakes:
             raise ConfigError(mistakes)
-        known = ", ".join(entry.name for entry in right if issubclass(entry.cls, ProgramHolder))
-        what = f"{rig} has no controller {device!r}" if device else f"{rig} has not exactly one controller"
-        raise UsageError(what, f"expected --device with one of: {known or 'none of its devices runs IEC programs'}")
+        known = [entry.name for entry in right if issubclass(entry.cls, ProgramHolder)]
+        if not known:
+            raise UsageError(f"none of the devices of {rig} runs IEC programs", "name another rig file")
+        if device is not None:
+            raise UsageError(f"{rig} has no controller {device!r}", closest(device, known))
+        raise UsageError(f"{rig} has several controllers", f"expected --device with one of: {', '.join(known)}")
     entry = chosen[0]
     assert issubclass(entry.cls, ProgramHolder)
     _, right, mistakes = look_through(rig, [f"devices.{entry.name}.{change}" for change in entry.cls.without_program()])

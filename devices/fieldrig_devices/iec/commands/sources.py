@@ -1,6 +1,7 @@
 """The source files that a command is given, and the dialect that they are written in."""
 
 from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -32,7 +33,9 @@ SUFFIXES: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut", "
 def dialect_named(name: str) -> "Dialect":
     """Return the dialect of an option.  BadParameter for an unknown name."""
     if name not in DIALECTS:
-        raise typer.BadParameter(f"expected {_listed(DIALECTS)}, got {name!r}", param_hint="--dialect")
+        near = get_close_matches(name, DIALECTS, n=1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise typer.BadParameter(f"expected {_listed(DIALECTS)}, got {name!r}{hint}", param_hint="--dialect")
     return DIALECTS[name]
 
 

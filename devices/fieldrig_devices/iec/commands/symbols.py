@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from fieldrig.cli.common import Endpoint, argument, writing
+from fieldrig.cli.names import Parts
 from fieldrig.errors import UsageError
 from fieldrig.exits import Exit
 from fieldrig.net import DEFAULT_ENDPOINT
@@ -69,5 +70,5 @@ def _of_device(device: str, endpoint: str) -> bytes:
     from fieldrig.control import Client
 
     with Client(endpoint) as client:
-        text: str = client.ask(f"device/{device}/symbols")["xml"]
+        text: str = Parts(client).ask_device(device, "symbols")["xml"]
     return text.encode()

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
+from fieldrig.cli.names import Parts, check_name
 from fieldrig.control import Client
 from fieldrig_devices.languages.debugging.adapter import Ask
 
@@ -13,8 +14,11 @@ LARGEST_PART: Final = 100_000
 def asker(client: Client, device: str) -> Ask:
     """Return a function that puts a question to the service.  ControlError if the device refuses or is not there."""
 
+    parts = Parts(client)
+    check_name(device, parts.devices, f"{parts.rig} has no device")
+
     def ask(message: Mapping[str, Any]) -> dict[str, Any]:
-        answer: dict[str, Any] = client.ask(f"device/{device}/debug", message)
+        answer: dict[str, Any] = parts.ask_device(device, "debug", message)
         return answer
 
     return ask
