@@ -5,8 +5,10 @@ points "fieldrig.trace_formats".
 """
 
 import logging
+import os
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -58,13 +60,34 @@ def read(path: Path) -> Iterator[TraceEntry]:
 
 
 def write(entries: Iterable[TraceEntry], path: Path) -> int:
-    """Write entries, which have the time of day, and return how many; a format may not know every family."""
+    """Write entries, which have the time of day, and return how many; a format may not know every family.
+
+    If the entries or the disk fail, the target stays as it was.
+    """
     form = format_of(path)
     try:
-        with path.open("wb") as file:
+        with _whole(path) as file:
             return form.write(entries, file, 0)
     except OSError as cause:
         raise UsageError(f"{path} can't be written: {cause.strerror}", REMEDY) from cause
+
+
+@contextmanager
+def _whole(path: Path) -> Iterator[BinaryIO]:
+    """Yield a file that takes the place of `path` at the end, and is removed by an exception."""
+    if path.exists() and not path.is_file():  # a pipe or a device has no other in its place
+        with path.open("wb") as file:
+            yield file
+        return
+    target = path.resolve()
+    part = target.with_name(f".{target.name}.{os.getpid()}")
+    try:
+        with part.open("xb") as file:
+            yield file
+        part.replace(target)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
 
 
 class Recorder:

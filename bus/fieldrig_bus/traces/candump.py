@@ -1,26 +1,27 @@
 """The log format of candump (`candump -L`), for CAN only; canplayer, log2asc, SavvyCAN and python-can read it.
 
-A line has time in microseconds, bus, and frame, but no sender.  python-can reads the lines; they are written here,
-because its writer omits the number of bytes that a remote frame requests.  Errors and changes of state are written as
-error frames of SocketCAN, and skipped in reading; an injected fault has no frame and is left out.
+A line has time in microseconds, bus, and frame, but no sender.  Lines are written and read here: python-can's writer
+omits the number of bytes that a remote frame requests, and its reader takes error frames of most classes, and data of
+half a byte, for frames of the bus.  Errors and changes of state are error frames of SocketCAN; an injected fault has no
+frame and is left out.
 """
 
-import io
 from collections.abc import Iterable, Iterator
-from typing import BinaryIO
-
-from can.io import CanutilsLogReader
+from typing import BinaryIO, Final
 
 from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry
-from fieldrig_bus.can.codec import decode, encode
-from fieldrig_bus.can.frame import CanFrame, check
+from fieldrig_bus.can.codec import decode
+from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR
 from fieldrig_bus.can.notices import BusState, CanError, Notice
 from fieldrig_bus.can.socketcan_errors import error_frame
+from fieldrig_bus.traces.candump_lines import parse, says_nothing
 
 SUFFIX = ".log"
 FAMILIES = frozenset({"can"})
+BYTE_ORDER_MARK: Final = "\ufeff"
+REMEDY: Final = "write logs with `candump -L` or `fieldrig trace`, or take the line out"
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
@@ -37,26 +38,19 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> 
 
 def read(file: BinaryIO) -> Iterator[TraceEntry]:
     """Entries with the time of day as their instant.  UsageError, with the line, for a file that is not such a log."""
-    lines = _CountedLines(file, encoding="ascii", errors="replace")
-    try:
-        for message in CanutilsLogReader(lines):
-            if message.is_error_frame:
-                continue
-            frame = check(
-                CanFrame(
-                    message.arbitration_id,
-                    bytes(message.data),
-                    is_extended=message.is_extended_id,
-                    is_remote=message.is_remote_frame,
-                    remote_length=message.dlc if message.is_remote_frame else 0,
-                    is_fd=message.is_fd,
-                    is_bit_rate_switched=message.bitrate_switch,
-                )
-            )
-            yield TraceEntry(round(message.timestamp * 1e6) * 1000, str(message.channel), "can", "", encode(frame))
-    except (ValueError, OverflowError, IndexError) as cause:  # the reader of python-can raises all of these
-        what = f"line {lines.count} is not a line of candump: {cause}"
-        raise UsageError(what, "write logs with `candump -L` or `fieldrig trace`") from cause
+    time_ns = 0
+    for number, data in enumerate(file, 1):
+        line = data.decode(errors="replace").removeprefix(BYTE_ORDER_MARK)
+        if says_nothing(line):
+            continue
+        try:
+            found = parse(line)
+        except ValueError as wrong:
+            how = "is cut off" if not line.endswith("\n") else "is not a line of candump"
+            raise UsageError(f"line {number} {how}: {wrong}", REMEDY) from wrong
+        time_ns = time_ns if found.time_ns is None else found.time_ns
+        if found.message is not None:
+            yield TraceEntry(time_ns, found.bus, "can", "", found.message)
 
 
 def _body(message: CanFrame | Notice) -> str | None:
@@ -72,12 +66,3 @@ def _body(message: CanFrame | Notice) -> str | None:
     if message.is_fd:
         return f"{identifier}##{BIT_RATE_SWITCH if message.is_bit_rate_switched else 0}{message.data.hex().upper()}"
     return f"{identifier}#{message.data.hex().upper()}"
-
-
-class _CountedLines(io.TextIOWrapper):
-    count = 0
-
-    def __next__(self) -> str:  # type: ignore[override]  # as in TextIOWrapper, whose base has bytes
-        line = super().__next__()
-        self.count += 1
-        return line

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from fieldrig.errors import RigError
 from fieldrig.trace import TraceEntry
 from fieldrig_bus.can.bits import Place
-from fieldrig_bus.can.codec import encode
+from fieldrig_bus.can.codec import decode, encode
 from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame
 from fieldrig_bus.can.notices import BitRate, BusState, CanControl, CanError, CanState, ErrorKind, FaultNote, Notice
 from fieldrig_bus.traces import candump
@@ -72,14 +72,105 @@ def test_errors_are_written_as_error_frames_and_faults_left_out() -> None:
     ]
 
 
-def test_error_frames_are_skipped() -> None:
-    assert read("(1.5) can0 20000080#0000000000000000\n") == []
+def test_error_frames_are_read_as_notices() -> None:
+    error = CanError(ErrorKind.BIT, Place.DATA, 0, 0, True, False, 8, 0)
+    text = "(0.000000) can0 20000288#0000810A00000800\n(0.000000) can0 20000240#000000000000FF00\n"
+    assert read(text) == [
+        TraceEntry(0, "can0", "can", "", encode(error)),
+        TraceEntry(0, "can0", "can", "", encode(BusState(CanState.BUS_OFF, 256, 0))),
+    ]
+    assert read("(1.5) can0 20000080#0000000000000000\n") == []  # of a class that no notice stands for
 
 
-@pytest.mark.parametrize("line", ["hello", "(x) can0 123#", "(1.0) can0 123#zz", "(1.0) can0 123", "(1) can0 FFF#01"])
-def test_wrong_line_is_named(line: str) -> None:
-    with pytest.raises(RigError, match="line 2 is not a line of candump"):
+@given(st.integers(0, 0x1FFF_FFFF), st.binary(max_size=8))
+def test_every_identifier_with_the_error_flag_is_an_error_frame(kind: int, data: bytes) -> None:
+    """linux/can.h: CAN_ERR_FLAG alone marks an error frame, of whatever class."""
+    found = read(f"(1.0) can0 {0x2000_0000 | kind:08X}#{data.hex()}\n")
+    assert not any(isinstance(decode(entry.data), CanFrame) for entry in found)
+
+
+VIEWS = [
+    ("  can0  123   [2]  11 22\n", CanFrame(0x123, b"\x11\x22")),
+    (" (1.500000)  can0  00000123   [1]  AB\n", CanFrame(0x123, b"\xab", is_extended=True)),
+    ("  can0  7FF   [0] \n", CanFrame(0x7FF)),
+    ("  vcan0       123   [2]  11 22\n", CanFrame(0x123, b"\x11\x22")),
+    ("  can0  123   [3]  remote request\n", CanFrame(0x123, is_remote=True, remote_length=3)),
+    ("  can0  123  [08]  11 22 33 44 55 66 77 88\n", CanFrame(0x123, bytes.fromhex("1122334455667788"), is_fd=True)),
+    ("  can0  TX - -  123   [2]  11 22\n", CanFrame(0x123, b"\x11\x22")),
+    ("  can0  RX B -  123  [01]  11\n", CanFrame(0x123, b"\x11", is_fd=True, is_bit_rate_switched=True)),
+    ("  can0  123   [3]  11 27 22   '.'.'\n", CanFrame(0x123, b"\x11\x27\x22")),
+    ("  can0  123   [2]  22`11\n", CanFrame(0x123, b"\x11\x22")),
+]
+
+
+@pytest.mark.parametrize(("line", "frame"), VIEWS)
+def test_plain_candump_is_read(line: str, frame: CanFrame) -> None:
+    (found,) = read(line)
+    assert (found.bus[-4:], decode(found.data)) == ("can0", frame)
+
+
+def test_a_line_without_a_time_has_that_of_the_line_before() -> None:
+    text = "  can0  123   [1]  01\n (2.000000)  can0  123   [1]  02\n  can0  123   [1]  03\n"
+    assert [found.time_ns for found in read(text)] == [0, 2_000_000_000, 2_000_000_000]
+
+
+def test_a_time_may_be_a_date() -> None:
+    (first, second) = read(
+        " (2024-05-17 09:12:01.250000)  can0  123   [1]  01\n (2024-05-17 09:12:02.000000)  can0  123   [1]  02\n"
+    )
+    assert second.time_ns - first.time_ns == 750_000_000
+
+
+def test_comments_empty_lines_and_explanations_say_nothing() -> None:
+    text = (
+        "# bench 4, motor off\n\n(1.0) can0 123#01\n"
+        " (1.000000)  can0  20000004   [8]  00 08 00 00 00 00 00 00   ERRORFRAME\n"
+        "\tcontroller-problem{tx-error-warning}\n"
+    )
+    assert [decode(found.data) for found in read(text)] == [
+        CanFrame(0x123, b"\x01"),
+        BusState(CanState.WARNING, 0, 0),
+    ]
+
+
+def test_what_other_programs_add_to_data_is_read() -> None:
+    """cansend puts dots between bytes, and candump adds the raw DLC of a frame of 8 bytes."""
+    assert read("(1.5) can0 123#11.22.33\n") == [entry(CanFrame(0x123, b"\x11\x22\x33"), 1_500_000_000)]
+    assert read("(1.5) can0 123#1122334455667788_E\n") == [
+        entry(CanFrame(0x123, bytes.fromhex("1122334455667788")), 1_500_000_000)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("hello", "expected (TIME) BUS IDENTIFIER#DATA"),
+        ("(x) can0 123#", "'x' is not a time"),
+        ("(1.0) can0 123#zz", "'zz' is not data"),
+        ("(1.0) can0 123", "expected (TIME) BUS IDENTIFIER#DATA"),
+        ("(1.0) can0 FFF#01", "identifier 0xfff: expected at most 0x7ff"),
+        ("(1.0) can0 12#01", "'12' is not an identifier: expected 3 digits"),
+        ("(1.0) can0 80000123#01", "expected at most 0x1fffffff"),
+        ("(1.0) can0 123#112", "the data 112 ends with half a byte"),
+        ("(1.0) can0 123##0112", "the data 112 ends with half a byte"),
+        ("(1.0) can0 123##", "an FD frame has a digit with its flags after ##"),
+        ("(1.0) can0 123#112233445566778899", "9 bytes of data"),
+        ("(1.0) can0 123#R9", "remote_length 9"),
+        ("  can0  123   [2]  11", "there are 1 bytes of data, and [2] says 2: the line may be cut off"),
+        ("  can0  123   [2]  11 2", "the data 112 ends with half a byte"),
+    ],
+)
+def test_wrong_line_is_named_with_the_reason(line: str, reason: str) -> None:
+    with pytest.raises(RigError) as wrong:
         read(f"(1.0) can0 123#01\n{line}\n")
+    assert wrong.value.what.startswith("line 2 is not a line of candump: ")
+    assert reason in wrong.value.what
+
+
+@pytest.mark.parametrize("line", ["(1.0) can0 12", "(1.0) can0 123#1", "(1.0) ca", "  can0  123   [2]  11"])
+def test_a_last_line_that_is_cut_off_is_named_so(line: str) -> None:
+    with pytest.raises(RigError, match="line 2 is cut off: "):
+        read(f"(1.0) can0 123#01\n{line}")
 
 
 @given(st.binary(max_size=60) | st.text("(1.0) can#R_\n", max_size=60).map(str.encode))

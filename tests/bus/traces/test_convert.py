@@ -8,7 +8,7 @@ from typer.testing import CliRunner, Result
 from fieldrig.cli.trace import app
 from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry
-from fieldrig.trace_files import write
+from fieldrig.trace_files import read, write
 from fieldrig_bus.wires import Signal, encode
 
 ENTRIES = [
@@ -42,9 +42,32 @@ def test_chosen_buses_are_complete(source: Path) -> None:
 
 
 def test_chosen_wires_are_alone_in_every_format(source: Path) -> None:
-    assert convert(source, "x.jsonl", "--wire", "tank.*", "--wire", "pump").stderr.endswith("x.jsonl: 1 messages\n")
+    assert convert(source, "x.jsonl", "--wire", "tank.*", "--wire", "tank.level").stderr.endswith(
+        "x.jsonl: 1 messages\n"
+    )
     assert b"tank.level" in bytes.fromhex((source.parent / "x.jsonl").read_text().split('"')[-2])
     assert convert(source, "x.vcd", "wires", "--wire", "*").stderr.endswith("x.vcd: 2 messages\n")
+
+
+@pytest.mark.parametrize("ending", ["jsonl", "log", "pcapng", "vcd"])
+def test_a_conversion_that_fails_leaves_the_target_as_it_was(source: Path, ending: str) -> None:
+    source.write_text(source.read_text() + "{}\n")
+    for before in (None, b"of yesterday"):
+        target = source.parent / f"x.{ending}"
+        if before is not None:
+            target.write_bytes(before)
+        with pytest.raises(UsageError):
+            write(read(source), target)
+        assert (target.read_bytes() if target.exists() else None) == before
+    assert {path.name for path in source.parent.iterdir()} == {"all.jsonl", f"x.{ending}"}
+
+
+def test_a_target_may_be_a_pipe_or_a_link(source: Path) -> None:
+    (source.parent / "there.jsonl").write_bytes(b"old")
+    (source.parent / "link.jsonl").symlink_to("there.jsonl")
+    assert convert(source, "link.jsonl").exit_code == 0
+    assert (source.parent / "link.jsonl").is_symlink()
+    assert (source.parent / "there.jsonl").read_text() == source.read_text()
 
 
 def test_a_damaged_trace_is_refused_as_by_show(source: Path) -> None:
