@@ -50,9 +50,9 @@ class WayIn(NamedTuple):
     """A way into a bus from outside the rig."""
 
     protocol: str
-    """What a client speaks there, such as `Modbus TCP`; a few words."""
+    """The protocol that a client speaks there, such as `Modbus TCP`; a few words."""
     address: str
-    """Where it connects: host:port, a URL, a path or a network device."""
+    """The place where it connects: host:port, a URL, a path or a network device."""
 
 
 class Tool(NamedTuple):

@@ -35,7 +35,7 @@ NO_LINE: Final = "expected (TIME) BUS IDENTIFIER#DATA, or a line of plain candum
 
 class Line(NamedTuple):
     time_ns: int | None
-    """The time of day; None if the line has no time."""
+    """The time of day; None for a line without a time."""
     bus: str
     message: bytes | None
     """The encoded message of the bus; None for an error frame that reports nothing."""
@@ -83,9 +83,8 @@ def _logged(line: re.Match[str]) -> bytes | None:
 def _viewed(line: re.Match[str]) -> bytes | None:
     identifier, length, is_switched = line["identifier"], line["length"], line["switched"] == "B"
     is_fd, count = len(length) == 2, int(length)  # an FD frame has two digits there
-    words = (
-        (line["body"] or "").partition("'")[0].partition("ERRORFRAME")[0].strip()
-    )  # option -a adds the data as characters
+    hexadecimal = (line["body"] or "").partition("'")[0]  # option -a adds the data as characters
+    words = hexadecimal.partition("ERRORFRAME")[0].strip()
     if words == "remote request":
         return _encoded(identifier, b"", remote_length=count)
     data = _bytes("".join(reversed(words.split("`"))) if "`" in words else words.replace(" ", ""))
