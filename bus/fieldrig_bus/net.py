@@ -31,7 +31,7 @@ def _checked(address: str) -> str:
 Address = Annotated[
     str,
     AfterValidator(_checked),
-    Field(description="host:port, such as 127.0.0.1:5020; port 0: any free port"),
+    Field(description="host:port, such as 127.0.0.1:5020"),
 ]
 """`host:port` in settings; `split_address` splits it."""
 

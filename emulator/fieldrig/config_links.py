@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from fieldrig.config_keys import Names, as_tuple
-from fieldrig.kinds import LinkParameter
+from fieldrig.kinds import LinkParameter, bus_kinds_of
 from fieldrig.nearest import closest
 from fieldrig.settings import WrongKey
 
@@ -40,16 +40,10 @@ def _wrong_link(parameter: LinkParameter, bus: str, buses: Buses) -> Iterator[Wr
     if bus not in buses:
         yield WrongKey(path, f'there is no bus "{bus}"', closest(bus, [str(name) for name in buses]))
     elif (entry := buses[bus]) is not None and not parameter.fits(entry.bus.messages):
-        what = f"{bus} ({entry.kind}) carries {_type_names(entry.bus.messages)}, not {_type_names(parameter.messages)}"
+        what = f"{bus} is a {entry.kind}, which does not carry what the device sends there"
         yield WrongKey(path, what, _fitting(parameter, buses))
 
 
 def _fitting(parameter: LinkParameter, buses: Buses) -> str:
     fitting = [name for name, entry in buses.items() if entry is not None and parameter.fits(entry.bus.messages)]
-    return (
-        f"buses that fit: {', '.join(fitting)}" if fitting else f"it needs a bus of {_type_names(parameter.messages)}"
-    )
-
-
-def _type_names(messages: tuple[type, ...]) -> str:
-    return " and ".join(message.__name__ for message in messages) or "any messages"
+    return f"buses that fit: {', '.join(fitting)}" if fitting else f"it needs a bus of kind {bus_kinds_of(parameter)}"

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Value = bool | int | float | str
 
-NO_FAULTS = "this device takes no faults\ndocs/devices.md names the kinds that take some"
+NO_FAULTS = "this device takes no faults\n`fieldrig devices KIND` shows the faults of a kind"
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,6 +78,24 @@ def installed(group: str) -> dict[str, EntryPoint]:
     return {point.name: point for point in sorted(entry_points(group=group), key=lambda point: point.name)}
 
 
+def bus_kinds_of(parameter: LinkParameter) -> str:
+    """Return the installed kinds of buses that a link may go to, in words.
+
+    A link for messages of a user's own names their classes, as no installed bus carries them.
+    """
+    if not parameter.messages:
+        return "any"
+    fitting = [name for name in installed(BUSES) if _carries(name, parameter)]
+    return " or ".join(fitting or [f"your own for {message.__name__}" for message in parameter.messages])
+
+
+def _carries(kind: str, parameter: LinkParameter) -> bool:
+    try:
+        return parameter.fits(find_bus(kind).messages)
+    except RigError:  # its package is damaged
+        return False
+
+
 def settings_model(cls: type) -> type[Settings]:
     """Return the model in the annotation of the parameter `settings`, or an empty model without that parameter."""
     parameter = constructor_parameters(cls).get("settings")

@@ -130,8 +130,8 @@ def _links_of(cls: type[Any], common: Schema) -> Schema:
 
 
 def _link(parameter: LinkParameter) -> Schema:
-    messages = " and ".join(message.__name__ for message in parameter.messages) or "any messages"
+    about = f"a bus of kind {kinds.bus_kinds_of(parameter)}"
     if not parameter.many:
-        return {"type": "string", "description": f"a bus of {messages}"}
+        return {"type": "string", "description": about}
     either = [{"type": "string"}, {"type": "array", "items": {"type": "string"}, "minItems": int(parameter.required)}]
-    return {"anyOf": either, "description": f"a bus of {messages}, or a list of them"}
+    return {"anyOf": either, "description": f"{about}, or a list of them"}

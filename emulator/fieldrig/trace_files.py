@@ -21,6 +21,7 @@ from fieldrig.errors import UsageError
 from fieldrig.nearest import nearest_file
 from fieldrig.record_file import RecordFile
 from fieldrig.trace import TraceEntry, is_batch
+from fieldrig.values import counted
 
 log = logging.getLogger(__name__)
 
@@ -145,7 +146,7 @@ class Recorder:
             self._written -= self._waiting
         self._file.close()
         left_out = self.taken - self._missing - self._written
-        words = f"{self._path}: {self._written} messages"
+        words = f"{self._path}: {counted(self._written, 'message')}"
         words += f"; {self._missing} are missing: {self._trouble}" if self._missing else ""
         words += f"; {left_out} are of kinds that this format can't hold" if left_out else ""
         return words + (f"; {self._lost} were lost: this host is too slow" if self._lost else "")

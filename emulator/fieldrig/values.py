@@ -33,6 +33,11 @@ def fitting(value: Value, present: Value) -> Value:
     return str(value) if isinstance(present, str) else value
 
 
+def counted(number: int, one: str, many: str = "") -> str:
+    """Return `1 bus`, `2 buses`; without `many` an s makes the plural."""
+    return f"{number} {one if number == 1 else many or f'{one}s'}"
+
+
 def show_number(value: float) -> str:
     """Return the shortest text that is read back as the same number, without the `.0` of whole numbers."""
     return str(value).removesuffix(".0")

@@ -167,6 +167,5 @@ def _limits(part: dict[str, Any]) -> str:
         "maxLength": "of at most {} characters",
         "minItems": "of at least {} items",
         "maxItems": "of at most {} items",
-        "pattern": "of the form {}",
-    }
+    }  # without `pattern`, a regular expression: a field that has one says its form by examples or in its description
     return "".join(f" {words[key].format(part[key])}" for key in words if key in part)

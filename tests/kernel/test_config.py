@@ -167,7 +167,7 @@ ONE_TO_127 = "expected a whole number from 1 to 127 (number on the bus)"
         ("links: {can: [can0]}", ".links.can: this link takes one bus, not a list", "expected can: BUS"),
         (
             "links: {can: words}",
-            ".links.can: words (config_kinds:WordLine) carries Word and Gap, not Frame",
+            ".links.can: words is a config_kinds:WordLine, which does not carry what the device sends there",
             "buses that fit: can0",
         ),
         (

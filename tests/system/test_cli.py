@@ -235,6 +235,21 @@ devices:
             assert key in done.stderr
 
 
+def test_check_takes_any_number_of_files(rig: RunningRig) -> None:
+    (rig.folder / "good.yaml").write_text("time: virtual\nbuses: {wires: {kind: wires.virtual}}\n")
+    (rig.folder / "bad.yaml").write_text("time: real\nsed: 1\n")
+    done = rig.tool("check", "good.yaml", "bad.yaml", "lab.yaml")
+    assert done.returncode == 2
+    assert done.stdout.splitlines() == [
+        "good.yaml has no mistakes: good, time: virtual, 1 bus, 0 devices",
+        "lab.yaml has no mistakes: lab, time: real, 1 bus, 2 devices, 3 processes",
+    ]
+    assert done.stderr == "1 mistake\n  bad.yaml:2: sed: there is no such key\n      did you mean seed?\n"
+    assert rig.tool("check", "good.yaml", "lab.yaml").returncode == 0
+    listed = rig.tool("check", "good.yaml", "bad.yaml", "--json")
+    assert (listed.returncode, [found["key"] for found in json.loads(listed.stdout)]) == (2, ["sed"])
+
+
 def test_check_schema_and_devices_need_no_rig(rig: RunningRig) -> None:
     assert "has no mistakes" in rig.tool("check", "lab.yaml").stdout
     assert json.loads(rig.tool("schema").stdout)["title"]
@@ -242,7 +257,7 @@ def test_check_schema_and_devices_need_no_rig(rig: RunningRig) -> None:
     assert "wires.hub" in kinds["buses"]
     lamp = json.loads(rig.tool("devices", "lamp_kinds:Lamp", "--json").stdout)
     assert lamp["settings"]["colour"]["default"] == "red"
-    assert lamp["links"]["wires"][0] == "Signal"
+    assert lamp["links"]["wires"][0] == "wires.hub or wires.virtual or wires.zenoh"
     hub = rig.tool("devices", "can.hub").stdout
     assert re.search(r"^slcan\.path +string ", hub, re.MULTILINE)
     assert re.search(r"^eds +string +needed ", rig.tool("devices", "canopen.node").stdout, re.MULTILINE)

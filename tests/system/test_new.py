@@ -34,6 +34,19 @@ def test_what_is_made_passes_check_and_its_own_test(tmp_path: Path, words: list[
     assert " passed" in tested.stdout
 
 
+def test_a_drive_s_eds_is_said_to_bring_no_drive(tmp_path: Path) -> None:
+    sensor = (ROOT / "configs/eds/level-sensor.eds").read_text(encoding="latin-1")
+    assert "0x00020194" in sensor.lower(), "its device type, which is replaced"
+    drive = tmp_path / "drive.eds"
+    drive.write_text(sensor.replace("0x00020194", "0x00020192"), encoding="latin-1")
+    assert (
+        "An EDS brings the objects of a drive, but no drive"
+        in run(tmp_path, *FIELDRIG, "new", "--eds", "drive.eds").stdout
+    )
+    other = run(tmp_path, *FIELDRIG, "new", "--eds", str(ROOT / EDS_FILES[0]))
+    assert (other.returncode, "drive" in other.stdout) == (0, False)
+
+
 def test_at_a_terminal_it_shows_the_menu_and_asks(tmp_path: Path) -> None:
     with Terminal(" ".join([*FIELDRIG, "new"]), tmp_path) as terminal:
         terminal.until_shown("packaging-line", "Example [lab]")

@@ -57,7 +57,7 @@ class CanHubSettings(HubSettings, CanSettings):
     channel: str | None = Field(
         default=None,
         pattern=r"^[^\s<>]+$",
-        description="name of the bus for clients of socketcand; left out: the name in the rig file",
+        description="name of the bus for clients of socketcand, without blanks; left out: the name in the rig file",
     )
     slcan: SlcanSettings | None = Field(default=None, description="the Lawicel ASCII protocol (slcand, python-can)")
 

@@ -19,7 +19,7 @@ LONGEST_PDU: Final = 253
 HEAD_SIZE: Final = 7
 LONGEST_OBJECT: Final = LONGEST_PDU - HEAD_SIZE - 2
 
-Text = Annotated[str, StringConstraints(max_length=LONGEST_OBJECT, pattern=r"^[\x20-\x7E]*$")]
+Text = Annotated[str, Field(max_length=LONGEST_OBJECT, pattern=r"^[\x20-\x7E]*$", description="in ASCII")]
 
 
 class Identification(Settings):
@@ -97,7 +97,7 @@ class ServerId(Settings):
     )
     is_running: bool = Field(default=True, description="the run indicator: on (0xFF) or off (0x00)")
     additional: Annotated[str, StringConstraints(max_length=50, pattern=r"^[\x20-\x7E]*$")] = Field(
-        default="fieldrig", description="text after the run indicator"
+        default="fieldrig", description="text after the run indicator, in ASCII"
     )
 
     def data(self) -> bytes:

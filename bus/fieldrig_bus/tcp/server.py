@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import Field, model_validator
 
 from fieldrig.bus import ModelBus, Port, Time, words_of
 from fieldrig.device import Tool, WayIn
@@ -24,7 +24,7 @@ from fieldrig_bus.tcp.model import TcpModel
 
 log = logging.getLogger(__name__)
 
-Service = Annotated[str, StringConstraints(pattern=f"^{SERVICE.pattern}$")]
+Service = Annotated[str, Field(pattern=f"^{SERVICE.pattern}$", examples=["http"])]
 TOOLS = {"http": "curl http://{}/", "ftp": "curl ftp://{}/ --user NAME"}
 
 

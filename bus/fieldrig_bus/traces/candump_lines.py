@@ -14,6 +14,7 @@ import re
 from datetime import datetime
 from typing import Final, NamedTuple
 
+from fieldrig.values import counted
 from fieldrig_bus.can.codec import encode
 from fieldrig_bus.can.frame import EXTENDED_MASK, CanFrame, check
 from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR
@@ -89,7 +90,9 @@ def _viewed(line: re.Match[str]) -> bytes | None:
         return _encoded(identifier, b"", remote_length=count)
     data = _bytes("".join(reversed(words.split("`"))) if "`" in words else words.replace(" ", ""))
     if len(data) != count:
-        raise ValueError(f"there are {len(data)} bytes of data, and [{length}] says {count}: the line may be cut off")
+        raise ValueError(
+            f"the data has {counted(len(data), 'byte')}, and [{length}] says {count}: the line may be cut off"
+        )
     return _encoded(identifier, data, is_fd=is_fd, is_switched=is_switched)
 
 

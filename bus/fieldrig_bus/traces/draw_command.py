@@ -11,12 +11,14 @@ from fieldrig.cli.common import argument, duration_ns, writing
 from fieldrig.clock import S
 from fieldrig.errors import UsageError
 from fieldrig.nearest import closest
-from fieldrig.values import show_number
+from fieldrig.values import counted, show_number
 
 if TYPE_CHECKING:
     from fieldrig_bus.traces.timing_diagram import Window
     from fieldrig_bus.traces.waves import Wave, Waves
 
+SECTION = "Files"
+"""The group of the command in the help of `fieldrig`."""
 SUFFIX: Final = ".svg"
 MOST_NAMED: Final = 20
 """Number of wires that a message names."""
@@ -56,7 +58,7 @@ def draw(
     about = f"The values of {_listed(chosen)} from {from_s} to {to_s}."
     with writing(target):
         target.write_text(timing_diagram(chosen, window, f"Wires of {file.stem}", about), encoding="utf-8")
-    typer.echo(f"{target}: {len(chosen)} wires from {from_s} to {to_s}", err=True)
+    typer.echo(f"{target}: {counted(len(chosen), 'wire')} from {from_s} to {to_s}", err=True)
 
 
 def _chosen(file: Path, waves: "Sequence[Wave]", patterns: list[str] | None) -> "list[Wave]":

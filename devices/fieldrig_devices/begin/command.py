@@ -11,6 +11,8 @@ import typer
 from fieldrig.cli.common import writing
 from fieldrig.errors import UsageError
 
+SECTION = "Files"
+"""The group of the command in the help of `fieldrig`."""
 Content = Mapping[PurePosixPath, bytes]
 
 
@@ -56,9 +58,11 @@ def new(
     elif folder is not None:
         raise typer.BadParameter("expected only the folder with --eds, and no example")
     else:
-        from fieldrig_devices.begin.eds_rig import content_for, name_for
+        from fieldrig_devices.begin.eds_rig import content_for, name_for, note_for
 
         _make(content_for(eds), Path(example or name_for(eds)))
+        if note := note_for(eds):
+            typer.echo(f"\n{note}")
 
 
 def _from_menu(example: str | None, folder: Path | None) -> None:

@@ -16,12 +16,17 @@ BIT_RATES = (500_000, 250_000, 1_000_000, 125_000, 800_000, 50_000, 20_000, 10_0
 COMMISSIONING = re.compile(r"(?ims)^[ \t]*\[DeviceComm?issioning\](.*?)(?=^[ \t]*\[|\Z)")
 KEY = re.compile(r"(?m)^[ \t]*(\w+)[ \t]*=[ \t]*(\w+)")
 DEVICE_TYPE = 0x1000
+DRIVE_PROFILE = 402
+"""The profile of drives of CiA, in the low word of 1000h."""
+DRIVE_NOTE = """\
+note: the file describes a drive (CiA 402). An EDS brings the objects of a drive, but no drive: a master can read and
+write them, but no status word follows the control word, and nothing moves."""
 NODE_ID = 1
 """The node-ID for an EDS file; a DCF file has its own."""
 
 RIG = Template("""\
 # One CANopen node from $eds, on a CAN bus that your own master can join.
-# `fieldrig up $name.yaml` starts it and prints how to reach each part; `fieldrig check $name.yaml` explains mistakes.
+# `fieldrig up $name.yaml` starts it and prints its connections; `fieldrig check $name.yaml` explains mistakes.
 time: real                        # the clock of this host
 
 buses:
@@ -114,6 +119,12 @@ def content_for(file: Path) -> Mapping[PurePosixPath, bytes]:
         PurePosixPath(f"test_{name.replace('-', '_')}.py"): TEST.substitute(words).encode(),
         PurePosixPath("eds", file.name): data,
     }
+
+
+def note_for(file: Path) -> str:
+    """Return what the node of the EDS file will not do; empty if there is nothing to say."""
+    device_type = eds.load(file, NODE_ID).find(DEVICE_TYPE, 0).data
+    return DRIVE_NOTE if int.from_bytes(device_type[:2], "little") == DRIVE_PROFILE else ""
 
 
 def _commissioning(file: Path) -> tuple[int, int | None]:

@@ -8,6 +8,8 @@ import typer
 from fieldrig.cli.common import AsJson, command_group, echo_json, reading
 from fieldrig.exits import Exit
 
+SECTION = "Files"
+"""The group of the command in the help of `fieldrig`."""
 app = command_group()
 
 

@@ -12,7 +12,7 @@ from enum import Enum
 from math import pi
 from typing import Annotated, Any, Final, NamedTuple, Self
 
-from pydantic import AfterValidator, Field, StringConstraints, ValidationError, model_validator
+from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from fieldrig.settings import Settings
 from fieldrig.wording import explain
@@ -54,8 +54,9 @@ def _kept_in(scale: int) -> AfterValidator:
     return AfterValidator(check)
 
 
-def _text(longest: int) -> StringConstraints:
-    return StringConstraints(min_length=1, max_length=longest, pattern=r"^[!-~]([ -~]*[!-~])?$")
+def _text(longest: int) -> Any:
+    about = "ASCII characters, without a blank at either end"
+    return Field(min_length=1, max_length=longest, pattern=r"^[!-~]([ -~]*[!-~])?$", description=about)
 
 
 _U16, _U32, _I32 = 0xFFFF, 0xFFFF_FFFF, 0x7FFF_FFFF

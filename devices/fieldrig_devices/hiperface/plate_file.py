@@ -8,7 +8,7 @@ from fieldrig.store import replace_file
 from fieldrig.yaml_source import Source, read
 from fieldrig_devices.hiperface.plate import NamePlate
 
-HEADING = "# Name plate of a motor; see docs/nameplate.md.\n"
+HEADING = "# Name plate of a motor; `fieldrig schema name-plate` describes its keys.\n"
 
 
 def load_plate(path: Path) -> NamePlate:

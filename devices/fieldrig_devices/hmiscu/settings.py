@@ -20,7 +20,7 @@ ANALOG: Final[frozenset[Kind]] = frozenset({"analog input", "temperature input",
 INPUTS: Final[frozenset[Kind]] = frozenset({"digital input", "analog input", "temperature input"})
 MOST_RAW: Final = 4_095
 """Largest raw value of an analog terminal, which has 12 bits."""
-Terminal = Annotated[str, Field(pattern=r"^[A-Z]{2}[0-9]{1,2}$")]
+Terminal = Annotated[str, Field(pattern=r"^[A-Z]{2}[0-9]{1,2}$", examples=["DI0"])]
 PWM_INPUTS: Final = {"enable_0": "DI0", "sync_0": "DI1", "enable_1": "DI3", "sync_1": "DI4"}
 """Inputs IN_EN and IN_SYNC of the channels, for which the manual gives no numbers (digest 13)."""
 PwmInput = Literal["enable_0", "sync_0", "enable_1", "sync_1"]

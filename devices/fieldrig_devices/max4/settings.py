@@ -104,7 +104,7 @@ def _as_list(value: Any) -> Any:
 class Max4Settings(Settings):
     """Settings of the controller."""
 
-    project: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]{0,7}$")] = Field(
+    project: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]{0,7}$", examples=["TEST"])] = Field(
         default="TEST", description="name of the configuration file and the parameter file"
     )
     version: Annotated[str, AfterValidator(_known_version)] = Field(

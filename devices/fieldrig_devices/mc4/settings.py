@@ -89,8 +89,8 @@ class AmplifierSettings(Settings):
 class VersionSettings(Settings):
     """The versions and numbers that the drive shows."""
 
-    firmware: str = Field(default="00.07.00", pattern=r"^\d\d\.\d\d\.\d\d$")
-    hardware: str = Field(default="01.00.00", pattern=r"^\d\d\.\d\d\.\d\d$")
+    firmware: str = Field(default="00.07.00", pattern=r"^\d\d\.\d\d\.\d\d$", examples=["00.07.00"])
+    hardware: str = Field(default="01.00.00", pattern=r"^\d\d\.\d\d\.\d\d$", examples=["01.00.00"])
     article_number: str = Field(default="13130211-001", max_length=32, description="article number of the drive")
     serial_number: str | None = Field(
         default=None, max_length=32, description="serial number of the drive; default: made from the ring address"

@@ -14,8 +14,11 @@ from pydantic import Field
 from fieldrig.device import Value
 from fieldrig.settings import Settings
 from fieldrig_devices.registers.form import LARGEST_F32
+from fieldrig_devices.registers.type_names import naming
 
-CellName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*(\.[A-Za-z0-9_]+)*$", max_length=200)]
+CellName = Annotated[
+    str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*(\.[A-Za-z0-9_]+)*$", max_length=200, examples=["Main.speed"])
+]
 
 
 class Form(NamedTuple):
@@ -45,7 +48,7 @@ class Element(Settings):
     """One value in a message."""
 
     name: CellName = Field(description="name of the value in the controller")
-    type: Literal["bool", "u8", "s8", "u16", "s16", "u32", "s32", "f32"] = Field(
+    type: Annotated[Literal["bool", "u8", "s8", "u16", "s16", "u32", "s32", "f32"], naming(*FORMS)] = Field(
         default="u16", description="type in the message"
     )
 

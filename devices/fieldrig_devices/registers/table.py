@@ -17,19 +17,26 @@ from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import Field, model_validator
 
 from fieldrig.settings import Settings, WrongKey
 from fieldrig.settings_file import load_settings
 from fieldrig.yaml_source import key_text
 from fieldrig_devices.registers.form import FORMATS, TYPE_PATTERN, Form, WordOrder, characters_in, words_in
+from fieldrig_devices.registers.type_names import naming
 
 Value = bool | int | float | str
 Number = int | float
 Access = Literal["ro", "rw", "wo"]
 Direction = Literal["from_wire", "to_wire"]
 Address = Annotated[int, Field(ge=0, le=0xFFFF)]
-Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_.-]*$")]
+Name = Annotated[
+    str,
+    Field(
+        pattern=r"^[A-Za-z_][A-Za-z0-9_.-]*$",
+        description="a name of letters, digits, _, . and -, beginning with a letter or _",
+    ),
+]
 
 
 class Bit(Settings):
@@ -58,7 +65,7 @@ class Register(Settings):
 
     address: Address
     name: Name
-    type: str = Field(
+    type: Annotated[str, naming("bool", *FORMATS, "string[n]")] = Field(
         default="u16",
         pattern=TYPE_PATTERN,
         description="bool, u16, s16, u32, s32, u64, s64, f32, f64, or string[n] of n characters, two per register",
@@ -189,14 +196,28 @@ def _check_initial(register: Register, initial: Value) -> None:
         if len(initial) > characters_in(register.type) or not initial.isascii():
             raise ValueError(f"initial: expected ASCII text that fits into {register.type}, got {initial!r}")
     elif register.type in FORMATS:
-        raw, form = (initial - register.offset) / register.scale, Form(register.type)
+        form = Form(register.type)
+        raw = (initial - register.offset) / register.scale
         try:
             form.pack(raw if form.is_float else round(raw))
         except (struct.error, OverflowError) as cause:
-            raise ValueError(f"initial: expected a value that fits into {register.type}, got {initial}") from cause
+            raise ValueError(_too_large(register, form, initial, raw)) from cause
         low, high = register.min, register.max
         if (low is not None and initial < low) or (high is not None and initial > high):
             raise ValueError(f"initial: expected a value from min to max, got {initial}")
+
+
+def _too_large(register: Register, form: Form, initial: int | float, raw: float) -> str:
+    """Return what is wrong with a start value, and what scale and offset make of it."""
+    ends = sorted(number * register.scale + register.offset for number in (form.low, form.high))
+    expected = f"expected {ends[0]:.12g} to {ends[1]:.12g}, for {register.type}"
+    if register.scale == 1 and register.offset == 0:
+        return f"initial: {expected}, got {initial:.12g}"
+    offset = f" and offset {register.offset:.12g}" if register.offset else ""
+    return (
+        f"initial: {initial:.12g} is {raw:.12g} in the register, by scale {register.scale:.12g}{offset}; {expected},"
+        " in the unit of the value"
+    )
 
 
 def _conflicts(table: Table) -> Iterator[WrongKey]:

@@ -46,6 +46,7 @@ class NodeReadings(Settings):
     analog_step_mv: float = Field(
         default=1.0, gt=0, le=1_000, allow_inf_nan=False, description="step of the analog output"
     )
-    font: dict[Annotated[str, Field(min_length=1, max_length=1)], Annotated[str, Field(pattern="^[a-gp]*$")]] = Field(
-        default_factory=dict, description="segments of characters that differ from the font, such as {z: abdeg}"
-    )
+    font: dict[
+        Annotated[str, Field(min_length=1, max_length=1)],
+        Annotated[str, Field(pattern="^[a-gp]*$", examples=["abdeg"])],
+    ] = Field(default_factory=dict, description="segments of characters that differ from the font, such as {z: abdeg}")

@@ -17,7 +17,7 @@ from fieldrig_devices.smart_io.terminals import INPUTS
 MOST_KEYS: Final = 32
 """Keys, and LEDs, of a keyboard at most (G-05)."""
 MOST_MOTORS: Final = 8
-Terminal = Annotated[str, Field(pattern=r"^(in|out|key|led|analog)[0-9]{1,4}$")]
+Terminal = Annotated[str, Field(pattern=r"^(in|out|key|led|analog)[0-9]{1,4}$", examples=["in101"])]
 Place = Annotated[int, Field(ge=101, le=1612)]
 
 

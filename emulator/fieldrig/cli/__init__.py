@@ -10,6 +10,7 @@ from fieldrig.cli.app import app
 from fieldrig.errors import ConfigError, ControlError, RefusedError, RigError, UsageError
 from fieldrig.exits import Exit
 from fieldrig.steady_output import open_missing, strict
+from fieldrig.values import counted
 
 
 def main() -> NoReturn:
@@ -31,7 +32,7 @@ def _run(work: Callable[[], object]) -> int:
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else Exit.OK if end.code is None else Exit.BUG
     except ConfigError as wrong:
-        _say(f"{len(wrong.mistakes)} {'mistake' if len(wrong.mistakes) == 1 else 'mistakes'}", str(wrong))
+        _say(counted(len(wrong.mistakes), "mistake"), str(wrong))
         return Exit.WRONG
     except RigError as cause:
         _say(f"error: {cause.what}", cause.remedy)

@@ -14,6 +14,7 @@ from fieldrig.config import RigConfig
 from fieldrig.control import Control
 from fieldrig.roster import Event
 from fieldrig.steady_output import steady
+from fieldrig.values import counted
 
 REFRESH_S = 1.0
 ERASE_LINE = "\r\x1b[K"
@@ -40,7 +41,7 @@ class Display:
 
     def introduce(self, processes: int) -> None:
         config = self._config
-        with_processes = f", {processes} processes" if processes else ""
+        with_processes = f", {counted(processes, 'process', 'processes')}" if processes else ""
         self._say(
             f"{self._styled(config.name, BOLD)}: time: {config.time}{with_processes}, control at {config.control}\n"
         )

@@ -4,6 +4,7 @@ An entry point names a function, as typer takes it for a command, or a `typer.Ty
 imported when it is called, and when all commands are listed; so its module should import little by itself.
 """
 
+from importlib import import_module
 from typing import Any, Final
 
 import typer
@@ -15,8 +16,21 @@ from fieldrig.kinds import installed
 COMMANDS: Final = "fieldrig.commands"
 
 
+SECTIONS: Final = {
+    "Run a rig": ("up", "restart", "stop", "pause", "step", "run"),
+    "Look and change": ("help", "status", "watch", "get", "set", "fault", "trace"),
+    "Files": ("check", "schema"),
+    "Programs": (),
+    "Devices": ("devices",),
+}
+"""The groups of the help, with our own commands in them.
+
+The module of an installed command names its group by the constant `SECTION`; without one it is among the devices.
+"""
+
+
 class Commands(TyperGroup):
-    """Our own commands first, then the installed ones.
+    """Our own commands first, then the installed ones; in the help they are in groups.
 
     What click calls a command is Any here: some versions of typer have a click of their own.
     """
@@ -25,9 +39,29 @@ class Commands(TyperGroup):
         own = super().list_commands(ctx)
         return [*own, *(name for name in installed(COMMANDS) if name not in own)]
 
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write a list of commands for each group."""
+        names = self.list_commands(ctx)
+        width = max(map(len, names))
+        for section in SECTIONS:
+            chosen = [name for name in names if _section_of(name) == section]
+            shown = [(name.ljust(width), self.get_command(ctx, name)) for name in chosen]
+            with formatter.section(section):
+                limit = formatter.width - 6 - width
+                formatter.write_dl([(name, command.get_short_help_str(limit)) for name, command in shown])
+
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         found = super().get_command(ctx, cmd_name)
         return _loaded(cmd_name) if found is None and cmd_name in installed(COMMANDS) else found
+
+
+def _section_of(name: str) -> str:
+    for section, own in SECTIONS.items():
+        if name in own:
+            return section
+    module = import_module(installed(COMMANDS)[name].module)
+    section = getattr(module, "SECTION", "")
+    return section if section in SECTIONS else "Devices"
 
 
 def _loaded(name: str) -> Any:

@@ -7,6 +7,7 @@ import typer
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, argument, assignment, echo_json
 from fieldrig.cli.names import Parts, check_name
+from fieldrig.digits import show_value
 from fieldrig.net import DEFAULT_ENDPOINT
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ def get(
     \b
         fieldrig get tank                     all points of the device
         fieldrig get tank/level io/6200:01    single points
-        fieldrig get tank --json              {"tank/level": 0.5, ...}
+        fieldrig get tank --json              {"tank/level": 0.5, ...}, with all digits
 
     Errors are reported after the values that could be read, and the exit code is then 6.
     """
@@ -95,13 +96,5 @@ def _echo(values: dict[str, Any], units: dict[str, str], as_json: bool) -> None:
         echo_json(values)
         return
     for name, value in values.items():
-        typer.echo(f"{name} = {show_value(value)} {units.get(name, '')}".rstrip())
-
-
-def show_value(value: Any) -> str:
-    """Return a value as text, with all its digits."""
-    from fieldrig.values import show_number
-
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return show_number(value) if isinstance(value, float) else str(value)
+        unit = units.get(name, "")
+        typer.echo(f"{name} = {show_value(value, unit)} {unit}".rstrip())

@@ -1,46 +1,77 @@
 """The commands `check`, `schema` and `devices`, which look at files and kinds and need no running rig."""
 
-from collections.abc import Iterator
-from typing import Annotated, Any
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import AsJson, Overrides, RigFile, argument, echo_json, echo_table
+from fieldrig.cli.common import AsJson, Overrides, argument, echo_json, echo_table
+
+if TYPE_CHECKING:
+    from fieldrig.config import RigConfig
+    from fieldrig.errors import Mistake
 
 
-def check(file: RigFile, overrides: Overrides = None, as_json: AsJson = False) -> None:
-    """Check a rig file, and explain every mistake.
+def check(
+    files: Annotated[list[Path], argument("FILE...", "The rig files.", completion.rig_file)],
+    overrides: Overrides = None,
+    as_json: AsJson = False,
+) -> None:
+    """Check rig files, and explain every mistake.
 
     \b
     Each mistake is reported with its file, line and key, and with what was expected. Nothing is started.
     Flaws that do not prevent a start, such as those of an EDS file, are warnings.
         fieldrig check configs/lab.yaml
+        fieldrig check configs/*.yaml
         fieldrig check configs/lab.yaml --set buses.can0.bitrate=250000
         fieldrig check configs/lab.yaml --json     list the mistakes for an editor or a script
     """
     from dataclasses import asdict
 
-    from fieldrig.build import try_devices
-    from fieldrig.config import look_through
     from fieldrig.errors import ConfigError
     from fieldrig.exits import Exit
-    from fieldrig.placement import placement
 
-    config, right, mistakes = look_through(file, overrides or ())
-    mistakes += try_devices(right)
-    doubts = list(dict.fromkeys(doubt for device in right for doubt in device.settings.doubts()))
+    mistakes: list[Mistake] = []
+    warnings: list[Mistake] = []
+    for file in files:
+        config, wrong, doubts = _looked_through(file, overrides or ())
+        mistakes += wrong
+        warnings += doubts
+        if as_json:
+            continue
+        for doubt in doubts:
+            typer.echo(f"warning: {doubt}", err=True)
+        if config is not None and not wrong:
+            typer.echo(f"{file} has no mistakes: {config.name}, time: {config.time}, {_content(config)}")
     if as_json:
-        warnings = [{**asdict(doubt), "severity": "warning"} for doubt in doubts]
-        echo_json([*(asdict(mistake) for mistake in mistakes), *warnings])
+        warned = [{**asdict(doubt), "severity": "warning"} for doubt in dict.fromkeys(warnings)]
+        echo_json([*(asdict(mistake) for mistake in dict.fromkeys(mistakes)), *warned])
         raise typer.Exit(Exit.WRONG if mistakes else Exit.OK)
-    for doubt in doubts:
-        typer.echo(f"warning: {doubt}", err=True)
-    if config is None or mistakes:
-        raise ConfigError(mistakes)
-    processes = f", {len(placement(config))} processes" if config.time == "real" else ""
-    content = f"{len(config.buses)} buses, {len(config.devices)} devices{processes}"
-    typer.echo(f"{file} has no mistakes: {config.name}, time: {config.time}, {content}")
+    if mistakes:
+        raise ConfigError(list(dict.fromkeys(mistakes)))  # files that extend the same one have its mistakes in common
+
+
+def _looked_through(file: Path, overrides: Sequence[str]) -> "tuple[RigConfig | None, list[Mistake], list[Mistake]]":
+    """Return the rig, its mistakes, and its doubts."""
+    from fieldrig.build import try_devices
+    from fieldrig.config import look_through
+
+    config, right, mistakes = look_through(file, overrides)
+    mistakes = [*mistakes, *try_devices(right)]
+    return config, mistakes, list(dict.fromkeys(doubt for device in right for doubt in device.settings.doubts()))
+
+
+def _content(config: "RigConfig") -> str:
+    from fieldrig.placement import placement
+    from fieldrig.values import counted
+
+    counts = [counted(len(config.buses), "bus", "buses"), counted(len(config.devices), "device")]
+    if config.time == "real":
+        counts.append(counted(len(placement(config)), "process", "processes"))
+    return ", ".join(counts)
 
 
 def schema(
@@ -110,13 +141,16 @@ def _describe(kind: str, as_json: bool) -> None:
     typer.echo(f"{facts['sort']} {kind}: {facts['about']}")
     if facts["links"]:
         typer.echo("\nlinks:")
-        echo_table(("name", "carries", ""), [(name, *words) for name, words in facts["links"].items()])
+        echo_table(("name", "a bus of kind", ""), [(name, *words) for name, words in facts["links"].items()])
     if facts["settings"]:
         typer.echo("\nsettings:")
         echo_table(
             ("key", "value", "without it", "what it is"),
             [(key, fact["type"], _without(fact), fact["about"]) for key, fact in facts["settings"].items()],
         )
+    if facts["faults"]:
+        typer.echo("\nfaults, each with start_ms and duration_ms:")
+        echo_table(("what", "further keys"), facts["faults"].items())
 
 
 def _without(setting: dict[str, Any]) -> str:
@@ -129,7 +163,6 @@ def _without(setting: dict[str, Any]) -> str:
 
 def _facts(kind: str) -> dict[str, Any]:
     import sys
-    from pathlib import Path
 
     from fieldrig import kinds
     from fieldrig.errors import RigError
@@ -151,12 +184,17 @@ def _facts(kind: str) -> dict[str, Any]:
     else:
         sort, about, model = "device", device.about, kinds.settings_model(device)
         for name, link in kinds.link_parameters(device).items():
-            carried = " or ".join(message.__name__ for message in link.messages) or "anything"
             links[name] = (
-                carried,
+                kinds.bus_kinds_of(link),
                 f"{'one bus or several' if link.many else ''}{'' if link.required else ' (may be left out)'}",
             )
-    return {"sort": sort, "kind": kind, "about": about, "links": links, "settings": _settings(model)}
+    faults = {what: _fault_keys(of) for what, of in (device if sort == "device" else cls).fault_models.items()}
+    return {"sort": sort, "kind": kind, "about": about, "links": links, "settings": _settings(model), "faults": faults}
+
+
+def _fault_keys(model: Any) -> str:
+    """Return the keys of a fault beside its `what` and its times, in a line."""
+    return " ".join(f"{key}=" for key in model.model_fields if key not in ("what", "start_ms", "duration_ms"))
 
 
 def _settings(model: Any) -> dict[str, dict[str, Any]]:

@@ -22,6 +22,7 @@ from fieldrig.cli.common import (
 )
 from fieldrig.cli.names import Parts, unfit
 from fieldrig.clock import S
+from fieldrig.digits import with_fewer_digits
 from fieldrig.net import DEFAULT_ENDPOINT
 
 if TYPE_CHECKING:
@@ -116,7 +117,8 @@ def show(file: TraceFile, buses: Buses = None, as_json: AsJson = False) -> None:
                 }
             )
         else:
-            typer.echo(f"{_instant(entry.time_ns)}  {entry.bus:8}  {entry.sender or '-':12}  {shower(entry)}")
+            message = with_fewer_digits(shower(entry))
+            typer.echo(f"{_instant(entry.time_ns)}  {entry.bus:8}  {entry.sender or '-':12}  {message}")
 
 
 @app.command()
@@ -143,19 +145,20 @@ def convert(
         fieldrig trace convert lab.jsonl level.vcd --wire "tank.*"
     """
     from fieldrig.trace_files import format_of, read, write
+    from fieldrig.values import counted
 
     format_of(target)
     _survey(file, buses, wires)
     chosen = _chosen(read(file), buses)
-    counted = _Counted(chosen if not wires else _on_wires(chosen, wires))
-    written = write(counted, target)
+    taken = _Counted(chosen if not wires else _on_wires(chosen, wires))
+    written = write(taken, target)
     left_out = ""
-    if written < counted.count:
-        left_out = f"; {counted.count - written} are of kinds that this format can't hold"
+    if written < taken.count:
+        left_out = f"; {taken.count - written} are of kinds that this format can't hold"
         families = format_of(target).FAMILIES
-        strange = sorted(bus for bus, family in counted.buses.items() if families and family not in families)
+        strange = sorted(bus for bus, family in taken.buses.items() if families and family not in families)
         left_out += f"; it has no messages of {', '.join(strange)}" if strange else ""
-    typer.echo(f"{target}: {written} messages{left_out}", err=True)
+    typer.echo(f"{target}: {counted(written, 'message')}{left_out}", err=True)
 
 
 class _Counted:

@@ -12,9 +12,11 @@ import typer
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Count, Endpoint, For, argument, duration_ns
 from fieldrig.cli.names import Parts, check_patterns
-from fieldrig.cli.points import show_value
+from fieldrig.cli.thinning import Line, thinned
 from fieldrig.clock import S
+from fieldrig.digits import show_value, with_fewer_digits
 from fieldrig.net import DEFAULT_ENDPOINT
+from fieldrig.values import counted
 
 if TYPE_CHECKING:
     from fieldrig.control import Client
@@ -35,7 +37,8 @@ def watch(
     """Show messages or changes of values until Ctrl-C.
 
     \b
-        fieldrig watch                        every message on every bus, and the events of the rig
+        fieldrig watch                        every bus, and the events of the rig; on busy buses some messages
+        fieldrig watch '*'                    every message on every bus
         fieldrig watch can0                   one bus
         fieldrig watch tank/level io/6200:*   values of devices, whenever they change
         fieldrig watch can0 -n 1 --json       one message, for a script
@@ -44,6 +47,7 @@ def watch(
     """
     from fieldrig.control import Client
 
+    is_everything = not patterns
     patterns = patterns or ["*"]
     points = [pattern for pattern in patterns if "/" in pattern]
     if points and len(points) < len(patterns):
@@ -51,11 +55,9 @@ def watch(
     give_up_s = None if duration is None else time.monotonic() + duration_ns(duration) / S
     with Client(endpoint) as client:
         lines = _points(client, points) if points else _messages(client, patterns)
+        if is_everything and count is None and not as_json:
+            lines = thinned(lines, len(client.ask("rig/status")["buses"]), time.monotonic)
         _print(lines, count, give_up_s, as_json)
-
-
-Line = tuple[str, dict[str, Any]]
-"""A line for people, and its data for scripts."""
 
 
 def _print(lines: Iterator[Line | None], count: int | None, give_up_s: float | None, as_json: bool) -> None:
@@ -104,12 +106,12 @@ def _of_batch(
     lost = batch["first"] - expected.get(source, batch["first"])
     expected[source] = batch["first"] + len(batch["entries"])
     if lost:
-        yield f"-- {lost} messages on {bus} lost: this terminal is too slow", {"lost": lost, "bus": bus}
+        yield f"-- {counted(lost, 'message')} on {bus} lost: this terminal is too slow", {"lost": lost, "bus": bus}
     for time_ns, sender, text in batch["entries"]:
         instant_ns = time_ns + batch["epoch_ns"]
         shown = _time_of_day(instant_ns) if is_real else f"{instant_ns / S:14.6f}"
         data = {"time_ns": instant_ns, "bus": bus, "sender": sender, "message": text}
-        yield f"{shown}  {bus:{width}}  {sender:12}  {text}", data
+        yield f"{shown}  {bus:{width}}  {sender:12}  {with_fewer_digits(text)}", data
 
 
 def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
@@ -143,7 +145,7 @@ def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
                     unit = units[device].get(key, {}).get("unit", "")
                     now_ns = time.time_ns()
                     data = {"time_ns": now_ns, "point": name, "value": value, "unit": unit}
-                    yield f"{_time_of_day(now_ns)}  {name} = {show_value(value)} {unit}".rstrip(), data
+                    yield f"{_time_of_day(now_ns)}  {name} = {show_value(value, unit)} {unit}".rstrip(), data
         yield None
         time.sleep(max(0.0, POLL_S - (time.monotonic() - started_s)))
 

@@ -156,7 +156,7 @@ def test_what_other_programs_add_to_data_is_read() -> None:
         ("(1.0) can0 123##", "an FD frame has a digit with its flags after ##"),
         ("(1.0) can0 123#112233445566778899", "9 bytes of data"),
         ("(1.0) can0 123#R9", "remote_length 9"),
-        ("  can0  123   [2]  11", "there are 1 bytes of data, and [2] says 2: the line may be cut off"),
+        ("  can0  123   [2]  11", "the data has 1 byte, and [2] says 2: the line may be cut off"),
         ("  can0  123   [2]  11 2", "the data 112 ends with half a byte"),
     ],
 )

@@ -43,7 +43,7 @@ def test_chosen_buses_are_complete(source: Path) -> None:
 
 def test_chosen_wires_are_alone_in_every_format(source: Path) -> None:
     assert convert(source, "x.jsonl", "--wire", "tank.*", "--wire", "tank.level").stderr.endswith(
-        "x.jsonl: 1 messages\n"
+        "x.jsonl: 1 message\n"
     )
     assert b"tank.level" in bytes.fromhex((source.parent / "x.jsonl").read_text().split('"')[-2])
     assert convert(source, "x.vcd", "wires", "--wire", "*").stderr.endswith("x.vcd: 2 messages\n")

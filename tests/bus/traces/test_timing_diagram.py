@@ -139,7 +139,7 @@ def test_draw_shows_chosen_wires_of_a_time(source: Path, capsys: pytest.CaptureF
     text = run(source, "tank.*", begin="500ms", end="1.5s")
     assert "cell.valve" not in text
     assert "The values of tank.level from 0.5 s to 1.5 s." in text
-    assert capsys.readouterr().err.endswith("x.svg: 1 wires from 0.5 s to 1.5 s\n")
+    assert capsys.readouterr().err.endswith("x.svg: 1 wire from 0.5 s to 1.5 s\n")
 
 
 def test_draw_refuses_what_it_cannot_draw(source: Path) -> None:

@@ -6,6 +6,8 @@ from fieldrig_devices.arp.commands.compiling import compile_
 from fieldrig_devices.arp.commands.debugging import debug
 from fieldrig_devices.arp.commands.program import download, reset, run, state, stop, upload
 
+SECTION = "Programs"
+"""The group of the command in the help of `fieldrig`."""
 app = command_group()
 
 

@@ -56,7 +56,7 @@ _FACTS: Final = NodeFacts(
     received_pdos=4,
     transmitted_pdos=4,
     comments=(
-        "The manual describes no objects, so the layout is fieldrig's (docs/hmiscu.md).",
+        "The manual describes no objects, so the layout is fieldrig's.",
         "Objects of channels and terminals that a controller does not have show 0 and ignore writes.",
     ),
 )

@@ -29,7 +29,9 @@ class PtoSettings(Settings):
 
     mode: Literal["pto"]
     variable: str = Field(
-        default="PTO00", pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,79}$", description="name of the PTOSimple instance"
+        default="PTO00",
+        pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,79}$",
+        description="name of the PTOSimple instance, of letters, digits and _",
     )
     output_mode: Literal["pulse/direction", "direction/pulse"] = Field(
         default="pulse/direction", description="signals of output 0 and output 1"

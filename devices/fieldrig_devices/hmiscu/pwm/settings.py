@@ -18,7 +18,7 @@ class PwmSettings(Settings):
     variable: str | None = Field(
         default=None,
         pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,79}$",
-        description="name of the PWM instance; default: PWM00 or PWM01",
+        description="name of the PWM instance, of letters, digits and _; default: PWM00 or PWM01",
     )
     enable_input: bool = Field(default=False, description="whether the input IN_EN is used")
     enable_filter_ms: Literal[3, 12] = 3

@@ -7,6 +7,8 @@ from fieldrig_devices.iec.commands.formatting import fmt
 from fieldrig_devices.iec.commands.running import run
 from fieldrig_devices.iec.commands.symbols import symbols
 
+SECTION = "Programs"
+"""The group of the command in the help of `fieldrig`."""
 app = command_group()
 
 

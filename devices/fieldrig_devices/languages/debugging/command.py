@@ -8,6 +8,8 @@ from fieldrig.cli import completion
 from fieldrig.cli.common import Endpoint, argument
 from fieldrig.net import DEFAULT_ENDPOINT
 
+SECTION = "Programs"
+"""The group of the command in the help of `fieldrig`."""
 MOMENT_S: Final = 0.1
 """Interval at which the program is looked at, in seconds of real time."""
 
@@ -21,7 +23,7 @@ def debug_adapter(
     """Debug a program in a running rig from an editor.
 
     Speaks the Debug Adapter Protocol on standard input and output, so that an editor starts it as its debug adapter
-    with the request `attach`. docs/debugging.md shows the settings for editors.
+    with the request `attach`.
     """
     from fieldrig.control import Client
     from fieldrig.errors import ControlError

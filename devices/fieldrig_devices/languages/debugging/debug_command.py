@@ -9,6 +9,8 @@ from fieldrig.cli import completion
 from fieldrig.cli.common import Endpoint, argument
 from fieldrig.net import DEFAULT_ENDPOINT
 
+SECTION = "Programs"
+"""The group of the command in the help of `fieldrig`."""
 PROMPT: Final = "(debug) "
 NS_PER_S: Final = 1_000_000_000
 

@@ -1,6 +1,6 @@
 """The object dictionary of the CAN face: the objects of a node besides its axes, and the EDS file of all objects.
 
-Source: CiA 301, CiA 402-3 (device type of several axes); 2000h to 21FFh are ours (docs/cia402.md).
+Source: CiA 301, CiA 402-3 (device type of several axes); 2000h to 21FFh are ours.
 `python -m fieldrig_devices.max4.can.objects` writes the file.
 """
 
@@ -41,7 +41,7 @@ _FACTS: Final = NodeFacts(
     received_pdos=AXES * (len(RECEIVED) + EMPTY_PDOS),
     transmitted_pdos=AXES * (len(TRANSMITTED) + EMPTY_PDOS),
     comments=(
-        "Up to eight axes of a MAx-4; the manual describes no objects, so the layout is fieldrig's (docs/cia402.md).",
+        "Up to eight axes of a MAx-4; the manual describes no objects, so the layout is fieldrig's.",
         "Axis n from 0 has its objects at 6000h + n x 800h and its PDOs from number n x 64 + 1 on.",
         "Axes that a node has not show 0 in 67FFh + n x 800h and stay not ready to switch on.",
     ),

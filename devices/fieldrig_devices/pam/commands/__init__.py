@@ -9,6 +9,8 @@ from fieldrig_devices.pam.commands.listing import doc
 from fieldrig_devices.pam.commands.rig import rig
 from fieldrig_devices.pam.commands.running import run
 
+SECTION = "Programs"
+"""The group of the command in the help of `fieldrig`."""
 app = command_group()
 
 

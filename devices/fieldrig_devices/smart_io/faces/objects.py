@@ -44,7 +44,7 @@ _FACTS: Final = NodeFacts(
     received_pdos=4,
     transmitted_pdos=4,
     comments=(
-        "The manual describes no objects, so the layout is fieldrig's (docs/smart-io.md).",
+        "The manual describes no objects, so the layout is fieldrig's.",
         "Bytes of modules that are not fitted show 0 and ignore writes.",
     ),
 )
