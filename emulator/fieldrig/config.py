@@ -25,6 +25,7 @@ from fieldrig.config_source import gather
 from fieldrig.conflicts import conflicts
 from fieldrig.device import Device
 from fieldrig.errors import ConfigError, Mistake, RigError
+from fieldrig.homes import homes, linked, names_of_part, rules_of, unmatched
 from fieldrig.nearest import closest
 from fieldrig.settings import Settings, WrongKey, WrongSettingsError
 from fieldrig.settings_file import validated
@@ -86,6 +87,18 @@ def load(path: Path, overrides: Sequence[str] = (), only: Collection[str] | None
     return _Loader(gather(path, overrides), path, only).rig()
 
 
+def load_part(path: Path, overrides: Sequence[str], name: str) -> RigConfig:
+    """Load what the process, device or bus of this name needs, and the whole rig if there is none.
+
+    Importing all kinds of a large rig takes seconds of processor time, and each of many containers would do it.
+    """
+    data = gather(path, overrides).data
+    buses, devices = (data.get(section) if isinstance(data, dict) else None for section in ("buses", "devices"))
+    if not isinstance(buses, dict) or not isinstance(devices, dict):
+        return load(path, overrides)
+    return load(path, overrides, names_of_part(name, rules_of(data.get("processes")), buses, devices) or None)
+
+
 def look_through(
     path: Path, overrides: Sequence[str] = ()
 ) -> tuple[RigConfig | None, list[DeviceEntry], list[Mistake]]:
@@ -128,6 +141,7 @@ class _Loader:
         self._mistakes = source.mistakes
         self._time: Time | None = None
         self._buses: dict[str, BusEntry | None] = {}  # None: there, but wrong
+        self._homes: dict[Any, str] = {}
         self.right: list[DeviceEntry] = []
         """The devices whose entries have no mistake."""
 
@@ -139,10 +153,14 @@ class _Loader:
             raise ConfigError(self._mistakes)
         keys = self._rig_keys(data)
         devices_data = self._mapping(("devices",), data.get("devices"))
+        buses_data = self._mapping(("buses",), data.get("buses"))
+        rules = rules_of(data.get("processes"))
+        self._homes = homes(rules, buses_data, devices_data)
+        self._mistakes_at(("processes",), unmatched(rules, buses_data, devices_data))
         needed = self._needed(devices_data)
-        for name, entry in self._mapping(("buses",), data.get("buses")).items():
+        for name, entry in buses_data.items():
             if needed is None or name in needed:
-                self._buses[name] = self._bus(name, entry, _members(name, devices_data))
+                self._buses[name] = self._bus(name, entry, self._members(name, devices_data))
         devices = self._devices(devices_data)
         buses = {name: bus for name, bus in self._buses.items() if bus is not None}
         if self._only is None:  # a process that hosts a part doesn't know the others; the rig was checked as a whole
@@ -159,7 +177,7 @@ class _Loader:
             time=keys.time,
             seed=keys.seed,
             speed=None if keys.speed == "max" else keys.speed,
-            processes=keys.processes,
+            processes="each" if keys.processes == "each" else "one",
             control=keys.control,
             run=Path(keys.run) if keys.run is not None else Path("run") / name,
             start_timeout_s=keys.start_timeout_s,
@@ -172,16 +190,22 @@ class _Loader:
         keys = self._validate(RigKeys, own, (), SECTIONS)
         time = data.get("time")
         self._time = time if time in ("real", "virtual") else None
-        for key in ("speed", "processes"):
-            if self._time == "real" and key in data:
-                self._mistake((key,), "it has no meaning with time: real", "take it away, or set time: virtual")
+        if self._time == "real" and "speed" in data:
+            self._mistake(("speed",), "it has no meaning with time: real", "take it away, or set time: virtual")
+        if self._time == "real" and data.get("processes") in ("one", "each"):
+            remedy = "name the processes and their devices, such as {nodes: can0}, or set time: virtual"
+            self._mistake(("processes",), f"{data['processes']} has no meaning with time: real", remedy)
         return keys
 
     def _needed(self, devices: dict[Any, Any]) -> set[str] | None:
         """Return the names of the buses to make; None for all."""
         if self._only is None:
             return None
-        return {*self._only, *(bus for name, entry in devices.items() if name in self._only for bus in _linked(entry))}
+        return {*self._only, *(bus for name, entry in devices.items() if name in self._only for bus in linked(entry))}
+
+    def _members(self, bus: Any, devices: Mapping[Any, Any]) -> dict[str, str]:
+        """Return the linked devices with their processes, including those that this process does not run or check."""
+        return {name: self._homes[name] for name, entry in devices.items() if bus in linked(entry)}
 
     def _bus(self, name: Any, data: Any, members: Mapping[str, str]) -> BusEntry | None:
         path = ("buses", name)
@@ -247,7 +271,7 @@ class _Loader:
             settings=settings,
             links={parameter: as_tuple(buses) for parameter, buses in keys.links.items()},
             many=frozenset(parameter.name for parameter in parameters.values() if parameter.many),
-            process=keys.process if keys.process is not None else name,
+            process=self._homes[name],
             on_exit=keys.on_exit,
             after=as_tuple(keys.after),
             place=self._source.mark(path),
@@ -306,17 +330,6 @@ class _Loader:
 
     def _mistake(self, path: KeyPath, what: str, remedy: str) -> None:
         self._mistakes.append(Mistake(*self._source.mark(path), key_text(path), what, remedy))
-
-
-def _linked(device: Any) -> list[str]:
-    """Return the names of the buses in a device's entry as it is written, right or wrong."""
-    links = device.get("links") if isinstance(device, dict) else None
-    return [bus for names in links.values() for bus in as_tuple(names)] if isinstance(links, dict) else []
-
-
-def _members(bus: Any, devices: Mapping[Any, Any]) -> dict[str, str]:
-    """Return the linked devices with their processes, including those that this process does not run or check."""
-    return {name: entry.get("process") or name for name, entry in devices.items() if bus in _linked(entry)}
 
 
 def described(wrong: Exception) -> tuple[str, str]:

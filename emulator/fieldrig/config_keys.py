@@ -30,8 +30,10 @@ class RigKeys(Settings):
     speed: Annotated[float, Field(gt=0)] | Literal["max"] | None = Field(
         1.0, description="virtual seconds per second; only with time: virtual"
     )
-    processes: Literal["one", "each"] = Field(
-        "one", description="one process for all devices, or one for each; only with time: virtual"
+    processes: Literal["one", "each"] | dict[Name, Names] = Field(
+        "one",
+        description="with time: real, the devices that share a process, as buses or patterns of names, by the name of"
+        " the process; with time: virtual, one process for all devices, or one for each",
     )
     control: str = Field(
         DEFAULT_ENDPOINT,

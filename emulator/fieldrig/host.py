@@ -30,6 +30,7 @@ from fieldrig.placement import ProcessPlan, linked_buses
 from fieldrig.points import RealPoints, answers
 from fieldrig.process import DeviceProcess
 from fieldrig.progress import finish, step
+from fieldrig.ready_file import ready_file
 from fieldrig.real_clock import RealClock
 from fieldrig.run_folder import join_run
 from fieldrig.this_process import facts, on_signals
@@ -69,9 +70,10 @@ class Host:
         process = DeviceProcess(self._config, self._plan, clock, control)
         control.keep(process.pace)
         try:
-            if not await self._unless_ended(self._start(control, process)):
-                return self._ended.result()
-            return await self._ended
+            with ready_file(self._config.run, self._plan.name, lambda: self._state == "ready"):
+                if not await self._unless_ended(self._start(control, process)):
+                    return self._ended.result()
+                return await self._ended
         finally:
             await process.close()
             for stream in self._streams:

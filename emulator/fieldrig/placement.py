@@ -29,8 +29,11 @@ class ProcessPlan:
 
 
 def placement(config: RigConfig) -> dict[str, ProcessPlan]:
-    """Return the processes in an order in which they can start.  RigError if they would wait for each other."""
-    hubs = {name: _process_of(entry, config) for name, entry in config.buses.items() if is_modelled(entry)}
+    """Return the processes in an order in which they can start.  RigError if they would wait for each other.
+
+    Of a part of a rig (`load_part`), processes may be incomplete, except that of the part.
+    """
+    hubs = {name: _process_of(entry) for name, entry in config.buses.items() if is_modelled(entry)}
     homes = {name: config.devices[name].process for name in start_order(config)}
     names = dict.fromkeys((*hubs.values(), *homes.values()))
     return _in_order({name: _plan(name, config, hubs, homes) for name in names})
@@ -45,11 +48,11 @@ def linked_buses(device: DeviceEntry) -> tuple[str, ...]:
     return tuple(dict.fromkeys(bus for buses in device.links.values() for bus in buses))
 
 
-def _process_of(entry: BusEntry, config: RigConfig) -> str:
+def _process_of(entry: BusEntry) -> str:
     if entry.process is not None:
         return entry.process
     assert isinstance(entry.bus, ModelBus)
-    homes = {device.process for device in config.devices.values() if entry.name in linked_buses(device)}
+    homes = set(entry.members.values())
     if len(homes) == 1 and not entry.bus.own_process:
         return homes.pop()
     return entry.name
@@ -63,7 +66,7 @@ def _plan(name: str, config: RigConfig, hubs: dict[str, str], homes: dict[str, s
         buses=tuple(bus for bus, hub in hubs.items() if hub == name),
         devices=devices,
         attaches=_others(name, (hubs[bus] for entry in entries for bus in linked_buses(entry) if bus in hubs)),
-        after=_others(name, (homes[other] for entry in entries for other in entry.after)),
+        after=_others(name, (homes[other] for entry in entries for other in entry.after if other in homes)),
         on_exit=_strictest(entry.on_exit for entry in entries),
     )
 

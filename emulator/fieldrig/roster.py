@@ -139,6 +139,11 @@ class Roster:
             "processes": {name: _shown(member) for name, member in self.members.items()},
         }
 
+    @property
+    def is_ready(self) -> bool:
+        """True if every process that is still part of the rig is ready."""
+        return self._state() == "ready"
+
     def _state(self) -> str:
         if self._is_stopping:
             return "stopping"

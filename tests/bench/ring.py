@@ -63,7 +63,9 @@ CASES = (
     Case("over Zenoh, a process per drive, 4 ms", "ring.zenoh", 4_000),
     Case("over Zenoh, racks of 10, 2 ms", "ring.zenoh", 2_000, in_process=10),
     Case("over Zenoh, racks of 20, 1 ms", "ring.zenoh", 1_000, in_process=20),
+    Case("over Zenoh, all drives in one process, 1 ms", "ring.zenoh", 1_000, in_process=DRIVES),
     Case("over shared memory, a process per drive, 1 ms", "ring.shm", 1_000),
+    Case("over shared memory, all drives in one process, 1 ms", "ring.shm", 1_000, in_process=DRIVES),
 )
 
 

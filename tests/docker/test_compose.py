@@ -10,7 +10,7 @@ from urllib.request import urlopen
 
 import pytest
 from canopen import RemoteNode
-from compose_stack import FOLDER, Stack, compose_program, node_of, shut_in, stack_of
+from compose_stack import FOLDER, OUTSIDE, Stack, compose_program, node_of, shut_in, stack_of
 from dialled import Dialled, dialled
 from lab_process import IO32, LEVEL_SENSOR
 from pymodbus import FramerType
@@ -25,11 +25,6 @@ from fieldrig_devices.max4.can.objects import EDS as AXES
 pytestmark = [pytest.mark.docker, pytest.mark.timeout(3600)]
 
 RIG = load(FOLDER / "machine.yaml")
-OUTSIDE = (
-    *("can0", "can1", "can2", "can3", "mb_tcp", "mb_rtu", "modbus", "labels", "labels_rtu"),
-    *("user1", "user2", "jaw_line", "caller", "lan", "dualport", "pam_lan"),
-)
-"""The buses that a foreign master, caller or browser can be on."""
 INSIDE = ("ring", "pamring", "wires", "com1", "telephone", "relay", "ua")
 PROFILED_POSITION = 1
 OFFLINE, ONLINE = 6, 7  # Com1UserState: the modem is set up and waits for a call; in a call
@@ -215,7 +210,12 @@ def test_controller_that_is_killed_comes_back_and_the_ring_with_it(stack: Stack)
     assert _others(stack.restarts(), "max4") == _others(before, "max4")
 
 
-def test_checks_of_docker_find_all_of_it_healthy(stack: Stack) -> None:
+def test_one_check_of_docker_finds_all_of_it_healthy_and_misses_a_part_that_is_gone(stack: Stack) -> None:
+    stack.until_healthy()
+    assert stack.health().keys() == {"rig"}
+    stack.compose("stop", "sensor")
+    stack.until(lambda: stack.health()["rig"] == "unhealthy", "the rig is unhealthy without its sensor")
+    stack.compose("start", "sensor")
     stack.until_healthy()
 
 

@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,6 +16,11 @@ import canopen
 from fieldrig.testing import free_port
 
 FOLDER = Path(__file__).parents[2] / "docker"
+OUTSIDE = (
+    *("can0", "can1", "can2", "can3", "mb_tcp", "mb_rtu", "modbus", "labels", "labels_rtu"),
+    *("user1", "user2", "jaw_line", "caller", "lan", "dualport", "pam_lan"),
+)
+"""The buses of the machine that a foreign master, caller or browser can be on."""
 READY_LIMIT_S = 900
 """Time limit for twenty containers that start at once, on a host that may be busy."""
 POLL_S = 0.5
@@ -75,10 +80,19 @@ class Stack(NamedTuple):
         self.until(lambda: self.fieldrig("status", "--ready", "all").returncode == 0, "all parts are ready")
 
     def until_healthy(self) -> None:
-        """Docker's own checks have found it as well."""
-        self.until(
-            lambda: {_health(container) for container in self.containers().values()} == {"healthy"}, "all are healthy"
-        )
+        """Docker's own check, that of the control service for all, has found it as well."""
+        self.until(lambda: self.health()["rig"] == "healthy", "the rig is healthy")
+
+    def health(self) -> dict[str, str]:
+        """Return the health of the containers that have a check."""
+        states = {name: container["State"] for name, container in self.containers().items()}
+        return {name: str(state["Health"]["Status"]) for name, state in states.items() if "Health" in state}
+
+    def processes(self) -> list[str]:
+        """Return the command lines of all processes in all containers."""
+        ids = [container["Id"] for container in self.containers().values()]
+        listed = [docker("top", container, "-eo", "pid,args").stdout.splitlines()[1:] for container in ids]
+        return [line.strip().partition(" ")[2] for lines in listed for line in lines]
 
     @contextmanager
     def network(self, bus: str, port: str) -> Iterator[canopen.Network]:
@@ -93,14 +107,17 @@ class Stack(NamedTuple):
 
 
 @contextmanager
-def stack_of(file: str, ports: Sequence[str]) -> Iterator[Stack]:
-    """Built, started and ready; all of it is gone in the end."""
+def stack_of(
+    file: str, ports: Sequence[str], beside: Callable[[], AbstractContextManager[object]] = nullcontext
+) -> Iterator[Stack]:
+    """Built, started `beside` something, and ready; all of it is gone in the end."""
     stack = Stack(file, f"fieldrig-test-{os.getpid()}-{file.split('.')[1]}", {name: free_port() for name in ports})
     try:
         stack.compose("build")
-        stack.compose("up", "-d")
-        stack.until_ready()
-        yield stack
+        with beside():
+            stack.compose("up", "-d")
+            stack.until_ready()
+            yield stack
     finally:
         stack.compose("down", "--volumes")
 
@@ -133,7 +150,3 @@ def compose_program() -> list[str]:
 
 def docker(*arguments: str) -> "subprocess.CompletedProcess[str]":
     return subprocess.run(["docker", *arguments], capture_output=True, text=True, check=False)
-
-
-def _health(container: Mapping[str, Any]) -> str:
-    return str(container["State"].get("Health", {}).get("Status", container["State"]["Status"]))

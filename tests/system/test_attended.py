@@ -35,6 +35,11 @@ def part(rig: RunningRig, name: str) -> Iterator[subprocess.Popen[bytes]]:
         process.wait(30)
 
 
+def fresh_files(rig: RunningRig) -> set[str]:
+    """Return the names of the files for health checks."""
+    return {file.name for file in (rig.run / "ready").glob("*")}
+
+
 def test_parts_find_each_other_in_any_order_and_the_control_service_may_be_restarted() -> None:
     with RunningRig(LAMP, KINDS, "--control-only") as rig, ExitStack() as parts:
         rig.until_there()
@@ -45,9 +50,11 @@ def test_parts_find_each_other_in_any_order_and_the_control_service_may_be_resta
         rig.until_ready()
         assert rig.tool("set", "switch/on=true").returncode == 0
         until(lambda: rig.value("lamp/on") is True)
+        until(lambda: fresh_files(rig) == {"all", "lamp", "switch", "wires"})
 
         lamp.send_signal(signal.SIGKILL)
         until(lambda: rig.status()["processes"]["lamp"]["state"] == "dead")
+        until(lambda: fresh_files(rig) == {"lamp", "switch", "wires"})  # what it has left gets old
         parts.enter_context(part(rig, "lamp"))
         rig.until_ready()
 

@@ -22,6 +22,7 @@ from fieldrig.host import loop_factory
 from fieldrig.hub_wire import socket_name
 from fieldrig.nearest import closest
 from fieldrig.placement import is_modelled, placement
+from fieldrig.ready_file import ALL, ready_file
 from fieldrig.run_folder import RunFolder
 from fieldrig.shared_token import token
 from fieldrig.supervisor import Supervisor
@@ -98,7 +99,7 @@ async def _run(config: RigConfig, options: UpOptions, display: Display, make: Ca
         if recorder is not None:
             control.listen_to("trace/*", recorder.take)
         watching = asyncio.get_running_loop().create_task(display.watch_load(control))
-        running = asyncio.get_running_loop().create_task(service.run())
+        running = asyncio.get_running_loop().create_task(_serve(service, config))
         try:
             await asyncio.sleep(0)  # the rig is at work while this is printed
             display.introduce(0 if config.time == "virtual" else len(placement(config)))
@@ -117,6 +118,14 @@ async def _help(config: RigConfig, name: str, _message: Any) -> dict[str, Any]:
             f"{config.name} has no bus or device {name!r}", closest(name, [*config.buses, *config.devices])
         )
     return help_of(config, name)
+
+
+async def _serve(service: Service, config: RigConfig) -> Exit:
+    """Run the service; beside it the file for health checks, if it has processes and so a run folder."""
+    if not isinstance(service, AttendedRig | Supervisor):
+        return await service.run()
+    with ready_file(config.run, ALL, lambda: service.roster.is_ready):
+        return await service.run()
 
 
 def _end_on_signals(service: Service, display: Display) -> None:

@@ -85,11 +85,11 @@ def up(
         raise typer.BadParameter("--only goes with neither --control-only nor --trace")
     if outside_paths:
         os.environ[OUTSIDE_VARIABLE] = "1"  # for the processes of the rig as well
-    from fieldrig.config import load
+    from fieldrig.config import load, load_part
     from fieldrig.trace_files import format_of
 
     values = _values(overrides or (), control, _is_from_environment(context, "control"))
-    config = load(file, values)
+    config = load(file, values) if only is None else load_part(file, values, only)
     if (only is not None or control_only) and config.time == "virtual":
         raise typer.BadParameter("a rig with time: virtual runs as a whole")
     if only is not None:
