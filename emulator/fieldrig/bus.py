@@ -176,6 +176,9 @@ class Attachment(Protocol):
     def heard(self, sender: str, message: Any) -> None:
         """Add a message to the trace.  Call it for messages that this member sends, so that each is traced once."""
 
+    def note_late(self, late_ns: int) -> None:
+        """Note that the host made another process of the bus late by this time, for the log of this process."""
+
     def session(self) -> Any:
         """Return the open Zenoh session of this process."""
 
@@ -223,6 +226,8 @@ class Bus(ABC, Generic[M]):
     """True if its messages are requests of clients outside the rig: a device reads them at the pace of its process."""
     has_threads: ClassVar[bool] = False
     """True if its ends start threads of the event loop; a process with such an end runs a `ThreadedLoop`."""
+    exchange_ns: ClassVar[int] = 0
+    """Processor time that each process with an end of it takes in every cycle of its master; 0 without cycles."""
     messages: ClassVar[tuple[type, ...]]
     """The types of message that its links carry; `fieldrig check` compares them with a device's parameters."""
 

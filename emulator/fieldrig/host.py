@@ -22,10 +22,12 @@ from typing import Any, NoReturn
 
 from fieldrig import endpoint, log_files
 from fieldrig.bus_stream import BusStream
+from fieldrig.clock import S
 from fieldrig.config import RigConfig, load
 from fieldrig.control import Control, NoAnswerError
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.exits import Exit
+from fieldrig.host_lateness import WINDOW_NS, LateHost, Lateness, LateRecords
 from fieldrig.placement import ProcessPlan, linked_buses
 from fieldrig.points import RealPoints, answers
 from fieldrig.process import DeviceProcess
@@ -58,6 +60,8 @@ class Host:
         self._ended: asyncio.Future[Exit] = asyncio.get_running_loop().create_future()
         self._streams: list[BusStream] = []
         self._state = "starting"
+        self._late = LateHost(Lateness(), dict)
+        self._window: asyncio.TimerHandle | None = None
 
     async def run(self) -> Exit:
         """Run the process to its end.  RigError if it can't start."""
@@ -75,6 +79,8 @@ class Host:
                     return self._ended.result()
                 return await self._ended
         finally:
+            if self._window is not None:
+                self._window.cancel()
             await process.close()
             for stream in self._streams:
                 stream.flush()
@@ -117,11 +123,35 @@ class Host:
         gc.collect()
         gc.freeze()  # what is there now stays: later collections needn't look at it
         gc.set_threshold(*COLLECTION)
+        self._watch_lateness(process)
         self._state = "ready"
         step("ready")
         finish()
         control.publish(f"ready/{name}", {"pid": os.getpid()})
         log.info("ready: %s", ", ".join((*self._plan.buses, *self._plan.devices)))
+
+    def _watch_lateness(self, process: DeviceProcess) -> None:
+        """Judge from now on, window by window, whether the host is late; its start is slow on any host."""
+        lateness = process.clock.host
+        lateness.turn()
+        for handler in logging.getLogger().handlers:
+            handler.addFilter(LateRecords(lateness))
+        self._late = LateHost(lateness, lambda: {name: bus.statistics() for name, bus in process.served.items()})
+        loop = asyncio.get_running_loop()
+
+        def turn(due_s: float) -> None:
+            lateness.note(round(max(loop.time() - due_s, 0.0) * S))  # a process without timers learns it here
+            words = self._late.turn()
+            if words is not None:
+                log.warning("the host is %s", f"late: {words}" if words else "on time again")
+                process.control.publish(f"late/{self._plan.name}", {"words": words})
+            begin()
+
+        def begin() -> None:
+            due_s = loop.time() + WINDOW_NS / S
+            self._window = loop.call_at(due_s, turn, due_s)
+
+        begin()
 
     async def _join(self, control: Control) -> dict[str, Any]:
         """Ask until there is an answer, as the rig's session opens slightly before the service that answers in it."""
@@ -145,6 +175,7 @@ class Host:
             **facts(),
             "state": self._state,
             "timers": process.clock.lateness(),
+            "late": self._late.facts(),
             "buses": {name: subject.statistics() for name, subject in process.served.items()},
             "limits": control.limits(),
             "stores": {name: trouble for name, store in process.stores.items() if (trouble := store.trouble())},

@@ -64,6 +64,9 @@ class End:
     def heard(self, sender: str, message: Any) -> None:
         self._process.heard(self._bus.name, sender, message)
 
+    def note_late(self, late_ns: int) -> None:
+        self._process.clock.host.note(late_ns)
+
     def session(self) -> Any:
         return self._process.control.session
 

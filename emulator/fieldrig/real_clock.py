@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 from fieldrig import timerfd
 from fieldrig.blame import blame
 from fieldrig.clock import MS, NEVER_NS, Timer, TimerQueue, Watchdog
+from fieldrig.host_lateness import NOTED_NS, Lateness
 
 STALL_NS = 20 * MS
 """An event handled later than this counts as happening now, so that a host that stood still does not replay its past.
@@ -74,6 +75,8 @@ class RealClock:
         self._fired = 0
         self._late_ns = 0
         self._worst_ns = 0
+        self.host = Lateness()
+        """How late the host has been lately."""
         self._fd: timerfd.TimerFd | None = None
         self._handle: asyncio.TimerHandle | None = None
         if timerfd.is_available():
@@ -173,6 +176,8 @@ class RealClock:
                 self._fired += 1
                 self._late_ns += late_ns
                 self._worst_ns = max(self._worst_ns, late_ns)
+                if late_ns >= NOTED_NS:
+                    self.host.note(late_ns)
                 action, timer.action = timer.action, None
                 if action is not None:
                     instant_ns = timer.when_ns if late_ns < STALL_NS else now_ns

@@ -83,6 +83,8 @@ class Roster:
         self._epoch_ns = time.time_ns() - time.monotonic_ns()
         self._started_s = time.monotonic()
         self._is_stopping = False
+        self._late: dict[str, str] = {}
+        """The processes for which the host is late, with the words for it."""
         self._greetings: set[asyncio.Task[None]] = set()
 
     def serve(self, **verbs: Verb) -> None:
@@ -90,6 +92,7 @@ class Roster:
         self._verbs = verbs
         self._control.listen_to("ready/*", self._on_ready)
         self._control.listen_to("warning/*", self._on_warning)
+        self._control.listen_to("late/*", self._on_late)
         self._control.serve("rig/*", self._answer)
         if not self.members:
             self._on_all_ready()
@@ -118,6 +121,7 @@ class Roster:
         elif state in (State.DEAD, State.GONE):
             member.pid = None
             member.released.set()
+            self._set_late(member.name, "")
         self.on_change(member)
         self._settle()
 
@@ -136,6 +140,7 @@ class Roster:
             "run": str(self._config.run.absolute()),
             "state": self._state(),
             **({"limits": {"rig": limits}} if (limits := self._control.limits()) else {}),
+            "late": dict(self._late),
             "processes": {name: _shown(member) for name, member in self.members.items()},
         }
 
@@ -205,6 +210,21 @@ class Roster:
         match message:
             case {"text": str(text)} if name in self.members:
                 self.publish("warning", name, text)
+
+    def _on_late(self, name: str, message: Any) -> None:
+        """Tell the begin and the end of a time in which the host is late, whichever processes are late then."""
+        match message:
+            case {"words": str(words)} if name in self.members:
+                self._set_late(name, words)
+
+    def _set_late(self, name: str, words: str) -> None:
+        was_late = bool(self._late)
+        if words:
+            self._late[name] = words
+        else:
+            self._late.pop(name, None)
+        if bool(self._late) is not was_late:
+            self.publish("warning", name, f"the host is late: {words}" if words else "the host is on time again")
 
     def _on_all_ready(self) -> None:
         if not self.was_ready:

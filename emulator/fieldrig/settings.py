@@ -55,6 +55,10 @@ class Settings(BaseModel):
         """Return whether something outside the rig may have on this bus what a device needs there."""
         return True
 
+    def cycle_ns(self) -> int | None:
+        """Return the cycle of the buses of which the device is the master; None without one."""
+        return None
+
     def wrong_for(self, members: Sequence[str], masters: Collection[str]) -> Iterator[WrongKey]:
         """Yield the wrong keys of a bus, given the devices of the rig file that are linked to it.
 

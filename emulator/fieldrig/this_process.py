@@ -43,6 +43,13 @@ def own_bytes() -> int | None:
     return 1024 * sum(int(line.split()[1]) for line in lines if line.startswith("Private_"))
 
 
+def usable_cores() -> int:
+    """Return the number of cores that this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def age_s() -> float:
     """Return the time since the process was started, or its CPU time where the system does not provide that."""
     try:

@@ -47,6 +47,9 @@ class _ToolAttachment:
     def heard(self, sender: str, message: Any) -> None:
         """Do nothing, as a tool keeps no trace."""
 
+    def note_late(self, late_ns: int) -> None:
+        """Do nothing, as a tool keeps no log."""
+
     def session(self) -> Any:
         raise BusError("this bus is carried by the control service of a rig", "name a device of the rig instead")
 

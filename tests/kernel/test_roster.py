@@ -193,3 +193,26 @@ async def test_a_warning_of_a_process_is_an_event_and_nothing_else_is(bench: Ben
     for name, message in garbage:
         bench.line.heard["warning"](name, message)
     assert len(bench.events) == 1
+
+
+@on_bench
+async def test_a_late_host_is_told_once_for_all_processes_and_its_end_once(bench: Bench) -> None:
+    await bench.make_all_ready()
+    bench.events.clear()
+    late = bench.line.heard["late"]
+    late("one", {"words": "timers are up to 80 ms late; load 30 on 2 cores"})
+    late("two", {"words": "ring keeps 41 % of its cycles; load 30 on 2 cores"})
+    assert bench.roster.status()["late"] == {
+        "one": "timers are up to 80 ms late; load 30 on 2 cores",
+        "two": "ring keeps 41 % of its cycles; load 30 on 2 cores",
+    }
+    late("one", {"words": ""})
+    bench.roster.set_state(bench.roster.members["two"], State.DEAD)
+    garbage: list[tuple[str, Any]] = [("three", {"words": "x"}), ("one", None), ("one", {"words": 1}), ("one", [])]
+    for name, message in garbage:
+        late(name, message)
+    assert [(event.what, event.process, event.text) for event in bench.events] == [
+        ("warning", "one", "the host is late: timers are up to 80 ms late; load 30 on 2 cores"),
+        ("warning", "two", "the host is on time again"),
+    ]
+    assert bench.roster.status()["late"] == {}

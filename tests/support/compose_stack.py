@@ -49,7 +49,8 @@ class Stack(NamedTuple):
 
     def containers(self) -> dict[str, Any]:
         """Return what Docker reports of each container, by the name of its service."""
-        ids = self.compose("ps", "-q").split()
+        label = f"label=com.docker.compose.project={self.project}"
+        ids = docker("ps", "-aq", "--filter", label).stdout.split()
         inspected = json.loads(docker("inspect", *ids).stdout)
         return {item["Config"]["Labels"]["com.docker.compose.service"]: item for item in inspected}
 

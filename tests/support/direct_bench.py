@@ -21,6 +21,8 @@ class At:
 
     rig = "lab"
     seed = 7
+    late_ns = 0
+    """The largest lateness of another process."""
 
     def __init__(self, member: str, clock: RealClock) -> None:
         self.member, self.clock = member, clock
@@ -33,6 +35,9 @@ class At:
 
     def session(self) -> Any:
         raise NotImplementedError
+
+    def note_late(self, late_ns: int) -> None:
+        self.late_ns = max(self.late_ns, late_ns)
 
     def deliver(self, handler: Any, message: Any, instant_ns: int | None = None) -> None:
         self.clock.handle_at(time.monotonic_ns() if instant_ns is None else instant_ns, handler, message)

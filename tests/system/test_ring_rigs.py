@@ -1,15 +1,20 @@
 """The rigs of configs/ring.yaml and packaging-line.yaml: what is in them, and that they come up in real time."""
 
+import os
 import signal
 
 import pytest
 from ring_process import CONFIGS, RingProcess
-from running_rig import until
+from running_rig import RunningRig, until
 
 from fieldrig.config import load
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
 
+WARNING = (
+    "warning: ring has a cycle of 1 ms and 5 processes: to wake them takes 0.6 cores or more, and this host has 1,"
+    " so cycles will be lost"
+)
 OTHERS = ("lab.yaml", "arp-cell.yaml", "machine.yaml")
 
 
@@ -53,3 +58,20 @@ def test_the_line_of_forty_comes_up_and_an_axis_of_each_rack_is_enabled() -> Non
             line.set(f"max4/{name}.ControllerEnable", True)
         until(lambda: all(line.get(f"max4/{name}.AxisState") == 3 for name in axes))
         assert line.end(signal.SIGINT) == 0, line.output()
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="sets the cores of a process")
+def test_up_warns_before_the_start_of_a_ring_with_too_many_processes_for_the_cores() -> None:
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(cores)})  # the rig inherits it
+    try:
+        rig = RunningRig(CONFIGS / "ring.yaml", None, "--set=devices.max4.cycle_ms=1")
+    finally:
+        os.sched_setaffinity(0, cores)
+    with rig:
+        until(lambda: "control at" in rig.output() or rig.process.poll() is not None)
+        assert rig.output().splitlines()[:2] == [
+            WARNING,
+            "    this line in the rig file helps: processes: {max4: max4, ring: ring}",
+        ]
+        rig.end()

@@ -1,5 +1,6 @@
 """Processes of a rig in real time: they start in order, are started again, and leave nothing behind."""
 
+import os
 import re
 import shlex
 import signal
@@ -257,3 +258,19 @@ def signal_to(pid: int, number: signal.Signals) -> None:
     import os
 
     os.kill(pid, number)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="stops a process")
+def test_a_process_that_the_host_makes_late_is_told_of_with_figures_in_output_status_and_log() -> None:
+    with RunningRig(lamp_rig("period_ms: 20, "), KINDS, "--quiet") as rig:
+        switch = rig.until_ready().pid("switch")
+        os.kill(switch, signal.SIGSTOP)
+        assert "switch" in rig.tool("status").stdout  # it waits a second for the process that stands still
+        os.kill(switch, signal.SIGCONT)
+        until(lambda: "switch warning: the host is late: timers are up to" in rig.output())
+        late = rig.status()["late"]["switch"]
+        assert re.fullmatch(r"timers are up to [0-9,]+ ms late; load [0-9]+ on [0-9]+ cores", late)
+        shown = rig.tool("status").stdout
+        assert f"the host is late for switch: {late}" in shown
+        assert re.search(r"it was [0-9,]+ ms late for switch; a fault of a device at that time", shown)
+        assert rig.log("switch").count("the host is late") == 1

@@ -4,6 +4,7 @@ Source: CiA 301 7.2.7, 7.5.2.2, 7.5.2.4, 7.5.2.17 (COB-ID 1014h), 7.5.2.18 (inhi
 The history doesn't survive power-off.
 """
 
+import logging
 from collections import deque
 from enum import IntEnum
 
@@ -15,6 +16,8 @@ from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.port import Port
 from fieldrig_devices.canopen.service import ALLOWED, Object, Reset, Service, State
 from fieldrig_devices.canopen.variable import Variable
+
+log = logging.getLogger(__name__)
 
 ERROR_REGISTER, HISTORY, COB_ID, INHIBIT_TIME = 0x1001, 0x1003, 0x1014, 0x1015
 INHIBIT_UNIT_NS = 100 * US
@@ -65,6 +68,7 @@ class Emcy(Service):
         if (code, source) in self._active:
             return
         self._active[code, source] = register | GENERIC
+        log.info("error %04X", code)
         self._history.appendleft(code.to_bytes(2, "little") + info[:2].ljust(2, b"\x00"))
         self._report(code, info)
 

@@ -6,6 +6,7 @@ our reading of `3.1 1117` (digest 3.2).  DiagMsg on the controller names the axi
 manual, in English as in its prose.
 """
 
+import logging
 from collections.abc import Callable, Mapping
 from typing import Literal
 
@@ -13,6 +14,8 @@ from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.messages.catalogue import message_of
 from fieldrig_devices.max4.messages.diagnosis import MESSAGE_CLASS, Diagnosis, Pending, Sender
 from fieldrig_devices.max4.messages.logger import Logger
+
+log = logging.getLogger(__name__)
 
 Language = Literal["de", "en"]
 SUB_UNIT = 1
@@ -60,6 +63,8 @@ class Reports:
 
     def _log(self, code: int, sender: Sender, ext: str) -> int:
         shown = self.code_of(code)
+        if shown // 1000 < MESSAGE_CLASS:
+            log.info("diagnosis %d: %s %s", shown, self._msg(sender, self._text(code)), ext)
         self._logger.insert(message_of(code).type, sender, shown, ext, self._text(code))
         return shown
 

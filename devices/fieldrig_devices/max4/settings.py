@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from fieldrig.clock import MS
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.canopen.master_settings import CanMasterSettings
 from fieldrig_devices.iec.costs import Costs
@@ -181,6 +182,10 @@ class Max4Settings(Settings):
         default_factory=list, description="further files of the flash disk, such as support points of cams"
     )
     memory_free_bytes: int = Field(default=6_930_636, ge=0, description="value of the parameter Memoryfree")
+
+    def cycle_ns(self) -> int:
+        """Return the cycle of the ring, unless the controller has stored another CycleTime."""
+        return self.cycle_ms * MS
 
     def claims(self, device: str) -> Iterator[Claim]:
         """The names and addresses that the controller occupies; a CANopen node answers only one master."""

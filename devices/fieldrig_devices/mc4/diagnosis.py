@@ -9,12 +9,15 @@ Class 1 is error reaction A, 2 and 3 are B, the rest is none (digest 3, an infer
 stopped in its own way (manual 10.5).
 """
 
+import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final, Literal
 
 from fieldrig_devices.mc4.enable import Limit, Reaction
+
+log = logging.getLogger(__name__)
 
 Language = Literal["de", "en"]
 
@@ -91,6 +94,7 @@ class Diagnosis:
         was_pending = code in self._pending
         self._pending[code] = stays or self._pending.get(code, False)
         if not was_pending:
+            log.info("diagnosis %d", code)
             self._on_error(self.reaction_to(code))
 
     def end(self, code: Code) -> None:

@@ -5,6 +5,7 @@ starts, and runs from power-on.  Left out: the EEPROM with its compressed applic
 the debugger of fieldrig takes its place, and its serial line shows messages.
 """
 
+import logging
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 from functools import partial
@@ -45,6 +46,8 @@ from fieldrig_devices.pam.runtime.machine_debuggee import MachineDebuggee
 from fieldrig_devices.pam.runtime.runtime import Runtime
 from fieldrig_devices.pam.settings import PamSettings
 from fieldrig_devices.pam.variable_points import variable_points
+
+log = logging.getLogger(__name__)
 
 LONGEST_NAME: Final = 11
 """Characters of the name of an application that the display scrolls (manual line 846)."""
@@ -207,6 +210,8 @@ class Pam(Device):
         """Show a message of the system, and write the panel of the ports if it is fatal."""
         code = code_of(text)
         is_first = self._messages.fatal is None
+        if code.is_fatal:
+            log.info("the application stops: %s %s", code, words or text_of(code))
         self._show(code, words or text_of(code), tuple(details))
         if code.is_fatal and is_first and self._cycle is not None:
             self._cycle.ports.fail(code.origin, code.number, self._date(), *panel_info(code, details))

@@ -1,5 +1,6 @@
 """Settings of a PAM in a rig file."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import fields
 from datetime import datetime
@@ -7,10 +8,13 @@ from typing import Final, Literal
 
 from pydantic import Field
 
+from fieldrig.clock import MS
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
+from fieldrig_devices.languages.source_file import LONGEST, decoded
 from fieldrig_devices.pam.objects.options import Options
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import PortOptions
+from fieldrig_devices.pam.runtime.compiler import DEFAULT_CYCLE
 from fieldrig_devices.pam.runtime.processor import Limits
 from fieldrig_devices.pam.runtime.readings import Events, Readings, StartEvents
 from fieldrig_devices.pamring.settings import RingLimits
@@ -20,6 +24,7 @@ _RING_TIMES: Final = ("boot", "identify", "acknowledge", "first_value")
 _OBJECTS: Final = Options()
 _LIMITS: Final = Limits()
 _PROGRAMS: Final = Readings()
+_BASIC_CYCLE: Final = re.compile(r"\bBASIC_PAM_CYCLE\s*=\s*([1-9][0-9]{0,4})", re.IGNORECASE)
 
 
 class RingReadings(Settings):
@@ -202,6 +207,11 @@ class PamSettings(Settings):
     access: AccessSettings = Field(
         default_factory=AccessSettings, description="Modbus, S7 and TCP servers for the memory of the DualPort"
     )
+
+    def cycle_ns(self) -> int:
+        """Return the basic cycle in the text of the application, without its includes."""
+        found = _BASIC_CYCLE.search(decoded(self.application.read_bytes()[:LONGEST]))
+        return (int(found[1]) if found else DEFAULT_CYCLE) * MS // 3
 
     def claims(self, device: str) -> Iterator[Claim]:
         yield Claim("ring", MASTER, "of the ring", ())

@@ -135,6 +135,8 @@ class RingNode:
     def _see(self, fault: RingFault) -> None:
         if fault is not self.fault:
             self.fault = fault
+            if fault is not RingFault.NONE:
+                log.info("node %d: the ring has failed: %s", self.address, fault.name.lower())
             self._program.ring(fault)
 
     # ---- frames

@@ -8,6 +8,7 @@ diagnostic.  In CP3 and CP4 the drive times the MSTs itself, so it notices a mas
 Left out: phase 5 (firmware download), and multiplexed data.
 """
 
+import logging
 from collections.abc import Callable
 from functools import partial
 from typing import Final, Protocol
@@ -21,6 +22,8 @@ from fieldrig_devices.sercos.communication import Communication
 from fieldrig_devices.sercos.datum import Datum, IdnTable
 from fieldrig_devices.sercos.service import CONTROL_MASK, ServiceServer
 from fieldrig_devices.sercos.telegram import AT_HEAD, HEAD_BYTES, Telegrams, record
+
+log = logging.getLogger(__name__)
 
 MOST_MISSED: Final = 2
 """Missing telegrams in a row that end CP3 and CP4."""
@@ -235,6 +238,7 @@ class SercosSlave:
         was_in_use = self.phase >= 3
         self._enter(0)
         if was_in_use or failure > words.MDT_FAILED:
+            log.info("drive %d: the ring has failed in phase %d", self.address, self._failed_in)
             self._application.on_ring_failure()
 
     def _on_silence(self) -> None:

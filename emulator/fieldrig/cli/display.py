@@ -80,6 +80,10 @@ class Display:
         if self._signals == 2:
             self._say("ending everything at once")
 
+    def warn(self, text: str) -> None:
+        """Print a warning of the whole rig, before it starts."""
+        self._warn(f"{self._styled('warning', YELLOW)}: {text.replace(chr(10), chr(10) + '    ')}")
+
     def note(self, text: str) -> None:
         self._say(text)
 

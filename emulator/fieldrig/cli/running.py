@@ -15,6 +15,7 @@ from fieldrig.cli.display import Display
 from fieldrig.cli.reach import help_of
 from fieldrig.config import RigConfig
 from fieldrig.control import Control
+from fieldrig.core_advice import advice
 from fieldrig.descriptors import ensure_for
 from fieldrig.errors import ControlError
 from fieldrig.exits import Exit
@@ -26,7 +27,7 @@ from fieldrig.ready_file import ALL, ready_file
 from fieldrig.run_folder import RunFolder
 from fieldrig.shared_token import token
 from fieldrig.supervisor import Supervisor
-from fieldrig.this_process import age_s, interrupt_on_signals, on_signals
+from fieldrig.this_process import age_s, interrupt_on_signals, on_signals, usable_cores
 from fieldrig.trace_files import Recorder
 from fieldrig.virtual_service import VirtualService
 
@@ -70,6 +71,8 @@ def _run_processes(config: RigConfig, options: UpOptions, display: Display) -> E
     endpoint.check_free(config.control)
     folder = RunFolder(config.run)
     folder.claim([socket_name(entry.bus) for entry in config.buses.values() if is_modelled(entry)])
+    for warning in advice(config, usable_cores()):
+        display.warn(warning)
     try:
         folder.wait_for_the_last()
         children = Children(config, plans, folder, overrides=options.overrides, is_realtime=options.is_realtime)

@@ -1,5 +1,7 @@
 """The command `status`: what runs, and in which state it is."""
 
+import time
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import typer
@@ -7,7 +9,9 @@ import typer
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, echo_json, echo_table
 from fieldrig.cli.names import check_name
+from fieldrig.clock import MS
 from fieldrig.exits import Exit
+from fieldrig.host_lateness import LATE_NS
 from fieldrig.net import DEFAULT_ENDPOINT
 
 HUNG_S = 1.0
@@ -73,7 +77,11 @@ def _joined(rig: dict[str, Any], details: dict[str, Any]) -> dict[str, Any]:
     for name, detail in details.items():
         process = rig["processes"].setdefault(name, {"state": detail["state"], "pid": detail["pid"], "restarts": 0})
         process.update(
-            {key: detail[key] for key in ("memory_mb", "own_mb", "cpu_s", "uptime_s", "timers") if key in detail}
+            {
+                key: detail[key]
+                for key in ("memory_mb", "own_mb", "cpu_s", "uptime_s", "timers", "late")
+                if key in detail
+            }
         )
         if limits := detail.get("limits"):
             rig.setdefault("limits", {})[name] = limits
@@ -94,6 +102,8 @@ def _show(rig: dict[str, Any], details: dict[str, Any]) -> None:
         typer.echo(f"{device} can't store anything: {trouble}; see its log in {rig['run']}/log")
     for process, limits in rig.get("limits", {}).items():
         typer.echo(f"limits that tools have reached at {process}: {_figures(limits)}")
+    for line in _lateness(rig):
+        typer.echo(line)
     typer.echo()
     echo_table(
         ("process", "state", "pid", "up for", "restarts", "MB", "MB own", "CPU s", "runs"),
@@ -117,6 +127,17 @@ def _show(rig: dict[str, Any], details: dict[str, Any]) -> None:
         ("bus", "kind", ""),
         [(name, bus["kind"], _figures(bus.get("statistics", {}))) for name, bus in rig["buses"].items()],
     )
+
+
+def _lateness(rig: dict[str, Any]) -> Iterator[str]:
+    """Yield a line for each process that the host makes late, and one for the worst time so far."""
+    for name, words in rig.get("late", {}).items():
+        yield f"the host is late for {name}: {words}"
+    found = [(process["late"]["worst_ms"], name) for name, process in rig["processes"].items() if "late" in process]
+    worst_ms, name = max(found, default=(0.0, ""))
+    if worst_ms >= LATE_NS / MS:
+        at = time.strftime("%H:%M:%S", time.localtime(rig["processes"][name]["late"]["worst_at_s"]))
+        yield f"at {at} it was {worst_ms:,.0f} ms late for {name}; a fault of a device at that time may be the host's"
 
 
 def _figures(statistics: dict[str, float]) -> str:

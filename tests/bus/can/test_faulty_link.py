@@ -36,6 +36,9 @@ class Bench:
     def serve(self, subject: Any) -> None:
         raise NotImplementedError
 
+    def note_late(self, late_ns: int) -> None:
+        raise NotImplementedError
+
     def session(self) -> Any:
         raise NotImplementedError
 

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from fieldrig_bus.ring.sercos.star import RingStarSettings
 from fieldrig_bus.ring.sercos.star_bus import RingStar
-from fieldrig_bus.ring.transport.zenoh import ENVIRONMENT, ZenohCarrier, ZenohSettings
+from fieldrig_bus.ring.transport.zenoh import ENVIRONMENT, EXCHANGE_NS, ZenohCarrier, ZenohSettings
 
 
 class RingZenohSettings(ZenohSettings, RingStarSettings):
@@ -14,6 +14,7 @@ class RingZenohSettings(ZenohSettings, RingStarSettings):
 
 class RingZenoh(RingStar):
     about: ClassVar[str] = "SERCOS fibre ring, in real time over Zenoh"
+    exchange_ns: ClassVar[int] = EXCHANGE_NS
     has_threads: ClassVar[bool] = True
     environment: ClassVar[Mapping[str, str]] = ENVIRONMENT
     settings: RingZenohSettings

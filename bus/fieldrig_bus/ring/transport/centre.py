@@ -250,10 +250,11 @@ class Centre(ABC):
         """Stations whose process is not done with the previous cycle."""
         if self._hung:
             self._look_after_hung()
-        late, sequence = 0, self._sequence
+        late, sequence, cycle_ns = 0, self._sequence, time.monotonic_ns() - self._spread_ns
         for process_name, process in self._awaited.items():
             behind = (sequence - process.done) % SEQUENCES
             self._most_behind = max(self._most_behind, behind)
+            self._at.note_late(behind * cycle_ns)
             for name in process.names:
                 self._late[name] = self._late.get(name, 0) + 1
             late += len(process.names)
