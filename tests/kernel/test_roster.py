@@ -44,6 +44,9 @@ class Line:
     def publish(self, path: str, message: Any) -> None:
         pass
 
+    def limits(self) -> dict[str, int]:
+        return {}
+
     async def ask(self, path: str, _message: Any, _timeout_s: float) -> Any:
         return {"state": self.states[path.split("/")[1]], "pid": 1}
 
