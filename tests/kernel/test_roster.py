@@ -44,7 +44,7 @@ class Line:
     def publish(self, path: str, message: Any) -> None:
         pass
 
-    def limits(self) -> dict[str, int]:
+    def limits(self) -> dict[str, float]:
         return {}
 
     async def ask(self, path: str, _message: Any, _timeout_s: float) -> Any:
