@@ -1,5 +1,8 @@
 """A PAM's ring between processes: the same frames as in virtual time, and a break while it runs."""
 
+import os
+import re
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -69,3 +72,19 @@ def test_a_break_stops_the_ring_and_the_node_behind_it_shows_it(ring: RunningRig
     assert str(ring.value("pam/codes")).endswith("06..F010 07..E013")
     until(lambda: ring.value("feeder/fault") == "INACTIVE")
     assert (ring.value("lift/fault"), ring.value("panel/fault")) == ("CARRIER", "INACTIVE")
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="stops a process")
+@pytest.mark.parametrize("ring", CARRIERS[:1], indirect=True)
+def test_a_ring_that_fails_because_the_host_lets_a_process_stand_still_says_so(ring: RunningRig) -> None:
+    rack = ring.pid("rack")
+    os.kill(rack, signal.SIGSTOP)
+    try:
+        until(lambda: ring.value("pam/phase") == "FAILED")
+    finally:
+        os.kill(rack, signal.SIGCONT)
+    log = ring.log("pam")
+    assert re.search(
+        r"the ring has failed: \S+ \(the host was up to [0-9,]+ ms late in the last seconds, load ", log
+    ), log
+    until(lambda: "warning: the host is late: " in ring.output())

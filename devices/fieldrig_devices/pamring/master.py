@@ -146,6 +146,7 @@ class RingMaster:
 
     def _fail(self, found: messages.Message) -> None:
         if self._start.phase is not Phase.FAILED:
+            log.info("the ring has failed: %s", found[0])
             self._start.fail_ring(found)
         self._fifo.clear()
 
