@@ -89,6 +89,21 @@ def test_a_command_whose_output_is_lost_says_so_and_fails(command: tuple[str, ..
         assert (done.returncode, done.stderr) == (2, f"error: the output can't be written: {NO_SPACE}\n")
 
 
+@pytest.mark.parametrize("redirection", ["2>/dev/full", "2>&-", ">/dev/full 2>&1", "0<&- >&- 2>&-"])
+@pytest.mark.parametrize(("command", "code"), [("nonsense", 2), ("check none.yaml", 2), ("status", 4)])
+def test_a_message_that_can_be_read_nowhere_leaves_the_exit_code_as_it_is(
+    tmp_path: Path, command: str, redirection: str, code: int
+) -> None:
+    line = f'exec "$@" {command} {redirection}'
+    done = subprocess.run(
+        ["sh", "-c", line, "sh", *FIELDRIG],
+        cwd=tmp_path,
+        env={**os.environ, "FIELDRIG_CONTROL": f"tcp/127.0.0.1:{free_port()}"},
+        check=False,
+    )
+    assert done.returncode == code
+
+
 def test_a_supervisor_without_free_descriptors_starts_a_process_again_when_it_has_some() -> None:
     with RunningRig(lamp_rig(), KINDS, "--quiet") as rig:
         lamp = rig.until_ready().pid("lamp")

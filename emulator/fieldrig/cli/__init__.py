@@ -2,14 +2,13 @@
 
 import sys
 from collections.abc import Callable
-from contextlib import suppress
 from errno import EMFILE, ENFILE
 from typing import NoReturn, TextIO, cast
 
 from fieldrig.cli.app import app
 from fieldrig.errors import ConfigError, ControlError, RefusedError, RigError, UsageError
 from fieldrig.exits import Exit
-from fieldrig.steady_output import open_missing, strict
+from fieldrig.steady_output import open_missing, steady, strict
 from fieldrig.values import counted
 
 
@@ -21,6 +20,7 @@ def main() -> NoReturn:
     open_missing()
     if sys.stdout is sys.__stdout__:  # not where a test has put another one
         sys.stdout = strict(cast(TextIO, sys.stdout))
+        sys.stderr = steady(cast(TextIO, sys.stderr))  # what can't be said there can be said nowhere
     code = _run(app)
     sys.exit(_run(sys.stdout.flush) or code)
 
@@ -63,8 +63,7 @@ def _code(cause: RigError) -> Exit:
 
 
 def _say(what: str, remedy: str) -> None:
-    with suppress(OSError):  # it can be said nowhere then, but in the exit code
-        print(f"{what}\n{_indented(remedy)}" if remedy else what, file=sys.stderr)  # noqa: T201  this is a command line
+    print(f"{what}\n{_indented(remedy)}" if remedy else what, file=sys.stderr)  # noqa: T201  this is a command line
 
 
 def _indented(text: str) -> str:
