@@ -52,6 +52,7 @@ TYPES: Final = {
     "STRING": Mapped(_T.String, ua.ObjectIds.String),
     "WSTRING": Mapped(_T.String, ua.ObjectIds.String),
     "TIME": Mapped(_T.Double, ua.ObjectIds.Duration, 0, 2**32 - 1),
+    "SIGNED_TIME": Mapped(_T.Double, ua.ObjectIds.Duration, -(2**31), 2**31 - 1),
     "DATE": Mapped(_T.DateTime, ua.ObjectIds.DateTime, 0, 2**32 - 1),
     "DT": Mapped(_T.DateTime, ua.ObjectIds.DateTime, 0, 2**32 - 1),
     "TOD": Mapped(_T.DateTime, ua.ObjectIds.DateTime, 0, 86_399_999),

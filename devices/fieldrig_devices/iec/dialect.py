@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from fieldrig_devices.iec.types import Elementary
+
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
@@ -74,7 +76,8 @@ class Dialect:
     allows_time_fractions: bool = False
     """T#1.5s."""
     allows_negative_times: bool = False
-    """T#-5s (manual 2054: negative times are not defined)."""
+    """T#-5s, and a TIME with a sign (manual 2054: negative times are not defined; CODESYS has none either)."""
+
     allows_time_overflow: bool = False
     """T#2d_26h of manual line 731.  Otherwise only the highest unit may overflow (X9)."""
     allows_numbers_as_times: bool = False
@@ -140,6 +143,11 @@ class Dialect:
     validity of the number is checked)."""
     bit_address_bytes: int = 4_096
     """Single bits are addressed in the first bytes of an area only; 0 for the whole area."""
+
+    @property
+    def time(self) -> Elementary:
+        """The TIME of the programs."""
+        return Elementary.SIGNED_TIME if self.allows_negative_times else Elementary.TIME
 
     def key(self, name: str) -> str:
         """Return what two spellings of the same name have in common."""
@@ -217,6 +225,7 @@ CODESYS: Final = replace(
     has_name_spaces=True,
     has_constant_arguments=True,
     has_constructors=True,
+    allows_negative_times=False,
     leaves_comments_open=True,
     allows_missing_inputs=False,
     allows_idle_tasks=True,

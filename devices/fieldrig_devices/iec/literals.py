@@ -135,9 +135,11 @@ def _unescaped(code: str, digits: int, escapes: Mapping[str, str], expected: str
 def time(text: str, dialect: Dialect) -> int:
     """Return the milliseconds of `2d4h12m`, which is the part behind T#."""
     sign, nanoseconds = _signed(text, dialect)
-    if nanoseconds // _MS > MOST_MILLISECONDS:
-        raise LiteralError(f"T#{text} is too long", "at most T#49d17h2m47s295ms")
-    return sign * (nanoseconds // _MS)
+    milliseconds, kind = sign * (nanoseconds // _MS), dialect.time
+    if not kind.low <= milliseconds <= kind.high:
+        least = f"{time_text(kind.low)} to " if kind.is_signed else "at most "
+        raise LiteralError(f"T#{text} is too long", f"{least}{time_text(kind.high)}")
+    return milliseconds
 
 
 def long_time(text: str, dialect: Dialect) -> int:

@@ -33,7 +33,8 @@ VERSION: Final = "3.5.12.0"
 _CLASSES: Final = {
     "BOOL": "Bool", "BYTE": "Byte", "WORD": "Word", "DWORD": "DWord", "LWORD": "LWord", "SINT": "SInt", "INT": "Int",
     "DINT": "DInt", "LINT": "LInt", "USINT": "USInt", "UINT": "UInt", "UDINT": "UDInt", "ULINT": "ULInt",
-    "REAL": "Real", "LREAL": "LReal", "TIME": "Time", "DATE": "Date", "TOD": "TimeOfDay", "DT": "DateAndTime",
+    "REAL": "Real", "LREAL": "LReal", "TIME": "Time", "SIGNED_TIME": "Time",
+    "DATE": "Date", "TOD": "TimeOfDay", "DT": "DateAndTime",
     "LTIME": "LTime", "LDATE": "LDate", "LTOD": "LTimeOfDay", "LDT": "LDateAndTime", "CHAR": "Char", "WCHAR": "WChar",
 }  # fmt: skip
 """`typeclass` of the elementary types."""

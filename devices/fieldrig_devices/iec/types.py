@@ -54,6 +54,7 @@ _FACTS: Final = {
     "LDT": (8, Family.DATE, -(2**63), 2**63 - 1),
     "CHAR": (1, Family.CHARACTER, 0, 2**8 - 1),
     "WCHAR": (2, Family.CHARACTER, 0, 2**16 - 1),
+    "SIGNED_TIME": (4, Family.TIME, -(2**31), 2**31 - 1),
 }
 """Size in bytes, family, and the smallest and the largest value."""
 
@@ -96,6 +97,8 @@ class Elementary(Enum):
     """The code of a character of a STRING."""
     WCHAR = "WCHAR"
     """The code of a character of a WSTRING."""
+    SIGNED_TIME = "SIGNED_TIME"
+    """The TIME of a dialect in which times may be negative, in milliseconds."""
 
     def __init__(self, _: str) -> None:
         self.size, self.family, self.low, self.high = _FACTS[self.value]
@@ -136,22 +139,26 @@ class Elementary(Enum):
         return False if self.family is Family.BOOL else 0.0 if self.is_real else 0
 
     def __str__(self) -> str:
-        return self.name
+        return "TIME" if self is Elementary.SIGNED_TIME else self.name
 
 
 ALIASES: Final = {"TIME_OF_DAY": Elementary.TOD, "DATE_AND_TIME": Elementary.DT}
 LONG_ALIASES: Final = {"LTIME_OF_DAY": Elementary.LTOD, "LDATE_AND_TIME": Elementary.LDT}
 LONGER: Final = {
     Elementary.TIME: Elementary.LTIME,
+    Elementary.SIGNED_TIME: Elementary.LTIME,
     Elementary.DATE: Elementary.LDATE,
     Elementary.TOD: Elementary.LTOD,
     Elementary.DT: Elementary.LDT,
 }
 """The types of edition 3 that have the same times and dates in nanoseconds."""
+SHORT_TIMES: Final = (Elementary.TIME, Elementary.SIGNED_TIME)
+"""The two forms of TIME, of which a dialect has one in its programs; functions of the libraries may have the other."""
 OF_EDITION_3: Final = frozenset({*LONGER.values(), Elementary.CHAR, Elementary.WCHAR})
 """Types whose names are free for others before edition 3."""
 UNITS_NS: Final = {
     Elementary.TIME: 1_000_000,
+    Elementary.SIGNED_TIME: 1_000_000,
     Elementary.TOD: 1_000_000,
     Elementary.DATE: 1_000_000_000,
     Elementary.DT: 1_000_000_000,

@@ -14,6 +14,7 @@ from fieldrig_devices.iec.runtime import MOST_FORCED, Runtime, checked
 from fieldrig_devices.iec.symbols import Symbol, Symbols
 from fieldrig_devices.iec.types import (
     LONGER,
+    SHORT_TIMES,
     ArrayType,
     Elementary,
     EnumType,
@@ -26,7 +27,7 @@ from fieldrig_devices.iec.types import (
 from fieldrig_devices.opcua.tree import UnknownNodeError
 
 _LONGEST_INDEX: Final = len("[-2147483648]")
-_UNITS: Final = {Elementary.TIME: "ms", **dict.fromkeys(LONGER.values(), "ns")}
+_UNITS: Final = {**dict.fromkeys(SHORT_TIMES, "ms"), **dict.fromkeys(LONGER.values(), "ns")}
 
 
 class SymbolsTree:

@@ -243,3 +243,21 @@ def test_only_a_call_with_names_leaves_inputs_out_in_edition_3(dialect: Dialect,
 def test_a_comment_in_edition_3_ends_where_all_of_it_do() -> None:
     found = refused("(* a (* b *) " + program("n : INT;", "n := 1;"), EDITION_3)
     assert any("the comment is not closed" in message for message in found), found
+
+
+@pytest.mark.parametrize(
+    ("dialect", "value", "expected"),
+    [
+        (EPAS_4, "T#-5s", "a time cannot be negative; expected T#0ms or more"),
+        (CODESYS, "T#-5s", "a time cannot be negative; expected T#0ms or more"),
+        (EPAS_4, "T#1s - T#2s", "the difference of these times is negative; expected T#0s or more"),
+        (CODESYS, "SUB_TIME(T#1s, T#2s)", "the difference of these times is negative"),
+        (CODESYS, "D#1998-02-13 - D#1998-02-14", "the difference of these times is negative"),
+        (CODESYS, "-t", "a minus sign in front of a TIME; expected a number"),
+        (EDITION_3, "T#24d20h31m23s648ms", "is too long; expected T#-24d20h31m23s648ms to T#24d20h31m23s647ms"),
+        (EPAS_4, "T#49d17h2m47s296ms", "is too long; expected at most T#49d17h2m47s295ms"),
+    ],
+)
+def test_a_time_that_the_dialect_does_not_have_is_refused(dialect: Dialect, value: str, expected: str) -> None:
+    found = refused(program("t : TIME;", f"t := {value};"), dialect)
+    assert any(expected in message for message in found), found

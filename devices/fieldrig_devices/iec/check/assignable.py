@@ -13,6 +13,7 @@ from fieldrig_devices.iec.library.integers import cut
 from fieldrig_devices.iec.library.reals import single
 from fieldrig_devices.iec.program import AddressOf, Constant, Convert, Expression, Load
 from fieldrig_devices.iec.types import (
+    SHORT_TIMES,
     ArrayType,
     BlockType,
     Elementary,
@@ -208,7 +209,7 @@ def _value(at: tree.Node) -> str:
 
 
 def _literal_hint(value: Untyped, kind: Type, at: tree.Node) -> str:
-    if kind is Elementary.TIME and not value.is_real:
+    if kind in SHORT_TIMES and not value.is_real:
         return f"write T#{value.value}ms for milliseconds"
     if kind is Elementary.BOOL:
         return "write TRUE or FALSE, or compare: x <> 0"
@@ -248,4 +249,4 @@ def _hint(source: Type, kind: Type, at: tree.Node) -> str:
 def _conversion_name(kind: Type) -> str:
     if isinstance(kind, SubrangeType | EnumType):
         return kind.base.name
-    return kind.name if isinstance(kind, Elementary | StringType) else ""
+    return kind.name if isinstance(kind, StringType) else str(kind) if isinstance(kind, Elementary) else ""

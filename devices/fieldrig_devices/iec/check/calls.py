@@ -11,7 +11,7 @@ from fieldrig_devices.iec.check.context import Context, place_of
 from fieldrig_devices.iec.check.sizes import Sizes
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer
-from fieldrig_devices.iec.library import fixed, intrinsics, templates
+from fieldrig_devices.iec.library import conversions, fixed, intrinsics, templates
 from fieldrig_devices.iec.library.timed import TIMED
 from fieldrig_devices.iec.program import (
     COMPARISONS,
@@ -307,9 +307,10 @@ def standard(
     if is_of_standard:
         values = [_position(of, value, at) for value in values]
     kinds = [value.argument if type(value) is Untyped else value.type for value in values]
-    found = intrinsics.find(name, kinds, wanted)
+    time = of.context.project.dialect.time
+    found = intrinsics.find(conversions.of_dialect(name, time), kinds, wanted)
     if isinstance(found, str):
-        head, _, rest = found.partition(": expected ")
+        head, _, rest = found.replace(time.name, str(time)).partition(": expected ")
         expected, _, got = rest.rpartition(", got ")
         of.context.say(at, f"{head} with {got}" if got else found, expected)
         return None
@@ -329,6 +330,8 @@ def standard(
     made = constants.intrinsic(found, known)
     if name in _OF_ITS_ARGUMENTS and (whole := _whole(of, name, values, at, nodes)) is not None:
         return constants.narrowed(whole, made.type)
+    if made.type is Elementary.TIME:
+        return constants.converted(made, time)
     is_length = is_of_standard and made.type is Elementary.INT
     return constants.converted(made, wanted) if is_length and wanted is not None and _is_number(wanted) else made
 
@@ -342,11 +345,15 @@ def _timed(
         of.context.say(at, f"{name} with {len(values)} arguments", "two arguments")
         return None
     made = [
-        of.convert(value, kind, node) if kind is not None else value
+        of.convert(value, _of_dialect(of.context, kind), node) if kind is not None else value
         for value, kind, node in zip(values, kinds, nodes or [at] * len(values), strict=True)
     ]
     left, right = made
     return of.operate(operator, left, right, at) if left is not None and right is not None else None
+
+
+def _of_dialect(context: Context, kind: Elementary) -> Elementary:
+    return context.project.dialect.time if kind is Elementary.TIME else kind
 
 
 def _selected(of: "Expressions", name: str, values: Sequence[Expression], at: tree.Node) -> Expression | None:

@@ -40,7 +40,8 @@ class Declarations:
         self._structures = 0
         """How many structures have the start values of their components."""
         has_long = project.dialect.has_long_types
-        names = {kind.name: kind for kind in Elementary if has_long or kind not in OF_EDITION_3}
+        names = {str(kind): kind for kind in Elementary if has_long or kind not in OF_EDITION_3}
+        names["TIME"] = project.dialect.time
         names |= {**ALIASES, **(LONG_ALIASES if has_long else {})}
         project.types.update({name.lower(): kind for name, kind in names.items()})
         project.types["string"] = StringType()

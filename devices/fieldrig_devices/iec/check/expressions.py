@@ -49,7 +49,6 @@ from fieldrig_devices.iec.types import (
 
 LITERAL_TYPES: Final[dict[LiteralKind, Elementary]] = {
     LiteralKind.BOOL: Elementary.BOOL,
-    LiteralKind.TIME: Elementary.TIME,
     LiteralKind.DATE: Elementary.DATE,
     LiteralKind.TOD: Elementary.TOD,
     LiteralKind.DT: Elementary.DT,
@@ -168,7 +167,11 @@ def _literal(of: Expressions, node: tree.Literal, wanted: Type | None) -> Expres
     if node.kind is LiteralKind.WSTRING:
         assert isinstance(value, str)
         return _text_constant(value, is_wide=True)
-    return Constant(value, LITERAL_TYPES[node.kind])
+    return Constant(value, _type_of(of, node.kind))
+
+
+def _type_of(of: Expressions, kind: LiteralKind) -> Elementary:
+    return of.context.project.dialect.time if kind is LiteralKind.TIME else LITERAL_TYPES[kind]
 
 
 def _text_constant(value: str, *, is_wide: bool = False) -> Constant:
@@ -187,7 +190,7 @@ def _typed_literal(of: Expressions, node: tree.Literal) -> Expression | None:
     elif node.kind is LiteralKind.REAL:
         given = real(float(node.value))
     else:
-        given = Constant(node.value, LITERAL_TYPES[node.kind])
+        given = Constant(node.value, _type_of(of, node.kind))
     return of.convert(given, kind, node)
 
 

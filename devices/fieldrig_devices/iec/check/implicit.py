@@ -10,7 +10,7 @@ from typing import Final
 
 from fieldrig_devices.iec.library.arguments import common as common_type
 from fieldrig_devices.iec.library.arguments import widens
-from fieldrig_devices.iec.types import Elementary, Family
+from fieldrig_devices.iec.types import SHORT_TIMES, Elementary, Family
 
 Pair = tuple[Elementary, Elementary]
 
@@ -32,6 +32,8 @@ def is_exact(source: Elementary, target: Elementary) -> bool:
 
 
 def _strictly(source: Elementary, target: Elementary) -> bool:
+    if source in SHORT_TIMES and target in SHORT_TIMES:
+        return True  # the same TIME of a program and of a library
     is_bits = Family.BITS in (source.family, target.family)
     return is_exact(source, target) and (not is_bits or source.family is target.family)
 

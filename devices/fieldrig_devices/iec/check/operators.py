@@ -20,7 +20,16 @@ from fieldrig_devices.iec.check.untyped import Untyped, bit_string, integer, rea
 from fieldrig_devices.iec.library.arguments import common as common_type
 from fieldrig_devices.iec.library.arguments import widens
 from fieldrig_devices.iec.program import COMPARISONS, Binary, Constant, Expression, Operator
-from fieldrig_devices.iec.types import Elementary, EnumType, Family, PointerType, StringType, SubrangeType, Type
+from fieldrig_devices.iec.types import (
+    SHORT_TIMES,
+    Elementary,
+    EnumType,
+    Family,
+    PointerType,
+    StringType,
+    SubrangeType,
+    Type,
+)
 
 ARITHMETIC: Final = frozenset({Operator.ADD, Operator.SUB, Operator.MUL, Operator.DIV, Operator.MOD})
 LOGIC: Final = frozenset({Operator.AND, Operator.OR, Operator.XOR})
@@ -106,7 +115,10 @@ def _arithmetic(
 ) -> Expression | None:
     family = kind.family
     if kind.is_time:
-        made = times.of_the_same_type(operator, left, right, kind)
+        if times.is_negative(context, operator, left, right):
+            context.say(at, "the difference of these times is negative", "T#0s or more", "edition-3 has negative times")
+            return None
+        made = times.of_the_same_type(context, operator, left, right, kind)
         return made or _no(context, operator, left, right, at, "an operation for times, such as TIME + TIME")
     if family in (Family.BOOL, Family.CHARACTER) or (family is Family.BITS and not context.mixes_integers):
         return _no(context, operator, left, right, at, "two numbers")
@@ -166,7 +178,7 @@ def _meet(
     if not isinstance(first, Elementary) or not isinstance(second, Elementary):
         return _no(context, operator, left, right, at, "two values of the same type")
     if first.is_time or second.is_time:
-        made = times.of_two_types(operator, left, right)
+        made = times.of_two_types(context, operator, left, right)
         return made or _no(context, operator, left, right, at, "two values of the same type", _time_hint(first, second))
     if operator in COMPARISONS:
         kind = implicit.compared(first, second)
@@ -230,13 +242,13 @@ def _time_and_literal(
 ) -> tuple[Expression, Expression, Type] | Expression | None:
     if kind.family is Family.TIME and operator in (Operator.MUL, Operator.DIV):
         number: Expression = Constant(literal.value, Elementary.LREAL if literal.is_real else Elementary.DINT)
-        made = times.of_two_types(operator, *((number, right) if literal is left else (left, number)))
+        made = times.of_two_types(context, operator, *((number, right) if literal is left else (left, number)))
         if made is not None:
             return made
-    if kind is Elementary.TIME and not literal.is_real and context.project.dialect.allows_numbers_as_times:
+    if kind in SHORT_TIMES and not literal.is_real and context.project.dialect.allows_numbers_as_times:
         fitted = Constant(literal.value, kind)
         return (fitted, right, kind) if literal is left else (left, fitted, kind)
-    hint = f"write T#{literal.value}ms for milliseconds" if kind is Elementary.TIME else ""
+    hint = f"write T#{literal.value}ms for milliseconds" if kind in SHORT_TIMES else ""
     return _no(context, operator, left, right, at, "two values of the same type", hint)
 
 
@@ -283,6 +295,8 @@ def unary(context: Context, operator: Operator, operand: Expression, at: tree.No
         if kind is BOOL or kind.family is Family.BITS or is_integer:
             return constants.unary(operator, operand, kind)
         return _no_operand(context, operator, kind, at)
+    if kind.family is Family.TIME and kind.is_signed:
+        return constants.unary(operator, operand, kind)
     if kind.family in (Family.SIGNED, Family.REAL):
         register = constants.REGISTER[kind.family] if context.computes_in_32_bits and kind.size < 4 else kind
         made = constants.unary(operator, constants.converted(operand, register), register)
@@ -377,7 +391,7 @@ def _bool_hint(operator: Operator, first: object, second: object, at: tree.Node)
 
 
 def _time_hint(first: Elementary, second: Elementary) -> str:
-    if Elementary.TIME in (first, second):
-        other = second if first is Elementary.TIME else first
+    if first in SHORT_TIMES or second in SHORT_TIMES:
+        other = second if first in SHORT_TIMES else first
         return f"use {other}_TO_TIME(...) for milliseconds" if other.is_integer or other.is_real else ""
     return ""

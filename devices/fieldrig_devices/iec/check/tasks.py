@@ -8,6 +8,7 @@ from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.check.texts import a, text
+from fieldrig_devices.iec.literals import time_text
 from fieldrig_devices.iec.program import Pou, Task, TaskKind, Variable
 from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.iec.types import Elementary
@@ -119,11 +120,11 @@ class Tasks:
         """Milliseconds; 0 for a free-running task."""
         if node.interval is None:
             return 0.0
-        found = Expressions(context).constant_as(node.interval, Elementary.TIME)
-        if found is not None and found.value == 0:
-            context.say(
-                node.interval, "the interval is 0", "a TIME such as T#10ms, or no INTERVAL for a free-running task"
-            )
+        found = Expressions(context).constant_as(node.interval, context.project.dialect.time)
+        if found is not None and int(found.value) <= 0:
+            shown = time_text(int(found.value)) if found.value else "0"
+            expected = "a TIME such as T#10ms, or no INTERVAL for a free-running task"
+            context.say(node.interval, f"the interval is {shown}", expected)
         return float(found.value) if found is not None else 0.0
 
     def _event(self, node: tree.Expression, context: Context) -> Variable | None:

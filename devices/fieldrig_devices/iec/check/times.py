@@ -8,29 +8,40 @@ milliseconds.  The long types of edition 3 have the same operations, and count n
 from typing import Final
 
 from fieldrig_devices.iec.check import constants
+from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.program import COMPARISONS, Constant, Expression, Operator
-from fieldrig_devices.iec.types import LONGER, UNITS_NS, Elementary
+from fieldrig_devices.iec.types import LONGER, SHORT_TIMES, UNITS_NS, Elementary
 
-_DURATIONS: Final = (Elementary.TIME, Elementary.LTIME)
+_DURATIONS: Final = (*SHORT_TIMES, Elementary.LTIME)
 _DAY_MS: Final = 86_400_000
 _MOMENTS: Final = (Elementary.DT, Elementary.TOD, Elementary.LDT, Elementary.LTOD)
 
 
-def _duration(kind: Elementary) -> Elementary:
+def _duration(context: Context, kind: Elementary) -> Elementary:
     """Return the type of a difference of two dates of this type."""
-    return Elementary.TIME if kind in LONGER else Elementary.LTIME
+    return context.project.dialect.time if kind in LONGER else Elementary.LTIME
 
 
 def _number(kind: Elementary) -> Elementary:
     """Return the type in which the numbers behind times of this type are computed."""
-    return Elementary.DWORD if kind in LONGER else Elementary.LINT
+    return Elementary.DWORD if kind in LONGER and not kind.is_signed else Elementary.LINT
 
 
-def of_the_same_type(operator: Operator, left: Expression, right: Expression, kind: Elementary) -> Expression | None:
+def is_negative(context: Context, operator: Operator, left: Expression, right: Expression) -> bool:
+    """True for constants whose difference is below 0, in a dialect without negative times."""
+    if operator is not Operator.SUB or context.project.dialect.allows_negative_times or context.is_library:
+        return False
+    is_short = left.type in (*LONGER, Elementary.TIME)
+    return is_short and isinstance(left, Constant) and isinstance(right, Constant) and left.value < right.value  # type: ignore[operator]
+
+
+def of_the_same_type(
+    context: Context, operator: Operator, left: Expression, right: Expression, kind: Elementary
+) -> Expression | None:
     if kind in _DURATIONS and operator in (Operator.ADD, Operator.SUB):
         return constants.binary(operator, left, right, kind)
     if kind not in _DURATIONS and operator is Operator.SUB:
-        number, duration = _number(kind), _duration(kind)
+        number, duration = _number(kind), _duration(context, kind)
         difference = constants.binary(
             operator, constants.converted(left, number), constants.converted(right, number), number
         )
@@ -39,17 +50,21 @@ def of_the_same_type(operator: Operator, left: Expression, right: Expression, ki
     return None
 
 
-def of_two_types(operator: Operator, left: Expression, right: Expression) -> Expression | None:
+def of_two_types(context: Context, operator: Operator, left: Expression, right: Expression) -> Expression | None:
     first, second = left.type, right.type
     assert isinstance(first, Elementary)
     assert isinstance(second, Elementary)
+    if first in SHORT_TIMES and second in SHORT_TIMES:
+        kind = context.project.dialect.time
+        both = constants.converted(left, kind), constants.converted(right, kind)
+        return _of_one_type(context, operator, *both, kind)
     if LONGER.get(first) is second:
-        return _of_the_longer_type(operator, constants.converted(left, second), right, second)
+        return _of_one_type(context, operator, constants.converted(left, second), right, second)
     if LONGER.get(second) is first:
-        return _of_the_longer_type(operator, left, constants.converted(right, first), first)
-    if operator in (Operator.ADD, Operator.SUB) and first in _MOMENTS and second is _duration(first):
+        return _of_one_type(context, operator, left, constants.converted(right, first), first)
+    if operator in (Operator.ADD, Operator.SUB) and first in _MOMENTS and _moves(first, second):
         return _moved(operator, left, right)
-    if operator is Operator.ADD and second in _MOMENTS and first is _duration(second):
+    if operator is Operator.ADD and second in _MOMENTS and _moves(second, first):
         return _moved(operator, right, left)
     if operator is Operator.MUL and second in _DURATIONS:
         left, right, first, second = right, left, second, first
@@ -61,25 +76,48 @@ def of_two_types(operator: Operator, left: Expression, right: Expression) -> Exp
     return None
 
 
-def _of_the_longer_type(operator: Operator, left: Expression, right: Expression, kind: Elementary) -> Expression | None:
+def _of_one_type(
+    context: Context, operator: Operator, left: Expression, right: Expression, kind: Elementary
+) -> Expression | None:
     if operator in COMPARISONS:
         return constants.binary(operator, left, right, Elementary.BOOL)
-    return of_the_same_type(operator, left, right, kind)
+    return of_the_same_type(context, operator, left, right, kind)
 
 
 def _times(value: Expression, factor: int, operator: Operator) -> Expression:
     return value if factor == 1 else constants.binary(operator, value, Constant(factor, value.type), value.type)
 
 
+def _moves(moment: Elementary, duration: Elementary) -> bool:
+    """True for a duration that counts as finely as the short or the long types of moments are moved by."""
+    return duration in SHORT_TIMES if moment in LONGER else duration is Elementary.LTIME
+
+
 def _moved(operator: Operator, moment: Expression, by: Expression) -> Expression:
-    kind = moment.type
+    kind, duration = moment.type, by.type
     assert isinstance(kind, Elementary)
-    number, units = _number(kind), UNITS_NS[kind] // UNITS_NS[_duration(kind)]
+    assert isinstance(duration, Elementary)
+    if duration is Elementary.SIGNED_TIME:
+        return _moved_back_and_forth(operator, moment, by, kind)
+    number, units = _number(kind), UNITS_NS[kind] // UNITS_NS[duration]
     distance, start = _times(constants.converted(by, number), units, Operator.DIV), constants.converted(moment, number)
     if kind is Elementary.TOD:  # what is before midnight belongs to the day before
         distance = _times(distance, _DAY_MS, Operator.MOD)
         start = _times(start, _DAY_MS, Operator.ADD)
     return constants.converted(constants.binary(operator, start, distance, number), kind)
+
+
+def _moved_back_and_forth(operator: Operator, moment: Expression, by: Expression, kind: Elementary) -> Expression:
+    """Move by a time that may be negative, in milliseconds with a sign; a TOD stays within its day."""
+    number = Elementary.LINT
+    units = UNITS_NS[kind] // UNITS_NS[Elementary.TIME]
+    start = _times(constants.converted(moment, number), units, Operator.MUL)
+    if kind is Elementary.TOD:  # what is before midnight belongs to the day before
+        start = _times(start, 2**6 * _DAY_MS, Operator.ADD)
+    moved = constants.binary(operator, start, constants.converted(by, number), number)
+    if kind is Elementary.TOD:
+        moved = _times(moved, _DAY_MS, Operator.MOD)
+    return constants.converted(_times(moved, units, Operator.DIV), kind)
 
 
 def _scaled(operator: Operator, time: Expression, number: Expression, kind: Elementary) -> Expression | None:

@@ -61,6 +61,17 @@ def pair(name: str) -> tuple[Plain, Plain] | None:
     return (source, target) if source is not None and target is not None and source != target else None
 
 
+def of_dialect(name: str, time: Elementary) -> str:
+    """Return the name of a conversion with the TIME of the dialect, such as SIGNED_TIME_TO_DINT for TIME_TO_DINT."""
+    found = pair(name)
+    if time is Elementary.TIME:
+        return name
+    if found is not None:
+        source, target = (time if kind is Elementary.TIME else kind for kind in found)
+        return name_of(source, target)
+    return f"{name.removesuffix('TIME')}{time.name}" if name in ("TO_TIME", "ANY_TO_TIME") else name
+
+
 def named(name: str) -> Plain | None:
     """Return the type with this name in capitals, also TIME_OF_DAY and DATE_AND_TIME."""
     return _NAMES.get(name)

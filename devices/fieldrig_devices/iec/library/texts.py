@@ -56,6 +56,10 @@ def time_text(value_ms: int) -> str:
     return f"T#{''.join(parts) or '0ms'}"
 
 
+def _signed_time_text(value_ms: int) -> str:
+    return time_text(value_ms) if value_ms >= 0 else time_text(-value_ms).replace("#", "#-")
+
+
 def _date_text(value_s: int) -> str:
     return f"D#{_EPOCH + timedelta(seconds=value_s):%Y-%m-%d}"
 
@@ -82,6 +86,7 @@ _WRITERS: Final[dict[Elementary, Callable[..., str]]] = {
     Elementary.REAL: _real_text(7),
     Elementary.LREAL: _real_text(15),
     Elementary.TIME: time_text,
+    Elementary.SIGNED_TIME: _signed_time_text,
     Elementary.DATE: _date_text,
     Elementary.TOD: _tod_text,
     Elementary.DT: _dt_text,
@@ -103,6 +108,7 @@ _BASED: Final = re.compile(r"(?a:(2|8|16)#([0-9a-fA-F]+(?:_[0-9a-fA-F]+)*))")
 _REAL: Final = re.compile(r"(?a:[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d{1,4})?)")
 _TIMES: Final[dict[Elementary, tuple[tuple[str, str], Callable[[str], int]]]] = {
     Elementary.TIME: (("T", "TIME"), lambda text: literals.time(text, EPAS_4)),
+    Elementary.SIGNED_TIME: (("T", "TIME"), lambda text: literals.time(text, EDITION_3)),
     Elementary.DATE: (("D", "DATE"), literals.day),
     Elementary.TOD: (("TOD", "TIME_OF_DAY"), literals.time_of_day),
     Elementary.DT: (("DT", "DATE_AND_TIME"), literals.date_and_time),

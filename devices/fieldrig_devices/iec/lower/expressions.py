@@ -25,7 +25,7 @@ from fieldrig_devices.iec.program import (
     Operator,
     Unary,
 )
-from fieldrig_devices.iec.types import Elementary, EnumType, Family, SubrangeType
+from fieldrig_devices.iec.types import SHORT_TIMES, Elementary, EnumType, Family, SubrangeType
 
 COMPARE: Final = {
     Operator.EQ: "==",
@@ -261,7 +261,7 @@ class Expressions:
 
 def _is_number(kind: Stored) -> bool:
     """True for the types that become one another by cutting bits alone."""
-    return isinstance(kind, Elementary) and (kind.is_integer or kind is Elementary.TIME or kind is Elementary.DT)
+    return isinstance(kind, Elementary) and (kind.is_integer or kind in (*SHORT_TIMES, Elementary.DT))
 
 
 def _bracketed(left: Value, sign: str, right: Value, kind: Elementary) -> str:

@@ -14,7 +14,8 @@ from typing import Final, Protocol
 from fieldrig.store import Store, StoreError
 from fieldrig.untrusted import MalformedError, items, read_json, typed
 from fieldrig_devices.iec import characters
-from fieldrig_devices.iec.types import Value
+from fieldrig_devices.iec.library.integers import cut
+from fieldrig_devices.iec.types import Elementary, Value
 from fieldrig_devices.max4.plc.retain import LONGEST_MAP, Leaf, RetainMap
 from fieldrig_devices.max4.storage.retained import Retained
 
@@ -48,6 +49,9 @@ class RetainStore:
             values = known.unpack(before.data)
             for leaf in self._map.leaves:
                 value = values.get((leaf.path.casefold(), leaf.type))
+                if value is None and leaf.type == Elementary.SIGNED_TIME.name:  # stored before TIME had a sign
+                    old = values.get((leaf.path.casefold(), Elementary.TIME.name))
+                    value = cut(int(old), Elementary.SIGNED_TIME) if old is not None else None
                 if value is not None and leaf.marker is not None:
                     _put(leaf, leaf.marker, value, self._markers)
                 elif value is not None:

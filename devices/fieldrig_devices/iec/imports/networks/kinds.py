@@ -19,7 +19,7 @@ from fieldrig_devices.iec.program import Expression
 from fieldrig_devices.iec.types import ALIASES, LONG_ALIASES, Elementary, EnumType, StringType, StructType, Type
 
 BOOL = tree.NamedType("BOOL")
-_ELEMENTARY: Final[Mapping[str, Elementary]] = {**Elementary.__members__, **ALIASES, **LONG_ALIASES}
+_ELEMENTARY: Final[Mapping[str, Elementary]] = {**{str(kind): kind for kind in Elementary}, **ALIASES, **LONG_ALIASES}
 
 
 @cache
@@ -63,7 +63,8 @@ class Kinds:
         resolved = self._resolved(spec)
         match resolved:
             case tree.NamedType(name) if name.upper() in _ELEMENTARY:
-                return _ELEMENTARY[name.upper()]
+                kind = _ELEMENTARY[name.upper()]
+                return self.dialect.time if kind is Elementary.TIME else kind
             case tree.StringSpec(tree.Literal(value=int() as length), is_wide):
                 return StringType(length, is_wide)
             case tree.StringSpec(is_wide=is_wide):

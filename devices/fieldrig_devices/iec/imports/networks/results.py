@@ -45,7 +45,8 @@ class Results:
                 return untyped.real(number)
             case (LiteralKind.STRING | LiteralKind.WSTRING) as kind, str() as text:
                 return Constant(text, StringType(max(len(text), 1), kind is LiteralKind.WSTRING))
-        return self.of_type(LITERAL_TYPES[node.kind])
+        is_time = node.kind is LiteralKind.TIME
+        return self.of_type(self._context.project.dialect.time if is_time else LITERAL_TYPES[node.kind])
 
     def unary(self, sign: str, operand: Expression) -> Expression | None:
         """Return a value with NOT or a minus sign in front."""
