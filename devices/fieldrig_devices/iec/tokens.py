@@ -69,6 +69,14 @@ _MISSPELLED_SIGNS: Final[Mapping[str, tuple[str, str]]] = {
     ": =": (":=", "There is no blank in the sign of the assignment."),
 }
 
+_OF_OTHER_LANGUAGES: Final = re.compile(
+    r"(?:0x(?P<hex>[0-9a-f_]+)|0b(?P<bin>[01_]+)|0o(?P<oct>[0-7_]+)|\$(?P<dollar>[0-9a-f]+)"
+    r"|(?P<suffix>[0-9][0-9a-f]*)h)\b",
+    re.IGNORECASE,
+)
+"""Numbers as other languages write them."""
+_BASES: Final = {"hex": 16, "bin": 2, "oct": 8, "dollar": 16, "suffix": 16}
+_QUOTED: Final = re.compile(r"'[^']*'|\"[^\"]*\"")
 _BLANKS: Final = " \t\r\f\v"
 _PATTERN: Final = re.compile(
     r"""[ \t\r\f\v]*+(?:
@@ -237,6 +245,11 @@ class _Scanner:
         if len(self._found.mistakes) < MOST_MESSAGES:
             self._found.mistakes.append(Mistake(line, column, what, expected, file=self._file, hint=hint))
 
+    def _note(self, position: int, what: str, hint: str) -> None:
+        line, column = self._place(position)
+        if len(self._found.mistakes) < MOST_MESSAGES:
+            self._found.mistakes.append(Mistake(line, column, what, is_note=True, file=self._file, hint=hint))
+
     def _other(self, group: int, text: str, position: int) -> int | None:
         """Read what is rare: words for the first time, comments, pragmas, and what is wrong."""
         if group == _WORD:
@@ -251,6 +264,9 @@ class _Scanner:
             if text[1:-1].strip().lower() == "native":
                 self._add(NATIVE, text, position)
             else:
+                if ";" in _QUOTED.sub("", text):
+                    hint = "Statements have no braces: IF ... THEN ... END_IF;"
+                    self._note(position, "the text in braces is a pragma, and its statements do not run", hint)
                 self._keep(text)
                 return self._after(text, position) if "\n" in text else None
         elif group == _OPEN_COMMENT:
@@ -261,7 +277,7 @@ class _Scanner:
         elif group == _WIDE_STRING:
             self._wide_string(text, position)
         else:
-            self._junk(text, position)
+            return self._junk(text, position)
         return None
 
     # ---- words
@@ -365,7 +381,14 @@ class _Scanner:
             self._say(position, f"got {text[0]}", "a string in single quotes: 'text'")
         self._add(JUNK, text, position)
 
-    def _junk(self, text: str, position: int) -> None:
+    def _junk(self, text: str, position: int) -> int | None:
+        """Report what has no meaning.  Return where to go on if more than this text is wrong."""
+        number = _OF_OTHER_LANGUAGES.match(self._text, position)
+        if number is not None and number.lastgroup is not None and not _TIME_WITHOUT_PREFIX.fullmatch(text):
+            wrong, meant = number[0], f"{_BASES[number.lastgroup]}#{number[number.lastgroup]}"
+            self._say(position, f"got {wrong}", meant, f"The number is written {meant}.")
+            self._add(INTEGER, meant, position)
+            return position + len(wrong)
         if _TIME_WITHOUT_PREFIX.fullmatch(text):
             self._say(position, f"{text} has no T# in front of it", f"T#{text}", f"A time is written T#{text}.")
             self._add(TYPED, "T#0ms", position)
@@ -392,4 +415,6 @@ class _Scanner:
             self._add("NOT", text, position)
         else:
             shown = text if text.isprintable() else f"the character with code {ord(text[0])}"
-            self._say(position, f"got {shown}", "a character that has a meaning in the language")
+            hint = "Statements have no braces: IF ... THEN ... END_IF;" if text in ("{", "}") else ""
+            self._say(position, f"got {shown}", "a character that has a meaning in the language", hint)
+        return None

@@ -125,6 +125,9 @@ def _arithmetic(
     if operator is Operator.MOD and family is Family.REAL:
         return _no(context, operator, left, right, at, "two integers", "MOD is for integers only")
     if operator in (Operator.DIV, Operator.MOD) and isinstance(right, Constant) and right.value == 0:
+        if isinstance(left, Constant):
+            context.say(at, "this is a division by zero", "a divisor other than 0")
+            return None
         context.note(at, "this is a division by zero", "the task stops here with a division error")
     return _computed(context, operator, left, right, kind, at)
 
@@ -264,14 +267,8 @@ def _literals(context: Context, operator: Operator, left: Untyped, right: Untype
             return _no(context, operator, left, right, at, "two BOOL")
         value = constants.exact(operator, left.value, right.value)
         if value is None:
-            kind = Elementary.REAL if left.is_real or right.is_real else Elementary.INT
-            context.note(at, "this is a division by zero", "the task stops here with a division error")
-            return Binary(
-                operator,
-                Constant(constants.limited(left.value, kind), kind),
-                Constant(constants.limited(right.value, kind), kind),
-                kind,
-            )
+            context.say(at, "this is a division by zero", "a divisor other than 0")
+            return None
         if isinstance(value, float):
             return real(value)
         assert isinstance(value, int)

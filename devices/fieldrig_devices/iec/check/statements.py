@@ -1,5 +1,6 @@
 """Structured Text: every statement with its rules, and the lists that the checked program has instead."""
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
@@ -156,6 +157,11 @@ class Statements:
                 self.context.say(node.variable, f"{text(node.variable)} is {a(kind)}", "an integer variable behind FOR")
             values, step = [None, None], None
         body = self._looped(node.body)
+        if isinstance(base, Elementary) and not _has_way_out(node.body) and _never_ends(values[1], step, base):
+            shown = text(node.variable)
+            expected = f"an end that {shown} can pass, or EXIT in the loop"
+            what = f"the loop never ends, as {shown} is {a(base)} and wraps around at {base.low} and {base.high}"
+            self.context.say(node.last, what, expected, "use a larger type for the variable")
         if variable is None or values[0] is None or values[1] is None or step is None or kind is None:
             return None
         first = self.expressions.convert(values[0], kind, node.first)
@@ -226,14 +232,40 @@ class Statements:
         return None
 
 
+def _never_ends(last: Expression | None, step: Expression | None, kind: Elementary) -> bool:
+    """True if a counter is never behind its end, because no value of its type is."""
+    if not isinstance(last, Constant) or not isinstance(step, Constant):
+        return False
+    return last.value == (kind.high if int(step.value) > 0 else kind.low)
+
+
+def _has_way_out(nodes: Sequence[tree.AnyStatement], *, is_inner: bool = False) -> bool:
+    """True if statements have a RETURN or a jump, or an EXIT out of the loop that they are in."""
+    return any(_leaves(node, is_inner) for node in nodes)
+
+
+def _leaves(node: tree.AnyStatement, is_inner: bool) -> bool:
+    match node:
+        case tree.Return() | tree.Jump():
+            return True
+        case tree.Exit():
+            return not is_inner
+        case tree.If(branches, otherwise) | tree.Case(_, branches, otherwise):
+            bodies = [*(branch.body for branch in branches), otherwise or ()]
+            return any(_has_way_out(body, is_inner=is_inner) for body in bodies)
+        case tree.For(body=body) | tree.While(body=body) | tree.Repeat(body=body):
+            return _has_way_out(body, is_inner=True)
+    return False
+
+
 class _Labels:
     """The labels of one CASE: constants that occur once."""
 
     def __init__(self, statements: Statements, kind: Type | None) -> None:
         self._expressions, self._context = statements.expressions, statements.context
         self._kind = kind
-        self._singles: set[int] = set()
         self._ranges: list[tuple[int, int]] = []
+        """The labels so far, in order and without those that they have in common."""
 
     def ranges(self, nodes: Sequence[tree.Expression | tree.Range]) -> tuple[tuple[int, int], ...]:
         found = [self._range(node) for node in nodes]
@@ -258,14 +290,13 @@ class _Labels:
         return int(found.value) if found is not None else None
 
     def _note_repeated(self, node: tree.Node, low: int, high: int) -> None:
-        is_known = low in self._singles if low == high else any(low <= single <= high for single in self._singles)
-        if is_known or any(first <= high and low <= last for first, last in self._ranges):
+        first = bisect_left(self._ranges, low, key=lambda known: known[1])
+        last = bisect_right(self._ranges, high, key=lambda known: known[0])
+        if first < last:
             shown = str(low) if low == high else f"{low}..{high}"
             self._context.note(node, f"the label {shown} occurs twice in this CASE", "only the first branch runs")
-        if low == high:
-            self._singles.add(low)
-        else:
-            self._ranges.append((low, high))
+            low, high = min(low, self._ranges[first][0]), max(high, self._ranges[last - 1][1])
+        self._ranges[first:last] = [(low, high)]
 
 
 _STATEMENTS: Final[dict[type, Callable[[Statements, Any], AnyStatement | list[AnyStatement] | None]]] = {

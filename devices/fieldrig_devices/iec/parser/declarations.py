@@ -22,6 +22,12 @@ _ENDS: Final = frozenset({"END_VAR", "END_STRUCT", "END_UNION", "END_TYPE"})
 _TYPES: Final = frozenset({token.NAME, "ARRAY", "POINTER", "REFERENCE", "REF_TO", "STRUCT", "UNION"})
 """Tokens that a type begins with."""
 
+_HINTS: Final = {
+    **dict.fromkeys(("-", "/", "+"), "A name has letters, digits and underscores only."),
+    "[": "An array is declared name : ARRAY[1..10] OF INT.",
+}
+"""Hints about what is between a name and its type, by the token."""
+
 
 class Declarations(Types):
     """Reads declarations of variables and types.
@@ -171,7 +177,7 @@ class Declarations(Types):
         if self.kinds[self.i] in _TYPES and not self.is_next_line():
             self.missing(":")
         elif not self.accept(":"):
-            hint = "A name has letters, digits and underscores only." if self.kinds[self.i] in ("-", "/", "+") else ""
+            hint = _HINTS.get(self.kinds[self.i], "")
             raise self.unexpected(": and a type", hint)
         spec = self.type_spec()
         edge = self._edge()

@@ -74,6 +74,8 @@ class Types(Initials):
         while self.kinds[self.i] == ".":
             self.i += 1
             name += f".{self.name('the name of a type')}"
+        if self.kinds[self.i] == "[" and self.kinds[self.i + 1] != "(":
+            return self._array_of_other_languages(name)
         if self.kinds[self.i] == "[" and self.dialect.has_constructors:
             return tree.NamedType(name, rows=self._rows(), place=place)
         if self.kinds[self.i] != "(":
@@ -93,6 +95,21 @@ class Types(Initials):
         high = self.expression()
         self.close(")", opening)
         return tree.SubrangeSpec(tree.NamedType(name, place=place), low, high, place=place)
+
+    def _array_of_other_languages(self, name: str) -> tree.TypeSpec:
+        """Report `INT[5]`, and go on behind it."""
+        at = self.i
+        self.i += 1
+        inside = self.expression()
+        is_number = isinstance(inside, tree.Literal) and inside.kind is tree.LiteralKind.INTEGER
+        limits = f"1..{inside.text}" if isinstance(inside, tree.Literal) and is_number else "1..10"
+        if self.accept(".."):
+            limits = "1..10"
+            self.expression()
+        self.close("]", at)
+        hint = "The limits of an array are in front of the type of its elements."
+        self.say(at, f"got {name}[", f"ARRAY[{limits}] OF {name}", hint)
+        return tree.NamedType("", place=self.places[at])
 
     def _rows(self) -> tuple[tuple[tree.Argument, ...], ...]:
         """Read the arguments of FB_init for each element of an array."""

@@ -27,6 +27,26 @@ STATEMENTS = [
             "| An element of an array is a[...], in square brackets."
         ),
     ),
+    ("i := 0xFF;", "6 got 0xFF; 16#FF | The number is written 16#FF."),
+    ("i := 0b1_01 + n;", "6 got 0b1_01; 2#1_01 | The number is written 2#1_01."),
+    ("i := 0o17;", "6 got 0o17; 8#17 | The number is written 8#17."),
+    ("CASE i OF 0FFh: n := 1; END_CASE;", "11 got 0FFh; 16#0FF | The number is written 16#0FF."),
+    ("i := $1F;", "6 got $1F; 16#1F | The number is written 16#1F."),
+    ("i := 1 / 0;", "8 this is a division by zero; a divisor other than 0 | "),
+    (
+        "FOR i := 0 TO 32767 DO n := 1; FOR n := 0 TO 3 DO EXIT; END_FOR; END_FOR;",
+        (
+            "15 the loop never ends, as i is an INT and wraps around at -32768 and 32767; "
+            "an end that i can pass, or EXIT in the loop | use a larger type for the variable"
+        ),
+    ),
+    (
+        "FOR i := 3 TO -32768 BY -1 DO n := 1; END_FOR;",
+        (
+            "15 the loop never ends, as i is an INT and wraps around at -32768 and 32767; "
+            "an end that i can pass, or EXIT in the loop | use a larger type for the variable"
+        ),
+    ),
     ("i := n % 3;", "8 got %; MOD | The remainder of a division is a MOD b."),
     ("i := n%3;", "7 got %; MOD | The remainder of a division is a MOD b."),
     ("b := !b;", "6 got !; NOT | The operator is NOT."),
@@ -97,3 +117,48 @@ def test_an_instruction_without_a_blank_is_il() -> None:
     assert (
         first == "1 got LD2#1001_0011; an operator of IL, such as LD, ST or AND | Write LD 2#1001_0011, with a blank."
     )
+
+
+@pytest.mark.parametrize(
+    ("declaration", "message"),
+    [
+        (
+            "z : INT[5];",
+            "got INT[; ARRAY[1..5] OF INT | The limits of an array are in front of the type of its elements.",
+        ),
+        (
+            "z : REAL[0..3] := 1;",
+            "got REAL[; ARRAY[1..10] OF REAL | The limits of an array are in front of the type of its elements.",
+        ),
+        ("z[5] : INT;", "got [; : and a type | An array is declared name : ARRAY[1..10] OF INT."),
+    ],
+)
+def test_an_array_as_in_other_languages_has_one_message(declaration: str, message: str) -> None:
+    (found,) = messages(program(declaration, "; (* nothing *)"))
+    assert found.partition(" ")[2] == message
+
+
+@pytest.mark.parametrize(
+    "loop",
+    [
+        "FOR i := 0 TO 32766 DO n := 1; END_FOR;",
+        "FOR i := 0 TO 32767 DO IF b THEN EXIT; END_IF; END_FOR;",
+        "FOR i := 0 TO 32767 DO CASE n OF 1: RETURN; END_CASE; END_FOR;",
+        "FOR i := 0 TO n DO n := 1; END_FOR;",
+    ],
+)
+def test_a_loop_that_can_end_has_no_message(loop: str) -> None:
+    compile_project([SourceFile("a.st", program(NAMES, loop))], StandaloneHost(VirtualClock()))
+
+
+@pytest.mark.parametrize("body", ["IF b THEN { i := 1; } END_IF;", "FOR i := 0 TO 3 DO {\n n := 1;\n} END_FOR;"])
+def test_statements_in_braces_get_a_note(body: str) -> None:
+    found = compile_project([SourceFile("a.st", program(NAMES, body))], StandaloneHost(VirtualClock()))
+    assert "the text in braces is a pragma, and its statements do not run" in [note.what for note in found.notes]
+
+
+@pytest.mark.parametrize("pragma", ["{attribute 'text' := 'a; b'}", "{native code}", "{flag on}"])
+def test_a_pragma_gets_no_note(pragma: str) -> None:
+    text = program(NAMES, f"{pragma} i := 1;")
+    found = compile_project([SourceFile("a.st", text)], StandaloneHost(VirtualClock()))
+    assert not [note for note in found.notes if "braces" in note.what]
