@@ -16,6 +16,7 @@ from fieldrig_devices.arp.language.files import encode, system_of
 from fieldrig_devices.arp.language.loading import NS_PER_OCTET, Unusable
 from fieldrig_devices.arp.language.printer import argument_text
 from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.languages.source_file import decoded
 
 _HEAD: Final = re.compile(rb"ARP OBJECT \d+ SYSTEM (\d\d) NAME ([A-Za-z0-9_-]+)")
 
@@ -63,7 +64,7 @@ def of_file(path: Path | None) -> SourceText | None:
     """The source that a rig file names; None for an object."""
     if path is None or system_of(path) is None:
         return None
-    return SourceText(path.name, path.read_bytes().decode("utf-8", errors="replace"))
+    return SourceText(path.name, decoded(path.read_bytes()))
 
 
 def of_object(data: bytes) -> SourceText:

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from fieldrig.cli.common import reading, writing
+from fieldrig.errors import UsageError
 from fieldrig.exits import Exit
 
 
@@ -31,6 +32,7 @@ def compile_(
     from fieldrig_devices.arp.language.compiler import compile_text
     from fieldrig_devices.arp.language.files import HIGHEST_SYSTEM, failed, outputs, system_of
     from fieldrig_devices.languages.mistakes import CompileError
+    from fieldrig_devices.languages.source_file import decoded
 
     named = system_of(file)
     address = named if system is None else system
@@ -41,7 +43,11 @@ def compile_(
     if named is not None and named != address:
         raise typer.BadParameter(f"{file.name} is for system {named:02}, not {address:02}")
     with reading(file):
-        text = file.read_bytes().decode("utf-8", errors="replace")
+        data = file.read_bytes()
+    try:
+        text = decoded(data)
+    except ValueError as cause:
+        raise UsageError(f"{file} cannot be read", str(cause)) from cause
     folder = out or file.parent
     try:
         compiled = compile_text(text)

@@ -10,9 +10,12 @@ from fieldrig.errors import Mistake as Wrong
 from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.language.files import ObjectError, decode, encode, system_of
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
+from fieldrig_devices.languages.source_file import decoded
 
 _OBJECT = b"ARP OBJECT "
 _BINARY_OBJECT = b"ARPO"
+_FILLING = b"\x1a\0"
+"""What DOS has behind the end of a text."""
 
 
 def read_program(path: Path, number: int) -> bytes:
@@ -22,6 +25,7 @@ def read_program(path: Path, number: int) -> bytes:
     if data.startswith(_BINARY_OBJECT):
         raise ConfigError([Wrong(str(path), None, "", "it is a binary object", "name the object in ASCII, .Dnn")])
     if data.startswith(_OBJECT):
+        data = data.rstrip(_FILLING)
         try:
             named = decode(data).system
         except ObjectError as cause:
@@ -32,7 +36,11 @@ def read_program(path: Path, number: int) -> bytes:
     if data.startswith(_OBJECT):
         return data
     try:
-        return encode(compile_text(data.decode("utf-8", errors="replace")), path.stem, number)
+        text = decoded(data)
+    except ValueError as cause:
+        raise ConfigError([Wrong(str(path), None, "", str(cause), "a shorter file")]) from cause
+    try:
+        return encode(compile_text(text), path.stem, number)
     except CompileError as cause:
         wrong = [_shown(path, mistake) for mistake in cause.mistakes if not mistake.is_note]
         raise ConfigError(wrong) from cause

@@ -9,6 +9,7 @@ from fieldrig_devices.arp.language.compiler import Compiled, compile_text
 from fieldrig_devices.arp.language.printer import argument_text, routine_lines
 from fieldrig_devices.arp.user_port import quantities
 from fieldrig_devices.arp.user_port.messages import Quantity
+from fieldrig_devices.languages.source_file import decoded
 
 
 class Listing:
@@ -68,7 +69,7 @@ class Listing:
 
 def of_source(path: Path) -> Listing:
     """Listing of a source file.  Raises CompileError if it cannot be compiled."""
-    text = path.read_text(encoding="utf-8", errors="replace")
+    text = decoded(path.read_bytes())
     return Listing(compile_text(text), dict(enumerate(text.splitlines(), 1)), path.name)
 
 
