@@ -9,6 +9,7 @@ In an online change a variable of the same name and type keeps its address.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from hashlib import sha256
 from typing import Final
 
 from fieldrig_devices.iec.program import Pou, Program, Space, Variable
@@ -161,7 +162,11 @@ class _Gaps:
 
 
 class Forms:
-    """The forms of types as text: equal for types of two compilations that have the same cells with the same names."""
+    """The forms of types as text: equal for types of two compilations that have the same cells with the same names.
+
+    A structure or a function block has a digest of its components, as their texts, each within the other, would grow
+    exponentially.
+    """
 
     def __init__(self) -> None:
         self._known: dict[StructType | BlockType, str] = {}
@@ -172,7 +177,8 @@ class Forms:
                 return f"[{low}..{high}]{self.of(element)}"
             case StructType() | BlockType():
                 if kind not in self._known:
-                    self._known[kind] = f"{_union(kind)}{kind.name}{{{','.join(self._members(kind))}}}"
+                    members = sha256(",".join(self._members(kind)).encode()).hexdigest()
+                    self._known[kind] = f"{_union(kind)}{kind.name}{{{members}}}"
                 return self._known[kind]
             case EnumType():
                 return f"{kind.name}({kind.values}){kind.base}"

@@ -6,6 +6,7 @@ A block is entered at its first instruction, its leader, and nowhere else.  A br
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from types import MappingProxyType
 from typing import Final
 
@@ -49,11 +50,12 @@ def blocks(instructions: Sequence[Instruction], inlined: Mapping[int, int] = Map
     leader behind them.
     """
     leaders = _hard_leaders([one if pc not in inlined else _NOTHING for pc, one in enumerate(instructions)])
+    ends = _ends(instructions, inlined)
     while True:
         firm = sorted(leaders)
         found = []
         for first, end in zip(firm, [*firm[1:], len(instructions)], strict=True):
-            found += list(_divided(first, end, _Reader(instructions).read(first, end, 0), inlined))
+            found += list(_divided(first, end, _Reader(instructions).read(first, end, 0), ends))
         wanted = {target for block in found for target in _outside(instructions, block.nodes, block)}
         if wanted <= leaders:
             return found
@@ -108,12 +110,17 @@ class _Reader:
         return Choice(pc, self.read(pc + 1, target, depth + 1), [], target)
 
 
-def _divided(first: int, end: int, nodes: list[Node], inlined: Mapping[int, int]) -> Iterator[Block]:
+def _ends(instructions: Sequence[Instruction], inlined: Mapping[int, int]) -> list[int]:
+    """Return how many instructions are in front of each one, and of the end, with those that replace calls."""
+    return [0, *accumulate(1 + inlined.get(pc, 0) for pc in range(len(instructions)))]
+
+
+def _divided(first: int, end: int, nodes: list[Node], ends: Sequence[int]) -> Iterator[Block]:
     """Yield blocks of at most LONGEST instructions."""
     start, part, length = first, list[Node](), 0
     for node in nodes:
         pc, after = (node, node + 1) if isinstance(node, int) else (node.pc, node.end)
-        own = after - pc + sum(count for call, count in inlined.items() if pc <= call < after)
+        own = ends[after] - ends[pc]
         if part and length + own > LONGEST:
             yield Block(start, pc, part)
             start, part, length = pc, [], 0

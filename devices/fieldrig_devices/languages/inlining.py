@@ -6,7 +6,7 @@ still has its own place.
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Final
 
@@ -25,23 +25,40 @@ class Inlining:
 
     def __init__(self, routines: Sequence[Routine], numbers: Mapping[str, int]) -> None:
         self._routines, self._numbers = routines, numbers
-        self._busy: set[int] = set()
+        self._known: dict[int, dict[int, int]] = {}
+        self._in_circles: set[int] = set()
+        """Routines that call themselves, through others perhaps; they are not inlined."""
         self.body: Callable[[int], Block | None] = cache(self._body)
-        self.calls: Callable[[int], dict[int, int]] = cache(self._calls)
 
-    def _calls(self, number: int) -> dict[int, int]:
-        """Return the calls in a routine that are inlined, with the number of instructions that each adds."""
-        if number in self._busy:
-            return {}
-        self._busy.add(number)
-        found = {}
+    def calls(self, number: int) -> dict[int, int]:
+        """Return the calls in a routine that are inlined, with the number of instructions that each adds.
+
+        A row of calls may be longer than Python has room for, so the routines at its end come first.
+        """
+        path = {number: iter(self._short(number))} if number not in self._known else {}
+        while path:
+            last = next(reversed(path))
+            called = next(path[last], None)
+            if called is None:
+                del path[last]
+                self._known[last] = self._calls(last)
+            elif called in path:
+                self._in_circles.add(called)
+            elif called not in self._known:
+                path[called] = iter(self._short(called))
+        return self._known[number]
+
+    def _short(self, number: int) -> list[int]:
+        """Return the short routines that a routine calls."""
+        return [called for _, called in self._called(number) if len(self._routines[called].lines) <= MOST]
+
+    def _called(self, number: int) -> Iterator[tuple[int, int]]:
         for pc, instruction in enumerate(self._routines[number].instructions):
             if isinstance(instruction, Call) and not instruction.is_checked:
-                called = self._numbers[instruction.routine]
-                if self.body(called) is not None:
-                    found[pc] = self._length(called)
-        self._busy.discard(number)
-        return found
+                yield pc, self._numbers[instruction.routine]
+
+    def _calls(self, number: int) -> dict[int, int]:
+        return {pc: self._length(called) for pc, called in self._called(number) if self.body(called) is not None}
 
     def _length(self, number: int) -> int:
         return len(self._routines[number].lines) + sum(self.calls(number).values())
@@ -49,6 +66,8 @@ class Inlining:
     def _body(self, number: int) -> Block | None:
         """Return the one block of a routine that can be inlined."""
         routine = self._routines[number]
+        if number in self._in_circles:
+            return None
         if len(routine.lines) > MOST or not all(map(_is_plain, routine.instructions[:-1])):
             return None
         calls = sum(isinstance(instruction, Call) for instruction in routine.instructions)

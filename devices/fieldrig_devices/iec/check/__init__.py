@@ -58,9 +58,12 @@ def check(
     dispatchers.begin()
     startup = Startup(project)
     startup.begin()
-    for number, source in enumerate(project.sources.values()):
-        bodies.check_pou(project, source, startup)
-        on_progress(number + 1, len(project.sources))
+    done = 0
+    while done < len(project.sources):  # a body may need a further function that starts its variables
+        for source in list(project.sources.values())[done:]:
+            bodies.check_pou(project, source, startup)
+            done += 1
+            on_progress(done, len(project.sources))
     startup.finish()
     dispatchers.finish()
     edges.begin_bodies(project)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import dispatch, enable, open_arrays
 from fieldrig_devices.iec.check.context import Context
-from fieldrig_devices.iec.check.texts import a, text
+from fieldrig_devices.iec.check.project import Pins
+from fieldrig_devices.iec.check.texts import a, listed, text
 from fieldrig_devices.iec.program import (
     Bit,
     Cell,
@@ -44,15 +45,16 @@ def match_arguments(
     """Return the arguments by parameter; None after a message about the call as a whole."""
     matched = Arguments()
     is_whole = True
-    pins = _pins(pou, inputs, outputs) if of.context.project.dialect.has_calls_by_position else inputs
+    pins = _pins(of.context, pou, inputs, outputs)
     for position, argument in enumerate(node.arguments):
-        is_placed = not argument.name and position < len(pins) and pins[position] in outputs
-        if is_placed and argument.value is not None:
-            matched.outputs.append((pins[position], argument.value, False))
-        elif argument.is_output or (argument.name and _is_output(of, argument.name, outputs)):
-            is_whole = _output(of, argument, pou, outputs, matched) and is_whole
+        named = pins.outputs.get(of.context.key(argument.name)) if argument.name else None
+        placed = pins.placed[position] if not argument.name and position < len(pins.placed) else None
+        if placed is not None and placed.section is Section.OUTPUT and argument.value is not None:
+            matched.outputs.append((placed, argument.value, False))
+        elif argument.is_output or named is not None:
+            is_whole = _output(of, argument, pou, named, pins, matched) and is_whole
         elif argument.value is not None:
-            found = _parameter(of, argument, position, pou, inputs, pins)
+            found = _parameter(of, argument, position, pou, pins)
             if found is not None and found in matched.inputs:
                 of.context.say(argument, f"the argument {found.name} is given twice", "one value for each input")
                 found = None
@@ -63,33 +65,36 @@ def match_arguments(
     return matched if is_whole and not _misses(of, node, pou, inputs, matched) else None
 
 
-def _pins(pou: Pou, inputs: Sequence[Variable], outputs: Sequence[Variable]) -> list[Variable]:
-    """Return inputs and outputs in the order of their declarations."""
-    return [variable for variable in pou.variables.values() if variable in inputs or variable in outputs]
-
-
-def _is_output(of: "Expressions", name: str, outputs: Sequence[Variable]) -> bool:
-    return any(of.context.key(variable.name) == of.context.key(name) for variable in outputs)
+def _pins(context: Context, pou: Pou, inputs: Sequence[Variable], outputs: Sequence[Variable]) -> Pins:
+    """Return the parameters of a call.  They are worked out once, as a call may have few arguments for many of them."""
+    known, form = context.project.pins, (pou, len(inputs), len(outputs))
+    if form not in known:
+        own, is_by_position = {*inputs, *outputs}, context.project.dialect.has_calls_by_position
+        known[form] = Pins(
+            {context.key(variable.name): variable for variable in inputs},
+            {context.key(variable.name): variable for variable in outputs},
+            [variable for variable in pou.variables.values() if variable in own] if is_by_position else inputs,
+        )
+    return known[form]
 
 
 def _output(
-    of: "Expressions", argument: tree.Argument, pou: Pou, outputs: Sequence[Variable], matched: Arguments
+    of: "Expressions", argument: tree.Argument, pou: Pou, variable: Variable | None, pins: Pins, matched: Arguments
 ) -> bool:
     context = of.context
-    for variable in outputs:
-        if context.key(variable.name) == context.key(argument.name):
-            if not argument.is_output:
-                context.say(argument, f"{variable.name} is an output of {pou.name}", f"{variable.name} => target")
-                return False
-            if argument.value is not None:
-                matched.outputs.append((variable, argument.value, argument.is_negated))
-            return True
-    if context.project.lacks_base(pou):
+    if variable is None and context.project.lacks_base(pou):
         return False
-    names = ", ".join(variable.name for variable in outputs) or "no output"
-    what = f"{pou.name} has no output {argument.name}"
-    context.say(argument, what, names, enable.hint(context, argument.name))
-    return False
+    if variable is None:
+        names = listed(output.name for output in pins.outputs.values()) or "no output"
+        what = f"{pou.name} has no output {argument.name}"
+        context.say(argument, what, names, enable.hint(context, argument.name))
+        return False
+    if not argument.is_output:
+        context.say(argument, f"{variable.name} is an output of {pou.name}", f"{variable.name} => target")
+        return False
+    if argument.value is not None:
+        matched.outputs.append((variable, argument.value, argument.is_negated))
+    return True
 
 
 def _parameter(
@@ -97,50 +102,41 @@ def _parameter(
     argument: tree.Argument,
     position: int,
     pou: Pou,
-    inputs: Sequence[Variable],
-    pins: Sequence[Variable],
+    pins: Pins,
 ) -> Variable | None:
-    """Return the input of an argument; `pins` are those that arguments without names belong to, in their order."""
+    """Return the input of an argument."""
     context = of.context
     is_by_position = context.project.dialect.has_calls_by_position
-    compared = _compared(of, argument, inputs, is_certain=pou.kind is not PouKind.FUNCTION and not is_by_position)
+    compared = _compared(of, argument, pins, is_certain=pou.kind is not PouKind.FUNCTION and not is_by_position)
     if compared is not None:
         value = text(argument.value) if argument.value is not None else ""
         context.say(argument, f"{value} is a comparison", compared, "A value is passed with :=.")
         return None
     if argument.name:
-        for variable in inputs:
-            if context.key(variable.name) == context.key(argument.name):
-                return variable
-        if context.project.lacks_base(pou):
-            return None
-        names = {context.key(variable.name): variable.name for variable in inputs}
-        hint = enable.hint(context, argument.name) or context.project.reports.closest(argument.name, names.values())
-        context.say(
-            argument, f"{pou.name} has no input {argument.name}", ", ".join(names.values()) or "no argument", hint
-        )
-        return None
+        found = pins.inputs.get(context.key(argument.name))
+        if found is None and not context.project.lacks_base(pou):
+            names = [variable.name for variable in pins.inputs.values()]
+            hint = enable.hint(context, argument.name) or context.project.reports.closest(argument.name, names)
+            what = f"{pou.name} has no input {argument.name}"
+            context.say(argument, what, listed(names) or "no argument", hint)
+        return found
     if pou.kind is not PouKind.FUNCTION and not is_by_position:
-        example = (
-            f"{inputs[0].name} := {text(argument.value) if argument.value else '...'}" if inputs else "no argument"
-        )
+        first = next(iter(pins.inputs.values()), None)
+        example = f"{first.name} := {text(argument.value) if argument.value else '...'}" if first else "no argument"
         context.say(argument, f"{pou.name} is called with an argument without a name", example)
         return None
-    if position >= len(pins):
-        if position == len(pins):
-            context.say(argument, f"too many arguments for {pou.name}", f"{len(inputs)} arguments")
+    if position >= len(pins.placed):
+        if position == len(pins.placed):
+            context.say(argument, f"too many arguments for {pou.name}", f"{len(pins.inputs)} arguments")
         return None
-    return pins[position]
+    return pins.placed[position]
 
 
-def _compared(
-    of: "Expressions", argument: tree.Argument, inputs: Sequence[Variable], *, is_certain: bool
-) -> str | None:
+def _compared(of: "Expressions", argument: tree.Argument, pins: Pins, *, is_certain: bool) -> str | None:
     """Return the argument that `IN = TRUE` means, if IN is an input, and no variable of the caller or `is_certain`."""
     match argument:
         case tree.Argument(name="", value=tree.Binary(operator="=", left=tree.Name(text=name), right=right)):
-            is_input = any(of.context.key(variable.name) == of.context.key(name) for variable in inputs)
-            if is_input and (is_certain or of.context.find(name) is None):
+            if of.context.key(name) in pins.inputs and (is_certain or of.context.find(name) is None):
                 return f"{name} := {text(right)}"
     return None
 

@@ -1,6 +1,6 @@
 """Calls in expressions: functions of the project and of libraries, standard functions, and ADR, SIZEOF, INDEXOF."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, TypeGuard
 
@@ -258,28 +258,27 @@ def _standard_call(of: "Expressions", name: str, node: tree.Call, wanted: Type |
 def _in_order(context: Context, name: str, node: tree.Call) -> list[tree.Expression] | None:
     """The arguments by position; named ones are put in order."""
     names = intrinsics.formal_names(name, len(node.arguments))
+    places = {formal: place for place, formal in enumerate(names)}
     found: dict[str, tree.Expression] = {}
     for position, argument in enumerate(node.arguments):
         if argument.value is None or argument.is_output:
             context.say(argument, f"{name} has no outputs", "arguments without =>")
             return None
-        formal = _as_in_standard(argument.name.upper(), names) or (
+        formal = _as_in_standard(argument.name.upper(), places) or (
             names[position] if position < len(names) else str(position)
         )
-        if (argument.name and formal not in names) or formal in found:
+        if (argument.name and formal not in places) or formal in found:
             context.say(argument, f"{name} has no free argument {argument.name}", ", ".join(names))
             return None
         found[formal] = argument.value
-    return [
-        found[formal] for formal in sorted(found, key=lambda formal: names.index(formal) if formal in names else 99)
-    ]
+    return [found[formal] for formal in sorted(found, key=lambda formal: places.get(formal, 99))]
 
 
 _OF_CODESYS: Final = {"IN": ("STR",), "IN1": ("STR1",), "IN2": ("STR2",), "L": ("LEN", "SIZE"), "P": ("POS",)}
 """The names of CoDeSys by those of the standard, where functions for strings have others."""
 
 
-def _as_in_standard(name: str, names: Sequence[str]) -> str:
+def _as_in_standard(name: str, names: Collection[str]) -> str:
     """Return the name of an argument in `names`; the standard has IN1 where CoDeSys has STR1, and L for LEN."""
     others = (f"IN{name.removeprefix('STR')}",) if name.startswith("STR") else _OF_CODESYS.get(name, ())
     return name if name in names else next((other for other in others if other in names), name)

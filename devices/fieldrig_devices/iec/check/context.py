@@ -2,6 +2,7 @@
 
 from collections import ChainMap
 from collections.abc import Mapping, MutableMapping
+from itertools import chain
 from typing import Final
 
 from fieldrig_devices.iec.check.project import Entity, PouSource, Project
@@ -75,8 +76,11 @@ class Context:
         if not name or self.key(name) in self._unknown or self.project.lacks_base(self.block):
             return  # the parser has reported an empty name, and a message about EXTENDS is enough
         self._unknown.add(self.key(name))
-        entities = [*self.names.items(), *self.project.names.items()]
-        known = [getattr(entity, "name", name) for name, entity in entities]
+        if self.key(name) in self.project.names:
+            self.say(node, f"{name} is defined by itself", "a constant")
+            return
+        entities = chain(self.names.items(), self.project.names.items())
+        known = (getattr(entity, "name", name) for name, entity in entities)
         hint = _KNOWN_ELSEWHERE.get(name.casefold()) or self.project.reports.closest(name, known)
         if name.startswith("_") and not hint:
             hint = (

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import (
@@ -16,12 +17,12 @@ from fieldrig_devices.iec.check import (
 )
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import UNKNOWN, Entity, Pending, PouSource, Project, Start
-from fieldrig_devices.iec.check.sizes import DEEPEST, Sizes
+from fieldrig_devices.iec.check.sizes import DEEPEST, MOST_PARTS, Refused, Sizes
 from fieldrig_devices.iec.check.type_specs import TypeSpecs
 from fieldrig_devices.iec.check.variables import Variables
 from fieldrig_devices.iec.program import Constant, Pou, Space, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import ALIASES, LONG_ALIASES, OF_EDITION_3, BlockType, Elementary, StringType
+from fieldrig_devices.iec.types import ALIASES, LONG_ALIASES, OF_EDITION_3, BlockType, Elementary, StringType, Type
 
 
 class Declarations:
@@ -84,6 +85,7 @@ class Declarations:
             declared, key=lambda found: isinstance(found[0], tree.Variables) and bool(found[0].name)
         ):
             self._declare(node, file)
+        inheritance.check_interfaces(self._project)
         for name in [name for name in self._project.interfaces if not self._project.facades[name].methods]:
             self._methods_of_interface(name)
         self._foreign_lists()
@@ -323,19 +325,26 @@ class Declarations:
         for pou in self._project.sources:
             if pou.type is not None:
                 sizes.of(pou.type)
-        for kind in dict.fromkeys(sizes.deep):
-            file, place = self._project.declared_at.get(self._project.key(kind.name), ("", tree.NOWHERE))
-            self._project.reports.say(file, place, f"{kind.name} is nested too deeply", f"at most {DEEPEST} levels")
-        for kind in dict.fromkeys(sizes.circles):
-            file, place = self._project.declared_at.get(self._project.key(kind.name), ("", tree.NOWHERE))
-            self._project.reports.say(
-                file, place, f"{kind.name} contains itself", "a type of limited size", "use a POINTER TO it instead"
-            )
+        places: dict[Type, tuple[str, tree.Place]] = {
+            structure: (context.file, spec.place) for structure, spec, context in self.specs.structures
+        }
+        for kind, why in sizes.refused.items():
+            file, place = self._project.declared_at.get(self._project.key(kind.name)) or places[kind]
+            self._project.reports.say(file, place, f"{kind or 'the structure'} {why.value}", *_EXPECTED[why])
+        sizes.cut()
 
     @property
     def config_blocks(self) -> list[tuple[tree.Variables, str]]:
         """The blocks VAR_CONFIG."""
         return self._config_blocks
+
+
+_EXPECTED: Final = {
+    Refused.CIRCLE: ("a type of limited size", "use a POINTER TO it instead"),
+    Refused.DEEP: (f"at most {DEEPEST} levels", ""),
+    Refused.LARGE: (f"at most {MOST_PARTS} components and elements", ""),
+}
+"""What is expected instead of a type that cannot be used, and a hint."""
 
 
 def _writer(node: tree.Method) -> tuple[tree.Method, tuple[tree.Variables, ...]]:

@@ -190,16 +190,24 @@ class Dispatchers:
         project = self._project
         blocks = [pou for pou in project.sources if pou.type is not None and CLASS in pou.variables]
         concrete = [pou for pou in blocks if not project.is_abstract(pou)]
-        for made in project.facades.values():
-            assert made.type is not None
-            kind = InterfaceType(made.type)
-            self._families.append((made, [pou for pou in concrete if implements(project, pou, kind)]))
+        behind, below = self._relatives(concrete)
+        for name, made in project.facades.items():
+            self._families.append((made, behind.get(name, [])))
         for pou in blocks:
             if project.key(pou.name) in project.extended and pou.type is not None:
-                self._families.append((self._above(pou, pou.type), [one for one in concrete if self._is_a(one, pou)]))
+                self._families.append((self._above(pou, pou.type), below.get(id(project.sources[pou].tree), [])))
 
-    def _is_a(self, one: Pou, above: Pou) -> bool:
-        return one.type is not None and above.type is not None and derives(self._project, one.type, above.type)
+    def _relatives(self, concrete: Sequence[Pou]) -> tuple[dict[str, list[Pou]], dict[int, list[Pou]]]:
+        """Return the function blocks behind each interface, and those that each tree of a function block is in."""
+        project = self._project
+        behind, below = dict[str, list[Pou]](), dict[int, list[Pou]]()
+        for pou in concrete:
+            source = project.sources[pou]
+            for interface, _ in inheritance.closure(project, inheritance.implemented(source)):
+                behind.setdefault(project.key(interface.name), []).append(pou)
+            for above, _ in source.line.trees if source.line is not None else ():
+                below.setdefault(id(above), []).append(pou)
+        return behind, below
 
     def _above(self, pou: Pou, kind: BlockType) -> Pou:
         """Make the facade of a function block and of those that extend it."""

@@ -6,6 +6,8 @@ Interfaces are inherited as well, by function blocks and by other interfaces.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.context import Context
@@ -13,6 +15,9 @@ from fieldrig_devices.iec.check.project import Lineage, PouSource, Project
 from fieldrig_devices.iec.check.texts import a
 from fieldrig_devices.iec.program import Pou
 from fieldrig_devices.iec.tree import PouKind
+
+DEEPEST: Final = 40
+"""Levels of function blocks or interfaces that extend one another; each has its own copy of what it inherits."""
 
 
 def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tuple[tree.Pou, str]]) -> Lineage:
@@ -35,9 +40,44 @@ def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tup
         if any(above[0] is other for other, _ in found):
             project.reports.say(file, node.place, f"{node.name} extends itself", "another function block")
             break
+        if len(found) > DEEPEST:
+            what = f"{found[0][0].name} extends more than {DEEPEST} others"
+            project.reports.say(found[0][1], found[0][0].place, what, f"at most {DEEPEST} levels")
+            return Lineage(found[:1])
         found.append(above)
         node, file = above
     return Lineage(found, is_broken=is_broken)
+
+
+def check_interfaces(project: Project) -> None:
+    """Report interfaces that extend themselves, or too many levels of others; they extend nothing then."""
+    levels: dict[str, int] = {}
+
+    def above(key: str) -> list[str]:
+        names = (project.key(unqualified(name)) for name in project.interfaces[key][0].extends)
+        return [name for name in names if name in project.interfaces]
+
+    def refuse(key: str, what: str, expected: str) -> None:
+        interface, file = project.interfaces[key]
+        project.reports.say(file, interface.place, f"{interface.name} {what}", expected)
+        project.interfaces[key] = replace(interface, extends=()), file
+
+    for root in list(project.interfaces):
+        path = {root: iter(above(root))} if root not in levels else {}
+        while path:
+            key = next(reversed(path))
+            name = next(path[key], None)
+            if name is None:
+                levels[key] = 1 + max((levels[one] for one in above(key)), default=0)
+                if levels[key] > DEEPEST:
+                    refuse(key, f"extends more than {DEEPEST} others", f"at most {DEEPEST} levels")
+                    levels[key] = 1
+                del path[key]
+            elif name in path:
+                refuse(key, "extends itself", "another interface")
+                path[key] = iter(())
+            elif name not in levels:
+                path[name] = iter(above(name))
 
 
 def unqualified(name: str) -> str:

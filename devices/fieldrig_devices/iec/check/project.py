@@ -1,6 +1,6 @@
 """Everything that the project declares, by name, while it is being checked."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -102,6 +102,16 @@ class Edge:
     is_falling: bool
 
 
+@dataclass(frozen=True, slots=True)
+class Pins:
+    """The parameters of a POU; the names are in the form in which names are compared."""
+
+    inputs: dict[str, Variable]
+    outputs: dict[str, Variable]
+    placed: Sequence[Variable]
+    """Those that arguments without names belong to, in their order."""
+
+
 @dataclass(slots=True, eq=False)
 class PouSource:
     """A POU and where it comes from."""
@@ -193,6 +203,8 @@ class Project:
         self.depth = 0
         """Start values that wait for the one that is being worked out."""
         self.tasks: list[program.Task] = []
+        self.pins: dict[tuple[Pou, int, int], Pins] = {}
+        """The parameters of calls by what is called, and by how many inputs and outputs it has."""
         self.calls: dict[Pou, dict[Pou, tree.Place]] = {}
         """Which POU calls which, with one place of a call."""
         self.elements: list[Element] = []

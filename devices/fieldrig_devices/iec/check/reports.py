@@ -9,7 +9,7 @@ from fieldrig_devices.iec.limits import MOST_MESSAGES
 from fieldrig_devices.iec.tree import Place
 from fieldrig_devices.languages.mistakes import Mistake
 
-MOST_SEARCHES: Final = 100
+MOST_SEARCHES: Final = 25
 """Unknown names for which the closest known name is looked up; a search takes milliseconds in a large project."""
 
 

@@ -15,6 +15,7 @@ all others.  There is no final scan, so that P is executed exactly once (manual 
 instead of an action; it is TRUE while the action would run.
 """
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Final
@@ -76,7 +77,7 @@ class _Chart:
     def cycle(self) -> list[AnyStatement]:
         for step in self._steps:
             self._declare_step(step)
-        self._sections = {step.name: self._routines(step) for step in self._steps}
+        self._sections = {self._context.key(step.name): self._routines(step) for step in self._steps}
         self._now = self._hidden("now", Elementary.TIME)
         self._add(_assign(self._now, tree.Call(Name("TIME"), ())))
         for step in self._steps:
@@ -144,7 +145,7 @@ class _Chart:
 
     def _simple_step(self, step: tree.Step) -> None:
         self._place = step.place
-        sections = self._sections[step.name]
+        sections = self._sections[self._context.key(step.name)]
         if "entry" in sections:
             self._if(self._begins(step.name), _call(sections["entry"]))
         if "active" in sections:
@@ -165,7 +166,7 @@ class _Chart:
         """Compute whether an action runs, and run it (ACTION_CONTROL of the standard)."""
         self._place = control.uses[0][1].place
         resets = [_flag(step, "x") for step, use in control.uses if use.qualifier == "R"]
-        is_reset = _any(resets) if resets else None
+        is_reset = self._kept("reset", resets) if resets else None
         reasons = [self._reason(step, use, is_reset) for step, use in control.uses if use.qualifier != "R"]
         stored = self._stored(control, is_reset)
         runs = _any([*reasons, *stored]) if reasons or stored else _FALSE
@@ -177,6 +178,14 @@ class _Chart:
             self._if(runs, tree.CallStatement(tree.Call(action, (), place=self._place)))
         else:
             self._add(_assign(action, runs))
+
+    def _kept(self, name: str, reasons: Sequence[tree.Expression]) -> tree.Expression:
+        """Return whether one of these holds; several of them are looked at once, for all who need to know."""
+        if len(reasons) == 1:
+            return reasons[0]
+        kept = self._hidden(name, Elementary.BOOL)
+        self._add(_assign(kept, _any(reasons)))
+        return kept
 
     def _reason(self, step: str, use: tree.ActionUse, is_reset: tree.Expression | None) -> tree.Expression:
         """Return why an action runs in this cycle, apart from what is stored."""
@@ -231,13 +240,16 @@ class _Chart:
 
     def _test_and_switch(self) -> None:
         fired: list[tuple[tree.Transition, Name]] = []
+        left = self._with_alternatives()
         for transition in self._transitions:
             self._place = transition.place
             name = self._hidden("fires", Elementary.BOOL)
-            taken = [other for before, other in fired if set(self._keys(before)) & set(self._keys(transition))]
+            taken = [left[key] for key in self._keys(transition) if key in left]
             enabled = _all([*(_flag(step, "x") for step in transition.sources), *(_not(other) for other in taken)])
             self._add(_assign(name, _FALSE))
             self._if(enabled, _assign(name, transition.condition, transition.condition.place))
+            if taken:
+                self._if(name, *(_assign(other, _TRUE) for other in taken))
             fired.append((transition, name))
         for transition, name in fired:
             self._place = transition.place
@@ -246,13 +258,21 @@ class _Chart:
             self._place = transition.place
             self._if(name, *(self._enter(step) for step in transition.targets))
 
+    def _with_alternatives(self) -> dict[str, Name]:
+        """Return, for each step with several transitions, a variable that is set when one of them fires: the first one
+        counts.  To ask each transition for all before it would take the square of their number.
+        """
+        counts = Counter(key for transition in self._transitions for key in set(self._keys(transition)))
+        left = {key: self._hidden("left", Elementary.BOOL) for key, count in counts.items() if count > 1}
+        for name in left.values():
+            self._add(_assign(name, _FALSE))
+        return left
+
     def _keys(self, transition: tree.Transition) -> list[str]:
         return [self._context.key(step) for step in transition.sources]
 
     def _leave(self, step: str) -> list[tree.AnyStatement]:
-        sections = next(
-            found for name, found in self._sections.items() if self._context.key(name) == self._context.key(step)
-        )
+        sections = self._sections[self._context.key(step)]
         exit_call = [_call(sections["exit"])] if "exit" in sections else []
         return [*exit_call, _assign(_flag(step, "x"), _FALSE)]
 

@@ -4,15 +4,25 @@ Components follow one another without gaps (`types.py`).  A reference takes 4 by
 """
 
 from collections.abc import Iterable
+from enum import Enum
 from typing import Final
 
-from fieldrig_devices.iec.check.project import Project
+from fieldrig_devices.iec.check.project import UNKNOWN, Project
 from fieldrig_devices.iec.program import Pou, Space, Variable
 from fieldrig_devices.iec.types import ArrayType, BlockType, StructType, Type
 
 REFERENCE: Final = 4
 DEEPEST: Final = 40
 """Levels of structures and instances in one another; CoDeSys V2.3 has no use for more."""
+MOST_PARTS: Final = 1_000_000
+"""Components and elements of a type or a variable, at any level.  Empty structures take no memory, but 30 of them, each
+twice in the next one, would take the time of the host."""
+
+
+class Refused(Enum):
+    CIRCLE = "contains itself"
+    DEEP = "is nested too deeply"
+    LARGE = "has too many parts"
 
 
 class Sizes:
@@ -21,10 +31,9 @@ class Sizes:
         self._known: set[Type] = set()
         self._busy: list[StructType | BlockType] = []
         self._depths: dict[Type, int] = {}
-        self.deep: list[StructType | BlockType] = []
-        """Types with more levels of components than DEEPEST."""
-        self.circles: list[StructType | BlockType] = []
-        """Types that contain themselves; their size stays 0."""
+        self._parts: dict[Type, int] = {}
+        self.refused: dict[StructType | BlockType, Refused] = {}
+        """Types that cannot be used, with the reason; their size is 0."""
 
     def of(self, kind: Type) -> int:
         """Return the size; set it in structures and function blocks that are met on the way."""
@@ -32,22 +41,52 @@ class Sizes:
             return kind.count * self.of(kind.element)
         if not isinstance(kind, StructType | BlockType):
             return kind.size
-        if kind in self._known:
+        if kind in self._known or kind is UNKNOWN:
             return kind.size
         if kind in self._busy:
-            self.circles.append(kind)
-            return 0
+            return self._refuse(kind, Refused.CIRCLE)
         if len(self._busy) >= DEEPEST:
-            self.deep.append(kind)
-            return 0
+            return self._refuse(kind, Refused.DEEP)
         self._busy.append(kind)
         kind.size = self._structure(kind) if isinstance(kind, StructType) else self.instance(kind.pou)
         self._busy.pop()
         self._known.add(kind)
-        self._depths[kind] = 1 + max((self._depth(part) for part in _parts(kind)), default=0)
-        if self._depths[kind] == DEEPEST + 1:
-            self.deep.append(kind)
+        parts = list(_parts(kind))
+        self._depths[kind] = 1 + max(map(self._depth, parts), default=0)
+        self._parts[kind] = 1 + sum(map(self.parts, parts))
+        if self._depths[kind] > DEEPEST:
+            self._refuse(kind, Refused.DEEP)
+        elif self._parts[kind] > MOST_PARTS:
+            self._refuse(kind, Refused.LARGE)
         return kind.size
+
+    def parts(self, kind: Type) -> int:
+        """Return of how many parts a type is: it and all components and elements in it, also those without a size."""
+        if isinstance(kind, ArrayType):
+            return 1 + kind.count * self.parts(kind.element)
+        return self._parts.get(kind, 1) if isinstance(kind, StructType | BlockType) else 1
+
+    def _refuse(self, kind: StructType | BlockType, why: "Refused") -> int:
+        """Note a type that cannot be used; whatever contains it does without it."""
+        self.refused.setdefault(kind, why)
+        kind.size = self._depths[kind] = self._parts[kind] = 0
+        return 0
+
+    def cut(self) -> None:
+        """Take the refused types out of those that contain them, so that whatever follows all parts comes to an end."""
+        for kind in list(self._known):
+            if isinstance(kind, StructType):
+                for field in kind.fields.values():
+                    field.type = self._allowed(field.type)
+            elif isinstance(kind, BlockType) and kind.pou is not None:
+                for variable in kind.pou.variables.values():
+                    variable.type = variable.type if variable.is_reference else self._allowed(variable.type)
+
+    def _allowed(self, kind: Type) -> Type:
+        plain = kind
+        while isinstance(plain, ArrayType):
+            plain = plain.element
+        return UNKNOWN if plain in self.refused else kind
 
     def _depth(self, kind: Type) -> int:
         while isinstance(kind, ArrayType):

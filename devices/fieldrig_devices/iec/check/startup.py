@@ -37,6 +37,8 @@ MOST_LOOPS: Final = 3
 """Dimensions of arrays of instances, one within the other."""
 FLAG: Final = "$isStarted"
 INIT: Final = "fb_init"
+WHOLE: Final = "whole"
+"""The VAR_IN_OUT of a function that starts the instances in a structure."""
 IMPLICIT: Final = (
     tree.Literal(tree.LiteralKind.BOOL, True, "TRUE"),
     tree.Literal(tree.LiteralKind.BOOL, False, "FALSE"),
@@ -64,8 +66,16 @@ class Startup:
         self._loops = 0
         """The number of loops around the present statement."""
         self._needs: dict[Pou, bool] = {}
+        self._structures: dict[StructType, bool] = {}
+        """The structures, and whether instances in them have to be started."""
         self._functions: dict[str, Pou] = {}
         """The functions `$start` by file, so that messages have the right one."""
+        self._statements: dict[str, list[tree.AnyStatement]] = {}
+        """What these functions do."""
+        self._starters: dict[StructType, str] = {}
+        """The functions that start the instances in a structure: without them, the code would grow exponentially with
+        structures in one another."""
+        self._found: dict[Pou, list[str]] = {}
 
     def begin(self) -> None:
         project = self._project
@@ -79,6 +89,11 @@ class Startup:
         for pou in list(project.pous.values()):
             if pou.kind is PouKind.PROGRAM and self._is_needed(pou):
                 self._add_to_function(pou.file, [_call(tree.Member(tree.Name(pou.name), START))])
+        for file, function in self._functions.items():
+            source = project.sources[function]
+            source.tree.body = tree.StBody(tuple(self._statements[file]))
+            if _has_loop(self._statements[file]):
+                _count_with(source)
         if self._functions:
             project.globals[FLAG.lower()] = Variable(FLAG, Elementary.BOOL, Space.GLOBAL, Section.GLOBAL)
 
@@ -127,7 +142,9 @@ class Startup:
         while isinstance(kind, ArrayType):
             kind = kind.element
         if isinstance(kind, StructType):
-            return any(self._has_instances(field.type) for field in kind.fields.values())
+            if kind not in self._structures:
+                self._structures[kind] = any(self._has_instances(field.type) for field in kind.fields.values())
+            return self._structures[kind]
         block = _block(kind)
         return block is not None and (self._constructors(block) != [] or self._is_needed(block))
 
@@ -135,7 +152,10 @@ class Startup:
         """Return the names of the FB_init of a block and of those above it, the uppermost first."""
         if not self._project.dialect.has_constructors:
             return []
-        return sorted((name for name in block.methods if name.partition("@")[0] == INIT), reverse=True)
+        if block not in self._found:
+            names = [name for name in block.methods if name.partition("@")[0] == INIT]
+            self._found[block] = sorted(names, reverse=True)
+        return self._found[block]
 
     def _is_constructed(self, kind: Type) -> bool:
         block = _block(kind)
@@ -152,11 +172,7 @@ class Startup:
             function = self._functions[file] = self._project.pous[name] = Pou(PouKind.FUNCTION, name, file)
             node = tree.Pou(PouKind.FUNCTION, name, None, (), tree.StBody(()))
             self._project.sources[function] = PouSource(function, node, is_library=False)
-        source = self._project.sources[self._functions[file]]
-        assert isinstance(source.tree.body, tree.StBody)
-        source.tree.body = tree.StBody((*source.tree.body.statements, *made))
-        if _has_loop(made):
-            _count_with(source)
+        self._statements.setdefault(file, []).extend(made)
 
     def _add_method(self, source: PouSource) -> None:
         """Give a function block or program its method `$start`."""
@@ -188,8 +204,8 @@ class Startup:
         if not self._has_instances(kind):
             return
         if isinstance(kind, StructType):
-            for field in kind.fields.values():
-                yield from self._instances(tree.Member(target, field.name, place=target.place), field.type, _PLAIN)
+            starter = tree.Name(self._starter(kind), place=target.place)
+            yield _call(starter, [tree.Argument(target, WHOLE)])
             return
         if isinstance(kind, ArrayType):
             yield from self._elements(target, kind, spec, at)
@@ -202,6 +218,26 @@ class Startup:
         given = rows[at] if at < len(rows) else spec.arguments if isinstance(spec, tree.NamedType) else ()
         for name in self._constructors(block):
             yield _call(tree.Member(target, name, place=target.place), self._fitting(block.methods[name], given))
+
+    def _starter(self, kind: StructType) -> str:
+        """Return the name of the function that starts the instances in a structure."""
+        if kind not in self._starters:
+            project, file = self._project, ""
+            name = self._starters[kind] = f"{START}@{len(self._starters)}"
+            made = project.pous[name] = project.names[name] = Pou(PouKind.FUNCTION, name, file)
+            whole = made.variables[WHOLE] = Variable(WHOLE, kind, Space.FRAME, Section.IN_OUT)
+            loops, self._loops = self._loops, 0
+            body = [
+                one
+                for field in kind.fields.values()
+                for one in self._instances(tree.Member(tree.Name(WHOLE), field.name), field.type, _PLAIN)
+            ]
+            self._loops = loops
+            node = tree.Pou(PouKind.FUNCTION, name, None, (), tree.StBody(tuple(body)))
+            source = project.sources[made] = PouSource(made, node, False, {WHOLE: whole}, [whole])
+            if _has_loop(body):
+                _count_with(source)
+        return self._starters[kind]
 
     def _elements(
         self, target: tree.Expression, kind: ArrayType, spec: tree.TypeSpec, at: int

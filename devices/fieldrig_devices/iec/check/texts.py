@@ -1,8 +1,13 @@
 """Short source text of an expression, for messages."""
 
+from collections.abc import Iterable
+from itertools import islice
+
 from fieldrig_devices.iec import tree
 
 LONGEST = 40
+MOST_LISTED = 20
+"""Names in a message."""
 SPOKEN_WITH_A_VOWEL = (
     "A",
     "E",
@@ -69,3 +74,9 @@ def a(kind: object) -> str:
     """Return the name of a type with its article."""
     shown = str(kind)
     return f"{'an' if shown.startswith(SPOKEN_WITH_A_VOWEL) else 'a'} {shown}"
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return names for a message, with "..." if there are many."""
+    shown = list(islice(names, MOST_LISTED + 1))
+    return ", ".join(shown if len(shown) <= MOST_LISTED else [*shown[:MOST_LISTED], "..."])

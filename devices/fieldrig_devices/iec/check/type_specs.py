@@ -59,6 +59,8 @@ class TypeSpecs:
         self._declared: dict[str, tuple[tree.TypeDeclaration, Context]] = {}
         self._busy: set[str] = set()
         self._depth = 0
+        self._numbers: dict[EnumType, dict[str, int]] = {}
+        """The numbers of enumerations by the names of their values, as names are compared."""
         self.structures: list[tuple[StructType, tree.StructSpec, Context]] = []
 
     def add(self, name: str, declaration: tree.TypeDeclaration, context: Context) -> None:
@@ -264,6 +266,9 @@ class TypeSpecs:
             if not isinstance(above, tree.StructSpec) or plain in seen:
                 context.say(spec, f"{extends} is no structure that can be extended", "the name of another structure")
                 break
+            if len(seen) == DEEPEST:
+                context.say(spec, f"the structure extends more than {DEEPEST} others", f"at most {DEEPEST} levels")
+                return tree.StructSpec(spec.fields, spec.is_union, place=spec.place)
             seen.add(plain)
             fields, extends = (*above.fields, *fields), above.extends
         return tree.StructSpec(fields, spec.is_union, place=spec.place)
@@ -293,8 +298,11 @@ class TypeSpecs:
         return kind
 
     def _value(self, kind: EnumType, wanted: str) -> Constant:
-        numbers = {self._key(name): number for name, number in self._project.values_of(kind).items()}
-        return Constant(numbers.get(wanted, 0), kind)
+        if kind not in self._numbers:
+            self._numbers[kind] = {}  # a value that is asked for while the numbers are worked out has none
+            values = self._project.values_of(kind)
+            self._numbers[kind] = {self._key(name): number for name, number in values.items()}
+        return Constant(self._numbers[kind].get(wanted, 0), kind)
 
     def _number(self, kind: EnumType, spec: tree.EnumSpec, context: Context) -> None:
         number, base = -1, kind.base

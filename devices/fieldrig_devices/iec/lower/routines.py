@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
 
 from fieldrig_devices.iec.costs import CODE_PER_NS, CODE_PER_ROUTINE, Costs
 from fieldrig_devices.iec.host import NativeBlock, NativeFunction
@@ -51,10 +50,10 @@ def lower(
         parts[name] = (_native(pou, natives, context, lowered) if pou.is_native else _routine(pou, context)), pou
         lowered.files[name], lowered.titles[name] = pou.file, pou.name
         on_progress(number + 1, len(bodies))
-    need = _stack_needs(parts)
+    needs = _stack_needs(parts)
     is_deep = False
     for name, (_, pou) in parts.items():
-        if pou.kind is PouKind.PROGRAM and need(name) > STACK_SIZE:
+        if pou.kind is PouKind.PROGRAM and needs[name] > STACK_SIZE:
             is_deep = True
     for name, (part, _) in parts.items():
         assembler = part.assembler
@@ -94,18 +93,28 @@ def _native(pou: Pou, natives: Natives, context: Context, lowered: Lowered) -> S
     return part
 
 
-def _stack_needs(parts: Mapping[str, tuple[Statements, Pou]]) -> Callable[[str], float]:
-    """Return a function for the bytes that a routine needs with all that it calls; infinite for a recursion."""
-    busy: set[str] = set()
+def _stack_needs(parts: Mapping[str, tuple[Statements, Pou]]) -> dict[str, float]:
+    """Return the bytes that each routine needs with all that it calls; infinite for a recursion.
 
-    @cache
-    def need(name: str) -> float:
-        if name in busy:
-            return float("inf")
-        busy.add(name)
-        part, _ = parts[name]
-        deepest = max((need(called) for called in part.assembler.calls), default=0.0)
-        busy.discard(name)
-        return part.frame_size + deepest
-
-    return need
+    It is no recursive function, because programs may have longer rows of calls than Python has room for.
+    """
+    needs: dict[str, float] = {}
+    for root in parts:
+        path = [(root, list(parts[root][0].assembler.calls))] if root not in needs else []
+        busy = {root}
+        while path:
+            name, rest = path[-1]
+            if rest:
+                called = rest.pop()
+                if called in busy:
+                    needs[called] = float("inf")
+                elif called not in needs:
+                    busy.add(called)
+                    path.append((called, list(parts[called][0].assembler.calls)))
+                continue
+            part = parts[name][0]
+            deepest = max((needs[called] for called in part.assembler.calls), default=0.0)
+            needs[name] = max(part.frame_size + deepest, needs.get(name, 0.0))
+            busy.discard(name)
+            path.pop()
+    return needs

@@ -99,6 +99,8 @@ class Expressions(Cursor):
                 raise self.too_long(LONGEST_CHAIN)
             if operator == "**" and not self.dialect.has_power:
                 self.say(at, "the operator ** is not supported", "EXPT(base, exponent)", "Write EXPT(2, 3) for 2**3.")
+            elif operator == "**":
+                self._rise()  # it becomes a call of EXPT within another
             right = self._unary()
             following = RANKS.get(kinds[self.i], 0)
             if following > rank:

@@ -1,0 +1,93 @@
+"""Work and stack of a compilation grow no worse than n log n with the text, for every construct of the language.
+
+Work is counted in executed lines of Python, because seconds depend on the host.
+"""
+
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from types import FrameType
+from typing import Any
+
+import pytest
+from iec_growth import DEEP, TODAY, WIDE
+
+from fieldrig.clock import VirtualClock
+from fieldrig_devices.iec.compiler import compile_project
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4, Dialect
+from fieldrig_devices.iec.standalone import StandaloneHost
+from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.languages.source_file import SourceFile
+
+Text = Callable[[int], str]
+STEPS = 8
+"""Times by which a text becomes longer."""
+MOST_GROWTH = STEPS * 2
+"""n log n is 8 * 1.6 from 20 to 160 of a construct, and n squared is 64."""
+
+A_FEW = 1_000
+"""Lines that are executed more or less by chance, for example by a cache."""
+
+
+def compiled(text: str, dialect: Dialect) -> None:
+    """Compile a text, or have it refused."""
+    with suppress(CompileError):
+        compile_project([SourceFile("a.st", text)], StandaloneHost(VirtualClock()), dialect)
+
+
+def work(text: str, dialect: Dialect) -> int:
+    """Return how many lines of Python a compilation executes; in a comprehension, each element is a line."""
+    executed = 0
+
+    def count(frame: FrameType, event: str, argument: Any) -> Any:
+        nonlocal executed
+        executed += 1
+        return count
+
+    before = sys.gettrace()
+    sys.settrace(count)
+    try:
+        compiled(text, dialect)
+    finally:
+        sys.settrace(before)
+    return executed
+
+
+def growth(text: Text, dialect: Dialect, first: int = 20) -> float:
+    """Return how much more work the same addition to a text is where the text is STEPS times as long."""
+    compiled(text(first), dialect)  # what is read once for all, such as libraries
+    begin, after, far, farther = (work(text(count), dialect) for count in _counts(first))
+    return (farther - far) / max(after - begin, A_FEW)
+
+
+def _counts(first: int) -> tuple[int, int, int, int]:
+    return first, 2 * first, STEPS * first, STEPS * 2 * first
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("construct", WIDE)
+def test_work_grows_with_the_text(construct: str) -> None:
+    assert growth(WIDE[construct], EPAS_4) < MOST_GROWTH
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("construct", TODAY)
+def test_work_grows_with_the_text_of_todays_languages(construct: str) -> None:
+    assert growth(TODAY[construct], CODESYS) < MOST_GROWTH
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3, CODESYS], ids=lambda dialect: dialect.name)
+@pytest.mark.parametrize("construct", DEEP)
+def test_work_grows_with_the_levels_in_one_another(construct: str, dialect: Dialect) -> None:
+    text = DEEP[construct]
+    a_line = work(text(12), dialect) / len(text(12))
+    for count in (24, 39, 200):
+        assert work(text(count), dialect) < 3 * a_line * len(text(count)), count
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3, CODESYS], ids=lambda dialect: dialect.name)
+@pytest.mark.parametrize("construct", DEEP)
+def test_no_depth_is_too_much_for_the_stack(construct: str, dialect: Dialect) -> None:
+    compiled(DEEP[construct](2_500), dialect)
