@@ -32,26 +32,10 @@ class PortOptions(Settings):
         description="PAM PARAMETERS with class and number of items in the answer to DEF_OUT, whose figure is lost: "
         "`as_inputs` 3 and 4, as for an input; `first` 1 and 2",
     )
-    bad_output_crc: Literal["error", "fatal"] = Field(
-        default="error",
-        description="effect of a DEF_OUT with an unknown CRC: 07..E028 as in chapter 13 of the manual, or the fatal "
-        "07..F028 of its appendix B",
-    )
-    rejected_start: Literal["served", "idle"] = Field(
-        default="served",
-        description="DualPort after a START that came before the end of the configuration: its FIFOs and its watchdog "
-        "are served, or only the application runs",
-    )
-    is_start_limited: bool = Field(
-        default=True, description="whether MASTER_CONFIGURATION_TIMEOUT also limits the wait for START"
-    )
     first_item: Literal[0, 1] = Field(
         default=0,
         description="index of the first item of a multiple variable in the FIFOs of a VME DualPort, where the manual "
         "prints a range of NUMBER - 1 items that begins with 1",
-    )
-    period_queue: int = Field(
-        default=144, ge=1, description="changes of inputs that wait for one PERIOD of a VME DualPort (07..E02B)"
     )
     class_codes: ClassCodes = Field(default_factory=ClassCodes, description="codes of the classes in a VME DualPort")
     pam_vme_h: ConfigFile | None = Field(
@@ -68,11 +52,6 @@ class PortOptions(Settings):
         default=False,
         description="true: the application runs without the start-up of its DualPort (07..M01E, 07..M01F), whose "
         "variables are then internal",
-    )
-    full_output_fifo: Literal["lost", "waits"] = Field(
-        default="lost",
-        description="change of an output that finds the output FIFO of a DualPort full: it is lost, or it is sent when "
-        "there is room",
     )
     pam_ready: Literal["set_first", "as_printed"] = Field(
         default="set_first",

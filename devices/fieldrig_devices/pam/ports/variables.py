@@ -114,33 +114,24 @@ CODE_STOPPED: Final = 2
 
 
 class OutputChanges:
-    """Changes of outputs on their way into an output FIFO, which is reported once when it is full (07..E008)."""
+    """Changes of outputs on their way into an output FIFO.
 
-    def __init__(self, put: Callable[[PortItem], bool], kernel: Kernel, *, waits: bool) -> None:
-        """`put` writes the present value of an output, and returns False if there is no room.
+    One that finds it full is lost, which is reported once until there is room again (07..E008).
+    """
 
-        With `waits` the change is written when there is room, otherwise it is lost.
-        """
-        self._put, self._kernel, self._waits = put, kernel, waits
-        self._waiting: dict[PortItem, None] = {}
+    def __init__(self, put: Callable[[PortItem], bool], kernel: Kernel) -> None:
+        """`put` writes the present value of an output, and returns False if there is no room."""
+        self._put, self._kernel = put, kernel
         self._is_full = False
 
     def clear(self) -> None:
-        self._waiting.clear()
         self._is_full = False
 
     def add(self, item: PortItem) -> None:
-        is_written = not self._waiting and self._put(item)
-        if not is_written and self._waits:
-            self._waiting[item] = None
+        is_written = self._put(item)
         if not is_written and not self._is_full:
             self._kernel.report("07..E008")
         self._is_full = not is_written
-
-    def write_waiting(self) -> None:
-        while self._waiting and self._put(next(iter(self._waiting))):
-            del self._waiting[next(iter(self._waiting))]
-            self._is_full = bool(self._waiting)
 
 
 class PortStatus:

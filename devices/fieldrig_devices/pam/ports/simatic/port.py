@@ -72,7 +72,7 @@ class SimaticPort:
         self._input_words = {self._places[item].address: item for item in inputs if item.variable.kind == "WORD_VAR"}
         self._announced: dict[PortItem, None] = {}
         """Input words that are updated at the end of the period, in the order of the FIFO."""
-        self._changes = OutputChanges(self._announce, kernel, waits=options.full_output_fifo == "waits")
+        self._changes = OutputChanges(self._announce, kernel)
         self._watchdog = Watchdog(self.status, kernel, options, self._take_watchdog)
         self._deadline_ns: int | None = None
         self._now_ns = self._round = self._cycles = 0
@@ -146,7 +146,6 @@ class SimaticPort:
 
     def give(self) -> None:
         """Announce the changes that wait for room; all others are announced when they happen."""
-        self._changes.write_waiting()
 
     # ---- start-up
 

@@ -31,6 +31,8 @@ from fieldrig_devices.pam.runtime.item import Kernel, Value
 WATCHDOG_NS: Final = 10_000_000
 """Period of the watchdog (PAMS-081)."""
 
+MOST_QUEUED: Final = BLOCKS
+"""Changes of inputs that wait for one PERIOD; the manual gives no number (E02B)."""
 _MESSAGES: Final[Mapping[State, str]] = {
     State.SYNC: "07..M01C",
     State.CONFIG_IN: "07..M007",
@@ -38,6 +40,7 @@ _MESSAGES: Final[Mapping[State, str]] = {
     State.WAIT_START: "07..M011",
 }
 _CONFIGURING: Final = frozenset({State.CONFIG_IN, State.CONFIG_OUT, State.INIT, State.WAIT_START})
+"""The states in which MASTER_CONFIGURATION_TIMEOUT counts."""
 _SENDING: Final = frozenset({State.RUN, State.RUN_NO_MASTER})
 _RUNNING: Final = _SENDING | {State.RUN_ALONE}
 
@@ -58,8 +61,6 @@ class VmePort:
         self.may_run = False
         """True when the application runs, or may begin to."""
         self._is_sending = False
-        self._limited = _CONFIGURING if options.is_start_limited else _CONFIGURING - {State.WAIT_START}
-        """The states in which MASTER_CONFIGURATION_TIMEOUT counts."""
         self._watchdog = Watchdog(self.status, kernel, options, self._take_watchdog)
         self._in, self._out = Fifo(memory, IN_HEADER), Fifo(memory, OUT_HEADER)
         self._start_up = StartUp(memory, self, options)
@@ -69,7 +70,7 @@ class VmePort:
         }
         self._deadline_ns: int | None = None
         self._now_ns = self._watchdog_ns = 0
-        self._changes = OutputChanges(self._write, kernel, waits=options.full_output_fifo == "waits")
+        self._changes = OutputChanges(self._write, kernel)
 
     # ---- for the PAM
 
@@ -112,7 +113,7 @@ class VmePort:
         elif self.state in _CONFIGURING:
             if self.state is State.INIT and self._start_up.is_reading:
                 self._initialise()
-            if self._start_up.poll() and self.state in self._limited:
+            if self._start_up.poll() and self.state in _CONFIGURING:
                 self._wait("MASTER_CONFIGURATION_TIMEOUT")
         if self._deadline_ns is not None and now_ns >= self._deadline_ns:
             self.fail()
@@ -139,7 +140,6 @@ class VmePort:
 
     def give(self) -> None:
         """Write the changes that wait for room; all others are written when they happen."""
-        self._changes.write_waiting()
 
     # ---- start-up
 
@@ -154,7 +154,7 @@ class VmePort:
         self._deadline_ns = None
         if state is State.SYNC:
             self._wait("MASTER_READY_TIMEOUT")
-        elif state in self._limited:
+        elif state in _CONFIGURING:
             self._wait("MASTER_CONFIGURATION_TIMEOUT")
         elif state is State.RUN:
             self._watchdog_ns = self._now_ns + WATCHDOG_NS
@@ -163,10 +163,7 @@ class VmePort:
     def configure(self, crc: int, key: int) -> PortVariable | None:
         variable = self._outputs.get(crc)
         if variable is None:
-            is_fatal = self._options.bad_output_crc == "fatal"
-            if is_fatal:
-                self.fail()
-            self._kernel.report("07..F028" if is_fatal else "07..E028", (crc, key, 0))
+            self._kernel.report("07..E028", (crc, key, 0))
             return None
         self._keys[variable.name] = key  # its value is 0 since the start-up has begun
         return variable
@@ -206,9 +203,9 @@ class VmePort:
         if found is None:
             return
         variable, index = found
-        queue, size = self._queues[variable.period], self._options.period_queue
-        if len(queue) >= size:
-            self._kernel.report("07..E02B", (variable.period, size, number))
+        queue = self._queues[variable.period]
+        if len(queue) >= MOST_QUEUED:
+            self._kernel.report("07..E02B", (variable.period, MOST_QUEUED, number))
             return
         queue.append((variable, index, value_of(variable.kind, block[3:])))
 

@@ -71,7 +71,6 @@ class StartUp:
         self._is_cleared_by_master = options.command_cleared_by == "master"
         self._class_codes = class_codes(options.class_codes)
         self._def_out_reply = DEF_OUT_REPLY[options.def_out_reply]
-        self._after_rejected_start = State.RUN if options.rejected_start == "served" else State.RUN_ALONE
         self._round = self._sent = 0
         self._is_answered = self._is_reading = False
 
@@ -174,11 +173,11 @@ class StartUp:
         return Answer.ACK_OK
 
     def _start(self) -> Answer:
-        """Start the application, even if the configuration is not complete (PAMS-076)."""
+        """Start the application, even if the configuration is not complete (PAMS-076); its port is served then too."""
         if self._owner.may_run:
             return Answer.CDE_REJECTED
         is_complete = self._owner.state is State.WAIT_START
-        self._owner.enter(State.RUN if is_complete else self._after_rejected_start)
+        self._owner.enter(State.RUN)
         return Answer.ACK_OK if is_complete else Answer.CDE_REJECTED
 
     def _give(self, *values: int) -> None:
