@@ -1,6 +1,6 @@
 """The hardware of a node: terminals, LEDs, display and analog output, and the faults that come from it."""
 
-from typing import Any
+from typing import Any, Final
 
 from fieldrig.clock import MS, Clock
 from fieldrig.injected_faults import InjectedFaults
@@ -24,6 +24,9 @@ from fieldrig_devices.smart_io.troubles import (
 
 Injected = InjectedFaults[Any]
 
+BLINK_NS: Final = 1_000 * MS
+"""Period of blinking, on for one half; the manual says that it is fixed (11.1)."""
+
 
 class Board:
     """The hardware of one node."""
@@ -35,11 +38,8 @@ class Board:
         self.terminals, self.troubles = terminals, troubles
         self.modules = frozenset(settings.modules)
         self.has_display = settings.keyboard == "006.7012"
-        readings = settings.readings
-        half_ns = readings.blink_period_ms * MS // 2
-        self.display = Display(clock, half_ns, readings.font)
-        self.lamps = {number: Lamp(clock, terminals, f"led{number}", half_ns) for number in settings.leds}
-        self._step_mv = readings.analog_step_mv
+        self.display = Display(clock, BLINK_NS // 2, settings.readings.font)
+        self.lamps = {number: Lamp(clock, terminals, f"led{number}", BLINK_NS // 2) for number in settings.leds}
         self.millivolts = 0
         """Value of the analog output."""
         self._present: dict[Key, int] = {}
@@ -50,8 +50,6 @@ class Board:
         return number in self._settings.keys
 
     def put_analog(self, millivolts: int) -> None:
-        """Give the nearest voltage that the output has."""
-        millivolts = round(round(millivolts / self._step_mv) * self._step_mv)
         if millivolts != self.millivolts:
             self.millivolts = millivolts
             self.terminals.drive_analog("analog1", millivolts)

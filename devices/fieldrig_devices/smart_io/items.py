@@ -23,7 +23,7 @@ from fieldrig_devices.smart_io.motor import OPERANDS, DcMotor, MotorLimits, wrap
 from fieldrig_devices.smart_io.scan import InputScan
 from fieldrig_devices.smart_io.settings import SmartIoSettings
 from fieldrig_devices.smart_io.terminals import Terminals
-from fieldrig_devices.smart_io.troubles import MOTOR, MOTOR_BITS, NODE_BITS, FaultCode, Troubles, without
+from fieldrig_devices.smart_io.troubles import MOTOR, NODE_BITS, FaultCode, Troubles
 
 Send = Callable[[Report], None]
 MOST_MV: Final = 10_000
@@ -289,11 +289,7 @@ class MotorDrive(NodeItem):
         own = MotorLimits(
             item.timeout_ms * MS, settings.motor_rest_ms * MS, readings.zero_at == "rest", readings.stray_pulses
         )
-        self._node_bits, bits = (
-            table if readings.does_not_stop_bit else without(FaultCode.DOES_NOT_STOP, table)
-            for table in (NODE_BITS, MOTOR_BITS)
-        )
-        self.motor = DcMotor(clock, own, item.braking, parts.drive, lambda: bool(parts.zero.value), self._report, bits)
+        self.motor = DcMotor(clock, own, item.braking, parts.drive, lambda: bool(parts.zero.value), self._report)
         parts.join(self.motor.on_pulse, self.motor.on_zero)
         if readings.counts == "direction":
             parts.counter.step = lambda: self.motor.direction
@@ -329,7 +325,7 @@ class MotorDrive(NodeItem):
         errors = self.motor.errors
         for fault in sorted(errors ^ self._told):
             details = (self._item, int(fault))
-            self._troubles.set(fault in errors, MOTOR, details, self._node_bits.get(fault, 0))
+            self._troubles.set(fault in errors, MOTOR, details, NODE_BITS.get(fault, 0))
         self._told = errors
         report = MotorReport(self._item, self.motor.is_ready, self.motor.error_word, self._number)
         if report != self._last:

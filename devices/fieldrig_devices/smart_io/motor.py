@@ -16,7 +16,7 @@ The manual names the functions and the errors; what follows is how we read them 
   An order that waits for the stop ends with this error.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Final
@@ -82,9 +82,8 @@ class DcMotor:
         drive: Callable[[int], None],
         is_zero_high: Callable[[], bool],
         on_change: Callable[[], None],
-        bits: Mapping[FaultCode, int] = MOTOR_BITS,
     ) -> None:
-        """`drive` switches the outputs: 1 for INC, -1 for DEC, 0 for none; `bits` are those of the error word."""
+        """`drive` switches the outputs: 1 for INC, -1 for DEC, 0 for none."""
         self._clock, self._own, self._braking = clock, own, braking
         self._drive, self._is_zero_high, self._on_change = drive, is_zero_high, on_change
         self.state = State.REST
@@ -92,7 +91,6 @@ class DcMotor:
         self.errors: frozenset[FaultCode] = frozenset()
         self.is_ready = True
         self._limits: tuple[int, int] | None = None
-        self._bits = bits
         self.direction = 1
         """The direction that was driven last."""
         self._is_zero_due = False
@@ -110,7 +108,7 @@ class DcMotor:
     @property
     def error_word(self) -> int:
         """Table 12-3."""
-        return sum(self._bits[fault] for fault in self.errors)
+        return sum(MOTOR_BITS[fault] for fault in self.errors)
 
     # ---- orders
 

@@ -5,7 +5,6 @@ nothing: every report comes from an edge, a timer or an order.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any, Final
 
 from fieldrig.clock import Clock
@@ -48,7 +47,6 @@ from fieldrig_devices.smart_io.items import (
     PulseCounter,
     SevenSegment,
 )
-from fieldrig_devices.smart_io.readings import NodeReadings
 from fieldrig_devices.smart_io.settings import SmartIoSettings
 from fieldrig_devices.smart_io.troubles import NODE, NODE_BITS, FaultCode
 
@@ -192,8 +190,6 @@ class SmartIoProgram:
         """Return the item at work; None if this node can't have it (04..E01A)."""
         clock, board = self._clock, self._board
         terminals, readings = board.terminals, self._settings.readings
-        if isinstance(item, InputItem | CounterItem | KeyItem):
-            item = completed(item, readings)
         match item:
             case InputItem(address=address, bits=bits) if self._are_there(address, bits) and _is_scan(item):
                 names = [f"in{address + place}" for place in range(bits)]
@@ -237,15 +233,6 @@ class SmartIoProgram:
 
     def _has(self, kind: type[NodeItem]) -> bool:
         return any(isinstance(item, kind) for item in self._items.values())
-
-
-def completed(item: Scanned, readings: NodeReadings) -> Scanned:
-    """Return an item with the PERIOD that the node has, and with the times of a key that declares none (G-06, G-08)."""
-    step = readings.scan_step_ms
-    item = replace(item, period_ms=-(-item.period_ms // step) * step)
-    if isinstance(item, KeyItem) and not item.repeat_ms:
-        return replace(item, delay_ms=item.delay_ms or readings.delay_ms, repeat_ms=readings.repeat_ms)
-    return item
 
 
 def _is_scan(item: Scanned) -> bool:

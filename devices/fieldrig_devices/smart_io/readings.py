@@ -15,13 +15,6 @@ class NodeReadings(Settings):
         description="value of a pressed AUTOREPEAT key: true with a gap of one PERIOD before each repetition, or a "
         "pulse of one PERIOD for the press and for each repetition",
     )
-    delay_ms: int = Field(default=0, ge=0, le=60_000, description="DELAY of an AUTOREPEAT key that declares none")
-    repeat_ms: int = Field(
-        default=0, ge=0, le=60_000, description="REPEAT of an AUTOREPEAT key that declares none; 0 repeats nothing"
-    )
-    scan_step_ms: int = Field(
-        default=1, ge=1, le=1_000, description="clock of the scan, of which each PERIOD is rounded up to a multiple"
-    )
     time_stamps: bool = Field(
         default=True, description="whether reports of binary inputs say how long ago the level changed"
     )
@@ -36,15 +29,6 @@ class NodeReadings(Settings):
         ge=0,
         le=1_000_000,
         description="pulses of a DC motor at rest with which its position is not lost yet; by default BRAKING",
-    )
-    does_not_stop_bit: bool = Field(
-        default=True, description="whether error 11 of a DC motor has the bit 0x8000 in the error words, or none"
-    )
-    blink_period_ms: int = Field(
-        default=1_000, ge=2, le=60_000, description="period of blinking, which is on for one half"
-    )
-    analog_step_mv: float = Field(
-        default=1.0, gt=0, le=1_000, allow_inf_nan=False, description="step of the analog output"
     )
     font: dict[
         Annotated[str, Field(min_length=1, max_length=1)],

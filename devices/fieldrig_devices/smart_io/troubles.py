@@ -66,11 +66,6 @@ MOTOR_BITS: Final[Mapping[FaultCode, int]] = {
 """Table 12-3."""
 
 
-def without(fault: FaultCode, bits: Mapping[FaultCode, int]) -> Mapping[FaultCode, int]:
-    """Return the bits of faults with none for one of them."""
-    return {**bits, fault: 0}
-
-
 def heat_sink_bit(module: int) -> int:
     return 0x10 << (module - 1) if module <= MODULES_WITH_BIT else 0
 

@@ -27,8 +27,7 @@ class Input:
 
     def __init__(self, item: InputItem, now_ns: int, level: bool, readings: St1Readings, *, is_there: bool) -> None:
         self.item, self.is_there = item, is_there
-        step_ns = readings.scan_step_ms * MS
-        self.period_ns = -(-item.period_ms * MS // step_ns) * step_ns
+        self.period_ns = item.period_ms * MS
         self.sampled = SampledInput(now_ns, level, self.period_ns, item.debounce)
         self.noise_ns = NEVER_NS if is_there else now_ns + self.period_ns
         self.is_stamped = readings.time_stamps == "all" or INPUT_ADDRESSES[item.address] == STAMPED

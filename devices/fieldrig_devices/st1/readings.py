@@ -46,9 +46,6 @@ class St1Readings(Settings):
     time_stamps: Literal["IN16", "all"] = Field(
         default="all", description="inputs whose reports say how long ago the level changed"
     )
-    scan_step_ms: int = Field(
-        default=1, ge=1, le=1_000, description="clock of the scan, of which each PERIOD is rounded up to a multiple"
-    )
 
     @property
     def tripping(self) -> int:

@@ -63,31 +63,6 @@ def test_a_pulsed_key_that_does_not_repeat_is_one_pulse() -> None:
     assert pressed(bench, KeyItem(8, 18, False, KeyMode.AUTOREPEAT, 50), 5_000) == [(50, 1), (100, 0)]
 
 
-@pytest.mark.parametrize(
-    ("readings", "changes"),
-    [
-        ({}, [(50, 1)]),
-        ({"delay_ms": 1000, "repeat_ms": 300}, [(50, 1), (1000, 0), (1050, 1), (1300, 0), (1350, 1)]),
-    ],
-)
-def test_a_key_without_delay_and_repeat_has_those_of_the_node(
-    readings: dict[str, Any], changes: list[tuple[int, int]]
-) -> None:
-    bench = SmartIoBench(terminals={}, readings=readings)
-    assert pressed(bench, KeyItem(8, 18, False, KeyMode.AUTOREPEAT, 50), 1_500) == changes
-
-
-@pytest.mark.parametrize(("scan_step_ms", "when_ms"), [(1, 20), (4, 24), (25, 50)])
-def test_a_period_is_a_multiple_of_the_clock_of_the_scan(scan_step_ms: int, when_ms: int) -> None:
-    bench = node(scan_step_ms=scan_step_ms)
-    bench.configure(InputItem(7, 103, 1, True, 10, 2))
-    bench.wire("button", True)
-    bench.run(when_ms - 1)
-    assert bench.inputs() == []
-    bench.run(1)
-    assert bench.inputs() == [(7, 1)]
-
-
 @pytest.mark.parametrize(("time_stamps", "age_us"), [(False, 0), (True, 16_500)])
 def test_a_report_has_the_age_of_its_edge_or_none(time_stamps: bool, age_us: int) -> None:
     bench = node(time_stamps=time_stamps)
@@ -157,40 +132,37 @@ def test_the_pulses_at_rest_with_which_a_position_is_lost(stray_pulses: int | No
     assert bench.get("error_word") == 0x6000
 
 
-@pytest.mark.parametrize(("has_bit", "word"), [(True, 0xA000), (False, 0x2000)])
-def test_a_motor_that_does_not_stop_has_a_bit_or_only_its_message(has_bit: bool, word: int) -> None:
-    bench = node(does_not_stop_bit=has_bit)
+def test_a_motor_that_does_not_stop_has_the_free_bit() -> None:
+    bench = node()
     bench.configure_motor()
     bench.move(Motor.RUN, 1)
     bench.pulse(2)
     bench.move(Motor.STOP)
     bench.pulse(60)
     reports = [report for report in bench.port.sent if isinstance(report, MotorReport)]
-    assert reports[-1] == MotorReport(MOTOR, True, word)
+    assert reports[-1] == MotorReport(MOTOR, True, 0xA000)
     troubles = [report for report in bench.port.sent if isinstance(report, Trouble)]
     assert {trouble.details for trouble in troubles} == {(MOTOR, 0x0F), (MOTOR, 0x11)}
-    assert troubles[-1].word == word
+    assert troubles[-1].word == 0xA000
 
 
-@pytest.mark.parametrize(("blink_period_ms", "half_ms"), [(1000, 500), (400, 200)])
-def test_the_period_of_blinking(blink_period_ms: int, half_ms: int) -> None:
-    bench = node(blink_period_ms=blink_period_ms)
+def test_the_period_of_blinking_is_a_second() -> None:
+    bench = node()
     bench.configure(LedItem(7, 6), SevenSegmentItem(8, 1, 1))
     bench.order(Blink(7, True), Display(8, ord("A")), Blink(8, True))
     for is_lit in (True, False, True):
         assert bench.get("led6") is is_lit
         assert bench.last("lamp") is is_lit
         assert bool(bench.get("display.segments")) is is_lit
-        bench.run(half_ms)
+        bench.run(500)
 
 
-@pytest.mark.parametrize(("analog_step_mv", "millivolts"), [(1, 2501), (4.8828125, 2500), (78.125, 2500)])
-def test_the_step_of_the_analog_output(analog_step_mv: float, millivolts: int) -> None:
-    bench = node(analog_step_mv=analog_step_mv)
+def test_the_analog_output_has_steps_of_a_millivolt() -> None:
+    bench = node()
     bench.configure(AnalogItem(7, 1))
     bench.order(SetOutput(7, 2501))
-    assert bench.get("analog1") == millivolts
-    assert bench.last("speed") == millivolts / 1000
+    assert bench.get("analog1") == 2501
+    assert bench.last("speed") == 2.501
 
 
 def test_the_font_of_a_machine() -> None:

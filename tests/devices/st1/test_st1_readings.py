@@ -102,14 +102,3 @@ def test_a_report_has_the_age_of_its_edge_or_none(time_stamps: str, age_us: int)
     bench.program.boards.put(17, True)  # seen by the samples at 10, 20 and 30 ms
     bench.wait(30)
     assert bench.take(InputChanged) == [InputChanged(5, 1, age_us)]
-
-
-@pytest.mark.parametrize(("scan_step_ms", "when_ms"), [(1, 20), (4, 24), (25, 50)])
-def test_a_period_is_a_multiple_of_the_clock_of_the_scan(scan_step_ms: int, when_ms: int) -> None:
-    bench = with_input(2, scan_step_ms=scan_step_ms)
-    bench.wait(0.5)
-    bench.program.boards.put(17, True)
-    bench.run_to(when_ms - 0.1)
-    assert bench.take(InputChanged) == []
-    bench.run_to(when_ms)
-    assert [report.value for report in bench.take(InputChanged)] == [1]
