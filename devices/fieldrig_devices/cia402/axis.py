@@ -192,7 +192,8 @@ class Cia402Axis(Service):
         drive.step()
         self.pace.leave_band()
         is_unsettled = drive.own_error != 0 if drive.is_moving else drive.is_ramp
-        self.pace.is_awake = is_unsettled or self._probes.is_armed or self.machine.state is not state
+        is_eventful = is_unsettled or self._probes.is_armed or self.machine.state is not state
+        self.pace.is_awake = is_eventful or self.pace.is_always_whole
         self._report()
 
     def _report(self) -> None:

@@ -9,14 +9,18 @@ band.
 import math
 from typing import Final
 
+from fieldrig.shortcuts import Shortcut
+
+PACE: Final = Shortcut("cia402.pace", "an axis without an event does the step of its mode, or only moves")
 NO_BAND: Final = (math.inf, -math.inf)
 """The empty band, which contains no velocity."""
 
 
 class Pace:
-    __slots__ = ("high", "is_awake", "low")
+    __slots__ = ("high", "is_always_whole", "is_awake", "low")
 
     def __init__(self) -> None:
+        self.is_always_whole = not PACE.is_taken
         self.is_awake = True
         """True if the next cycle has to be a whole one."""
         self.low, self.high = NO_BAND
