@@ -7,7 +7,7 @@ and a GeneralModelChangeEvent reports the differences.  Sessions and subscriptio
 """
 
 import logging
-from typing import Any, Final
+from typing import Final
 
 from asyncua import Server, ua
 
@@ -39,8 +39,6 @@ class AddressSpace:
         """The nodes that have been added."""
         self._browsed: dict[ua.NodeId, list[ua.NodeId]] = {}
         """The children of the nodes that have been browsed."""
-        self._subscribed: dict[ua.NodeId, dict[int, Any]] = {}
-        """The monitored items of nodes that have been removed."""
 
     def __contains__(self, node_id: ua.NodeId) -> bool:
         """True for nodes that belong to a device, whether they have been added or not."""
@@ -131,9 +129,6 @@ class AddressSpace:
         ):
             if own not in space:
                 continue
-            value = space[own].attributes.get(ua.AttributeIds.Value)
-            if value is not None and value.datachange_callbacks:
-                self._subscribed[own] = value.datachange_callbacks
             for reference in list(space[own].references):
                 if not reference.IsForward and reference.NodeId in space:
                     parent = space[reference.NodeId]
@@ -158,8 +153,6 @@ class AddressSpace:
             log.warning("node %s: %s", node_id.to_string(), result.StatusCode.name)
             return
         self._nodes[node_id] = node
-        if (subscribed := self._subscribed.pop(node_id, None)) is not None and node.kind is Kind.VARIABLE:
-            self._server.iserver.aspace[node_id].attributes[ua.AttributeIds.Value].datachange_callbacks = subscribed
         self._add_properties(node_id, node)
 
     def _add_properties(self, node_id: ua.NodeId, node: Node) -> None:

@@ -8,14 +8,15 @@ Source of the header: OPC 10000-6, 7.1.2.2.
 
 import asyncio
 import logging
+import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any, Final
 
-from asyncua import Server
+from asyncua import Server, ua
 from asyncua.common.utils import Buffer
 from asyncua.server.uaprocessor import UaProcessor
-from asyncua.ua.ua_binary import header_from_binary
+from asyncua.ua.ua_binary import header_from_binary, struct_from_binary
 
 from fieldrig.limits import Limits
 from fieldrig_bus.net import Connection, TcpServer
@@ -30,6 +31,8 @@ LONGEST_MESSAGE: Final = 4 << 20
 """Longest message of a client, in bytes; the library's limit is 100 MB, which every connection may fill."""
 LEAST: Final = 8
 """Bytes of the header that have the size."""
+BROWSE_NEXT: Final = ua.NodeId(ua.ObjectIds.BrowseNextRequest_Encoding_DefaultBinary)
+MODIFY_SUBSCRIPTION: Final = ua.NodeId(ua.ObjectIds.ModifySubscriptionRequest_Encoding_DefaultBinary)
 LIMITS: Final = Limits(connections=100)
 
 
@@ -48,9 +51,39 @@ class LimitedServer(Server):  # type: ignore[misc]
         return TcpServer(address, lambda place: Client(place, self.iserver, self._processor), LIMITS, "OPC UA")
 
     def _processor(self, transport: asyncio.Transport) -> UaProcessor:
-        processor = UaProcessor(self.iserver, transport, self.limits)
+        processor = Processor(self.iserver, transport, self.limits)
         processor.set_policies(self._policies)
         return processor
+
+
+class Processor(UaProcessor):  # type: ignore[misc]
+    """The library's services, and two that it lacks or carries out without their parameters."""
+
+    async def _process_message(self, typeid: ua.NodeId, requesthdr: Any, seqhdr: Any, body: Any) -> bool:
+        response = None
+        if self.session is not None and self.session.is_activated():
+            response = await self._answer(typeid, body)
+        if response is None:
+            goes_on: bool = await super()._process_message(typeid, requesthdr, seqhdr, body)
+            return goes_on
+        self.session_last_activity = time.monotonic()
+        self.session.touch()
+        self.send_response(requesthdr.RequestHandle, seqhdr, response)
+        return True
+
+    async def _answer(self, typeid: ua.NodeId, body: Any) -> Any:
+        """Return the response to a request of one of these services, and None for any other."""
+        if typeid == BROWSE_NEXT:
+            response = ua.BrowseNextResponse()
+            asked = struct_from_binary(ua.BrowseNextParameters, body)
+            response.Parameters.Results = await self.session.browse_next(asked)
+            return response
+        if typeid == MODIFY_SUBSCRIPTION:
+            response = ua.ModifySubscriptionResponse()
+            changed = struct_from_binary(ua.ModifySubscriptionParameters, body)
+            response.Parameters = await self.session.change_subscription(changed)
+            return response
+        return None
 
 
 class WrongHeaderError(ValueError):

@@ -5,8 +5,8 @@ Monitored items of the same interval are read in one request to each device.
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable, Iterable
-from typing import Final
+from collections.abc import Awaitable, Callable, Iterable, Sequence
+from typing import Final, NamedTuple
 
 from asyncua import ua
 
@@ -19,6 +19,13 @@ SLOWEST_MS: Final = 3_600_000.0
 
 Item = tuple[int, int]
 """Subscription and monitored item."""
+Take = Callable[[ua.DataValue], Awaitable[None]]
+
+
+class Sampled(NamedTuple):
+    node_id: ua.NodeId
+    interval_ms: float
+    take: Take
 
 
 def revised_ms(requested_ms: float, publishing_ms: float, fastest_ms: float) -> float:
@@ -28,9 +35,11 @@ def revised_ms(requested_ms: float, publishing_ms: float, fastest_ms: float) -> 
 
 
 class Sampler:
-    def __init__(self, sample: Callable[[list[ua.NodeId]], Awaitable[None]]) -> None:
-        self._sample = sample
-        self._items: dict[Item, tuple[ua.NodeId, float]] = {}
+    """`values` returns the present values of nodes; an item gets its own by `take`."""
+
+    def __init__(self, values: Callable[[list[ua.NodeId]], Awaitable[Sequence[ua.DataValue]]]) -> None:
+        self._values = values
+        self._items: dict[Item, Sampled] = {}
         self._tasks: dict[float, asyncio.Task[None]] = {}
 
     @property
@@ -38,15 +47,23 @@ class Sampler:
         """The intervals at which devices are asked at present."""
         return sorted(self._tasks)
 
-    def add(self, item: Item, node_id: ua.NodeId, interval_ms: float) -> None:
-        self._items[item] = node_id, interval_ms
-        if interval_ms not in self._tasks:
-            self._tasks[interval_ms] = asyncio.get_running_loop().create_task(self._run(interval_ms))
+    def __contains__(self, item: Item) -> bool:
+        return item in self._items
+
+    async def add(self, item: Item, node_id: ua.NodeId, interval_ms: float, take: Take) -> None:
+        """Take the first sample now, and the others at the interval (OPC 10000-4, 5.13.1.2)."""
+        [value] = await self._values([node_id])
+        await take(value)
+        self._keep(item, Sampled(node_id, interval_ms, take))
+
+    def _keep(self, item: Item, sampled: Sampled) -> None:
+        self._items[item] = sampled
+        if sampled.interval_ms not in self._tasks:
+            self._tasks[sampled.interval_ms] = asyncio.get_running_loop().create_task(self._run(sampled.interval_ms))
 
     def change(self, item: Item, interval_ms: float) -> None:
         if item in self._items:
-            node_id, _ = self._items.pop(item)
-            self.add(item, node_id, interval_ms)
+            self._keep(item, self._items.pop(item)._replace(interval_ms=interval_ms))
             self._end_unused()
 
     def remove(self, items: Iterable[Item]) -> None:
@@ -64,7 +81,7 @@ class Sampler:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     def _end_unused(self) -> None:
-        used = {interval_ms for _, interval_ms in self._items.values()}
+        used = {sampled.interval_ms for sampled in self._items.values()}
         for interval_ms in [period_ms for period_ms in self._tasks if period_ms not in used]:
             self._tasks.pop(interval_ms).cancel()
 
@@ -74,5 +91,8 @@ class Sampler:
         while True:
             due_s = max(due_s + interval_ms / 1e3, loop.time())  # a busy host leaves samples out
             await asyncio.sleep(due_s - loop.time())
-            nodes = {node_id: None for node_id, own_ms in self._items.values() if own_ms == interval_ms}
-            await self._sample(list(nodes))
+            due = [sampled for sampled in self._items.values() if sampled.interval_ms == interval_ms]
+            nodes = list(dict.fromkeys(sampled.node_id for sampled in due))
+            values = dict(zip(nodes, await self._values(nodes), strict=True))
+            for sampled in due:
+                await sampled.take(values[sampled.node_id])

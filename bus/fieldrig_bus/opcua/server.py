@@ -3,7 +3,7 @@
 Source: OPC 10000-3, -4, -6 and -8; the protocol itself is asyncua's.  On loopback the server is open.  Beyond it, and
 with `security: sign_and_encrypt` everywhere, it accepts only Basic256Sha256 with signed and encrypted messages, and the
 users of the rig file with the rig's token as password.  Clients may use any certificate: users prove themselves by the
-token.  Left out: history, alarms and conditions, index ranges, transfer of subscriptions.
+token.  Left out: history, alarms and conditions, transfer of subscriptions.
 """
 
 import asyncio

@@ -4,7 +4,9 @@ import asyncio
 import contextlib
 from collections import Counter
 from collections.abc import Coroutine, Hashable, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
+from functools import partial
 from typing import Any, Final
 
 from asyncua import ua
@@ -15,11 +17,14 @@ from asyncua.server.internal_session import InternalSession
 
 from fieldrig_bus.opcua import calls
 from fieldrig_bus.opcua.address_space import AddressSpace
+from fieldrig_bus.opcua.browsing import Continuations, check_view, with_fields
 from fieldrig_bus.opcua.devices import Devices
 from fieldrig_bus.opcua.mapping import STATUS_CODES, WrongValueError, from_variant, to_variant
 from fieldrig_bus.opcua.message import Kind, Node, Outcome, Status
 from fieldrig_bus.opcua.sampler import Sampler, revised_ms
+from fieldrig_bus.opcua.subscriptions import Subscription, Subscriptions
 from fieldrig_bus.opcua.users import Users
+from fieldrig_bus.opcua.values import SourceTimes, part_of, stamped, wrong_read
 
 MOST_SESSIONS: Final = 16
 """Sessions of one connection; a client has one."""
@@ -37,11 +42,17 @@ class Backend(InternalServer):  # type: ignore[misc]
     def __init__(self, users: Users, fastest_ms: float) -> None:
         self.space: AddressSpace | None = None
         self.devices: Devices | None = None
-        self.sampler = Sampler(self.sample)
+        self.sampler = Sampler(self.values)
+        self.source_times = SourceTimes()
         self.fastest_ms, self.users = fastest_ms, users
         self._sessions: Counter[Hashable] = Counter()
         self._closing: set[asyncio.Task[None]] = set()
         super().__init__(user_manager=users)
+        # The server's own session, which passes events on, has the library's service as well.
+        own = Subscriptions(self.aspace, self)
+        own.standard_events = self.isession.subscription_service.standard_events
+        self.subscription_service: Subscriptions = own
+        self.isession.subscription_service = own
 
     def create_session(
         self,
@@ -84,28 +95,34 @@ class Backend(InternalServer):  # type: ignore[misc]
         for device, asked in by_device.items():
             outcomes = await self.devices.read(device, [node.path for _, node in asked])
             for (node_id, node), outcome in zip(asked, outcomes, strict=True):
-                found[node_id] = _shown(node, outcome)
+                found[node_id] = self.source_times.applied(node_id, _shown(node, outcome))
         return [found[node_id] for node_id in node_ids]
-
-    async def sample(self, node_ids: list[ua.NodeId]) -> None:
-        """Read variables, and pass those that have changed to their subscriptions."""
-        for node_id, value in zip(node_ids, await self.values(node_ids), strict=True):
-            if node_id in self.aspace:
-                await self.aspace.write_attribute_value(node_id, _VALUE, value)
 
 
 class Session(InternalSession):  # type: ignore[misc]
     iserver: Backend
+    subscription_service: Subscriptions
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._continuations = Continuations()
 
     @property
     def may_write(self) -> bool:
         return self.iserver.users.may_write(self.user)
 
     async def browse(self, params: ua.BrowseParameters) -> list[ua.BrowseResult]:
+        check_view(params)
         for asked in params.NodesToBrowse:
             await self._space.browse(asked.NodeId)
         results: list[ua.BrowseResult] = await super().browse(params)
+        for asked, result in zip(params.NodesToBrowse, results, strict=True):
+            result.References = with_fields(result.References, asked.ResultMask)
+            self._continuations.first(result, params.RequestedMaxReferencesPerNode)
         return results
+
+    async def browse_next(self, parameters: ua.BrowseNextParameters) -> list[ua.BrowseResult]:
+        return self._continuations.next(parameters)
 
     async def translate_browsepaths_to_nodeids(self, params: list[ua.BrowsePath]) -> list[ua.BrowsePathResult]:
         for path in params:
@@ -114,6 +131,9 @@ class Session(InternalSession):  # type: ignore[misc]
         return results
 
     async def read(self, params: ua.ReadParameters) -> list[ua.DataValue]:
+        if params.MaxAge < 0:
+            raise ServiceError(ua.StatusCodes.BadMaxAgeInvalid)
+        check_timestamps(params.TimestampsToReturn)
         for asked in params.NodesToRead:
             await self._space.ensure(asked.NodeId)
         results: list[ua.DataValue] = await super().read(params)
@@ -127,6 +147,10 @@ class Session(InternalSession):  # type: ignore[misc]
             results[place] = value
         if not self.may_write:
             self._hide_rights(params, results)
+        for place, asked in enumerate(params.NodesToRead):
+            wrong = wrong_read(asked)
+            value = _data_value(wrong) if wrong else part_of(asked, results[place])
+            results[place] = stamped(value, params.TimestampsToReturn)
         return results
 
     async def write(self, params: ua.WriteParameters) -> list[ua.StatusCode]:
@@ -150,33 +174,50 @@ class Session(InternalSession):  # type: ignore[misc]
     async def create_monitored_items(
         self, params: ua.CreateMonitoredItemsParameters
     ) -> list[ua.MonitoredItemCreateResult]:
+        check_timestamps(params.TimestampsToReturn)
+        subscription = self.subscription_service.of(params.SubscriptionId)
+        results = []
         for asked in params.ItemsToCreate:
             await self._space.ensure(asked.ItemToMonitor.NodeId)
-        ours = [
-            place
-            for place, asked in enumerate(params.ItemsToCreate)
-            if asked.ItemToMonitor.AttributeId == _VALUE and self._is_variable(asked.ItemToMonitor.NodeId)
-        ]
-        await self.iserver.sample([params.ItemsToCreate[place].ItemToMonitor.NodeId for place in ours])
-        results: list[ua.MonitoredItemCreateResult] = await super().create_monitored_items(params)
-        for place in ours:
-            asked, result = params.ItemsToCreate[place], results[place]
-            if result.StatusCode.is_good():
-                interval_ms = self._revised_ms(params.SubscriptionId, asked.RequestedParameters.SamplingInterval)
-                result.RevisedSamplingInterval = interval_ms
-                item = params.SubscriptionId, result.MonitoredItemId
-                self.iserver.sampler.add(item, asked.ItemToMonitor.NodeId, interval_ms)
+            if asked.ItemToMonitor.AttributeId == ua.AttributeIds.EventNotifier:
+                results += await super().create_monitored_items(replace(params, ItemsToCreate=[asked]))
+            else:
+                results.append(await self._create_item(subscription, asked, params.TimestampsToReturn))
         return results
+
+    async def _create_item(
+        self,
+        subscription: Subscription,
+        asked: ua.MonitoredItemCreateRequest,
+        timestamps: ua.TimestampsToReturn,
+    ) -> ua.MonitoredItemCreateResult:
+        read = asked.ItemToMonitor
+        is_sampled = read.AttributeId == _VALUE and self._is_variable(read.NodeId)
+        result = await subscription.items.create(asked, timestamps, is_sampled=is_sampled)
+        if is_sampled and result.StatusCode.is_good():
+            number, interval_ms = result.MonitoredItemId, self._revised_ms(subscription, asked.RequestedParameters)
+            result.RevisedSamplingInterval = interval_ms
+            item = subscription.data.SubscriptionId, number
+            await self.iserver.sampler.add(item, read.NodeId, interval_ms, partial(subscription.items.take, number))
+        return result
 
     async def modify_monitored_items(
         self, params: ua.ModifyMonitoredItemsParameters
     ) -> list[ua.MonitoredItemModifyResult]:
-        results: list[ua.MonitoredItemModifyResult] = await super().modify_monitored_items(params)
-        for asked, result in zip(params.ItemsToModify, results, strict=True):
-            interval_ms = self._revised_ms(params.SubscriptionId, asked.RequestedParameters.SamplingInterval)
-            result.RevisedSamplingInterval = interval_ms
-            self.iserver.sampler.change((params.SubscriptionId, asked.MonitoredItemId), interval_ms)
+        check_timestamps(params.TimestampsToReturn)
+        subscription = self.subscription_service.of(params.SubscriptionId)
+        results = []
+        for asked in params.ItemsToModify:
+            result = subscription.items.modify(asked, params.TimestampsToReturn)
+            if result.StatusCode.is_good() and self._is_sampled(subscription, asked.MonitoredItemId):
+                interval_ms = self._revised_ms(subscription, asked.RequestedParameters)
+                result.RevisedSamplingInterval = interval_ms
+                self.iserver.sampler.change((params.SubscriptionId, asked.MonitoredItemId), interval_ms)
+            results.append(result)
         return results
+
+    def _is_sampled(self, subscription: Subscription, number: int) -> bool:
+        return (subscription.data.SubscriptionId, number) in self.iserver.sampler
 
     async def delete_monitored_items(self, params: ua.DeleteMonitoredItemsParameters) -> list[ua.StatusCode]:
         self.iserver.sampler.remove((params.SubscriptionId, number) for number in params.MonitoredItemIds)
@@ -189,6 +230,12 @@ class Session(InternalSession):  # type: ignore[misc]
         results: list[ua.StatusCode] = await super().delete_subscriptions(ids)
         return results
 
+    async def change_subscription(self, params: ua.ModifySubscriptionParameters) -> ua.ModifySubscriptionResult:
+        return await self.subscription_service.change(params)
+
+    async def transfer_subscriptions(self, params: Any, callback: Any) -> list[ua.TransferResult]:
+        raise ServiceError(ua.StatusCodes.BadServiceUnsupported)
+
     # ---- nodes of devices
 
     @property
@@ -200,10 +247,9 @@ class Session(InternalSession):  # type: ignore[misc]
         node = self._space.node(node_id)
         return node is not None and node.kind is Kind.VARIABLE
 
-    def _revised_ms(self, subscription: int, requested_ms: float) -> float:
-        own = self.subscription_service.subscriptions.get(subscription)
-        publishing_ms = own.data.RevisedPublishingInterval if own is not None else 0.0
-        return revised_ms(requested_ms, publishing_ms, self.iserver.fastest_ms)
+    def _revised_ms(self, subscription: Subscription, asked: ua.MonitoringParameters) -> float:
+        publishing_ms = subscription.data.RevisedPublishingInterval
+        return revised_ms(asked.SamplingInterval, publishing_ms, self.iserver.fastest_ms)
 
     def _hide_rights(self, params: ua.ReadParameters, results: list[ua.DataValue]) -> None:
         """Show users without write access that they have none."""
@@ -241,12 +287,16 @@ class Session(InternalSession):  # type: ignore[misc]
             return BAD_WRITE_NOT_SUPPORTED  # elements have nodes of their own
         if asked.Value is None or asked.Value.Value is None:
             return BAD_TYPE_MISMATCH
+        if _has_status_or_server_time(asked.Value):
+            return BAD_WRITE_NOT_SUPPORTED  # 5.11.4.1: they are those of the device and of this server
         try:
             value = from_variant(node, asked.Value.Value)
         except WrongValueError as cause:
             return STATUS_CODES[cause.status]
         assert self.iserver.devices is not None
         outcome = await self.iserver.devices.write(self._space.device(asked.NodeId), node.path, value)
+        if outcome.status is Status.GOOD:
+            self.iserver.source_times.note(asked.NodeId, asked.Value)
         return STATUS_CODES[outcome.status]
 
     async def _call(self, asked: ua.CallMethodRequest, node: Node) -> ua.CallMethodResult:
@@ -258,6 +308,17 @@ class Session(InternalSession):  # type: ignore[misc]
     async def close_session(self, delete_subs: bool = True) -> None:
         with contextlib.suppress(ua.UaError):
             await super().close_session(delete_subs)
+
+
+def _has_status_or_server_time(written: ua.DataValue) -> bool:
+    has_status = written.StatusCode is not None and written.StatusCode.value != ua.StatusCodes.Good
+    return has_status or written.ServerTimestamp is not None or written.ServerPicoseconds is not None
+
+
+def check_timestamps(timestamps: ua.TimestampsToReturn) -> None:
+    """Raise ServiceError for a value that OPC 10000-4, 7.40, does not define."""
+    if timestamps == ua.TimestampsToReturn.Invalid:
+        raise ServiceError(ua.StatusCodes.BadTimestampsToReturnInvalid)
 
 
 def _shown(node: Node, outcome: Outcome) -> ua.DataValue:
