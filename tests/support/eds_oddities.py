@@ -21,7 +21,7 @@ ODD: list[tuple[str, str, str]] = [
     ("  [2000]\n  DataType=5\n  AccessType=rw\nnonsense\n", "2000:00", "'nonsense' is neither a section nor a key"),
 ]  # fmt: skip
 
-# Text that leaves an object without a data type, and the message with which it is refused.
+# Text that leaves an object without a data type, and the finding; such an object is left out.
 WRONG: list[tuple[str, str]] = [
     (
         "[2000]\nAccessType=rw\n",

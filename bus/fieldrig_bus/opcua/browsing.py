@@ -1,4 +1,4 @@
-"""What a browse request asks for besides the references themselves: how many, which fields, and in which view.
+"""The parameters of a browse request besides the nodes: how many references, which of their fields, and which view.
 
 Source: OPC 10000-4, 5.9.2 (Browse), 5.9.3 (BrowseNext) and 7.9 (ContinuationPoint).
 """

@@ -141,9 +141,13 @@ class Bench:
         return int.from_bytes(data, "little")
 
     def change(self, index: int, sub: int, value: int | bytes) -> Steps[None]:
-        """Write a parameter, and note its previous value for undoing the change."""
+        """Write a parameter, and note its previous value for undoing the change.
+
+        The case is not applicable if the EDS does not allow the value.
+        """
         before = yield from self.sdo.read(index, sub)
         data = value if isinstance(value, bytes) else self._encode(index, sub, value, len(before))
+        self.check_allowed(index, sub, data)
         if data != before:
             yield from self.sdo.write(index, sub, data)
             self.undo.append((index, sub, before))
@@ -184,6 +188,13 @@ class Bench:
         return value.to_bytes(size, "little")
 
     # The EDS.
+
+    def check_allowed(self, index: int, sub: int, data: bytes) -> None:
+        """Make the case not applicable if a value is outside the limits of the EDS."""
+        entry = self.eds.get(index, sub)
+        if entry is not None and not entry.allows(data):
+            low, high = (f"{limit:X}h" if limit is not None else "any" for limit in (entry.low, entry.high))
+            self.skip(f"the EDS limits {entry.key} to {low} to {high}, and the case needs {data[::-1].hex().upper()}h")
 
     def entry(self, index: int, sub: int = 0, writable: bool = False) -> Entry:
         """Return an entry of the EDS; the case is not applicable without it, or if it should be writable and isn't."""

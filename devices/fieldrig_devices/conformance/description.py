@@ -74,10 +74,20 @@ class Entry:
         data_type = DATA_TYPES[self.type]
         return (data_type.low, data_type.high) if isinstance(data_type, Integer) else (0, 0xFF)
 
-    def encode(self, value: int) -> bytes:
+    @property
+    def is_signed(self) -> bool:
         data_type = DATA_TYPES[self.type]
-        is_signed = isinstance(data_type, Integer) and data_type.is_signed
-        return value.to_bytes(self.size or 4, "little", signed=is_signed)
+        return isinstance(data_type, Integer) and data_type.is_signed
+
+    def encode(self, value: int) -> bytes:
+        return value.to_bytes(self.size or 4, "little", signed=self.is_signed)
+
+    def allows(self, data: bytes) -> bool:
+        """True if a value is within the limits, as far as there are any."""
+        if not self.is_integer:
+            return True
+        value = int.from_bytes(data, "little", signed=self.is_signed)
+        return (self.low is None or value >= self.low) and (self.high is None or value <= self.high)
 
 
 class Description:

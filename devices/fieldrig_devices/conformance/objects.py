@@ -18,6 +18,9 @@ COMMANDS: tuple[Iterable[int], ...] = ((0x1003, 0x1010, 0x1011), range(0x1023, 0
 LIVE = (0x1001, 0x1002, 0x1003, 0x1010, 0x1011, 0x1012, 0x1013, 0x1020)
 """Objects that change by themselves: errors, capabilities, time, the configuration date."""
 SERIAL_NUMBER = (0x1018, 4)
+COB_IDS = ((0x1005, 0), (0x1012, 0), (0x1014, 0))
+"""Identifiers of SYNC, TIME and EMCY; those of PDOs and SDOs are in their communication parameters."""
+SDO_PARAMETERS = range(0x1200, 0x1300)
 INHIBIT_TIME, SYNC_START = 3, 6
 """Sub-indices of PDO communication parameters that may not be written while the PDO is valid."""
 
@@ -31,6 +34,13 @@ def is_guarded(entry: Entry) -> bool:
     if entry.index in RPDO_MAPPING or entry.index in TPDO_MAPPING:
         return True
     return (entry.index in RPDO or entry.index in TPDO) and entry.sub in (INHIBIT_TIME, SYNC_START)
+
+
+def is_identifier(entry: Entry) -> bool:
+    """True for a COB-ID, whose identifier may not change while the service exists (CiA 301, 7.5.2.5 and others)."""
+    if entry.index in RPDO or entry.index in TPDO:
+        return entry.sub == 1
+    return (entry.index, entry.sub) in COB_IDS or (entry.index in SDO_PARAMETERS and entry.sub in (1, 2))
 
 
 def is_plain(entry: Entry) -> bool:

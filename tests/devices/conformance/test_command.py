@@ -53,7 +53,7 @@ def test_what_is_missing_is_named(tmp_path: Path) -> None:
     assert "--bus and --node" in conform().output
     assert "--eds FILE" in conform("--bus", "can.udp", "--node", 5).output
     for arguments, what in (
-        (("--rig", LAB, "--bus", "can7", "--node", 5), "has no bus can7"),
+        (("--rig", LAB, "--bus", "can7", "--node", 5), "has no bus 'can7'"),
         (("--rig", LAB, "--bus", "can0", "--node", 9), "has node-ID 9"),
         (("--bus", "can.udp", "--node", 5, "--eds", tmp_path / "no.eds"), "can't be used as an EDS"),
         (("--only", "SDO 99"), "no case matches"),

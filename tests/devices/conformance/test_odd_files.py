@@ -67,7 +67,40 @@ def test_value_that_the_file_does_not_give_is_no_promise(tmp_path: Path) -> None
     assert [entry.default for entry in described] == [None]
 
 
-@pytest.mark.parametrize(("text", "why"), WRONG)
-def test_file_that_no_node_can_be_made_from_is_refused_with_the_line(tmp_path: Path, text: str, why: str) -> None:
-    with pytest.raises(UsageError, match=why):
-        Description(file_of(tmp_path, DEVICE_TYPE + text), NODE_ID)
+@pytest.mark.parametrize("text", [text for text, _ in WRONG])
+def test_an_object_without_a_type_is_left_out_by_node_and_suite(tmp_path: Path, text: str) -> None:
+    eds = file_of(tmp_path, DEVICE_TYPE + text)
+    assert [entry.index for entry in Description(eds, NODE_ID)] == [0x1000]
+    assert failures(conformed("OD", eds=eds)) == {}
+
+
+def test_a_file_without_objects_is_refused_with_the_line(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"device\.eds:1: error: the file has no object"):
+        Description(file_of(tmp_path, "[2000]\nAccessType=rw\n"), NODE_ID)
+
+
+LIMITED = [
+    ("1016sub1", "0", "0xFFFF"),
+    ("1017", "0", "50"),
+    ("1014", "1", "0xFFFFFFFE"),
+    ("1005", "1", "0x7FF"),
+    ("1006", "0", "100"),
+    ("1400sub1", "1", "0xFFFFFFFE"),
+    ("1800sub1", "1", "0xFFFFFFFE"),
+    ("1800sub5", "0", "1"),
+    ("1A00sub1", "0", "0xFFFFFFFE"),
+    ("100C", "0", "10"),
+]
+"""Sections of the file of our I/O module, with limits that keep a case from what it would write."""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("section", "low", "high"), LIMITED)
+def test_cases_write_only_what_the_file_allows(tmp_path: Path, section: str, low: str, high: str) -> None:
+    """A maker's HighLimit of 1016h:01h allowed no node at all, and other limits were those of identifiers."""
+    text = IO32.read_text()
+    assert f"[{section}]\n" in text
+    text = text.replace(f"[{section}]\n", f"[{section}]\nLowLimit={low}\nHighLimit={high}\n")
+    found = failures(conformed(eds=file_of(tmp_path, text)))
+    found.pop("1.0", None)  # the name of the file, which is another one here
+    assert found == {}

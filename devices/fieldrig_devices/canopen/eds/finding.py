@@ -17,7 +17,7 @@ class Finding(NamedTuple):
     what: str
     remedy: str
     is_refused: bool = False
-    """True if an object has no meaning because of it, so that no node can be made from the file."""
+    """True if no node can be made from the file because of it."""
 
     @property
     def place(self) -> str:
@@ -33,9 +33,9 @@ def error(line: int, section: str, key: str, what: str, remedy: str) -> Finding:
     return Finding(Severity.ERROR, line, section, key, what, remedy)
 
 
-def refusal(line: int, section: str, key: str, what: str, remedy: str) -> Finding:
-    return Finding(Severity.ERROR, line, section, key, what, remedy, is_refused=True)
-
-
 def warning(line: int, section: str, key: str, what: str, remedy: str) -> Finding:
     return Finding(Severity.WARNING, line, section, key, what, remedy)
+
+
+NO_OBJECT = Finding(Severity.ERROR, 1, "", "", "the file has no object", "add at least one, such as [1000]", True)
+"""The only finding by which a file is refused."""

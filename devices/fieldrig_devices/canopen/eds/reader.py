@@ -1,8 +1,8 @@
 """Reads an EDS or DCF file into the object dictionary of a node.
 
 Source: CiA 306-1 4.6.  ParameterValue of a DCF takes precedence over DefaultValue.  The reader accepts whatever it can
-interpret, regardless of the tool that wrote it; oddities become findings, which the checks report.  A file is refused
-only if it has no object, or an object whose data type is unknown.
+interpret, regardless of the tool that wrote it; oddities become findings, which the checks report.  An object whose
+data type is unknown is left out.  A file is refused only if it has no object then.
 """
 
 import math
@@ -14,7 +14,7 @@ from typing import NamedTuple
 from fieldrig_devices.canopen import emcy, standard
 from fieldrig_devices.canopen.datatypes import DATA_TYPES, DOMAIN, DataType, Integer, Real
 from fieldrig_devices.canopen.dictionary import Dictionary, Features
-from fieldrig_devices.canopen.eds.finding import Finding, error, refusal, warning
+from fieldrig_devices.canopen.eds.finding import NO_OBJECT, Finding, error, warning
 from fieldrig_devices.canopen.eds.source import EdsSource, Section, has_node_id
 from fieldrig_devices.canopen.eds.text import Described, EdsError, EdsText
 from fieldrig_devices.canopen.eds.values import is_one, read_value
@@ -79,7 +79,10 @@ def _describe(path: Path, node_id: int, mtime_ns: int) -> Description:
     builder = _Builder(text, node_id)
     described = list(text.variables())
     highest = {variable.object: variable.sub for variable in described if variable.sub < standard.STRUCTURE}
-    variables = [builder.build(variable, highest.get(variable.object, 0)) for variable in described]
+    built = [builder.build(variable, highest.get(variable.object, 0)) for variable in described]
+    variables = [variable for variable in built if variable is not None]
+    if described and not variables:
+        builder.findings.append(NO_OBJECT)
     dummies = {
         number: DATA_TYPES[number].bits or 0 for number in range(1, 8) if is_one(text.dummies.get(f"Dummy{number:04d}"))
     }
@@ -112,8 +115,11 @@ class _Builder:
         self.findings: list[Finding] = []
         self.given: set[tuple[int, int]] = set()
 
-    def build(self, source: Described, highest: int) -> Variable:
+    def build(self, source: Described, highest: int) -> Variable | None:
+        """Return the variable, or None if its data type is unknown."""
         data_type, access = self._type(source), self._access(source)
+        if data_type is None:
+            return None
         low, high = self._limits(source.section, data_type)
         return Variable(
             source.object,
@@ -130,7 +136,7 @@ class _Builder:
     def _find(self, found: Finding) -> None:
         self.findings.append(found)
 
-    def _type(self, source: Described) -> DataType:
+    def _type(self, source: Described) -> DataType | None:
         section, key = source.section, "DataType"
         said, wanted = section.get(key), standard.wanted(source.object, source.sub)
         if not said and source.is_domain:
@@ -138,9 +144,9 @@ class _Builder:
         number = section.number(key)
         found = self._known_type(section, number)
         if found is None and wanted is None:
-            remedy = "expected a data type of CiA 301, such as 0x0005 (UNSIGNED8)"
-            self._find(refusal(section.line_of(key), section.name, key, said or "is missing", remedy))
-            return DOMAIN
+            remedy = "expected a data type of CiA 301, such as 0x0005 (UNSIGNED8); the object is left out"
+            self._find(error(section.line_of(key), section.name, key, said or "is missing", remedy))
+            return None
         if wanted is None or found is wanted:
             return found or DOMAIN
         is_same = found is not None and source.object == standard.STORED_EDS

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-NUMBER = re.compile(r"0x[0-9a-f]+|[+-]?\d+", re.IGNORECASE)
+NUMBER = re.compile(r"[+-]?0x[0-9a-f]+|[+-]?\d+", re.IGNORECASE)
 OBJECT = re.compile(r"([0-9A-F]{4})(?:sub([0-9A-F]{1,2}))?", re.IGNORECASE)
 NODE_ID = "$NODEID"
 
@@ -103,7 +103,10 @@ def _without_comment(value: str) -> str:
 
 
 def parse_number(text: str) -> int:
-    """Parse a number: decimal, hex with 0x, or octal with a leading 0 (CiA 306-1 4.2).  Raises ValueError otherwise."""
+    """Parse a number: decimal, hex with 0x, or octal with a leading 0 (CiA 306-1 4.2).  Raises ValueError otherwise.
+
+    Some makers of drives write limits such as -0x80000000, so hex may have a sign as well.
+    """
     text = text.strip()
     if not NUMBER.fullmatch(text):
         raise ValueError(f"{text!r} is not a number")

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from fieldrig_devices.canopen.eds.finding import Finding, error, refusal
+from fieldrig_devices.canopen.eds.finding import NO_OBJECT, Finding, error
 from fieldrig_devices.canopen.eds.source import EdsSource, Entry, Section
 
 DOMAIN, DEFTYPE, DEFSTRUCT, VAR, ARRAY, RECORD = 2, 5, 6, 7, 8, 9
@@ -55,7 +55,7 @@ class EdsText:
             self._take(section)
         self._is_empty = not any(index >= FIRST_OBJECT for index, _ in self._objects)
         if self._is_empty:
-            self.findings.append(refusal(1, "", "", "the file has no object", "add at least one, such as [1000]"))
+            self.findings.append(NO_OBJECT)
         self.dummies = source.get("DummyUsage") or Section("DummyUsage", 1)
         self.device_info = source.get("DeviceInfo") or Section("DeviceInfo", 1)
 

@@ -12,6 +12,7 @@ from fieldrig_devices.canopen.eds.source import evaluate, parse_number
 HEX_BY_H = re.compile(r"[0-9a-f]+h", re.IGNORECASE)
 WHOLE = re.compile(r"([+-]?\d+)\.0*")
 HEX = re.compile(r"0x([0-9a-f]+)", re.IGNORECASE)
+SIGNED_HEX = re.compile(r"-0x[0-9a-f]+", re.IGNORECASE)
 BETWEEN_OCTETS = re.compile(r"[\s,:{}\-]+|0x", re.IGNORECASE)
 TRUTHS = {"true": 1, "false": 0, "yes": 1, "no": 0}
 
@@ -61,7 +62,8 @@ def _ones(number: int) -> int:
 
 def _number(text: str, node_id: int) -> tuple[int, str]:
     try:
-        return evaluate(text, node_id), ""
+        number = evaluate(text, node_id)
+        return number, f"expected {number}: hexadecimal numbers have no sign" if SIGNED_HEX.fullmatch(text) else ""
     except ValueError as cause:
         if HEX_BY_H.fullmatch(text):
             digits = text[:-1].upper()

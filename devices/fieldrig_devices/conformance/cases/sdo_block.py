@@ -87,8 +87,9 @@ def _read(bench: Bench, index: int, sub: int, with_crc: bool) -> Steps[None]:
 def _write(bench: Bench, index: int, with_crc: bool) -> Steps[None]:
     bench.entry(index, writable=True)
     before = yield from bench.sdo.read(index)
-    bench.undo.append((index, 0, before))
     wanted = (1000).to_bytes(2, "little")
+    bench.check_allowed(index, 0, wanted)
+    bench.undo.append((index, 0, before))
     try:
         had_crc = yield from sdo_block.write(bench.sdo, index, 0, wanted, with_crc)
     except Aborted as abort:

@@ -76,8 +76,9 @@ def read_whole(bench: Bench) -> Steps[None]:
 def _write_in_segments(bench: Bench, index: int) -> Steps[None]:
     bench.entry(index, writable=True)
     before = yield from bench.sdo.read(index)
-    bench.undo.append((index, 0, before))
     wanted = (1000).to_bytes(2, "little")
+    bench.check_allowed(index, 0, wanted)
+    bench.undo.append((index, 0, before))
     yield from bench.sdo.write_segments(index, 0, wanted)
     after = yield from bench.sdo.read(index)
     bench.check(after == wanted, f"1000 ms in {index:04X}h:00h", after.hex(" "))

@@ -11,6 +11,7 @@ from eds_oddities import DEVICE_TYPE, ODD, WRONG
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fieldrig_devices.canopen.abort import Abort
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds.check import check_eds
 from fieldrig_devices.canopen.eds.reader import load, oddities
@@ -267,6 +268,10 @@ VALUES = [
     (0x05, "TRUE", "01", "1"),
     (0x01, "false", "00", "0"),
     (0x05, "-1", "ff", "0xFF, the same value in 8 bits"),
+    (0x03, "-0x10", "f0 ff", "-16: hexadecimal numbers have no sign"),
+    (0x04, "-0x80000000", "00 00 00 80", "-2147483648: hexadecimal numbers have no sign"),
+    (0x05, "-0x1", "ff", "0xFF, the same value in 8 bits"),
+    (0x03, "-0x8001", "00 00", "-32768 to 32767, the range of INTEGER16"),
     (0x03, "0xFFFF8000", "00 80", "0x8000, the same value in 16 bits"),
     (0x03, "0x8000", "00 80", ""),
     (0x05, "256", "00", "0 to 255, the range of UNSIGNED8"),
@@ -315,21 +320,28 @@ def test_stored_eds_of_another_type_is_a_value_of_its_own(tmp_path: Path) -> Non
     assert bench.sdo("40 21 10 00 00 00 00 00") == "43 21 10 00 07 00 00 00"
 
 
-# Refused files, in which an object has no data type.
+# An object without a data type.
 
 
 @pytest.mark.parametrize(("text", "message"), WRONG)
-def test_what_is_wrong_is_named_with_file_section_and_what_would_be_right(
-    tmp_path: Path, text: str, message: str
-) -> None:
-    with pytest.raises(EdsError, match=f"device.eds{message}"):
-        describe(tmp_path, text)
+def test_an_object_of_an_unknown_type_is_left_out_and_the_others_stay(tmp_path: Path, text: str, message: str) -> None:
+    dictionary = describe(tmp_path, text)
+    assert dictionary.find(0x1000, 0) is not None
+    with pytest.raises(Abort):
+        dictionary.find(0x2000, 0)
+    [found] = [finding for finding in oddities(tmp_path / "device.eds") if finding.key == "DataType"]
+    assert re.match(message.removeprefix(":"), f"{found}")
+    assert found.remedy.endswith("; the object is left out")
 
 
-def test_all_that_is_wrong_is_named_at_once(tmp_path: Path) -> None:
-    with pytest.raises(EdsError) as caught:
-        describe(tmp_path, "[2000]\nAccessType=rw\n[2001]\nAccessType=rw\n")
-    assert len(str(caught.value).splitlines()) == 2
+def test_a_file_is_refused_if_no_object_is_left(tmp_path: Path) -> None:
+    path = tmp_path / "device.eds"
+    path.write_text("[2000]\nAccessType=rw\n[2001]\nAccessType=rw\n")
+    with pytest.raises(EdsError, match=r"device\.eds:1: error: the file has no object"):
+        load(path, 5)
+
+
+# Refused files.
 
 
 @pytest.mark.parametrize("content", [b"", b"no section", b"[FileInfo]\nFileName=x\n", b"\x00\xff\xfe", b"[1000\n"])
@@ -392,7 +404,9 @@ def test_any_file_becomes_a_node_or_is_refused_in_words(
     assert words.startswith("any.eds:") if words else CanopenBench(path).take() == ["705#00"]
 
 
-@pytest.mark.parametrize(("text", "number"), [("10", 10), ("0x1F", 31), ("010", 8), ("0", 0), ("-3", -3), (" 7 ", 7)])
+@pytest.mark.parametrize(
+    ("text", "number"), [("10", 10), ("0x1F", 31), ("010", 8), ("0", 0), ("-3", -3), (" 7 ", 7), ("-0x1F", -31)]
+)
 def test_numbers(text: str, number: int) -> None:
     assert parse_number(text) == number
 
