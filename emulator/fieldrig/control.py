@@ -225,7 +225,15 @@ class Stream:
 
 
 async def _answer(query: zenoh.Query, place: str, answer: Answer, pace: Pace | None) -> None:
-    began_ns = time.monotonic_ns()
+    asked_ns = time.monotonic_ns()
+    try:
+        await _reply(query, place, answer)
+    finally:
+        if pace is not None:
+            pace.answered(asked_ns)
+
+
+async def _reply(query: zenoh.Query, place: str, answer: Answer) -> None:
     verb = _last_part(query.key_expr)
     with query:
         try:
@@ -242,8 +250,6 @@ async def _answer(query: zenoh.Query, place: str, answer: Answer, pace: Pace | N
             _refuse(query, f"not understood: {cause}")
         else:
             query.reply(f"{place}/{verb}", json.dumps(reply))
-        if pace is not None:
-            pace.spent(began_ns)
 
 
 def _refuse(query: zenoh.Query, what: str, remedy: str = "") -> None:

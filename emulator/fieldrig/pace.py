@@ -2,8 +2,9 @@
 
 Whatever handles bytes of outsiders reports the time that it took.  When this is more than a slice, all readers of the
 process wait: until the timers that are due have had their turn, or, where a cycle has to be kept, until the outsiders
-have had no more than their share.  What they send meanwhile stays in the buffers of the system, whose flow control
-stops them.
+have had no more than their share.  A device does part of the work later, when it is the turn of its emulated processor,
+so beside a cycle the readers also wait while the whole process takes too much of a core.  What outsiders send meanwhile
+stays in the buffers of the system, whose flow control stops them.
 """
 
 import time
@@ -16,7 +17,14 @@ SLICE_NS: Final = 2 * MS
 SLICE_BESIDE_A_CYCLE_NS: Final = 400 * US
 """The same in a process with the end of a ring, whose cycle may be 1 ms."""
 SHARE_BESIDE_A_CYCLE: Final = 0.25
-"""Their share of the time there.  A controller with a ring of 4 ms keeps 0.99 of its cycles with it, see the bench."""
+"""Their share of the time there; `tests/bench/flood.py` measures what the ring keeps."""
+MOST_BUSY: Final = 0.6
+"""The part of a core that such a process takes at most while outsiders want something."""
+LONGEST_PAUSE_NS: Final = 20 * MS
+"""After this, outsiders have a slice even if the process is busy with other things all the time."""
+
+LONGEST_WAIT_NS: Final = 30 * MS
+"""Outsiders wait no longer than this for something of theirs that took long."""
 
 
 class Reader(Protocol):
@@ -26,17 +34,38 @@ class Reader(Protocol):
         """Read nothing, or go on."""
 
 
+class Load:
+    """How much more of a core the process has taken than it may."""
+
+    def __init__(self) -> None:
+        self._cpu_ns, self._now_ns = time.process_time_ns(), time.monotonic_ns()
+        self._over_ns = 0.0
+
+    def over_ns(self, most_ns: int) -> float:
+        """Return the processor time beyond `MOST_BUSY` since the process was below it, at most `most_ns`."""
+        cpu_ns, now_ns = time.process_time_ns(), time.monotonic_ns()
+        over_ns = self._over_ns + (cpu_ns - self._cpu_ns) - MOST_BUSY * (now_ns - self._now_ns)
+        self._cpu_ns, self._now_ns = cpu_ns, now_ns
+        self._over_ns = min(max(0.0, over_ns), most_ns)
+        return self._over_ns
+
+    def forget(self) -> None:
+        """Forget the processor time until now."""
+        self.over_ns(0)
+
+
 class Pace:
     """The time of one process."""
 
-    def __init__(self, clock: Clock, share: float = 1.0, slice_ns: int = SLICE_NS) -> None:
+    def __init__(self, clock: Clock, share: float = 1.0, slice_ns: int = SLICE_NS, load: Load | None = None) -> None:
         """`share` is the greatest part of the time for outsiders, above 0; with 1 they only give way to what is due."""
-        self._clock, self._share, self._slice_ns = clock, share, slice_ns
+        self._clock, self._share, self._slice_ns, self._load = clock, share, slice_ns, load
         self.portion_ns = slice_ns // 2
         """The time that one portion of bytes should take at most."""
         self._readers: dict[Reader, None] = {}
         self._taken_ns = 0
-        self._latest_ns = 0
+        self._latest_ns = self._answered_ns = 0
+        self._began_ns = 0
         self._timer: Timer | None = None
         self.pauses = 0
         """How often the readers had to wait."""
@@ -61,27 +90,53 @@ class Pace:
         share = self._share
         if share < 1:
             forgotten_ns = (began_ns - self._latest_ns) * share / (1 - share)
-            self._taken_ns = max(0, self._taken_ns - int(forgotten_ns)) + took_ns
+            self._taken_ns = max(0, self._taken_ns - int(max(0, forgotten_ns))) + took_ns
         else:
             self._taken_ns = took_ns + (self._taken_ns if began_ns - self._latest_ns < self._slice_ns else 0)
         self._latest_ns = now_ns
         if self._taken_ns >= self._slice_ns and not self.is_pausing:
-            self._pause(now_ns + int(self._taken_ns * (1 - share) / share))
+            self._pause(now_ns, min(int(self._taken_ns * (1 - share) / share), LONGEST_WAIT_NS))
+        else:
+            self.look()
         return took_ns
 
-    def _pause(self, until_ns: int) -> None:
+    def answered(self, asked_ns: int) -> None:
+        """Note that something was answered that outsiders asked at `asked_ns`, of `time.monotonic_ns`.
+
+        The work was done in the meantime, one piece after the other, so no instant counts twice.
+        """
+        began_ns = max(asked_ns, self._answered_ns)
+        self._answered_ns = time.monotonic_ns()
+        self.spent(began_ns)
+
+    def look(self) -> None:
+        """Let the readers wait if the process takes too much of a core."""
+        if self._load is not None and not self.is_pausing and self._is_busy():
+            self._pause(time.monotonic_ns(), self._slice_ns)
+
+    def _is_busy(self) -> bool:
+        return self._load is not None and self._load.over_ns(2 * self._slice_ns) >= self._slice_ns
+
+    def _pause(self, now_ns: int, duration_ns: int) -> None:
         self.pauses += 1
-        for reader in self._readers:
+        self._began_ns = now_ns
+        self._timer = self._clock.call_at(now_ns + duration_ns, self._go_on)
+        for reader in list(self._readers):
             reader.wait(True)
-        self._timer = self._clock.call_at(until_ns, self._go_on)
 
     def _go_on(self) -> None:
+        now_ns = time.monotonic_ns()
+        if self._is_busy() and now_ns - self._began_ns < LONGEST_PAUSE_NS:
+            self._timer = self._clock.call_at(now_ns + self._slice_ns, self._go_on)
+            return
         self._timer = None
         self._taken_ns = 0
+        if self._load is not None:
+            self._load.forget()
         for reader in list(self._readers):
             reader.wait(False)
 
 
 def beside_a_cycle(clock: Clock) -> Pace:
-    """Return the pace of a process that has a cycle to keep."""
-    return Pace(clock, SHARE_BESIDE_A_CYCLE, SLICE_BESIDE_A_CYCLE_NS)
+    """Return the pace of a process that has a cycle to keep, or that serves one which has."""
+    return Pace(clock, SHARE_BESIDE_A_CYCLE, SLICE_BESIDE_A_CYCLE_NS, Load())

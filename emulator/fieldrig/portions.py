@@ -58,6 +58,11 @@ class Portions(asyncio.BufferedProtocol):
         if bool(before) != bool(self._holds):
             self.read_from_now(not self._holds)
 
+    @property
+    def is_waiting(self) -> bool:
+        """True while the process has something else to do."""
+        return bool(self._holds & Hold.PACE)
+
     def wait(self, is_waiting: bool) -> None:
         self.hold(Hold.PACE, is_waiting)
 

@@ -91,11 +91,16 @@ class DeviceProcess:
         self._direct: list[tuple[DirectBus[Any], str]] = []
         self._waits: set[asyncio.Task[None]] = set()
         self.background = BackgroundProcesses(clock)
-        buses = [config.buses[name].bus for entry in self._entries() for name in linked_buses(entry)]
-        self.pace = beside_a_cycle(clock) if any(bus.has_cycle for bus in buses) else Pace(clock)
+        self.pace = beside_a_cycle(clock) if self._serves_a_cycle() else Pace(clock)
 
     def path(self, name: str) -> Path:
         return part_of(self._run, name)
+
+    def _serves_a_cycle(self) -> bool:
+        """Return whether a device that this process runs, or whose bus it runs, has a cycle to keep."""
+        served = {member for name in self.plan.buses for member in self.config.buses[name].members}
+        entries = [entry for name, entry in self.config.devices.items() if name in served | set(self.plan.devices)]
+        return any(self.config.buses[name].bus.has_cycle for entry in entries for name in linked_buses(entry))
 
     @property
     def traced_buses(self) -> list[Bus[Any]]:

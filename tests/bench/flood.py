@@ -11,7 +11,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -90,9 +90,11 @@ def run():
             client.settimeout(1.0)
             threading.Thread(target=read, args=(client,), daemon=True).start()
             client.sendall(opening)
+            rest = b""
             while time.monotonic() < end_s:
+                rest = rest or flood * (1 + 4096 // len(flood))
                 try:
-                    client.send(flood * (1 + 4096 // len(flood)))
+                    rest = rest[client.send(rest):]
                 except TimeoutError:
                     pass
         except OSError:
@@ -137,7 +139,7 @@ class FloodedRig(AskedRig):
     def cycles(self) -> tuple[float, float]:
         """Return the cycles of the ring so far, and the time."""
         statistics = self.control.ask("bus/ring/status", timeout_s=20.0)
-        return statistics["cycles"], time.monotonic()
+        return float(statistics["cycles"]), time.monotonic()
 
     def kept_percent(self, seconds: float) -> float:
         """Return the share of its cycles that the ring keeps in this time."""
@@ -148,7 +150,7 @@ class FloodedRig(AskedRig):
 
     def memory_mb(self) -> float:
         """Return the memory of the largest process."""
-        return max(figures["memory_mb"] for figures in self.figures().values())
+        return max(float(figures["memory_mb"]) for figures in self.figures().values())
 
 
 def waits_ms(port: int, stop: threading.Event) -> Iterator[float]:
@@ -200,13 +202,11 @@ def run() -> Report:
         ("face", "cycles kept", "quiet ring", "ratio", "another Modbus client waits (p50 / p99)", "largest process"),
     )
     with TemporaryDirectory(prefix="flood") as folder, FloodedRig(Path(folder)) as rig:
-        cases: list[tuple[str, Callable[[], list[str]]]] = [
-            (face.name, lambda face=face: flooding(face, rig.ports[face.port])) for face in FLOODED
-        ]
-        cases.append((CONTROL, lambda: [sys.executable, "-c", ASKER, rig.endpoint, str(SECONDS + 2)]))
-        for name, command in cases:
+        cases = {face.name: flooding(face, rig.ports[face.port]) for face in FLOODED}
+        cases[CONTROL] = [sys.executable, "-c", ASKER, rig.endpoint, str(SECONDS + 2)]
+        for name, command in cases.items():
             progress(f"flood of {name}")
-            measure(rig, name, command(), report)
+            measure(rig, name, command, report)
         reached = {
             f"{bus}: {limit} {count:.0f}"
             for figures in rig.figures().values()

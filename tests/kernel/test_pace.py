@@ -5,7 +5,15 @@ import time
 import pytest
 
 from fieldrig.clock import MS, US, VirtualClock
-from fieldrig.pace import SHARE_BESIDE_A_CYCLE, SLICE_BESIDE_A_CYCLE_NS, SLICE_NS, Pace, beside_a_cycle
+from fieldrig.pace import (
+    LONGEST_PAUSE_NS,
+    LONGEST_WAIT_NS,
+    SHARE_BESIDE_A_CYCLE,
+    SLICE_BESIDE_A_CYCLE_NS,
+    SLICE_NS,
+    Pace,
+    beside_a_cycle,
+)
 
 
 class Reading:
@@ -77,7 +85,7 @@ def test_a_single_long_request_is_followed_by_a_pause_for_it(work: Work) -> None
     pace.add(reader)
     work.do(pace, 10 * MS)
     assert reader.is_waiting
-    until_ns = work.clock.now_ns() + round(10 * MS * (1 - SHARE_BESIDE_A_CYCLE) / SHARE_BESIDE_A_CYCLE)
+    until_ns = work.clock.now_ns() + LONGEST_WAIT_NS
     work.clock.advance_to(until_ns - 1)
     assert reader.is_waiting
     work.clock.advance_to(until_ns)
@@ -86,3 +94,39 @@ def test_a_single_long_request_is_followed_by_a_pause_for_it(work: Work) -> None
 
 def test_a_slice_beside_a_cycle_is_shorter_than_the_shortest_cycle() -> None:
     assert SLICE_BESIDE_A_CYCLE_NS < MS
+
+
+def test_work_that_a_device_does_later_counts_once(work: Work) -> None:
+    pace, reader = beside_a_cycle(work.clock), Reading()
+    pace.add(reader)
+    asked_ns = work.clock.now_ns()
+    for _ in range(3):  # three clients have asked at once, and are answered one after the other
+        work.clock.instant_ns += 100 * US
+        pace.answered(asked_ns)
+    assert not reader.is_waiting
+    work.clock.instant_ns += 100 * US
+    pace.answered(asked_ns)
+    assert reader.is_waiting
+
+
+def test_beside_a_cycle_readers_wait_while_the_whole_process_is_busy(
+    work: Work, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    busy_ns = [0]
+    monkeypatch.setattr(time, "process_time_ns", lambda: busy_ns[0])
+    pace, reader = beside_a_cycle(work.clock), Reading()
+    pace.add(reader)
+    began_ns = work.clock.now_ns()
+    waited = []
+    for _ in range(100):
+        work.clock.advance_to(work.clock.now_ns() + MS)
+        busy_ns[0] += MS  # the process takes a whole core
+        pace.look()
+        waited.append(reader.is_waiting)
+    assert any(waited)
+    assert not all(waited)  # they have a slice now and then
+    assert pace.pauses >= (work.clock.now_ns() - began_ns) // (2 * LONGEST_PAUSE_NS)
+    for _ in range(100):  # and go on when it is idle again
+        work.clock.advance_to(work.clock.now_ns() + MS)
+        pace.look()
+    assert not reader.is_waiting

@@ -26,6 +26,12 @@ class ServedConnection:
     def unsent(self) -> int:
         return len(self._waiting)
 
+    def handle_later(self) -> None:
+        """Do nothing, as the test decides what it sends."""
+
+    def handled(self, count: int) -> None:
+        """Do nothing, as the test decides what it sends."""
+
     def write(self, data: bytes) -> None:
         assert not self.is_closed, "nothing is written to a connection that was closed"
         (self.arrived if self.is_taking else self._waiting).extend(data)

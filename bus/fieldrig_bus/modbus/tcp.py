@@ -119,7 +119,7 @@ class TcpMaster(Master):
     def on_open(self, link: Link[Any]) -> None:
         self._framer = MbapFramer()
         self._waiting: deque[ModbusRequest] = deque()  # at most those of one portion
-        self._asked: deque[tuple[int, int]] = deque()  # deadline and unit of what has no answer yet
+        self._asked: deque[tuple[int, int]] = deque()  # instant and unit of what has no answer yet
         self._timer: Timer | None = None
         self._is_going_on = self._is_stopped = False
         self._send, self._write = link.send, self.transport.write
@@ -153,7 +153,7 @@ class TcpMaster(Master):
         self._is_going_on = True
         waiting, turns = self._waiting, self.server.turns
         while waiting and self._has_place() and turns.begin(unit := waiting[0].unit, self):
-            self._asked.append((self.hub.clock.now_ns() + PATIENCE_NS, unit))
+            self._asked.append((self.hub.clock.now_ns(), unit))
             self._send(waiting.popleft())
         self._is_going_on = False
         self._stop_or_read()
@@ -171,21 +171,23 @@ class TcpMaster(Master):
     def _has_place(self) -> bool:
         """Return whether one more request may be without an answer; if not, look again when the oldest is given up."""
         asked, now_ns = self._asked, self.hub.clock.now_ns()
-        while asked and asked[0][0] <= now_ns:
+        while asked and asked[0][0] + PATIENCE_NS <= now_ns:
             self.server.turns.end(asked.popleft()[1])
         if len(asked) < MOST_TRANSACTIONS:
             return True
         if self._timer is None or self._timer.action is None:
-            self._timer = self.hub.clock.call_at(asked[0][0], self.go_on)
+            self._timer = self.hub.clock.call_at(asked[0][0] + PATIENCE_NS, self.go_on)
         return False
 
     def _on_response(self, response: ModbusResponse) -> None:
         pdu, exchange = response.pdu, response.exchange
         self._write(_pack(exchange & 0xFFFF, 0, len(pdu) + 1, exchange >> 16) + pdu)
         unit = exchange >> 16
-        for place, (_, asked) in enumerate(self._asked):
+        for place, (asked_ns, asked) in enumerate(self._asked):
             if asked == unit:  # there is none if it was given up
                 del self._asked[place]
+                if self.pace is not None and not self._is_going_on:  # otherwise what goes on measures it
+                    self.pace.answered(asked_ns)
                 self.server.turns.end(unit)
                 break
         if self._waiting:

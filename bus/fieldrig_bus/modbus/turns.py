@@ -7,7 +7,7 @@ a client that pipelines does not delay another one by more than a request of its
 from collections import Counter, deque
 from typing import Final, Protocol
 
-MOST_AT_A_UNIT: Final = 32
+MOST_AT_A_UNIT: Final = 8
 """Requests of all clients that a unit has at a time."""
 
 

@@ -144,6 +144,7 @@ class Client(Connection):
         self._task.cancel()
         self._backend.forget(self._name)
         self._backend.close_later(self._processor.close())
+        del self._processor, self._task, self._make_processor  # no circle that the collector has to find
 
     def pause_writing(self) -> None:
         super().pause_writing()
@@ -151,6 +152,10 @@ class Client(Connection):
 
     def resume_writing(self) -> None:
         super().resume_writing()
+        self._look()
+
+    def wait(self, is_waiting: bool) -> None:
+        super().wait(is_waiting)
         self._look()
 
     def _look(self) -> None:
@@ -162,7 +167,7 @@ class Client(Connection):
             )
         self._is_stopped = is_stopped
         self.read_on(not is_stopped)
-        if self._waiting and not self.is_full:
+        if self._waiting and not (self.is_full or self.is_waiting):
             self._may_go_on.set()
         else:
             self._may_go_on.clear()
@@ -183,9 +188,13 @@ class Client(Connection):
     async def _is_answered(self, message: bytes) -> bool:
         """Return whether the connection goes on."""
         buffer = Buffer(message)
+        asked_ns = time.monotonic_ns()
         try:
             goes_on: bool = await self._processor.process(header_from_binary(buffer), buffer)
         except Exception as wrong:  # noqa: BLE001  the library raises many kinds for wrong bytes, also AttributeError
             log.debug("%s: %r", self._name, wrong)
             return False
+        finally:
+            if self.pace is not None:
+                self.pace.answered(asked_ns)
         return goes_on

@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import time
 from collections.abc import Callable, Coroutine, Iterable, Mapping
 from ipaddress import ip_address
 from typing import Any, Final
@@ -13,6 +14,7 @@ from fieldrig.link import Link
 from fieldrig_bus.net import Connection, ServingPort, TcpServer
 from fieldrig_bus.tcp.message import (
     MOST_DATA,
+    WINDOW,
     Close,
     Connect,
     Connected,
@@ -117,6 +119,8 @@ class TcpPort(ServingPort):
         match message:
             case Data(data=data):
                 client.put(data)
+            case Taken(count=count):
+                client.handled(count)
             case Close():
                 client.finish()
             case Listen():
@@ -197,6 +201,9 @@ class _Client(Connection):
         self.number = 0
         """The number of the connection; 0 before it has one, and if it was refused."""
         self.peer = self.local = "0.0.0.0"
+        self._unhandled = 0
+        self._asked_ns = 0
+        """When the device was told something that it has not answered yet; 0 if there is nothing."""
         self._untold = 0  # bytes written whose `Taken` waits until the client reads
         self._has_ended = self._has_spoken = self._is_heard = False
         self._linger: asyncio.TimerHandle | None = None
@@ -212,8 +219,18 @@ class _Client(Connection):
 
     def data_received(self, data: bytes) -> None:
         self._has_spoken = True
+        self._unhandled += len(data)
+        self._asked_ns = self._asked_ns or time.monotonic_ns()
+        if self._unhandled >= WINDOW:
+            self.read_on(False)
         for part in _parts(data):
             self._port.send(Data(self.number, part))
+
+    def handled(self, count: int) -> None:
+        """Read on when the device has handled most of what was read."""
+        self._note_answer()
+        self._unhandled = max(0, self._unhandled - count)
+        self.read_on(self._unhandled < WINDOW)
 
     def eof_received(self) -> bool:
         """The client has finished sending, as `nc -N` does; the device may still answer."""
@@ -237,6 +254,7 @@ class _Client(Connection):
         if self._has_spoken and not self._is_heard:  # the device has answered, so it has understood a message
             self._is_heard = True
             self.heard()
+        self._note_answer()
         self.transport.write(data)
         self._untold += len(data)
         if not self.is_full:
@@ -252,10 +270,25 @@ class _Client(Connection):
             self._linger = asyncio.get_running_loop().call_later(LINGER_S, self.transport.abort)
             self.transport.close()
 
+    def wait(self, is_waiting: bool) -> None:
+        """Also tell the device nothing meanwhile: the next page would be the answer."""
+        super().wait(is_waiting)
+        if not is_waiting:
+            self._tell()
+
     def _tell(self) -> None:
-        if self._untold and self.number:
+        if self._untold and self.pace is not None:
+            self.pace.look()
+        if self._untold and self.number and not self.is_waiting:
+            self._asked_ns = self._asked_ns or time.monotonic_ns()
             self._port.send(Taken(self.number, self._untold))
             self._untold = 0
+
+    def _note_answer(self) -> None:
+        """Count the time since the device was told something: it may have worked later, when it was its turn."""
+        if self.pace is not None and self._asked_ns:
+            self.pace.answered(self._asked_ns)
+        self._asked_ns = 0
 
 
 async def _after(before: asyncio.Task[None] | None, work: Coroutine[Any, Any, None]) -> None:

@@ -11,6 +11,8 @@ from typing import Any, Final
 
 MOST_DATA: Final = 16 * 1024
 """Longest data of a message, in bytes."""
+WINDOW: Final = 4 * 1024
+"""Bytes of a client that its device has not handled yet, from which on nothing is read from it."""
 SERVICE: Final = re.compile("[a-z][a-z0-9_-]{0,31}")
 """Names of services."""
 HIGHEST_NUMBER: Final = 0xFFFF_FFFF
@@ -41,7 +43,10 @@ class Data:
 
 @dataclass(frozen=True, slots=True)
 class Taken:
-    """The network has taken this many more bytes of the device."""
+    """The network has taken this many more bytes of the device; or the device has handled this many of its client.
+
+    A client that has sent `WINDOW` bytes more than its device has handled waits.
+    """
 
     connection: int
     count: int

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from fieldrig.bus import BusModel, Delivery, words_of
-from fieldrig_bus.tcp.message import Close, Connect, Connected, Data, Listen, TcpMessage, Unlisten
+from fieldrig_bus.tcp.message import Close, Connect, Connected, Data, Listen, Taken, TcpMessage, Unlisten
 
 PORT: Final = "tcp:port"
 """The member that accepts the connections."""
@@ -42,7 +42,7 @@ class TcpModel(BusModel[TcpMessage]):
                 self._bytes_in += len(message.data)
             else:
                 self._bytes_out += len(message.data)
-        if isinstance(message, Data | Close | Listen | Unlisten | Connect) and member != PORT:
+        if isinstance(message, Data | Taken | Close | Listen | Unlisten | Connect) and member != PORT:
             is_own = self._owners.get(message.connection) == member
             self._add(member, message, PORT if is_own else "")
         elif member == PORT:

@@ -23,6 +23,12 @@ class Connection(Protocol):
     def unsent(self) -> int:
         """Number of bytes written that the network has not taken yet."""
 
+    def handle_later(self) -> None:
+        """From now on the session says with `handled` what it has done; otherwise it has when `received` returns."""
+
+    def handled(self, count: int) -> None:
+        """Tell that this many bytes are handled, so that the client may send as many more."""
+
     def write(self, data: bytes) -> None:
         """Send bytes; any number of them is kept until the network takes them."""
 

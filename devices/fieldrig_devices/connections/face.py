@@ -107,13 +107,19 @@ class _LinkConnection:
         self._on_failed: Callable[[], None] = lambda: None
         self._waiting = bytearray()
         self._under_way = 0
-        self._is_closing = False
+        self._is_closing = self._is_told = False
 
     # ---- for the session
 
     @property
     def unsent(self) -> int:
         return len(self._waiting) + self._under_way
+
+    def handle_later(self) -> None:
+        self._is_told = True
+
+    def handled(self, count: int) -> None:
+        self._link.send(Taken(self._number, count))
 
     def write(self, data: bytes) -> None:
         if not self._is_closing:
@@ -143,6 +149,8 @@ class _LinkConnection:
     def hear(self, data: bytes) -> None:
         if self.session is not None:
             self.session.received(data)
+        if not self._is_told or self.session is None:
+            self.handled(len(data))
 
     def taken(self, count: int) -> None:
         self._under_way = max(0, self._under_way - count)

@@ -114,6 +114,12 @@ class _StackConnection:
     def unsent(self) -> int:
         return len(self._waiting)
 
+    def handle_later(self) -> None:
+        """Do nothing: the window of TCP, and the line, limit what a client sends."""
+
+    def handled(self, count: int) -> None:
+        """Do nothing either."""
+
     def write(self, data: bytes) -> None:
         if not self._is_closing:
             self._waiting += data

@@ -5,6 +5,7 @@ processor time at the priority of TCP/IP, and each new connection is entry 8013.
 FTP exists only with one.
 """
 
+from collections import deque
 from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from typing import Final
@@ -20,6 +21,8 @@ from fieldrig_devices.max4.pages.site import Site
 from fieldrig_devices.max4.storage.disk import FlashDisk
 from fieldrig_devices.max4.storage.ftp_files import FtpFiles
 
+PIECE: Final = 256
+"""Bytes of a client that are handled at a time: a request of most clients."""
 PORTS: Final = {"http": 80, "ftp": 21}
 """TCP ports of the services at the controller's own address (manual 5597-5611)."""
 
@@ -49,20 +52,46 @@ def at_own_ports(services: Mapping[str, Serve]) -> dict[int, Serve]:
 
 
 class _Prioritised:
-    """A session that handles what arrives when it is the turn of TCP/IP."""
+    """A session that handles what arrives when it is the turn of TCP/IP.
+
+    Each piece takes its time, so a client that sends many requests at once gets no more of the processor for them.
+    One piece of a connection waits for its turn at a time, and those of a connection that is lost are dropped.
+    """
 
     def __init__(self, serve: Serve, at_priority: Callable[[Callable[[], None]], None], connection: Connection) -> None:
+        self._connection = connection
         self._session: Session = serve(connection)
         self._at_priority = at_priority
+        self._waiting: deque[Callable[[], None]] = deque()
+        connection.handle_later()
 
     def received(self, data: bytes) -> None:
-        self._at_priority(partial(self._session.received, data))
+        for place in range(0, len(data), PIECE):
+            self._later(partial(self._handle, data[place : place + PIECE]))
 
     def drained(self) -> None:
-        self._at_priority(self._session.drained)
+        self._later(self._session.drained)
 
     def ended(self) -> None:
-        self._at_priority(self._session.ended)
+        self._later(self._session.ended)
 
     def lost(self) -> None:
+        self._waiting.clear()
         self._at_priority(self._session.lost)
+
+    def _later(self, action: Callable[[], None]) -> None:
+        self._waiting.append(action)
+        if len(self._waiting) == 1:
+            self._at_priority(self._take_turn)
+
+    def _take_turn(self) -> None:
+        if self._waiting:  # not if the connection was lost meanwhile
+            self._waiting[0]()
+            if self._waiting:
+                self._waiting.popleft()
+        if self._waiting:
+            self._at_priority(self._take_turn)
+
+    def _handle(self, data: bytes) -> None:
+        self._session.received(data)
+        self._connection.handled(len(data))
