@@ -65,13 +65,13 @@ class Connection(Portions):
         self.transport.set_write_buffer_limits(high=MOST_UNREAD)
         self.server.connections.add(self)
         self.hold(Hold.HUB, self.server.is_held)
-        if self.server.pace is not None:
-            self.keep(self.server.pace)
+        self.pace = self.server.pace
 
     def connection_lost(self, exc: Exception | None) -> None:
         self.server.connections.discard(self)
         self.server.door.leave(self)
-        self.leave_pace()
+        if self.pace is not None:
+            self.pace.leave(self)
         self.lost.set_result(None)
 
     def take(self, data: bytes) -> None:

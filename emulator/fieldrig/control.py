@@ -79,7 +79,7 @@ class Control:
 
     def keep(self, pace: Pace) -> None:
         """Answer at this pace from now on."""
-        self._questions.keep(pace)
+        self._questions.pace = pace
 
     def limits(self) -> dict[str, float]:
         """Return how often each limit was reached, by name."""

@@ -2,9 +2,9 @@
 
 Whatever handles bytes of outsiders reports the time that it took.  When this is more than a slice, all readers of the
 process wait: until the timers that are due have had their turn, or, where a cycle has to be kept, until the outsiders
-have had no more than their share.  A device does part of the work later, when it is the turn of its emulated processor,
-so beside a cycle the readers also wait while the whole process takes too much of a core.  What outsiders send meanwhile
-stays in the buffers of the system, whose flow control stops them.
+have had no more than their share.  Then they go on in turn.  A device does part of the work later, when it is the turn
+of its emulated processor, so beside a cycle the readers also wait while the whole process takes too much of a core.
+What outsiders send meanwhile stays in the buffers of the system, whose flow control stops them.
 """
 
 import time
@@ -23,6 +23,8 @@ MOST_BUSY: Final = 0.6
 LONGEST_PAUSE_NS: Final = 20 * MS
 """After this, outsiders have a slice even if the process is busy with other things all the time."""
 
+TURNS_AT_ONCE: Final = 4
+"""Readers that have their turn before other events have theirs."""
 LONGEST_WAIT_NS: Final = 30 * MS
 """Outsiders wait no longer than this for something of theirs that took long."""
 
@@ -30,8 +32,8 @@ LONGEST_WAIT_NS: Final = 30 * MS
 class Reader(Protocol):
     """Reads what outsiders send."""
 
-    def wait(self, is_waiting: bool) -> None:
-        """Read nothing, or go on."""
+    def go_on(self) -> None:
+        """Handle a portion, or one message: it is this reader's turn."""
 
 
 class Load:
@@ -62,26 +64,29 @@ class Pace:
         self._clock, self._share, self._slice_ns, self._load = clock, share, slice_ns, load
         self.portion_ns = slice_ns // 2
         """The time that one portion of bytes should take at most."""
-        self._readers: dict[Reader, None] = {}
+        self._waiting: dict[Reader, None] = {}  # in the order of their turns
         self._taken_ns = 0
         self._latest_ns = self._answered_ns = 0
         self._began_ns = 0
         self._timer: Timer | None = None
         self.pauses = 0
-        """How often the readers had to wait."""
+        """How often there was a pause."""
 
     @property
     def is_pausing(self) -> bool:
         return self._timer is not None
 
-    def add(self, reader: Reader) -> None:
-        """Add a reader, which waits at once if the others do."""
-        self._readers[reader] = None
-        if self.is_pausing:
-            reader.wait(True)
+    def is_free(self, reader: Reader) -> bool:
+        """Return whether the reader may handle something now; if not, its `go_on` is called when it is its turn."""
+        if self._timer is None and not self._waiting:
+            return True
+        self._waiting[reader] = None
+        if self._timer is None:
+            self._timer = self._clock.call_at(time.monotonic_ns(), self._go_on)
+        return False
 
-    def remove(self, reader: Reader) -> None:
-        self._readers.pop(reader, None)
+    def leave(self, reader: Reader) -> None:
+        self._waiting.pop(reader, None)
 
     def spent(self, began_ns: int) -> int:
         """Note that something of outsiders was handled since `began_ns`, and return the time that it took."""
@@ -121,10 +126,9 @@ class Pace:
         self.pauses += 1
         self._began_ns = now_ns
         self._timer = self._clock.call_at(now_ns + duration_ns, self._go_on)
-        for reader in list(self._readers):
-            reader.wait(True)
 
     def _go_on(self) -> None:
+        """Give those who wait their turns, one after the other, until the next pause."""
         now_ns = time.monotonic_ns()
         if self._is_busy() and now_ns - self._began_ns < LONGEST_PAUSE_NS:
             self._timer = self._clock.call_at(now_ns + self._slice_ns, self._go_on)
@@ -133,8 +137,14 @@ class Pace:
         self._taken_ns = 0
         if self._load is not None:
             self._load.forget()
-        for reader in list(self._readers):
-            reader.wait(False)
+        for _ in range(TURNS_AT_ONCE):
+            if self._timer is not None or not self._waiting:
+                return
+            reader = next(iter(self._waiting))
+            del self._waiting[reader]
+            reader.go_on()
+        if self._timer is None and self._waiting:  # other events have their turn first
+            self._timer = self._clock.call_at(now_ns, self._go_on)
 
 
 def beside_a_cycle(clock: Clock) -> Pace:

@@ -38,7 +38,10 @@ class Portions(asyncio.BufferedProtocol):
         self._buffer = memoryview(bytearray(most))
         self._most = self._size = most
         self._holds = 0
+        self._unseen = b""
+        """What was read while the process had something else to do; at most a portion."""
         self.pace: Pace | None = None
+        """How this process shares its time; None where it has nothing else to do."""
 
     def data_received(self, data: bytes) -> None:
         raise NotImplementedError
@@ -55,40 +58,43 @@ class Portions(asyncio.BufferedProtocol):
         """Read nothing for this reason, or no longer because of it."""
         before = self._holds
         self._holds = before | reason if is_held else before & ~reason
+        if not self._holds and self._unseen and self.pace is not None:
+            self._handle_unseen(reason, self.pace)
         if bool(before) != bool(self._holds):
             self.read_from_now(not self._holds)
 
-    @property
-    def is_waiting(self) -> bool:
-        """True while the process has something else to do."""
-        return bool(self._holds & Hold.PACE)
-
-    def wait(self, is_waiting: bool) -> None:
-        self.hold(Hold.PACE, is_waiting)
-
-    def keep(self, pace: Pace) -> None:
-        """Keep this pace until `leave_pace`."""
-        self.pace = pace
-        pace.add(self)
-
-    def leave_pace(self) -> None:
-        if self.pace is not None:
-            self.pace.remove(self)
+    def go_on(self) -> None:
+        """Handle what was read before the process had time for it."""
+        self.hold(Hold.PACE, False)
 
     def get_buffer(self, sizehint: int) -> memoryview:
         return self._buffer[: self._size]
 
     def buffer_updated(self, nbytes: int) -> None:
-        asked, pace = self._size, self.pace
+        asked, pace, data = self._size, self.pace, self._buffer[:nbytes].tobytes()
         if pace is None:
-            self.take(self._buffer[:nbytes].tobytes())
+            self.take(data)
+        elif self._holds & Hold.PACE or not pace.is_free(self):
+            self._unseen += data
+            self.hold(Hold.PACE, True)
         else:
-            began_ns = time.monotonic_ns()
-            self.take(self._buffer[:nbytes].tobytes())
-            self._fit(nbytes, pace.spent(began_ns), pace.portion_ns)
+            self._handle(data, pace)
         if nbytes == asked:
             self.hold(Hold.TURN, True)
             asyncio.get_running_loop().call_soon(self.hold, Hold.TURN, False)
+
+    def _handle_unseen(self, reason: Hold, pace: Pace) -> None:
+        """Handle what was read already, now or when it is our turn."""
+        if reason is not Hold.PACE and not pace.is_free(self):
+            self._holds = Hold.PACE
+            return
+        data, self._unseen = self._unseen, b""
+        self._handle(data, pace)
+
+    def _handle(self, data: bytes, pace: Pace) -> None:
+        began_ns = time.monotonic_ns()
+        self.take(data)
+        self._fit(len(data), pace.spent(began_ns), pace.portion_ns)
 
     def _fit(self, nbytes: int, took_ns: int, portion_ns: int) -> None:
         """Choose the size of the next portion."""

@@ -220,7 +220,7 @@ class DeviceProcess:
         kind = OutsidersLink if bus.serves_outsiders else RemoteLink
         link = kind(bus, device, self.clock, self._run, on_lost)
         if isinstance(link, OutsidersLink):
-            link.keep(self.pace)
+            link.pace = self.pace
         self._attachments.append(link)
         await _attach_patiently(link, patience_s)
         return link

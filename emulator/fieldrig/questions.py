@@ -26,9 +26,10 @@ class Questions(Generic[Q]):
         """`soon` calls an action in the loop, from any thread; `start` begins to answer a question."""
         self._soon, self._start = soon, start
         self._waiting: deque[Q] = deque()
-        self._is_called = self._is_held = False
+        self._is_called = False
         self.reached = Reached(name)
         self.pace: Pace | None = None
+        """The pace of the answers; None: as fast as possible."""
 
     def put(self, question: Q) -> bool:
         """Add a question.  Return false if too many wait."""
@@ -39,14 +40,11 @@ class Questions(Generic[Q]):
         self._call()
         return True
 
-    def keep(self, pace: Pace) -> None:
-        """Answer at this pace from now on."""
-        self.pace = pace
-        pace.add(self)
-
-    def wait(self, is_waiting: bool) -> None:
-        self._is_held = is_waiting
-        self._call()
+    def go_on(self) -> None:
+        """Answer a question, because it is the turn of questions."""
+        if self._waiting:
+            self._start(self._waiting.popleft())
+            self._call()
 
     def _call(self) -> None:
         if not self._is_called:
@@ -56,7 +54,7 @@ class Questions(Generic[Q]):
     def _work(self) -> None:
         self._is_called = False  # before the look at what waits, so that no question of another thread is missed
         for _ in range(AT_ONCE):
-            if self._is_held or not self._waiting:
+            if not self._waiting or not (self.pace is None or self.pace.is_free(self)):
                 return
             self._start(self._waiting.popleft())
         if self._waiting:

@@ -251,10 +251,11 @@ async def test_questions_beyond_the_limit_are_refused_and_counted(
     async with rig_and_process(endpoint) as (rig, process):
         rig.serve("rig/*", echo)
         await until_served(process, "rig/x")
-        rig._questions.wait(True)
+        monkeypatch.setattr(rig._questions, "_work", lambda: None)
         asked = [asyncio.ensure_future(process.ask("rig/x", number, 5)) for number in range(30)]
         await until(lambda: rig.limits().get("questions over the limit") == 20.0)
-        rig._questions.wait(False)
+        monkeypatch.undo()
+        rig._questions._work()
         answers = await asyncio.gather(*asked, return_exceptions=True)
         assert sum(isinstance(answer, dict) for answer in answers) == 10
         assert all(isinstance(answer, dict) or "ask again later" in str(answer) for answer in answers)

@@ -1,10 +1,11 @@
 """Questions that come faster than they are answered."""
 
+import time
 from collections import deque
 from collections.abc import Callable
 
 from fieldrig.clock import VirtualClock
-from fieldrig.pace import Pace
+from fieldrig.pace import SLICE_NS, Pace
 from fieldrig.questions import AT_ONCE, MOST_QUESTIONS, Questions
 
 
@@ -41,12 +42,12 @@ def test_a_turn_of_the_loop_answers_some_and_every_question_has_its_turn() -> No
 
 
 def test_questions_wait_while_the_process_has_something_else_to_do() -> None:
-    loop = Loop()
-    loop.questions.keep(Pace(VirtualClock()))
-    loop.questions.wait(True)
+    loop, clock = Loop(), VirtualClock()
+    pace = loop.questions.pace = Pace(clock)
+    pace.spent(time.monotonic_ns() - SLICE_NS)
     loop.questions.put(1)
     loop.turn()
     assert loop.answered == []
-    loop.questions.wait(False)
+    clock.advance_to(time.monotonic_ns() + SLICE_NS)
     loop.turn()
     assert loop.answered == [1]

@@ -122,7 +122,7 @@ class Client(Connection):
         self._backend, self._make_processor = backend, processor
         self._messages = Messages()
         self._waiting: deque[bytes] = deque()
-        self._may_go_on = asyncio.Event()
+        self._may_go_on, self._turn = asyncio.Event(), asyncio.Event()
         self._is_stopped = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -154,9 +154,9 @@ class Client(Connection):
         super().resume_writing()
         self._look()
 
-    def wait(self, is_waiting: bool) -> None:
-        super().wait(is_waiting)
-        self._look()
+    def go_on(self) -> None:
+        super().go_on()
+        self._turn.set()
 
     def _look(self) -> None:
         """Stop a client that sends more than is answered, or that does not read."""
@@ -167,7 +167,7 @@ class Client(Connection):
             )
         self._is_stopped = is_stopped
         self.read_on(not is_stopped)
-        if self._waiting and not (self.is_full or self.is_waiting):
+        if self._waiting and not self.is_full:
             self._may_go_on.set()
         else:
             self._may_go_on.clear()
@@ -176,6 +176,9 @@ class Client(Connection):
         """Answer one message after another."""
         while True:
             await self._may_go_on.wait()
+            if self.pace is not None and not self.pace.is_free(self):
+                self._turn.clear()
+                await self._turn.wait()
             message = self._waiting.popleft()
             self._look()
             if not await self._is_answered(message):

@@ -270,16 +270,20 @@ class _Client(Connection):
             self._linger = asyncio.get_running_loop().call_later(LINGER_S, self.transport.abort)
             self.transport.close()
 
-    def wait(self, is_waiting: bool) -> None:
-        """Also tell the device nothing meanwhile: the next page would be the answer."""
-        super().wait(is_waiting)
-        if not is_waiting:
-            self._tell()
+    def go_on(self) -> None:
+        super().go_on()
+        self._tell_now()
 
     def _tell(self) -> None:
-        if self._untold and self.pace is not None:
+        """Tell the device that its data are taken, when it is time for that: the next page would be the answer."""
+        if self.pace is not None:
             self.pace.look()
-        if self._untold and self.number and not self.is_waiting:
+            if not self.pace.is_free(self):
+                return
+        self._tell_now()
+
+    def _tell_now(self) -> None:
+        if self._untold and self.number and not self.is_full:
             self._asked_ns = self._asked_ns or time.monotonic_ns()
             self._port.send(Taken(self.number, self._untold))
             self._untold = 0
