@@ -131,7 +131,7 @@ def test_a_caller_dials_in_and_reaches_every_service_and_again_after_a_lost_line
     mine = tmp_path / "MINE.HTM"
     mine.write_text('State <pac value="MAx-4.Com1UserState">.')
     with _call(stack) as (call, pages, proxy, registers):
-        assert b"Max4-Boot" in _page(pages, "")  # the first entry of the message logger
+        assert b"Max4 boot" in _page(pages, "")  # the first entry of the message logger
         way = ["--socks5", f"127.0.0.1:{proxy}", "--user", "service:pacdrive", "-T", str(mine)]
         subprocess.run(["curl", "-sS", "-m", "300", *way, "ftp://190.200.100.100/"], check=True)
         assert _page(pages, "MINE.HTM") == f"State {ONLINE}.".encode()

@@ -77,7 +77,7 @@ def test_each_tcp_connection_is_an_entry_of_the_log(rig: tuple[RunningRig, int])
 
     def logged() -> int:
         lines: str = running.value("max4/log")
-        return lines.count("\t0x1000\tLZS\tLZS\t8013\t7f000001\tconnect zum TCP/IP Server")
+        return lines.count("\t0x1000\tLZS\tLZS\t8013\t7f000001\tconnect to TCP/IP server")
 
     before = logged()
     for number in (1, 2):

@@ -72,7 +72,7 @@ def test_fault_is_read_quitted_and_the_axis_goes_on(ring: RingProcess, plc: Plc)
     until(lambda: plc.is_in(1, 0x08, 0x4F))
     assert (plc.axes.sdo[0x683F].raw, plc.axes.sdo[0x2101][1].raw) == (0x4310, 3117)
     until(lambda: ring.get("film/axis_state") == 5)
-    assert ring.get("max4/DiagMsg") == "MC_4.film Motortemperatur zu hoch"
+    assert ring.get("max4/DiagMsg") == "MC-4/film: motor temperature too high"
 
     def is_reset() -> bool:
         for word in (0x00, 0x80):

@@ -98,7 +98,7 @@ def test_client_reads_a_diagnosis_and_quits_it(ring: RingProcess, client: Client
     ring.fault("film", "dc_bus", "duration_ms=1500")
     until(lambda: client.read(DIAG_CODE) == [2106])
     assert client.read(1100 + AXIS_DIAG_CODE) == [2106]
-    assert client.text(1100 + DIAG_MSG, 40) == "Kommunikationsfehler ZK-Controller"
+    assert client.text(1100 + DIAG_MSG, 40) == "communication error DC circuit controller"
     until(lambda: client.read(1100 + AXIS_STATE) == [5])
 
     def is_quitted() -> bool:

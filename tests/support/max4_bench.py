@@ -40,6 +40,7 @@ class Bench(Max4Rig):
         devices: dict[str, Any] = {
             "max4": {
                 "kind": MAX4,
+                "language": "de",  # as the manual prints its messages
                 "links": {"ring": "ring0", "wires": "wires"},
                 "drives": axes | settings.pop("more_drives", {}),
                 **settings,

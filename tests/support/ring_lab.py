@@ -48,10 +48,10 @@ class Follower:
 
 class RingLab:
     def __init__(self, *overrides: str, file: Path = RING, stores: Mapping[str, MemoryStore] | None = None) -> None:
-        """`overrides` are those of `--set`."""
+        """`overrides` are those of `--set`.  Messages are German, as the manual prints them."""
         self.signals: list[tuple[int, str, Any]] = []
         self.trace: list[str] | None = None
-        self.rig = Rig(load(file, overrides), self._on_delivery, stores)
+        self.rig = Rig(load(file, ("devices.max4.language=de", *overrides)), self._on_delivery, stores)
         self.names = tuple(name for name, device in self.rig.config.devices.items() if device.kind == "mc4")
 
     def _on_delivery(self, bus: Bus[Any], delivery: Delivery[Any]) -> None:

@@ -46,7 +46,10 @@ class Response:
 Answer = Callable[[Request], Response]
 
 
+VIEWPORT: Final = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+
+
 def refusal(status: HTTPStatus) -> Response:
     """Return a short page that gives the status."""
     title = f"{status.value} {status.phrase}"
-    return Response(status, f"<!DOCTYPE html><title>{title}</title><h1>{title}</h1>\n".encode())
+    return Response(status, f"<!DOCTYPE html>{VIEWPORT}<title>{title}</title><h1>{title}</h1>\n".encode())

@@ -13,7 +13,7 @@ from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
-from fieldrig.link import Link, patience_of
+from fieldrig.link import Link
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
@@ -165,7 +165,6 @@ class Max4(Device):
         self._boot.begin()
         self.system = System(self._clock, settings, loaded.configuration, loaded.values, self._wires, self)
         self.system.process.actions = self._actions
-        self.system.process.patience_ns = patience_of(self._ring)
         for axis in self.axes.values():
             axis.on_quit(self._acknowledgement.of_axis)
         self.logger.filter = int(self.tree.get("MAx-4.General.MsgFilter"))

@@ -1,9 +1,10 @@
 """The real-time process: the tasks of the controller in every cycle, and their share of the cycle.
 
 Source: PacDrive manual 6967-6969 (digest PD-084): encoders, motion with set values, measuring inputs, exchange over the
-ring.  CycleLoad is the share of the cycle that these take, from settings and from the lateness of the host.  RTBReadRes
+ring.  CycleLoad is the share of the cycle that these take on the controller's own processor, from settings.  RTBReadRes
 is the time left in the cycle when the actual values have arrived, RTBWriteRes when the set values are written; below
-zero is a write cycle overflow (PD-134; the manual does not define them, so we follow the help of the successor).
+zero is a write cycle overflow (PD-134; the manual does not define them, so we follow the help of the successor).  A
+host that is late is no load of this processor: it filled the message logger of a controller that was idle.
 """
 
 from collections.abc import Callable
@@ -26,8 +27,6 @@ class RealTimeProcess:
     def __init__(self, clock: Clock, cycle_ns: int, times: ProcessTimes, on_overflow: Callable[[int], None]) -> None:
         """`on_overflow` is called with the reserve in microseconds, once per sequence of overflows."""
         self._clock, self.cycle_ns, self._times, self._on_overflow = clock, cycle_ns, times, on_overflow
-        self.patience_ns = 0
-        """Grace time for a busy host, in nanoseconds, which does not count as load of the controller."""
         self.drives: tuple[RingDrive, ...] = ()
         self.simulated: list[SimulatedDrive] = []
         self.logic_encoders: list[LogicEncoder] = []
@@ -39,7 +38,7 @@ class RealTimeProcess:
         self.cycles = 0
         self.delay_us = 0
         """Additional duration of each cycle by an injected fault, in microseconds."""
-        self._late_ns = self._last_ns = 0
+        self._last_ns = 0
         self._was_over = False
         self._room_us = 0
         self.lay_out(())
@@ -54,7 +53,6 @@ class RealTimeProcess:
         """Run one cycle."""
         clock, drives = self._clock, self.drives
         self.cycles += 1
-        self._late_ns = max(clock.late_ns() - self.patience_ns, 0)
         if self.take is not None:
             self.take(self.duration_us * US)
         for drive in drives:
@@ -93,12 +91,12 @@ class RealTimeProcess:
     @property
     def load_percent(self) -> int:
         """CycleLoad, in percent."""
-        return min(100 * (self.duration_us + self._late_ns // US) * US // self.cycle_ns, 100)
+        return min(100 * self.duration_us * US // self.cycle_ns, 100)
 
     @property
     def read_reserve_us(self) -> int:
         """RTBReadRes, in microseconds."""
-        return self._room_us - self._late_ns // US
+        return self._room_us
 
     @property
     def write_reserve_us(self) -> int:

@@ -145,7 +145,7 @@ class Max4Settings(Settings):
         default_factory=list, description="IEC Task objects: the first one observes the first task, and so on"
     )
     autostart: bool = Field(default=False, description="whether the stored program starts at each boot")
-    language: Literal["de", "en"] = Field(default="de", description="language of messages")
+    language: Literal["de", "en"] = Field(default="en", description="language of messages")
     diagnosis_classes: Annotated[dict[int, int], AfterValidator(_classes)] = Field(
         default_factory=dict, description="classes of codes whose class is not their first digit"
     )

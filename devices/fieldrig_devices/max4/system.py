@@ -13,7 +13,8 @@ from fieldrig.clock import MS, Clock
 from fieldrig.device import Value
 from fieldrig.link import Link
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.max4.axes.axis import INCREMENTS, Axis
+from fieldrig_devices.iec.tasks.task import TaskState
+from fieldrig_devices.max4.axes.axis import AXIS_WORDS, INCREMENTS, MC4_WORDS, Axis
 from fieldrig_devices.max4.axes.encoder import LogicEncoder, MasterEncoder
 from fieldrig_devices.max4.axes.simulated import SimulatedDrive
 from fieldrig_devices.max4.com1.parameters import Com1Parameters, Port
@@ -31,6 +32,8 @@ log = logging.getLogger(__name__)
 
 CYCLE_TIME: Final = "MAx-4.General.CycleTime"
 PRODUCT: Final = "MAx-4"
+TASK_WORDS: Final = {int(state): state.name.replace("_", " ").lower() for state in TaskState}
+"""Values of State of an IEC task (manual table 5-1)."""
 
 
 class Owner(Protocol):
@@ -192,8 +195,8 @@ class System:
                 write=lambda value: axis.enable(bool(value)),
             )
         )
-        general.add(Parameter("AxisState", Type.UINT, read=lambda: axis.axis_state.value))
-        general.add(Parameter("MC4State", Type.UINT, read=lambda: axis.mc4_state))
+        general.add(Parameter("AxisState", Type.UINT, read=lambda: axis.axis_state.value, words=AXIS_WORDS))
+        general.add(Parameter("MC4State", Type.UINT, read=lambda: axis.mc4_state, words=MC4_WORDS))
         general.add(Parameter("Position", Type.LREAL, unit="incr", read=lambda: axis.position))
         general.add(Parameter("Velocity", Type.LREAL, unit="incr/s", read=lambda: axis.velocity))
         general.add(Parameter("Torque", Type.INT, unit="0.1%", read=lambda: axis.torque))
@@ -253,7 +256,9 @@ class System:
         """IEC Task objects, each of which observes the task of the same number (PD-029)."""
         for number, symbol in enumerate(self.configuration.iec_tasks):
             general = self.tree.root.add("IEC Task", "IEC_TASK", symbol).group("General")
-            general.add(Parameter("State", Type.UINT, read=partial(self._owner.task_value, number, "State")))
+            general.add(
+                Parameter("State", Type.UINT, read=partial(self._owner.task_value, number, "State"), words=TASK_WORDS)
+            )
             enable = general.add(Parameter("EnableLoad", Type.BOOL, Kind.INPUT, about="true: measure Load and Cycle"))
             for name in ("Load", "Cycle"):
                 general.add(Parameter(name, Type.UDINT, unit="us", read=partial(self._measured, enable, number, name)))

@@ -80,7 +80,7 @@ class Diagnosis:
     """
 
     def __init__(
-        self, on_error: Callable[[Reaction], None], classes: Mapping[int, int] | None = None, language: Language = "de"
+        self, on_error: Callable[[Reaction], None], classes: Mapping[int, int] | None = None, language: Language = "en"
     ) -> None:
         """`classes` gives the classes that differ from the first digit of the code."""
         self._on_error = on_error

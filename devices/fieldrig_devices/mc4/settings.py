@@ -124,7 +124,7 @@ class Mc4Settings(Settings):
     load: LoadSettings = Field(default_factory=LoadSettings)
     parameters: ParameterSettings = Field(default_factory=ParameterSettings)
     versions: VersionSettings = Field(default_factory=VersionSettings)
-    language: Language = Field(default="de", description="language of the diagnosis texts")
+    language: Language = Field(default="en", description="language of the diagnosis texts")
     classes: Annotated[dict[int, int], AfterValidator(_classes)] = Field(
         default_factory=dict, description="classes of diagnoses by code, where they differ from the first digit"
     )

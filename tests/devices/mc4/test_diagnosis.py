@@ -13,7 +13,7 @@ def reactions() -> list[Reaction]:
 
 @pytest.fixture
 def diagnosis(reactions: list[Reaction]) -> Diagnosis:
-    return Diagnosis(reactions.append)
+    return Diagnosis(reactions.append, language="de")  # as the manual prints its texts
 
 
 # digest 1.5 and 3.2, row by row: code, class, text, reaction

@@ -519,7 +519,7 @@ def test_torque_is_limited_to_250_percent_of_the_amplifier() -> None:
 def test_bad_name_plate_is_1117_and_the_drive_is_not_enabled(drive: dict[str, object]) -> None:
     bench = DriveBench(drive).up(4_000)
     assert bench.code() == 1117
-    assert bench.text(95) == "1117 Lesefehler Geber-EEPROM"
+    assert bench.text(95) == "1117 encoder EEPROM read error"
     assert bench.number(11) == 1 << 5
     bench.enable(500)
     assert bench.states() == (5, 0x02)

@@ -79,9 +79,9 @@ def test_diagnosis_of_the_axis_over_the_ring() -> None:
     bench.rig.add_fault("d1", {"what": "overtemperature"})
     bench.run(300)
     assert (bench.number(390), bench.number(0x8000 | 32)) == (3117, 3117)
-    assert bench.text(95) == "3117 Motortemperatur zu hoch"
-    bench.write(LANGUAGE, b"\x01\x00")
     assert bench.text(95) == "3117 motor temperature too high"
+    bench.write(LANGUAGE, b"\x00\x00")
+    assert bench.text(95) == "3117 Motortemperatur zu hoch"
 
 
 def test_states_are_words_of_their_own_and_one_together(bench: DriveBench) -> None:

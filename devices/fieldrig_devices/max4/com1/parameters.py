@@ -9,7 +9,7 @@ from ipaddress import AddressValueError, IPv4Address
 from typing import Final, Protocol
 
 from fieldrig.device import Value
-from fieldrig_devices.max4.com1.states import ModemState, State, User
+from fieldrig_devices.max4.com1.states import MODEM_WORDS, STATE_WORDS, USER_WORDS, ModemState, State, User
 from fieldrig_devices.max4.configuration.tree import Kind, ObjectTree, Parameter, Type
 
 REMOTE_IP_ADDRESS: Final = "190.200.100.101"
@@ -47,10 +47,15 @@ class Com1Parameters:
                 int(User.EPAS_4),
                 only=numbers,
                 about="user of COM1: 0 EPAS-4, 1 modem, 2 automatic, 3 none",
+                words=USER_WORDS,
             )
         )
         self.user.watcher = lambda _: port.user_written(self.user)
-        general.add(Parameter("Com1UserState", Type.UINT, read=lambda: int(port.state), about="state of COM1"))
+        general.add(
+            Parameter(
+                "Com1UserState", Type.UINT, read=lambda: int(port.state), about="state of COM1", words=STATE_WORDS
+            )
+        )
         self.modem = _Modem(tree, modems[0], port) if modems else None
 
 
@@ -77,7 +82,11 @@ class _Modem:
         self.password = text("Password", "", "password that a caller logs in with", str, secret=True)
         self.init_string = text("InitString", INIT_STRING, "first AT commands for the modem", _printable)
         self.exp_init_string = text("ExpInitString", EXP_INIT_STRING, "further AT commands", _command)
-        general.add(Parameter("State", Type.UINT, read=lambda: int(port.modem_state), about="state of the modem"))
+        general.add(
+            Parameter(
+                "State", Type.UINT, read=lambda: int(port.modem_state), about="state of the modem", words=MODEM_WORDS
+            )
+        )
 
 
 def _address(value: Value) -> str:

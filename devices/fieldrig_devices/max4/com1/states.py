@@ -52,6 +52,36 @@ class ModemState(IntEnum):
     EXP_INIT_STRING_TIMEOUT = 9
 
 
+USER_WORDS: Final = {0: "EPAS-4", 1: "modem", 2: "automatic", 3: "none"}
+STATE_WORDS: Final = {
+    0: "checks the line",
+    1: "EPAS-4",
+    2: "no modem, or it refused a string: EPAS-4",
+    3: "looks for a modem",
+    4: "looks for a modem",
+    5: "initialises the modem",
+    6: "modem ready",
+    7: "in a call",
+    8: "no user",
+    9: "initialises the modem",
+    10: "no modem, or it refused a string: EPAS-4",
+    11: "modem ready",
+    12: "in a call",
+}
+MODEM_WORDS: Final = {
+    0: "being checked",
+    1: "no modem",
+    2: "waits for a call",
+    3: "in a call",
+    4: "InitString accepted",
+    5: "InitString refused",
+    6: "no answer to InitString",
+    7: "ExpInitString accepted",
+    8: "ExpInitString refused",
+    9: "no answer to ExpInitString",
+}
+
+
 class Event(Enum):
     """An event at the port."""
 

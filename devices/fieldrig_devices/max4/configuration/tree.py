@@ -7,7 +7,7 @@ Case does not matter.  The scheme of logical addresses is our choice: the number
 number of the parameter in its object.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from enum import Enum
 from typing import Final
 
@@ -51,6 +51,9 @@ class Type(Enum):
         return list(Type).index(self) + 1
 
 
+NO_WORDS: Final[Mapping[int, str]] = {}
+
+
 class Parameter:
     """One parameter.  Without `read` it stores its value itself; without `write` it accepts any value that fits."""
 
@@ -70,6 +73,7 @@ class Parameter:
         "type",
         "unit",
         "watcher",
+        "words",
     )
 
     def __init__(
@@ -87,9 +91,13 @@ class Parameter:
         read: Callable[[], Value] | None = None,
         write: Callable[[Value], None] | None = None,
         is_secret: bool = False,
+        words: Mapping[int, str] = NO_WORDS,
     ) -> None:
-        """`first` is the value after a boot; `low`, `high` and `only` restrict the values of the type."""
-        self.is_secret = is_secret
+        """`first` is the value after a boot; `low`, `high` and `only` restrict the values of the type.
+
+        `words` has the meanings of numbers, for people.
+        """
+        self.is_secret, self.words = is_secret, words
         self.name, self.type, self.kind, self.unit, self.about = name, type, kind, unit, about
         self.low = type.low if low is None else low
         self.high = type.high if high is None else high

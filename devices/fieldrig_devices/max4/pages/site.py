@@ -1,7 +1,8 @@
 """The pages of the controller: HTML files on the flash disk with live values, and values as JSON.
 
 Source: PacDrive manual 5188-5217 (digest PD-281, PD-282).  The manual gives no names of pages.  `/` is
-`\\INDEX.HTM`, and `/values?of=belt.Position&of=belt.Torque` gives values as JSON, null for an unknown path.  Only files
+`\\INDEX.HTM`, and `/values?of=belt.Position&of=belt.Torque` gives values as JSON, null for an unknown path; with `tag=`
+and the attributes of a tag it gives the HTML of that tag.  Only files
 whose name has one of the endings in `TYPES` are pages, not those of the project, one of which contains the password.
 """
 
@@ -14,7 +15,7 @@ from typing import Final
 from fieldrig.device import Value
 from fieldrig_devices.http.messages import Request, Response, refusal
 from fieldrig_devices.max4.core import Controller
-from fieldrig_devices.max4.pages.tags import expanded, value_of
+from fieldrig_devices.max4.pages.tags import expanded, shown_by, value_of
 from fieldrig_devices.max4.storage.disk import FlashDisk, file_name
 
 FIRST_PAGE: Final = "/INDEX.HTM"
@@ -43,7 +44,7 @@ class Site:
 
     def answer(self, request: Request) -> Response:
         if request.path == VALUES:
-            return self._values(request.query.get("of", []))
+            return self._values(request.query.get("of", []), request.query.get("tag", []))
         path = FIRST_PAGE if request.path == "/" else request.path
         content_type = TYPES.get(path[path.rfind(".") :].upper())
         data = self._file(path)
@@ -59,8 +60,9 @@ class Site:
         except ValueError:
             return None
 
-    def _values(self, paths: list[str]) -> Response:
+    def _values(self, paths: list[str], tags: list[str]) -> Response:
         values = {path: _finite(value_of(self._controller, path)) for path in paths}
+        values |= {tag: shown_by(tag, self._controller) for tag in tags}
         text = json.dumps(values, ensure_ascii=False, allow_nan=False)
         return Response(HTTPStatus.OK, text.encode("utf-8", "replace"), "application/json")
 
@@ -72,4 +74,4 @@ def _finite(value: Value | None) -> Value | None:
 
 def default_pages() -> dict[str, bytes]:
     """Return the pages that are installed with a project, by their names on the flash disk."""
-    return {f"\\{path.name}": path.read_bytes() for path in sorted((Path(__file__).parent / "files").glob("*.HTM"))}
+    return {f"\\{path.name}": path.read_bytes() for path in sorted((Path(__file__).parent / "files").iterdir())}

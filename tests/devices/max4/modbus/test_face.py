@@ -107,7 +107,7 @@ def test_each_tcp_connection_is_logged_with_the_address_of_the_peer(bench: Faces
     bench.run(1)
     assert bench.codes() == [*before, Code.TCP_CONNECTED, Code.TCP_CONNECTED]
     number, entry = next(iter(bench.max4.logger.entries()))
-    assert entry.line(number).endswith(f"\t0x1000\tLZS\tLZS\t8013\t{PEERS[peer]}\tconnect zum TCP/IP Server")
+    assert entry.line(number).endswith(f"\t0x1000\tLZS\tLZS\t8013\t{PEERS[peer]}\tconnect to TCP/IP server")
 
 
 @pytest.mark.manual("PD-283")
@@ -126,7 +126,7 @@ def test_diagnosis_is_read_and_quitted(bench: FacesBench) -> None:
     assert bench.read(30, Type.STRING, 10) == "3 ms"
     text = bench.client.read_holding_registers(40, count=40).registers
     shown = b"".join(word.to_bytes(2, "big") for word in text).rstrip(b"\x00").decode("latin-1")
-    assert shown == bench.get("DiagMsg") == "IEC.Task1 Zykluszeitüberschreitung"
+    assert shown == bench.get("DiagMsg") == "IEC/Task1: cycle time transgression"
     assert bench.ask("07") == "07 03"
     assert bench.write(20, 1) == 0
     assert (bench.read(5), bench.read(4)) == (0, 0x01)

@@ -7,10 +7,13 @@ from itertools import count
 import pytest
 from max4_bench import Bench, GivenSetValues
 
+from fieldrig.clock import MS, VirtualClock
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.max4.axes.axis import AxisState, Mode, SetValues
 from fieldrig_devices.max4.core import Controller
+from fieldrig_devices.max4.process import RealTimeProcess
 from fieldrig_devices.max4.ring.drive_end import RingDrive
+from fieldrig_devices.max4.settings import ProcessTimes
 from fieldrig_devices.sercos.idn import ServiceError
 
 pytestmark = pytest.mark.long
@@ -379,6 +382,26 @@ def test_process_that_takes_too_long_is_a_write_overflow() -> None:
         number = bench.fault("max4", what="overrun", us=more_us)
         assert bench.run(10).codes().count(6507) == entries
         bench.heal("max4", number)
+
+
+class LateClock(VirtualClock):
+    """The clock of a host that is late by five cycles."""
+
+    def late_ns(self) -> int:
+        return 5 * MS
+
+
+def test_a_host_that_is_late_is_no_load_of_the_controller() -> None:
+    """Entries with 6507 once filled the message logger of a controller that was idle, on a busy host."""
+    overflows: list[int] = []
+    on_time, late = [
+        RealTimeProcess(clock, MS, ProcessTimes(), overflows.append) for clock in (VirtualClock(), LateClock())
+    ]
+    for process in (on_time, late):
+        process.run()
+    assert overflows == []
+    assert late.load_percent == on_time.load_percent
+    assert (late.read_reserve_us, late.write_reserve_us) == (on_time.read_reserve_us, on_time.write_reserve_us)
 
 
 def test_process_goes_on_without_a_ring() -> None:
