@@ -26,9 +26,6 @@ class Line:
         self.heard: dict[str, Callable[[str, Any], None]] = {}
         """The handlers, by the first part of their path."""
 
-    def limits(self) -> dict[str, float]:
-        return {}
-
     def serve(self, _path: str, answer: Any) -> None:
         self.answer = answer
 
