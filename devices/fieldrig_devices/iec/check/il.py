@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fieldrig_devices.iec import program, tree
-from fieldrig_devices.iec.check import blocks, enable
+from fieldrig_devices.iec.check import blocks, constants, enable
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.texts import a, text
@@ -156,9 +156,12 @@ class _Instructions:
         checked = self._expressions.expression(value)
         if checked is None:
             return None
-        kind = _typed(checked)
+        whole = constants.whole(checked)
+        kind = _typed(whole)
         name = self._variable(kind, line)
-        self._assign(name, checked, kind, line)
+        if whole is not checked:
+            self._context.narrow[self._context.names[self._context.key(name.text)]] = checked.type
+        self._assign(name, whole, kind, line)
         return name
 
     def _variable(self, kind: Type, line: tree.IlInstruction) -> tree.Name:

@@ -4,6 +4,8 @@ import pytest
 from iec_check import messages
 from iec_program import IecBench, program
 
+from fieldrig_devices.iec.dialect import CODESYS, EPAS_4, Dialect
+
 LOOP = """Loop:
 LD Counter
 EQ 0
@@ -165,3 +167,13 @@ def test_what_is_wrong_in_il_is_refused(lines: str, expected: list[str]) -> None
     text = f"PROGRAM PLC_PRG VAR x : INT; y : INT; b : BOOL; END_VAR\n{lines}\nEND_PROGRAM"
     moved = [f"{int(line) + 1}:{rest}" for line, _, rest in (message.partition(":") for message in expected)]
     assert messages(text) == moved
+
+
+@pytest.mark.parametrize("dialect", [EPAS_4, CODESYS], ids=lambda dialect: dialect.name)
+def test_the_accumulator_has_32_bits(dialect: Dialect) -> None:
+    """It keeps them behind an ST, whose variable gets the lowest 16: 900000000 is 16#35A4E900, and 16#E900 is -5888."""
+    lines = "LD w\nADD 1\nST d\nLD i\nMUL i\nST n\nST s\nST m\nLD i\nADD i\nGT 40000\nST b"
+    declared = "w : WORD := 65535; d : DWORD; i : INT := 30000; n, m : DINT; s : INT; b : BOOL;"
+    bench = IecBench(program(declared, lines), dialect, name="main.il")
+    bench.cycle()
+    assert [bench[name] for name in "dnsmb"] == [65536, 900_000_000, -5888, 900_000_000, True]
