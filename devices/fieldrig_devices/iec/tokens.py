@@ -134,6 +134,8 @@ _OPERAND_ENDS: Final = frozenset({NAME, INTEGER, REAL, ")", "]", "^"})
 """The kinds of tokens that end an operand."""
 _OPERATORS: Final = frozenset({"__ISVALIDREF", "__POUNAME", "__QUERYINTERFACE"})
 """Names of functions of today's tools that begin with two underscores."""
+_NOT_NESTED: Final = re.compile(r"\(\*\s*@NESTEDCOMMENTS\s*:=\s*'No'")
+"""The remark of an export of CoDeSys V2.3 whose comments end at the first *)."""
 _PREFIX_OF_QUOTE: Final = "'‘’´`"
 
 
@@ -176,7 +178,7 @@ class _Scanner:
         self._end = len(text.rstrip(_BLANKS))
         """Blanks at the end are left out: the pattern would look through them again from each of them."""
         self._line, self._line_start = first_line, 0
-        self._is_unbalanced = False
+        self._is_unbalanced = dialect.leaves_comments_open and _NOT_NESTED.search(text) is not None
         """True once a comment had more beginnings than ends up to the end of the text; no other is searched then."""
         self._keywords = keywords(dialect)
         self._words: dict[str, str] = {}

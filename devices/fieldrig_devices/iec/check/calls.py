@@ -1,5 +1,6 @@
 """Calls in expressions: functions of the project and of libraries, standard functions, and ADR, SIZEOF, INDEXOF."""
 
+import re
 from collections.abc import Callable, Collection, Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, TypeGuard
@@ -8,6 +9,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import access, constants, enable, implicit, methods, open_arrays, places, references
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.context import Context, place_of
+from fieldrig_devices.iec.check.project import start_of
 from fieldrig_devices.iec.check.sizes import Sizes
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer
@@ -249,15 +251,54 @@ def _standard_call(of: "Expressions", name: str, node: tree.Call, wanted: Type |
     given = _in_order(of.context, name, parts[0]) if parts is not None else None
     if given is None or parts is None:
         return None
-    values = [of.expression(argument, wanted) for argument in given]
-    known = [value for value in values if value is not None]
-    found = standard(of, name, known, node, wanted, given) if len(known) == len(values) else None
+    values = [of.expression(argument, wanted) if argument is not None else None for argument in given]
+    if any(value is None and argument is not None for value, argument in zip(values, given, strict=True)):
+        return None
+    whole = _with_defaults(of.context, name, values, node)
+    nodes = [argument or node for argument in given]
+    found = standard(of, name, whole, node, wanted, nodes) if whole is not None else None
     return enable.result(of, found, parts[1], wanted, node) if found is not None else None
 
 
-def _in_order(context: Context, name: str, node: tree.Call) -> list[tree.Expression] | None:
-    """The arguments by position; named ones are put in order."""
-    names = intrinsics.formal_names(name, len(node.arguments))
+_SELECTORS: Final = {"G": Constant(False, Elementary.BOOL), "K": integer(0), "N": integer(0)}
+"""The arguments that have other types than the values of a function, at their start values."""
+
+
+def _with_defaults(
+    context: Context, name: str, values: Sequence[Expression | None], node: tree.Call
+) -> list[Expression] | None:
+    """Fill in the start values of the arguments that a formal call leaves out; they have the type of the others."""
+    names = intrinsics.formal_names(name, len(values))
+    pairs = list(zip(names, values, strict=False))
+    kinds = [value.type for formal, value in pairs if value is not None and formal not in _SELECTORS]
+    made: list[Expression] = []
+    for place, value in enumerate(values):
+        if value is not None:
+            made.append(value)
+            continue
+        known = fixed.FIXED.get(name)
+        kind = known.parameters[place] if known is not None else kinds[0] if kinds else Elementary.INT
+        start = start_of(kind)
+        if start is None:
+            context.say(node, f"the argument {names[place]} is missing in the call of {name}", ", ".join(names))
+            return None
+        made.append(_SELECTORS.get(names[place]) or Constant(start, kind))
+    return made
+
+
+def _number_of(context: Context, name: str, node: tree.Call) -> int:
+    """Return how many arguments a call means, with those that a formal call of edition 3 leaves out."""
+    count = len(node.arguments)
+    is_formal = count > 0 and all(argument.name for argument in node.arguments)
+    if not is_formal or not context.project.dialect.allows_missing_inputs:
+        return count
+    numbers = [int(argument.name[2:]) for argument in node.arguments if re.fullmatch(r"(?i)IN\d{1,3}", argument.name)]
+    return max(count, intrinsics.fewest(name), *(number + 2 * (name == "MUX") for number in numbers), 1)
+
+
+def _in_order(context: Context, name: str, node: tree.Call) -> list[tree.Expression | None] | None:
+    """The arguments by position; named ones are put in order, with None for those that the call leaves out."""
+    names = intrinsics.formal_names(name, _number_of(context, name, node))
     places = {formal: place for place, formal in enumerate(names)}
     found: dict[str, tree.Expression] = {}
     for position, argument in enumerate(node.arguments):
@@ -271,6 +312,8 @@ def _in_order(context: Context, name: str, node: tree.Call) -> list[tree.Express
             context.say(argument, f"{name} has no free argument {argument.name}", ", ".join(names))
             return None
         found[formal] = argument.value
+    if len(names) > len(node.arguments) and _number_of(context, name, node) > len(node.arguments):
+        return [found.get(formal) for formal in names]
     return [found[formal] for formal in sorted(found, key=lambda formal: places.get(formal, 99))]
 
 

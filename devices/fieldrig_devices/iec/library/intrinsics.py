@@ -109,6 +109,17 @@ def formal_names(name: str, count: int) -> tuple[str, ...]:
     return ("IN",) if count == 1 else tuple(f"IN{number}" for number in range(1, count + 1))
 
 
+def fewest(name: str) -> int:
+    """Return how many arguments a standard function has at least."""
+    key = name.upper()
+    if key in fixed.FIXED:
+        return len(fixed.FIXED[key].parameters)
+    if key in ("SEL", "LIMIT"):
+        return 3
+    has_two = key in (*OPERATORS, *TIMED, *SHIFTS, "MUX", "MAX", "MIN", "EXPT", "ATAN2") and key != "NOT"
+    return 2 if has_two else 1
+
+
 # ---- the rules for argument types
 
 Rule = Callable[[str, Sequence[Argument], Type | None], Overload | str]
