@@ -6,7 +6,6 @@ loaded).  All mistakes of all files are reported at once.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 
 from fieldrig_devices.iec import layout
 from fieldrig_devices.iec.check import check
@@ -15,15 +14,14 @@ from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction
 from fieldrig_devices.iec.imports import read_source
 from fieldrig_devices.iec.layout import Layout
+from fieldrig_devices.iec.library.parsed import parsed
 from fieldrig_devices.iec.library.selection import needed
 from fieldrig_devices.iec.library.sources import sources
 from fieldrig_devices.iec.limits import MAX_4, MOST_CHARACTERS, MOST_STATEMENTS, Limits
 from fieldrig_devices.iec.lower.names import names_of, rules_of
 from fieldrig_devices.iec.lower.routines import Lowered, lower
-from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.program import Program, Task
 from fieldrig_devices.iec.symbols import Symbols
-from fieldrig_devices.iec.tree import Unit
 from fieldrig_devices.languages.garbage import collection
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.languages.resumable import prepare
@@ -95,8 +93,8 @@ def _compiled(
 ) -> Compiled:
     _check_sources(files)
     units, mistakes = [], list[Mistake]()
-    libraries = [_library(text, name, dialect) for name, text in sources(dialect.name)]
-    libraries += [_library(library.text, library.name, dialect) for library in host.libraries]
+    libraries = [parsed(text, name, dialect) for name, text in sources(dialect.name)]
+    libraries += [parsed(library.text, library.name, dialect) for library in host.libraries]
     for number, file in enumerate(files):
         on_progress("parse", number, len(files))
         unit, found = read_source(file.name, file.text, dialect)
@@ -145,14 +143,6 @@ def build(
     rules = rules_of(len(lowered.constants))
     prepare(lowered.routines, names, rules, lambda done, total: on_progress("compile", done, total))
     return compiled
-
-
-@cache
-def _library(text: str, name: str, dialect: Dialect) -> Unit:
-    unit, mistakes = parse(text, name, dialect)
-    if mistakes:  # a library is ours
-        raise CompileError(mistakes)
-    return unit
 
 
 def _check_sources(files: Sequence[SourceFile]) -> None:

@@ -5,6 +5,7 @@ say the type, the import asks for a variable at the wire.
 """
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from functools import cache
 from typing import Final
 
@@ -13,8 +14,8 @@ from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.imports.networks import functions
 from fieldrig_devices.iec.imports.networks.graph import Item, Kind, Pin
 from fieldrig_devices.iec.imports.networks.results import Results, type_of
+from fieldrig_devices.iec.library.parsed import parsed
 from fieldrig_devices.iec.library.sources import sources
-from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.program import Expression
 from fieldrig_devices.iec.types import ALIASES, LONG_ALIASES, Elementary, EnumType, StringType, StructType, Type
 
@@ -25,7 +26,7 @@ _ELEMENTARY: Final[Mapping[str, Elementary]] = {**{str(kind): kind for kind in E
 @cache
 def library_pous(dialect: Dialect) -> Mapping[str, tree.Pou]:
     """Return the functions and blocks of the libraries of the dialect, by their names in small letters."""
-    units = [parse(text, name, dialect)[0] for name, text in sources(dialect.name)]
+    units = [parsed(text, name, dialect) for name, text in sources(dialect.name)]
     found = (node for unit in units for node in unit.declarations if isinstance(node, tree.Pou))
     return {pou.name.casefold(): pou for pou in found}
 
@@ -47,8 +48,8 @@ class Kinds:
         own = {v.name.casefold(): v.type for block in blocks for v in block.variables}
         if result is not None:
             own[name.casefold()] = result
-        found = Kinds(self.dialect)
-        found.variables, found.pous, found.types = {**self.variables, **own}, self.pous, self.types
+        found = copy(self)
+        found.variables = {**self.variables, **own}
         return found
 
     # ---- types
