@@ -7,8 +7,10 @@ off is refused with POWER_STAGE_DISABLED, which another setting shows as long as
 """
 
 from collections.abc import Callable
+from typing import Final
 
 from fieldrig.clock import NEVER_NS, Clock, Timer
+from fieldrig.shortcuts import Shortcut
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.motion.profile import Limits
 from fieldrig_devices.pamring.axis_words import Error
@@ -22,11 +24,16 @@ from fieldrig_devices.st1.shaft import TURN
 from fieldrig_devices.st1.status import ErrorWord
 from fieldrig_devices.st1.torque import Torque
 
+STEADY: Final = Shortcut(
+    "st1.steady", "a set-point that the shaft follows as before is not an event for all of the axis"
+)
+
 
 class Servo:
     __slots__ = (
-        "_clock", "_is_off_due", "_is_off_shown", "_is_ring_dead", "_postponed", "_timer", "_trips", "answers",
-        "causes", "errors", "is_powered", "on_change", "on_steady", "refer", "set", "settings", "shaft", "torque",
+        "_clock", "_is_off_due", "_is_off_shown", "_is_ring_dead", "_may_be_steady", "_postponed", "_timer", "_trips",
+        "answers", "causes", "errors", "is_powered", "on_change", "on_steady", "refer", "set", "settings", "shaft",
+        "torque",
     )  # fmt: skip
 
     def __init__(self, clock: Clock, settings: St1Settings, send: Callable[[AxisReport], None]) -> None:
@@ -46,6 +53,7 @@ class Servo:
         """Called at each set-point of a pipe that the shaft follows, as long as nothing else moves it."""
         self.refer: Callable[[float], None] = lambda volts: None
         """Called with the reference in volts of a motor on wires."""
+        self._may_be_steady = STEADY.is_taken
         self.is_powered = False
         self._is_off_due = self._is_ring_dead = False
         self._postponed: SetPoint | None = None
@@ -115,7 +123,8 @@ class Servo:
             before = pipe.speed
             pipe.set_position(now_ns, point.value)
             speed = pipe.speed
-            if speed and self._timer is not None and shaft.keeps_up(before, speed, pipe.interval_ns):
+            is_short = self._may_be_steady and speed and self._timer is not None
+            if is_short and shaft.keeps_up(before, speed, pipe.interval_ns):
                 self.on_steady(now_ns)
                 return
         elif mode is SetPointMode.TORQUE:
@@ -258,7 +267,7 @@ class Servo:
             self.shaft.leave(now_ns)
             pipe.hold(now_ns)
             self._go_on()
-        elif pipe.is_steady and now_ns < self.shaft.next_ns and self.set.doing is Doing.NOTHING:
+        elif self._may_be_steady and pipe.is_steady and now_ns < self.shaft.next_ns and self.set.doing is Doing.NOTHING:
             self._wait(now_ns)  # further set-points have come
         else:
             self._go_on()

@@ -1,4 +1,4 @@
-"""A line of drives says the same, to the last bit, with each of its shortcuts and without."""
+"""Drives and their controller say the same, to the last bit, with each of their shortcuts and without."""
 
 from collections.abc import Mapping
 
@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig.testing import plain_forms
+from fieldrig_devices.max4.ring.drive_end import NEWS
 from fieldrig_devices.mc4.axis import FOLD, REST
 from fieldrig_devices.mc4.ring_side import FOLLOWING, REPEAT, STEADY
 
-EACH = (FOLLOWING.name, REST.name, REPEAT.name, STEADY.name)
+EACH = (FOLLOWING.name, REST.name, REPEAT.name, STEADY.name, NEWS.name)
 ALL = (FOLD.name, *EACH)
 LOADS: tuple[Mapping[str, float], ...] = (GEARED, {}, TWISTING)
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 from fieldrig.clock import S
+from fieldrig.shortcuts import Shortcut
 from fieldrig_devices.max4.axes.axis import INCREMENTS, Axis, AxisState, Mode
 from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos import words
@@ -34,6 +35,9 @@ PER_VELOCITY: Final = INCREMENTS / 60 / 10_000
 """Increments per second of a velocity of 0.0001 1/min."""
 READY: Final = words.ENABLE | words.RUN
 FOLLOWING: Final = READY | words.DRIVE_ON | Mode.POSITION.value
+NEWS: Final = Shortcut(
+    "max4.drive_end.news", "the values of an AT are taken, and those of an MDT given, when they change"
+)
 _HALF, _MASK = 1 << 31, 0xFFFF_FFFF
 _STATES: Final = {state.value: state for state in AxisState}
 
@@ -42,7 +46,8 @@ class RingDrive:
     """The drive end of one axis on the ring."""
 
     __slots__ = (
-        "_address", "_control", "_held", "_is_idle", "_master", "_per_way", "_place", "_places", "_seen", "_sent",
+        "_address", "_control", "_held", "_is_idle", "_master", "_needs_news", "_per_way", "_place", "_places", "_seen",
+        "_sent",
         "_table", "_wanted", "axis", "code", "drive", "is_refused", "on_code", "raw", "state",
     )  # fmt: skip
 
@@ -69,6 +74,7 @@ class RingDrive:
         """True without control, while the values last sent are still valid."""
         self._held: float | None = None
         """The position that the axis holds under control, if it was sent last."""
+        self._needs_news = NEWS.is_taken
         self.is_refused = False
         """True if the drive must not be enabled: its version is not compatible, or has not been read yet."""
 
@@ -105,7 +111,7 @@ class RingDrive:
         """Take the actual values from the AT."""
         values = self.drive.values
         axis = self.axis
-        if values == self._seen:
+        if values == self._seen and self._needs_news:
             if self._per_way:
                 axis.velocity = 0.0
             return
@@ -135,6 +141,9 @@ class RingDrive:
     def give(self) -> None:
         """Put the set values into the MDT.  Two cases are short: an axis that follows positions, and one at rest."""
         axis = self.axis
+        if not self._needs_news:
+            self._give()
+            return
         if not axis.is_enabled:
             if self._is_idle and not axis.is_controlled:
                 return
