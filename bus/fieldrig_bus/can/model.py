@@ -26,6 +26,7 @@ from random import Random
 from typing import Any, Final
 
 from fieldrig.bus import BusModel, Delivery
+from fieldrig.shortcuts import Shortcut
 from fieldrig_bus.can.acceptance import ERRORS, STATE, filters_of, passes, received, wants, wants_own
 from fieldrig_bus.can.arbitration import priority
 from fieldrig_bus.can.bus_off import BusOff
@@ -41,6 +42,7 @@ from fieldrig_bus.can.stepwise import Stepwise
 
 log = logging.getLogger(__name__)
 
+CALM: Final = Shortcut("can.calm", "frames on a bus without errors are not played step by step")
 LONGEST_QUEUE: Final = 10_000
 """Frames of one member that may wait: more than a second of a full bus at 1 Mbit/s."""
 _MOST_CACHED: Final = 4096  # identifiers per sender
@@ -77,6 +79,7 @@ class CanBusModel(BusModel[CanMessage]):
         self._ready: list[Request] = []
         self._later: list[tuple[int, Request]] = []
         self._is_calm = True
+        self._may_be_calm = CALM.is_taken or not self._nominal
         self._planned_faults = tuple(faults)
         for fault in faults:
             self._check_fault(fault)
@@ -292,7 +295,8 @@ class CanBusModel(BusModel[CanMessage]):
         """Take the fast way if everything is plain, and the step-by-step way otherwise."""
         medium = self._medium
         is_calm = (
-            not medium.faults.is_any_left(now_ns)
+            self._may_be_calm
+            and not medium.faults.is_any_left(now_ns)
             and (not self._nominal or medium.is_acknowledged or len(medium.members) != 1)
             and all(member.is_plain for member in medium.members.values())
             and (self._is_calm or self._stepwise.is_empty)

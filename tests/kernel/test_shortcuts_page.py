@@ -17,4 +17,4 @@ def test_the_page_lists_all_shortcuts_of_the_code() -> None:
 
 def test_each_shortcut_has_a_test_that_takes_the_plain_form() -> None:
     for test in set(ROWS.values()):
-        assert "plain_forms(" in (ROOT / "tests/devices" / test).read_text(encoding="utf-8")
+        assert "plain_forms(" in (ROOT / "tests" / test).read_text(encoding="utf-8")
