@@ -15,6 +15,7 @@ from typing import Final, Protocol
 
 from fieldrig.clock import NEVER_NS, US, Clock
 from fieldrig.link import Link, patience_of
+from fieldrig.shortcuts import Shortcut
 from fieldrig_bus.ring.sercos.message import BROADCAST, Cycle, RingMessage
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.command import Command
@@ -25,6 +26,9 @@ from fieldrig_devices.sercos.telegram import AT_HEAD, HEAD_BYTES, Telegrams, rec
 
 log = logging.getLogger(__name__)
 
+UNDISTURBED: Final = Shortcut(
+    "sercos.undisturbed", "a cycle of CP4 like the last one takes no look at phase and failures"
+)
 MOST_MISSED: Final = 2
 """Missing telegrams in a row that end CP3 and CP4."""
 MOST_MISSED_EARLY: Final = 10
@@ -74,8 +78,8 @@ class SercosSlave:
 
     __slots__ = (
         "_application", "_at_head", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_failed_in",
-        "_forgiven", "_is_checked", "_is_fast", "_leave", "_mdt_length", "_missed_mdts", "_missed_msts",
-        "_offset", "_patience_ns", "_service", "_status", "_waits_for_0", "address", "failures",
+        "_forgiven", "_is_checked", "_is_fast", "_leave", "_may_be_fast", "_mdt_length", "_missed_mdts",
+        "_missed_msts", "_offset", "_patience_ns", "_service", "_status", "_waits_for_0", "address", "failures",
         "heard", "layout", "phase", "places", "table", "values", "values_of", "watchdog", "window_ns",
     )  # fmt: skip
 
@@ -101,7 +105,7 @@ class SercosSlave:
         self._is_checked = {3: False, 4: False}
         self._waits_for_0 = True
         """True after power-on and after a failure: the drive waits for CP0 before it takes part again."""
-        self._is_fast = False
+        self._is_fast, self._may_be_fast = False, UNDISTURBED.is_taken
         self.layout = self._data.layout()
         """Layout of its record in the MDT, constant from CP3 on."""
         self._offset, self._mdt_length = 0, 0
@@ -187,7 +191,7 @@ class SercosSlave:
             self._on_service(self.values[0], self.values[1])
         elif cycle.mst and not self._miss_mdt():
             return
-        self._is_fast = self.phase == 4 and is_heard
+        self._is_fast = self._may_be_fast and self.phase == 4 and is_heard
         if self.phase == 4:
             go_on = self._application.on_cycle if is_heard else self._application.on_missed_cycle
             self._send(*go_on(self.values))

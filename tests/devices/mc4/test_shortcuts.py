@@ -11,8 +11,9 @@ from fieldrig.testing import plain_forms
 from fieldrig_devices.max4.ring.drive_end import NEWS
 from fieldrig_devices.mc4.axis import FOLD, REST
 from fieldrig_devices.mc4.ring_side import FOLLOWING, REPEAT, STEADY
+from fieldrig_devices.sercos.slave import UNDISTURBED
 
-EACH = (FOLLOWING.name, REST.name, REPEAT.name, STEADY.name, NEWS.name)
+EACH = (FOLLOWING.name, REST.name, REPEAT.name, STEADY.name, NEWS.name, UNDISTURBED.name)
 ALL = (FOLD.name, *EACH)
 LOADS: tuple[Mapping[str, float], ...] = (GEARED, {}, TWISTING)
 
