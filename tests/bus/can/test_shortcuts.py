@@ -27,7 +27,8 @@ def trace(asked_frames: list[tuple[int, str, CanFrame]], interest: list[list[int
     for member in MEMBERS:
         model.join(member)
         model.listen(0, member, interest)
-    now_ns, shown = 0, []
+    now_ns = 0
+    shown: list[str] = []
     for after_us, member, frame in asked_frames:
         now_ns += after_us * US
         while (next_ns := model.next_ns()) is not None and next_ns <= now_ns:
