@@ -58,6 +58,10 @@ def key(rig: str, *parts: str) -> str:
     return "/".join(("fieldrig", rig, *parts))
 
 
+TIMED_OUT: Final = b"Timeout"
+"""What Zenoh answers by itself for a process that is there, and does not answer in time."""
+
+
 class NoAnswerError(ControlError):
     """The rig is running, but no part of it answers this question."""
 
@@ -138,7 +142,7 @@ class Control:
     async def ask(self, path: str, message: Any, timeout_s: float) -> Any:
         """Return the answer to one query.  ControlError if it is negative, or if there is none in time."""
         for reply in await self._replies(path, message, timeout_s):
-            return _message_of(reply)
+            return _message_of(reply, path)
         raise NoAnswerError(f"there is no answer to {path}", "the rig may have been stopped")
 
     async def ask_all(self, path: str, timeout_s: float) -> dict[str, Any]:
@@ -271,7 +275,7 @@ class Client:
     def ask(self, path: str, message: Any = None, timeout_s: float = 5.0) -> Any:
         """Return the answer.  ControlError if it is negative or there is none."""
         for reply in self.session.get(key("*", path), payload=json.dumps(message), timeout=timeout_s):
-            return _message_of(reply)
+            return _message_of(reply, path)
         raise NoAnswerError(f"there is no answer to {path}", "the rig may be stopping, or too busy")
 
     def ask_all(self, path: str, message: Any = None, timeout_s: float = 5.0) -> dict[str, Any]:
@@ -312,11 +316,15 @@ def _answer_of(sample: zenoh.Sample) -> Any:
         raise ControlError(f"{sample.key_expr}: the answer can't be understood: {cause}") from cause
 
 
-def _message_of(reply: zenoh.Reply) -> Any:
+def _message_of(reply: zenoh.Reply, path: str) -> Any:
     if reply.ok is not None:
         return _answer_of(reply.ok)
     error = reply.err
     body = error.payload.to_bytes() if error is not None else b""
+    if body == TIMED_OUT:
+        kind, _, rest = path.partition("/")
+        name = rest.partition("/")[0] if kind in ("device", "bus", "process") else "the rig"
+        raise NoAnswerError(f"{name} does not answer", "its process is stopped or too busy: see `fieldrig status`")
     try:
         refusal = read_json(body)
         what, remedy = field(refusal, "what", str), field(refusal, "remedy", str)

@@ -72,6 +72,24 @@ async def test_a_query_is_answered_with_its_verb_and_message(endpoint: str) -> N
 
 
 @in_loop
+async def test_a_process_that_does_not_answer_is_named_with_what_to_do(endpoint: str) -> None:
+    async def hang(_verb: str, _message: Any) -> Any:
+        await asyncio.Event().wait()
+
+    async with rig_and_process(endpoint) as (rig, process):
+        rig.serve("device/oven/*", hang)
+        said: NoAnswerError | None = None
+        while said is None:
+            try:
+                await process.ask("device/oven/get", None, 0.2)
+            except NoAnswerError as refusal:
+                is_declared = "there is no answer" not in refusal.what
+                said = refusal if is_declared else None
+        assert said.what == "oven does not answer"
+        assert "fieldrig status" in said.remedy
+
+
+@in_loop
 async def test_a_refusal_arrives_with_its_remedy(endpoint: str) -> None:
     async with rig_and_process(endpoint) as (rig, process):
         process.serve("device/tank/*", refuse)

@@ -88,6 +88,8 @@ class Sync(Service):
         self._port.listen(self, Object.SYNC, key, self._on_frame)
         self._due.cancel()
         self._start()
+        if self._due.when_ns is None:
+            self._counter = 0  # a producer that was stopped starts with 1 (7.2.5.2.1, as in CiA's own log)
 
     @property
     def _period_ns(self) -> int:

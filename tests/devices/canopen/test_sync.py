@@ -1,5 +1,6 @@
 """SYNC, CiA 301 7.2.5."""
 
+import pytest
 from canopen_bench import CanopenBench
 
 PRODUCE_EVERY_10_MS = ("23 06 10 00 10 27 00 00", "23 05 10 00 80 00 00 40")
@@ -25,6 +26,23 @@ def test_stopped_producer_is_silent_and_counts_anew(bench: CanopenBench) -> None
     assert bench.after(100) == []
     bench.send("000#80 05")
     assert bench.after(10) == ["080#01"]
+
+
+@pytest.mark.parametrize("stop", [("23 05 10 00 80 00 00 00",), ("23 06 10 00 00 00 00 00",)])
+def test_producer_that_was_stopped_by_its_objects_counts_anew(bench: CanopenBench, stop: tuple[str, ...]) -> None:
+    """CiA's log of such a producer begins with 1 again (7.2.5.2.1)."""
+    bench.write("2f 19 10 00 0a 00 00 00", *PRODUCE_EVERY_10_MS)
+    assert bench.after(20)[-1] == "080#02"
+    bench.write(*stop, "23 06 10 00 00 00 00 00", "2f 19 10 00 05 00 00 00")
+    bench.write("23 05 10 00 80 00 00 00", *PRODUCE_EVERY_10_MS)
+    assert bench.after(20) == ["080#01", "080#02"]
+
+
+def test_another_period_does_not_disturb_the_counter(bench: CanopenBench) -> None:
+    bench.write("2f 19 10 00 0a 00 00 00", *PRODUCE_EVERY_10_MS)
+    bench.after(20)
+    bench.write("23 06 10 00 20 4e 00 00")
+    assert bench.after(20) == ["080#03"]
 
 
 def test_period_0_ends_it(bench: CanopenBench) -> None:
