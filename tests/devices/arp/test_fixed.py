@@ -144,6 +144,33 @@ def test_worked_values(expression: str, raw: int) -> None:
     assert Computed(f"{expression} + 0 * V1" if expression == "5" else expression)(0) == (raw, [])
 
 
+@pytest.mark.manual("ARP-080")
+@pytest.mark.parametrize(
+    ("expression", "raw", "swapped"),
+    [
+        ("H0F & HFF ^ HF0", 0xFF, 0x0F),
+        ("HF0 ^ H0F & H0F", 0xFF, 0x0F),
+        ("HFF ^ HF0 | HF0", 0xFF, 0x0F),
+        ("HF0 | HFF ^ HF0", 0xFF, 0x0F),
+        ("H0F & H0F | HF0", 0xFF, 0x0F),
+        ("HF0 | H0F & H0F", 0xFF, 0x0F),
+        ("HF0 & H0F << 4", 0xF0, 0x00),
+        ("HF0 ^ H0F << 4", 0x00, 0xFF0),
+        ("1 << 1 + 1", 4_000, 3_000),
+        ("8 >> 2 - 1", 4_000, 1_000),
+        ("7 - 6 / 2", 4_000, 500),
+        ("9 % 4 + 1", 2_000, 4_000),
+        ("16 / 4 / 2", 2_000, 8_000),
+        ("16 >> 2 >> 1", 2_000, 8_000),
+    ],
+)
+def test_each_operator_binds_as_the_table_has_it(expression: str, raw: int, swapped: int) -> None:
+    """`swapped` is the value with the other operator first."""
+    assert Computed(f"{expression} + 0 * V1")(0)[1] == []
+    assert Computed(expression)(0) == (raw, [])
+    assert raw != swapped
+
+
 @pytest.mark.manual("ARP-081")
 @pytest.mark.parametrize(
     ("expression", "raw"),
