@@ -148,6 +148,37 @@ def test_an_event_is_computed_back_to_its_instant(
     assert bench.ask("COR_Mark", "latched_dd_value") == pytest.approx(0, abs=1e-3)
 
 
+@pytest.mark.manual("PAML-513")
+@pytest.mark.manual("PAML-517")
+@pytest.mark.parametrize(("age_us", "back"), [(0, 1), (3000, 4), (9000, 10)])
+def test_an_event_during_an_acceleration_is_computed_back_with_it(age_us: int, back: int) -> None:
+    """The flow was there at its instant, with the speed of that instant: is = x - v D + a D2 / 2 (5292-5302)."""
+    bench = running("COR_Mark", speed=0, set_point_delay_periods=1, report_delay_cycles=1)
+    bench.item("TMP_Belt").set_parameter("ACCELERATION", 5000)
+    bench.do("TMP_Belt", "run", 1000)
+    flow: list[float] = []
+    for _ in range(60):
+        bench.cycle()
+        flow.append(bench.ask("COR_Mark", "value"))
+    bench.do("COR_Mark", "trigger", 180)
+    mark(bench, age_us)
+    assert bench.ask("COR_Mark", "latched_value") == pytest.approx(flow[-1 - back])
+    assert bench.ask("COR_Mark", "latched_d_value") == pytest.approx((60 - back) * 5)
+    assert bench.ask("COR_Mark", "latched_dd_value") == pytest.approx(5000)
+
+
+@pytest.mark.manual("PAML-466")
+def test_a_comparator_misses_no_value_of_the_flow() -> None:
+    """It evaluates every value, so one that is there for a single period starts both routines (5007)."""
+    bench = running("CMP_Full", speed=0)
+    bench.item("CMP_Full").set_parameter("REVERSE_ROUTINE", RoutineRef("RTN_Down"))
+    for position, routine in ((200, "RTN_Up"), (0, "RTN_Down"), (180, "RTN_Up"), (179.999, "RTN_Down")):
+        bench.do("TMP_Belt", "position", position)
+        bench.kernel.routines.clear()
+        bench.cycle()
+        assert [started.routine for started in bench.kernel.routines] == [routine]
+
+
 @pytest.mark.manual("PAML-505")
 @pytest.mark.manual("PAML-509")
 @pytest.mark.manual("PAML-510")
