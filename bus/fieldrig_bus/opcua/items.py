@@ -118,7 +118,7 @@ class Items(MonitoredItemService):  # type: ignore[misc]
     async def create(
         self, asked: ua.MonitoredItemCreateRequest, timestamps: ua.TimestampsToReturn, *, is_sampled: bool
     ) -> ua.MonitoredItemCreateResult:
-        """Create an item.  The caller passes the samples of one that `is_sampled`; the address space, changes of others."""
+        """Create an item; its caller passes on the samples of one that `is_sampled`."""
         read = asked.ItemToMonitor
         try:
             item = self._checked(asked, timestamps)
