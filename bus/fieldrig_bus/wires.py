@@ -7,8 +7,10 @@ as a `PulseTrain` or a `Pwm` (`fieldrig_bus.signals`).
 """
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Final
+
+from pydantic import Field
 
 from fieldrig.bus import Bus, BusModel, Delivery, ModelBus, Time, words_of
 from fieldrig.settings import Settings
@@ -52,7 +54,8 @@ class WiresModel(BusModel[Signal]):
     driver is gone.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, alarms: "Mapping[str, Alarm] | None" = None) -> None:
+        self._alarms = dict(alarms or {})
         self._interests: dict[str, frozenset[str] | None] = {}  # None: every name
         self._present: dict[str, tuple[str, Signal]] = {}  # name: driver and value
         self._driven: dict[
@@ -114,16 +117,35 @@ class WiresModel(BusModel[Signal]):
         due, self._due = self._due, []
         return due
 
+    def conditions(self, now_ns: int) -> dict[str, str]:
+        """The alarms of wires that have the value that each is for; a wire that nothing drives has none."""
+        present = self._present
+        return {
+            name: alarm.text
+            for name, alarm in self._alarms.items()
+            if name in present and present[name][1].at(now_ns) == alarm.when
+        }
+
     def statistics(self, now_ns: int) -> dict[str, float]:
         return {"wires": float(len(self._present))}
 
 
+class Alarm(Settings):
+    """A state of a wire that `fieldrig up` tells of."""
+
+    when: bool | float = Field(default=True, description="value of the wire in this state")
+    text: str = Field(min_length=1, max_length=100, description="words for it, such as emergency stop")
+
+
+ALARMS: Final = "states of wires that `fieldrig up` tells of, such as an emergency stop"
+
+
 class WiresSettings(Settings):
-    pass
+    alarms: dict[str, Alarm] = Field(default_factory=dict, description=ALARMS)
 
 
 class WiresHubSettings(HubSettings):
-    pass
+    alarms: dict[str, Alarm] = Field(default_factory=dict, description=ALARMS)
 
 
 class WiresFamily(Bus[Signal]):
@@ -141,7 +163,7 @@ class WiresFamily(Bus[Signal]):
 
 class _Wires(WiresFamily, ModelBus[Signal]):
     def model(self) -> WiresModel:
-        return WiresModel()
+        return WiresModel(self.settings.alarms)
 
     @staticmethod
     def standing_of(message: Signal) -> str:

@@ -97,6 +97,10 @@ class BusModel(ABC, Generic[M]):
         """Return the faults that were added and not cleared, by number."""
         return {}
 
+    def conditions(self, now_ns: int) -> Mapping[str, str]:
+        """Return the states that are reported to a person, such as an open ring: a text for each, by name."""
+        return {}
+
 
 class Hub(Protocol):
     """A hub as the ports of its model bus see it, in real time."""

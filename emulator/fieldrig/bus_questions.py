@@ -1,5 +1,6 @@
 """Answers to questions about a bus with a model, in real and virtual time: `status`, and those about its faults."""
 
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 from fieldrig.asked import asked
@@ -12,6 +13,9 @@ class Subject(Faulty, Protocol):
     """A bus that can be asked for its statistics and its faults."""
 
     def statistics(self) -> dict[str, float]: ...
+
+    def conditions(self) -> Mapping[str, str]:
+        """Return the states that are reported to a person (`BusModel.conditions`)."""
 
 
 def answers_of_bus(bus: Subject) -> Answer:

@@ -9,6 +9,7 @@ Keys, all under `fieldrig/<rig>/`:
     end/<bus>/<device>/<verb> queries to the process that hosts the device: about its end of a bus (`ends`)
     alive/<process>           liveliness token: gone the instant the process is
     ready/<process>           published once by a process whose devices have started
+    notice/<part>             published by a process: a fault or a condition of a bus or device begins or ends
     help/<name>               query to the rig: the connections of a bus or device, and lines that reach it
     event                     events of the rig
     trace/<bus>, watch/<bus>  batches of messages, as data and as text; only while there is a listener

@@ -77,7 +77,7 @@ def _shortest_single(value: float) -> str | None:
 
 
 def _text(value: float, digits: int) -> str:
-    """Return the value with so many significant digits, and without an exponent unless it is very small."""
+    """Return the value with this number of significant digits, and without an exponent unless it is very small."""
     if abs(value) < SMALLEST_PLAIN:
         return f"{value:.{digits}g}"
     return f"{value:.{max(digits - 1 - floor(log10(abs(value))), 0)}f}"

@@ -5,13 +5,21 @@ add_fault     {"fault": {"what": "drop", ...}}: one from now on; its number
 clear_fault   {"number": 1}, or null for all: which ones were cleared
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final, Protocol
 
 from fieldrig.asked import asked
 from fieldrig.errors import ControlError
+from fieldrig.values import show_number
 
 VERBS: Final = ("faults", "add_fault", "clear_fault")
+
+
+TIMES: Final = ("start_ms", "duration_ms")
+STATE: Final = ("state", "applied")
+STANDING: Final = ("what", *STATE)
+"""The keys of a fault that `fieldrig fault` shows in columns of their own."""
+IN_HEX: Final = ("identifier", "mask")
 
 
 class Faulty(Protocol):
@@ -22,6 +30,23 @@ class Faulty(Protocol):
     def clear_fault(self, number: int) -> None: ...
 
     def faults(self) -> Mapping[int, Mapping[str, Any]]: ...
+
+
+def in_words(fault: Mapping[str, Any], without: Sequence[str] = STATE) -> str:
+    """Return the fault in the words of the command line, such as `drop identifier=0x185`."""
+    kind = [str(fault["what"])] if "what" in fault and "what" not in without else []
+    keys = [f"{key}={_text(key, value)}" for key, value in fault.items() if key not in ("what", *without)]
+    return " ".join([*kind, *keys])
+
+
+def _text(key: str, value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list):
+        return f"[{', '.join(map(str, value))}]"
+    if isinstance(value, float):
+        return show_number(value)
+    return f"{value:#x}" if key in IN_HEX and isinstance(value, int) else str(value)
 
 
 def answer_of_faults(subject: Faulty, verb: str, message: Any) -> Any:

@@ -28,6 +28,7 @@ from fieldrig.control import Control, NoAnswerError
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.exits import Exit
 from fieldrig.host_lateness import WINDOW_NS, LateHost, Lateness, LateRecords
+from fieldrig.notices import Watched, look_on
 from fieldrig.placement import ProcessPlan, linked_buses
 from fieldrig.points import RealPoints, answers
 from fieldrig.process import DeviceProcess
@@ -62,6 +63,7 @@ class Host:
         self._state = "starting"
         self._late = LateHost(Lateness(), dict)
         self._window: asyncio.TimerHandle | None = None
+        self._looking: asyncio.Task[None] | None = None
 
     async def run(self) -> Exit:
         """Run the process to its end.  RigError if it can't start."""
@@ -81,6 +83,8 @@ class Host:
         finally:
             if self._window is not None:
                 self._window.cancel()
+            if self._looking is not None:
+                self._looking.cancel()
             await process.close()
             for stream in self._streams:
                 stream.flush()
@@ -118,8 +122,12 @@ class Host:
             stream.begin(field(terms, "epoch_ns", int))
         await process.attach(self._patience_s)
         process.start()
+        watched = [*process.watched]
         for device_name, device in process.devices.items():
-            control.serve(f"device/{device_name}/*", answers(RealPoints(device_name, device, process.clock)))
+            points = RealPoints(device_name, device, process.clock)
+            control.serve(f"device/{device_name}/*", answers(points))
+            watched.append(Watched(device_name, points.faults))
+        self._looking = asyncio.get_running_loop().create_task(look_on(control, watched))
         gc.collect()
         gc.freeze()  # what is there now stays: later collections needn't look at it
         gc.set_threshold(*COLLECTION)

@@ -180,6 +180,9 @@ class LocalHub:
     def faults(self) -> Mapping[int, Mapping[str, Any]]:
         return self.model.all_faults(self.clock.now_ns())
 
+    def conditions(self) -> Mapping[str, str]:
+        return self.model.conditions(self.clock.now_ns())
+
     async def open(self, serve: bool = True) -> None:
         """Open the ports, and with `serve` the sockets to which devices in other processes attach."""
         try:

@@ -25,6 +25,7 @@ from fieldrig.ends import FaultyEnd, answers_of_end
 from fieldrig.errors import BusError
 from fieldrig.hub import LocalHub
 from fieldrig.link import Link
+from fieldrig.notices import Watched
 from fieldrig.own_files import part_of
 from fieldrig.pace import Pace, beside_a_cycle
 from fieldrig.placement import ProcessPlan, linked_buses
@@ -88,6 +89,7 @@ class DeviceProcess:
         self._run = config.run.absolute()
         self._ends: dict[str, dict[str, Link[Any]]] = {}
         self._attachments: list[RemoteLink] = []
+        self._faulty_ends: list[tuple[str, FaultyEnd]] = []
         self._direct: list[tuple[DirectBus[Any], str]] = []
         self._waits: set[asyncio.Task[None]] = set()
         self.background = BackgroundProcesses(clock)
@@ -138,6 +140,12 @@ class DeviceProcess:
         if bus not in self.served:
             self.control.serve(f"bus/{bus}/*", lambda verb, message: answers_of_bus(self.served[bus])(verb, message))
         self.served[bus] = subject
+
+    @property
+    def watched(self) -> list[Watched]:
+        """The buses that it answers for, and the ends of direct buses that take faults."""
+        buses = [Watched(name, subject.faults, subject.conditions) for name, subject in self.served.items()]
+        return buses + [Watched(name, end.injected.faults) for name, end in self._faulty_ends]
 
     async def attach(self, patience_s: float) -> None:
         """Open every device's ends of its buses.  BusError if one is not available."""
@@ -206,6 +214,7 @@ class DeviceProcess:
             self._direct.append((bus, device))
             if isinstance(link, FaultyEnd):
                 self.control.serve(f"end/{name}/{device}/*", answers_of_end(name, link, self.clock))
+                self._faulty_ends.append((name, link))
             return CheckedLink(link, bus, device)
         assert isinstance(bus, ModelBus)
         return await self._attached(bus, device, patience_s)

@@ -121,6 +121,10 @@ class Rig:
     def statistics(self, bus: str) -> dict[str, float]:
         return self._models[bus].statistics(self.now_ns)
 
+    def conditions(self, bus: str) -> Mapping[str, str]:
+        """Return the states of a bus that are reported to a person, by a name of their own."""
+        return self._models[bus].conditions(self.now_ns)
+
     def add_fault(self, where: str, fault: Mapping[str, Any]) -> int:
         """Add a fault of a bus or a device from now on, and return its number.
 

@@ -19,6 +19,7 @@ from fieldrig.control import Control
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.exits import Exit
+from fieldrig.notices import Watched, look_on
 from fieldrig.points import answers
 from fieldrig.rig import Rig
 from fieldrig.rig_status import rig_status
@@ -67,6 +68,9 @@ class VirtualBus(_Part):
     def statistics(self) -> dict[str, float]:
         return self._rig.statistics(self._name)
 
+    def conditions(self) -> Mapping[str, str]:
+        return self._rig.conditions(self._name)
+
 
 class VirtualService:
     def __init__(self, config: RigConfig, control: Control, report: Report) -> None:
@@ -89,9 +93,11 @@ class VirtualService:
             self._rebase()
             self.publish("ready")
             pacer = self._loop.create_task(self._pace())
+            looking = self._loop.create_task(look_on(self._control, self._watched))
             both: set[asyncio.Future[Any]] = {pacer, self._ended}
             await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
             self.publish("stopping")
+            looking.cancel()
             if not pacer.done():
                 pacer.cancel()
                 await asyncio.wait({pacer})
@@ -115,10 +121,15 @@ class VirtualService:
         self._streams = [
             BusStream(control, bus, self._config.name, partial(self._listen, bus.name)) for bus in rig.buses.values()
         ]
+        self._watched: list[Watched] = []
         for bus in rig.buses:
-            control.serve(f"bus/{bus}/*", answers_of_bus(VirtualBus(rig, bus)))
+            subject = VirtualBus(rig, bus)
+            control.serve(f"bus/{bus}/*", answers_of_bus(subject))
+            self._watched.append(Watched(bus, subject.faults, subject.conditions))
         for device in self._config.devices:
-            control.serve(f"device/{device}/*", answers(VirtualPoints(rig, device)))
+            points = VirtualPoints(rig, device)
+            control.serve(f"device/{device}/*", answers(points))
+            self._watched.append(Watched(device, points.faults))
         control.serve(f"process/{self._config.name}/status", self._process_status)
         control.serve("rig/*", self._answer)
 

@@ -135,6 +135,14 @@ class Medium(Generic[N]):
         self.faults.clear(number)
         self._layout = None
 
+    def conditions(self, now_ns: int) -> dict[str, str]:
+        """The open ring, with the stations that the master does not reach."""
+        layout = self._layout or self._present_layout(now_ns)
+        if self.master is None or layout.is_closed:
+            return {}
+        lost = ", ".join(node.name for node in self._topology.ring() if node.name not in layout.names)
+        return {"ring": f"the ring is open{f', without {lost}' if lost else ''}"}
+
     def statistics(self, now_ns: int) -> dict[str, float]:
         """Counters by name."""
         layout = self._layout or self._present_layout(now_ns)

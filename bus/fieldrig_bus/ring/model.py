@@ -57,3 +57,6 @@ class MediumModel(BusModel[M], Generic[M]):
 
     def statistics(self, now_ns: int) -> dict[str, float]:
         return self._medium.statistics(now_ns)
+
+    def conditions(self, now_ns: int) -> Mapping[str, str]:
+        return self._medium.conditions(now_ns)

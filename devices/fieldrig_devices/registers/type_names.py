@@ -18,7 +18,7 @@ OTHER_NAMES: Final = {
     "f64": ("double", "float64", "lreal", "real64"),
     "string[n]": ("string", "str", "text", "ascii", "chars", "visible_string"),
 }
-"""Those of C, IEC 61131-3, CANopen, Modbus tools and historians, in lower case and without `_t`."""
+"""The names in C, IEC 61131-3, CANopen, Modbus tools and historians, in lower case and without `_t`."""
 _MEANT: Final = {other: name for name, others in OTHER_NAMES.items() for other in others}
 
 

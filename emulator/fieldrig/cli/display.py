@@ -7,11 +7,12 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from errno import EPIPE
-from typing import TextIO
+from typing import Any, TextIO
 
 from fieldrig.cli.reach import as_typed, connections, short
 from fieldrig.config import RigConfig
 from fieldrig.control import Control
+from fieldrig.notices import in_words, taken
 from fieldrig.roster import Event
 from fieldrig.steady_output import steady
 from fieldrig.values import counted
@@ -38,6 +39,8 @@ class Display:
         self._has_load_line = False
         self._counted: dict[str, tuple[float, float]] = {}
         self._signals = 0
+        self._told = set[tuple[str, str]]()
+        """The faults and conditions that are present, by part and key."""
 
     def introduce(self, processes: int) -> None:
         config = self._config
@@ -74,6 +77,16 @@ class Display:
             self._warn(f"{_clock(event.time_s)}  {self._styled(f'{process} {what}', COLOURS.get(what, ''))}: {text}")
         elif self._was_ready and what == "ready":
             self._warn(f"{_clock(event.time_s)}  {self._styled(f'{process} is back', GREEN)}")
+
+    def notice(self, _part: str, message: Any) -> None:
+        """Print that a fault or a condition of a part begins or ends.  Every end of a direct bus tells of the same."""
+        notice = taken(message)
+        if notice is None or self._signals:
+            return
+        told = (notice.part, notice.key)
+        if notice.is_over is (told in self._told):
+            (self._told.discard if notice.is_over else self._told.add)(told)
+            self._say(f"{_clock(time.time())}  {self._styled(notice.part, YELLOW)}: {in_words(notice)}")
 
     def on_signal(self) -> None:
         self._signals += 1

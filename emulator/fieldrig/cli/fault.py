@@ -8,13 +8,11 @@ import typer
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, argument, echo_json, echo_table
 from fieldrig.cli.names import check_name
+from fieldrig.fault_questions import STANDING, TIMES, in_words
 from fieldrig.net import DEFAULT_ENDPOINT
 
-TIMES: Final = ("start_ms", "duration_ms")
-STANDING: Final = ("what", "state", "applied")
 NAMING: Final = ("node", "receivers")
 """The keys of faults of a CAN bus that name its members."""
-IN_HEX: Final = ("identifier", "mask")
 
 
 def fault(
@@ -172,32 +170,11 @@ def _show(faults: Mapping[str, Mapping[str, Any]]) -> None:
             (
                 number,
                 fault["what"],
-                _words(fault, is_time=False),
-                _words(fault, is_time=True),
+                in_words(fault, without=(*STANDING, *TIMES)),
+                in_words({key: value for key, value in fault.items() if key in TIMES}),
                 fault["state"],
                 fault["applied"],
             )
             for number, fault in faults.items()
         ],
     )
-
-
-def _words(fault: Mapping[str, Any], *, is_time: bool) -> str:
-    """Return the fault in the words of the command line."""
-    return " ".join(
-        f"{key}={_text(key, value)}"
-        for key, value in fault.items()
-        if key not in STANDING and (key in TIMES) is is_time
-    )
-
-
-def _text(key: str, value: Any) -> str:
-    from fieldrig.values import show_number
-
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, list):
-        return f"[{', '.join(map(str, value))}]"
-    if isinstance(value, float):
-        return show_number(value)
-    return f"{value:#x}" if key in IN_HEX and isinstance(value, int) else str(value)

@@ -97,6 +97,7 @@ async def _run(config: RigConfig, options: UpOptions, display: Display, make: Ca
     try:
         service = make(control)
         control.serve("help/*", partial(_help, config))
+        control.listen_to("notice/*", display.notice)
         _end_on_signals(service, display)
         recorder = Recorder(options.trace) if options.trace is not None else None
         if recorder is not None:

@@ -76,13 +76,14 @@ def _print(lines: Iterator[Line | None], count: int | None, give_up_s: float | N
 
 
 def _messages(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
+    from fieldrig.notices import in_words, taken
     from fieldrig.trace import is_batch
 
     parts = Parts(client)
     parts.check_buses(patterns)
     width = max(map(len, parts.buses))
     is_real = parts.status["time"] == "real"
-    inbox = client.inbox(["watch/*", "event"])
+    inbox = client.inbox(["watch/*", "event", "notice/*"])
     expected: dict[tuple[str, str], int] = {}
     for published in inbox:
         if published is None:
@@ -95,6 +96,8 @@ def _messages(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
                 f"{_time_of_day(round(event['time_s'] * S))}  -- {words}{': ' if text else ''}{text}",
                 {"event": event},
             )
+        elif (notice := taken(published[1])) is not None:
+            yield f"{_time_of_day(time.time_ns())}  -- {notice.part}: {in_words(notice)}", {"notice": notice._asdict()}
         elif any(fnmatchcase(published[0], pattern) for pattern in patterns) and is_batch(published[1]):
             yield from _of_batch(*published, width, is_real, expected)
 

@@ -1,4 +1,4 @@
-"""What a wrong type of a register is answered with, and a start value that does not fit."""
+"""Messages about a wrong type of a register, and about a start value that does not fit."""
 
 from pathlib import Path
 

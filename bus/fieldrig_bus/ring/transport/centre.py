@@ -56,6 +56,9 @@ class Ring(Protocol):
     def statistics(self, now_ns: int) -> dict[str, float]:
         """Counters by name with unit."""
 
+    def conditions(self, now_ns: int) -> Mapping[str, str]:
+        """The states that are reported to a person, by a name of their own."""
+
     def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
         """Inject a fault, and return its number."""
 
@@ -330,6 +333,10 @@ class Centre(ABC):
             "most_cycles_late": float(self._most_behind),
             **by_station,
         }
+
+    def conditions(self) -> Mapping[str, str]:
+        """Return the states that are reported to a person."""
+        return self._ring.conditions(self._at.clock.now_ns())
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         """Inject a fault, and return its number."""

@@ -50,6 +50,9 @@ class TokenRing(Topology[Buffered]):
     def statistics(self, now_ns: int) -> dict[str, float]:
         return {"nodes": float(len(self.layout((), ()).hearing))}
 
+    def conditions(self, now_ns: int) -> Mapping[str, str]:
+        return {}
+
     def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
         raise ValueError("this ring takes no faults")
 
