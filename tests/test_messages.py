@@ -1,4 +1,4 @@
-"""Messages are for users who have only the wheel: no regular expressions, no names of classes, no pages of a clone."""
+"""Messages are for users of the wheel alone: no regular expressions, no names of classes, no pages of a clone."""
 
 import ast
 import re

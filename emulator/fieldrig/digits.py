@@ -17,9 +17,11 @@ SMALLEST_PLAIN: Final = 1e-6
 """Smaller numbers have an exponent."""
 PLACES: Final = {
     "%": 4,
+    "1/min": 4,
     "A": 5,
     "Hz": 5,
     "N": 4,
+    "N m": 5,
     "Nm": 5,
     "V": 5,
     "W": 4,
