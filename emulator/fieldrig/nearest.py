@@ -21,9 +21,9 @@ def closest(word: object, known: Sequence[str]) -> str:
 
 
 def nearest_file(path: Path) -> str:
-    """Return `did you mean ...?` with the file of the same folder whose name is nearest; empty if none is near."""
+    """Return `did you mean ...?` with what is in the same folder and has the nearest name; empty if nothing is near."""
     try:
-        names = [] if path.exists() else [file.name for file in path.parent.iterdir() if file.is_file()]
+        names = [] if path.exists() else [other.name for other in path.parent.iterdir()]
     except OSError:
         return ""
     close = get_close_matches(path.name, names, n=1, cutoff=ALMOST)

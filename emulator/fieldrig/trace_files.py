@@ -18,7 +18,7 @@ from typing import Any, BinaryIO, Final, Protocol, cast
 
 from fieldrig import trace_jsonl
 from fieldrig.errors import UsageError
-from fieldrig.nearest import nearest_file
+from fieldrig.nearest import closest, nearest_file
 from fieldrig.record_file import RecordFile
 from fieldrig.trace import TraceEntry, is_batch
 from fieldrig.values import counted
@@ -47,7 +47,9 @@ def format_of(path: Path) -> Format:
         return _formats()[path.suffix.lower()]
     except KeyError:
         known = ", ".join(f"{suffix} ({name})" for suffix, name in _names().items())
-        raise UsageError(f"{path}: no format of traces ends in {path.suffix!r}", f"there are: {known}") from None
+        near = closest(path.suffix.lower(), list(_names()))
+        remedy = near if near.startswith("did you mean") else f"there are: {known}"
+        raise UsageError(f"{path}: no format of traces ends in {path.suffix!r}", remedy) from None
 
 
 def read(path: Path) -> Iterator[TraceEntry]:

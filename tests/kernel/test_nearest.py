@@ -35,3 +35,8 @@ def test_every_pattern_has_to_fit() -> None:
     with pytest.raises(ControlError, match="lab has no bus 'wirse'") as refused:
         check_patterns(["can0", "wirse"], ["can0", "wires"], "lab has no bus")
     assert refused.value.remedy == "did you mean wires?"
+
+
+def test_a_folder_beside_it_is_proposed(tmp_path: Path) -> None:
+    (tmp_path / "programs").mkdir()
+    assert nearest_file(tmp_path / "program") == f"did you mean {tmp_path}/programs?"

@@ -44,12 +44,6 @@ devices:
         urls = {"com1": f"rfc2217://{self.com1}", "com2": f"socket://{self.com2}"}
         return urls.get(line, str(self.run / "serial" / line))
 
-    def line(self, label: str, word: str) -> str:
-        """One that it printed."""
-        found = [line for line in self.output().splitlines() if line.strip().startswith(label) and word in line]
-        assert len(found) == 1, self.output()
-        return found[0].strip().removeprefix(label).strip()
-
 
 @pytest.fixture(scope="module")
 def rig() -> Iterator[SerialRig]:
@@ -127,7 +121,7 @@ def test_hanging_up_takes_the_lines_away(rig: SerialRig) -> None:
 
 @pytest.mark.parametrize("line", ["com1", "com2", "com3"])
 def test_printed_terminal_works(rig: SerialRig, line: str) -> None:
-    with Terminal(rig.line("terminal", rig.url(line) if line != "com3" else "com3"), rig.folder) as terminal:
+    with Terminal(rig.lines()[f"{line} terminal"], rig.folder) as terminal:
         terminal.until_shown("Quit")
         terminal.type("parrot")
         terminal.until_shown("parrot")
@@ -135,7 +129,7 @@ def test_printed_terminal_works(rig: SerialRig, line: str) -> None:
 
 
 def test_printed_line_shows_the_inputs(rig: SerialRig) -> None:
-    line = rig.line("DCD, DSR, CTS, RI", "rfc2217")
+    line = rig.lines()["com1 DCD, DSR, CTS, RI"]
     done = subprocess.run(["bash", "-c", line], cwd=rig.folder, capture_output=True, text=True, check=True, timeout=60)
     assert done.stdout == "True True True False\n"
 
@@ -143,7 +137,7 @@ def test_printed_line_shows_the_inputs(rig: SerialRig) -> None:
 def test_printed_pymodbus_line_speaks_ascii(rig: SerialRig) -> None:
     for _ in range(2):  # the second time the pty is as the first client has left it
         done = subprocess.run(
-            ["bash", "-c", rig.line("pymodbus", "ASCII")],
+            ["bash", "-c", rig.lines()["drive all registers with pymodbus"]],
             cwd=rig.folder,
             capture_output=True,
             text=True,

@@ -1,6 +1,5 @@
 """The lab as a user has it: `fieldrig up configs/lab.yaml` in a process of its own, on ports that are free."""
 
-import re
 import socket
 import stat
 import subprocess
@@ -58,15 +57,6 @@ class LabProcess(AskedRig):
         until(lambda: self.process.poll() is not None or "\nready in " in self.output())
         assert self.process.poll() is None, self.output()
         return self
-
-    def lines(self) -> dict[str, str]:
-        """Return the lines that `help` prints to be copied, by part and label, such as "io start it"."""
-        status = self.status()
-        return {
-            f"{part} {label}": line
-            for part in (*status["buses"], *status["devices"])
-            for label, line in re.findall(r"^  (\S.*)\n      (.*)$", self.tool("help", part).stdout, re.MULTILINE)
-        }
 
     def do(self, line: str) -> str:
         """Return the output of a shell in the lab's folder for a line, which must succeed."""

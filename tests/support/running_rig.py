@@ -1,6 +1,7 @@
 """`fieldrig up` as a user runs it: a process of its own, in a folder and at a control endpoint of its own."""
 
 import json
+import re
 import signal
 import subprocess
 import time
@@ -54,6 +55,15 @@ class RunningRig(UpProcess):
             timeout=PATIENCE_S,
             check=False,
         )
+
+    def lines(self) -> dict[str, str]:
+        """Return the lines that `help` prints to be copied, by part and label, such as "io start it"."""
+        status = self.status()
+        return {
+            f"{part} {label}": line
+            for part in (*status["buses"], *status["devices"])
+            for label, line in re.findall(r"^  (\S.*)\n      (.*)$", self.tool("help", part).stdout, re.MULTILINE)
+        }
 
     def json(self, *arguments: str) -> Any:
         done = self.tool(*arguments, "--json")

@@ -128,6 +128,14 @@ def test_run_says_what_is_wrong(tmp_path: Path) -> None:
     assert run("run", file, "--for", "1s")[0] == 2
 
 
+@pytest.mark.parametrize("arguments", [("--set", "SBI_Stat=1"), ("--watch", "SBI_Stat")])
+def test_run_proposes_the_nearest_name(tmp_path: Path, arguments: tuple[str, str]) -> None:
+    file = tmp_path / "a.pam"
+    file.write_text(COUNTING.format(step=1))
+    code, output = run("run", file, *arguments, "--for", "10ms")
+    assert (code, "did you mean SBI_Start?" in " ".join(output.split())) == (2, True), output
+
+
 def test_doc_lists_sequences_and_identifiers(tmp_path: Path) -> None:
     file, listing = tmp_path / "a.pam", tmp_path / "a.doc"
     file.write_text(COUNTING.format(step=1))

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from fieldrig.device import Value
+from fieldrig.nearest import closest
 from fieldrig_devices.languages.debugging.debuggee import Variable
 from fieldrig_devices.pam.language.functions import VALUES, WRITABLE
 from fieldrig_devices.pam.language.items import Routines
@@ -51,7 +52,8 @@ class Values:
         found = _PATH.fullmatch(path)
         name = found[1] if found is not None else ""
         if found is None or name not in set(self._names()):
-            raise ValueError(f"{path} is not a variable or an input or output")
+            near = closest(name, list(self._names()))
+            raise ValueError(f"{path} is not a variable or an input or output: {near}")
         if found[2] is None:
             return name, None
         if not self._is_group(name) or not 1 <= int(found[2]) <= self._count(name):
@@ -82,10 +84,19 @@ class Values:
         """Return a variable by its path, or the value of an expression in which [i] is this item."""
         try:
             name, number = self._parts(text.strip())
-        except ValueError:
-            value = self._runtime.watch.value(text, item)
+        except ValueError as unknown:
+            value = self._expression(text, item, unknown)
             return Variable(text, text, _TYPES[type(value)], value)
         return self._root(name) if number is None else self._one(name, number)
+
+    def _expression(self, text: str, item: int, unknown: ValueError) -> Number:
+        """Return the value of an expression.  A wrong name alone raises `unknown`, which proposes another one."""
+        try:
+            return self._runtime.watch.value(text, item)
+        except ValueError:
+            if _PATH.fullmatch(text.strip()) is not None:
+                raise unknown from None
+            raise
 
     def formals(self, routine: str, frame: int) -> Sequence[Variable]:
         """Return the formal parameters of the code of a routine, whose cells begin at `frame`."""
