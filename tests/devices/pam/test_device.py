@@ -275,3 +275,27 @@ def test_only_a_fatal_error_is_in_the_fatal_error_panel(fieldrig_rig: RigMaker, 
         "0000 0000 0000 0000 0000 0000 0000",
         "0002 0ff2 169f 27ac 0000 0000 0000",  # 1995-10-15, 2:30:44 PM
     ]
+
+
+@pytest.mark.long
+@pytest.mark.manual("PAMS-060")
+@pytest.mark.parametrize(
+    ("node", "shown"),
+    [
+        ("NODE NOD_b; ADDRESS = 34; TYPE = ST1; END", "0680F003"),  # not there
+        (
+            "NODE NOD_b; ADDRESS = 34; TYPE = SMART_IO; END NODE NOD_c; NUMBER = 2; ADDRESS = 35; TYPE = ST1; END",
+            "0680F003",
+        ),
+    ],
+)
+def test_the_display_shows_what_is_wrong_with_the_ring(
+    fieldrig_rig: RigMaker, tmp_path: Path, node: str, shown: str
+) -> None:
+    """07..F025, that no peripheral of a NODE is there, follows."""
+    further = "  node: {kind: smart_io, ring_address: 33, links: {ring: ring, wires: wires}}\n"
+    text = f"{HEADER}NODE NOD_a; ADDRESS = 33; TYPE = SMART_IO; END {node}\n"
+    rig = pam_rig(fieldrig_rig, tmp_path, text, further)
+    rig.run_until(5 * S)
+    assert "0780F025" in codes(rig)
+    assert (rig.get("pam", "display"), rig.get("pam", "display.blinks")) == (shown, True)

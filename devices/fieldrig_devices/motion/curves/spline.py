@@ -85,7 +85,8 @@ def support_points(data: bytes) -> tuple[list[Point], tuple[float, float] | None
     """The points in a file, and the slopes at its ends if it gives them.  ValueError, with the line, for all else."""
     points: list[Point] = []
     slopes: tuple[float, float] | None = None
-    for number, line in enumerate(data.decode("latin-1").splitlines(), start=1):
+    text = data.partition(b"\x1a")[0].rstrip(b"\0")  # as DOS ends a text
+    for number, line in enumerate(text.decode("latin-1").splitlines(), start=1):
         words = line.partition("#")[0].replace(";", " ").split()
         is_slopes = bool(words) and words[0].casefold() == "slopes"
         if not words:

@@ -100,3 +100,8 @@ def test_no_bytes_do_more_than_refuse(data: bytes) -> None:
     except ValueError:
         return
     assert isinstance(shape(0.5), float)
+
+
+@pytest.mark.parametrize("end", ["\x1a", "\r\n\x1a\x1a", "\r\n\0\0", "\n\x1a; END\n7 7 7"])
+def test_a_file_ends_as_dos_ends_it(end: str) -> None:
+    assert shape_of(f"0 0\r\n1 1{end}".encode())(0.25) == pytest.approx(0.25)
