@@ -1,4 +1,4 @@
-"""Words of other languages, and words whose underscores are wrong: what they are in the language of the PAM.
+"""Words of other languages, and words whose underscores are wrong or missing: what they are in that of the PAM.
 
 A word that has one meaning is read as what it means, so that there is one message for it.  Names that the program
 declares are left alone.
@@ -8,7 +8,7 @@ from collections.abc import Container, Iterator, Sequence
 from typing import Final
 
 from fieldrig_devices.languages.mistakes import Mistake
-from fieldrig_devices.pam.language.reserved import IN_CAPITALS, RESERVED
+from fieldrig_devices.pam.language.reserved import IN_CAPITALS, ITEMS, RESERVED
 from fieldrig_devices.pam.language.tokens import Token, mistake
 from fieldrig_devices.pam.language.words import STRUCTURE
 
@@ -24,7 +24,27 @@ _NAMED: Final = ("NAME", "FILE")
 
 def corrected(tokens: Sequence[Token], names: Container[str], mistakes: list[Mistake]) -> list[Token]:
     """Return the tokens of a program in its own words, and add a message for each that was none."""
-    return list(_corrected(tokens, names, mistakes))
+    return list(_corrected(_joined(tokens, names, mistakes), names, mistakes))
+
+
+def _joined(tokens: Sequence[Token], names: Container[str], mistakes: list[Mistake]) -> list[Token]:
+    """Return the tokens with one word in the place of two that should have an underscore, such as END IF."""
+    found: list[Token] = []
+    for token in tokens:
+        before = found[-1] if found else token
+        word = f"{before.text}_{token.text}".upper()
+        if word in STRUCTURE and before.kind == token.kind == "name" and not _is_apart(before, token, names):
+            mistakes.append(mistake(before.place, f"got {before.text} {token.text}", word))
+            found[-1] = Token("name", word, before.place, 0, before.begins_line)
+        else:
+            found.append(token)
+    return found
+
+
+def _is_apart(first: Token, second: Token, names: Container[str]) -> bool:
+    """True for two words that stand for themselves: END may be followed by TASK, and names by words."""
+    is_item = first.text.upper() == "END" and second.text.upper() in ITEMS
+    return is_item or second.begins_line or first.text in names or second.text in names
 
 
 def _corrected(tokens: Sequence[Token], names: Container[str], mistakes: list[Mistake]) -> Iterator[Token]:

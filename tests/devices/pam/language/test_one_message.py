@@ -34,6 +34,10 @@ def only(text: str) -> str:
         ("AXI_Belt <- relativemove(5);", "got relativemove; expected relative_move"),
         ("IF IFV_Go THEN IFV_Go <- set; ELSIF SBI_Start THEN IFV_Go <- set; END_IF", "got ELSIF; expected ELSE IF"),
         ("CONDTION IFV_Go;", "Perhaps CONDITION is meant."),
+        ("IF IFV_Go THEN IFV_Go <- set; END IF", "got END IF; expected END_IF"),
+        ("LOOP IFV_Go <- set; END LOOP IFV_Go;", "got END LOOP; expected END_LOOP"),
+        ("WAIT TIME 5;", "got WAIT TIME; expected WAIT_TIME"),
+        ("xeq sequence SEQ_Other;", "got xeq sequence; expected XEQ_SEQUENCE"),
         ("WHILE IFV_Go;", "There is one loop: LOOP"),
         ("IFV_Go = set;", "got =; expected <-"),
     ],
@@ -51,6 +55,9 @@ def test_slips_in_statements(statement: str, said: str) -> None:
             "AMPLIFIER AMP_a; GAIN = 1; OFFSET = 0; GAINSLOPE = MAX; OFFSET_SLOPE = MAX; END",
             "got GAINSLOPE; expected GAIN_SLOPE",
         ),
+        ("SINKE SNK_a; END", "Perhaps SINK is meant."),
+        ("TAKS TSK_a; SPECS CYCLES = 1; END_SPECS END_TASK", "Perhaps TASK is meant."),
+        ("TASK TSK_a; SPECS CYCLES = 1; END SPECS END_TASK", "got END SPECS; expected END_SPECS"),
         ("/* a /* b */ c */ SINK SNK_a; END", "a comment is inside another one"),
         ("TASK TSK_a; SPECS CYCLES = 1; ENDSPECS END_TASK", "got ENDSPECS; expected END_SPECS"),
     ],
@@ -191,6 +198,13 @@ def opening(end: int) -> int:
     """The number of the line that an end belongs to: the last one before it with the same indentation."""
     width = len(LINES[end]) - len(LINES[end].lstrip())
     return max(n for n in range(end) if len(LINES[n]) - len(LINES[n].lstrip()) == width and "END" not in LINES[n])
+
+
+def test_two_words_in_their_places_stay_two() -> None:
+    assert (
+        mistakes_of(f"{MACHINE}SINK SNK_a; END TASK TSK_a; END_TASK ACTIONS A; SPECS CYCLES = 1; END_SPECS END_ACTIONS")
+        == []
+    )
 
 
 def test_the_program_is_right() -> None:

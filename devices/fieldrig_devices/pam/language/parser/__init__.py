@@ -1,6 +1,7 @@
 """Make a tree from the text of an application."""
 
 from collections.abc import Callable, Mapping
+from difflib import get_close_matches
 from typing import Final
 
 from fieldrig_devices.languages.mistakes import Mistake
@@ -67,7 +68,9 @@ def _item(cursor: Cursor) -> Item:
         return _PROGRAMS[word](cursor)
     if cursor.is_word(*ITEMS):
         return declarations.declaration(cursor)
-    raise cursor.unexpected("the kind of an object, such as NODE, AXIS or TASK")
+    close = get_close_matches(word, (*ITEMS, *_PROGRAMS), 1, 0.7) if cursor.token.kind == "name" else []
+    hint = f"Perhaps {close[0]} is meant." if close else ""
+    raise cursor.unexpected("the kind of an object, such as NODE, AXIS or TASK", hint)
 
 
 def _skip_to_item(cursor: Cursor) -> None:
