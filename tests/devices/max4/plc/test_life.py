@@ -719,7 +719,6 @@ def test_there_are_at_most_64_tasks(tmp_path: Path) -> None:
         PlcBench(tmp_path, tasks(65))
 
 
-@pytest.mark.manual("PD-076")
 def test_the_numbers_505_and_506_are_not_used_for_anything_else() -> None:
     assert not [code for code in MESSAGES if code % 1000 in (505, 506)]
 
