@@ -279,6 +279,19 @@ def test_the_initialization_string_of_the_manual_is_ok(bench: ModemBench) -> Non
     assert bench.ask("ATS0?") == "\r\n002\r\n\r\nOK\r\n"
 
 
+@pytest.mark.manual("PD-246")
+def test_the_controllers_string_turns_the_echo_off_and_leaves_results_in_words(bench: ModemBench) -> None:
+    """E0, Q0 and V1 of `AT&F E0 Q0 V1 &S0 &C1 &R0 S0=2` (4552-4560, 4603-4624), each against its opposite."""
+    assert bench.ask("ATE1") == "ATE1\r\r\nOK\r\n"
+    bench.ask("AT&F E0 Q0 V1 &S0 &C1 &R0 S0=2")
+    assert bench.ask("AT") == "\r\nOK\r\n"
+    assert bench.ask("ATS0?") == "\r\n002\r\n\r\nOK\r\n"
+    assert bench.ask("ATV0") == "0\r"
+    assert bench.ask("ATQ1") == ""
+    assert bench.ask("ATQ0V1E1") == "\r\nOK\r\n"
+    assert bench.ask("AT") == "AT\r\r\nOK\r\n"
+
+
 @pytest.mark.manual("PD-249")
 def test_the_second_string_turns_automatic_modulation_off(bench: ModemBench) -> None:
     assert bench.result("AT +MS=,0") == "OK"
