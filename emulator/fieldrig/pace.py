@@ -32,7 +32,7 @@ LONGEST_WAIT_NS: Final = 30 * MS
 class Reader(Protocol):
     """Reads what outsiders send."""
 
-    def go_on(self) -> None:
+    def take_turn(self) -> None:
         """Handle a portion, or one message: it is this reader's turn."""
 
 
@@ -77,7 +77,7 @@ class Pace:
         return self._timer is not None
 
     def is_free(self, reader: Reader) -> bool:
-        """Return whether the reader may handle something now; if not, its `go_on` is called when it is its turn."""
+        """Return whether the reader may handle something now; if not, its `take_turn` is called when it is its turn."""
         if self._timer is None and not self._waiting:
             return True
         self._waiting[reader] = None
@@ -142,7 +142,7 @@ class Pace:
                 return
             reader = next(iter(self._waiting))
             del self._waiting[reader]
-            reader.go_on()
+            reader.take_turn()
         if self._timer is None and self._waiting:  # other events have their turn first
             self._timer = self._clock.call_at(now_ns, self._go_on)
 

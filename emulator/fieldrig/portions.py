@@ -63,7 +63,7 @@ class Portions(asyncio.BufferedProtocol):
         if bool(before) != bool(self._holds):
             self.read_from_now(not self._holds)
 
-    def go_on(self) -> None:
+    def take_turn(self) -> None:
         """Handle what was read before the process had time for it."""
         self.hold(Hold.PACE, False)
 

@@ -40,7 +40,7 @@ class Questions(Generic[Q]):
         self._call()
         return True
 
-    def go_on(self) -> None:
+    def take_turn(self) -> None:
         """Answer a question, because it is the turn of questions."""
         if self._waiting:
             self._start(self._waiting.popleft())

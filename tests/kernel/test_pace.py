@@ -29,11 +29,11 @@ class Reading:
         if self.is_waiting:
             return
         if self._pace.is_free(self):
-            self.go_on()
+            self.take_turn()
         else:
             self.is_waiting = True
 
-    def go_on(self) -> None:
+    def take_turn(self) -> None:
         self.is_waiting = False
         self.done.append(self._name)
         self._work.do(self._pace, 100 * US)

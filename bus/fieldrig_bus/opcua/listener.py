@@ -154,8 +154,8 @@ class Client(Connection):
         super().resume_writing()
         self._look()
 
-    def go_on(self) -> None:
-        super().go_on()
+    def take_turn(self) -> None:
+        super().take_turn()
         self._turn.set()
 
     def _look(self) -> None:

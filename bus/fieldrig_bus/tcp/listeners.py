@@ -270,8 +270,8 @@ class _Client(Connection):
             self._linger = asyncio.get_running_loop().call_later(LINGER_S, self.transport.abort)
             self.transport.close()
 
-    def go_on(self) -> None:
-        super().go_on()
+    def take_turn(self) -> None:
+        super().take_turn()
         self._tell_now()
 
     def _tell(self) -> None:
