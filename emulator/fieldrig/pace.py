@@ -25,7 +25,7 @@ LONGEST_PAUSE_NS: Final = 20 * MS
 
 TURNS_AT_ONCE: Final = 4
 """Readers that have their turn before other events have theirs."""
-LONGEST_WAIT_NS: Final = 30 * MS
+LONGEST_WAIT_NS: Final = 100 * MS
 """Outsiders wait no longer than this for something of theirs that took long."""
 
 
