@@ -103,12 +103,14 @@ def test_a_client_that_asks_now_and_then_never_waits(work: Work) -> None:
     assert pace.pauses == 0
 
 
-def test_a_single_long_request_is_followed_by_a_pause_for_it(work: Work) -> None:
+@pytest.mark.parametrize("took_ns", [10 * MS, 1000 * MS])
+def test_a_single_long_request_is_followed_by_a_pause_for_it(took_ns: int, work: Work) -> None:
     pace = beside_a_cycle(work.clock)
     reader = Reading(work, pace)
-    work.do(pace, 10 * MS)
+    work.do(pace, took_ns)
     reader.read()
-    until_ns = work.clock.now_ns() + LONGEST_WAIT_NS
+    share_ns = round(took_ns * (1 - SHARE_BESIDE_A_CYCLE) / SHARE_BESIDE_A_CYCLE)
+    until_ns = work.clock.now_ns() + min(share_ns, LONGEST_WAIT_NS)
     work.clock.advance_to(until_ns - 1)
     assert reader.is_waiting
     work.clock.advance_to(until_ns)
