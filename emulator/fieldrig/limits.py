@@ -6,7 +6,7 @@ service: how many there are, how many of one peer, and how long each may stay be
 is limited where it is read (`portions`, and the ports of the buses).
 
 Connections that have not sent a complete message yet give way to new ones, the oldest first.  So a peer that opens
-connections and leaves them silent keeps nobody out for longer than a client needs for its first message.
+connections and leaves them silent keeps no client out for longer than it needs for its first message.
 """
 
 import logging
@@ -32,7 +32,7 @@ class Limits:
     first_message_s: float | None = FIRST_MESSAGE_S
     """Time for the first complete message, in seconds; None where a client may only listen."""
     silent: int | None = None
-    """Connections at a time without a complete message; None: no other limit than that of connections."""
+    """Connections at a time without a complete message, or None if only `connections` limits them."""
     replaces_idle: bool = False
     """True if a new connection replaces the one that was idle longest (Modbus TCP guide, 4.2); otherwise it is refused.
     """
@@ -117,7 +117,7 @@ class Door:
         self._silent.pop(guest, None)
 
     def next_s(self) -> float | None:
-        """Return the instant at which `expire` should be called; None while nobody has to speak."""
+        """Return the instant at which `expire` should be called; None while no connection has to speak."""
         return next(iter(self._silent.values()), None)
 
     def expire(self) -> None:

@@ -1,4 +1,4 @@
-"""Folders and files of a rig that nobody else may have prepared: for this user only, opened without following links.
+"""Folders and files of a rig that no other user may have prepared, opened without following links.
 
 Another user who may write to a folder can put a link where a rig is about to write, and an archive that was unpacked
 may bring one.  So a folder has to be this user's own and writable by no one else, and what is not a plain file of this

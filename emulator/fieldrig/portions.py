@@ -39,7 +39,7 @@ class Portions(asyncio.BufferedProtocol):
         self._most = self._size = most
         self._holds = 0
         self._unseen = b""
-        """What was read while the process had something else to do; at most a portion."""
+        """The bytes that were read while the process had something else to do; at most a portion."""
         self.pace: Pace | None = None
         """How this process shares its time; None where it has nothing else to do."""
 

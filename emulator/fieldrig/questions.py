@@ -1,4 +1,4 @@
-"""Questions of tools that wait for their answers: so many, and answered at the pace of the process.
+"""Questions of tools that wait for their answers, up to a number, and answered at the pace of the process.
 
 They come from threads of Zenoh, faster than a device that keeps a cycle can answer.  What does not fit is refused by
 the thread that brings it, and costs the event loop nothing.
@@ -29,7 +29,7 @@ class Questions(Generic[Q]):
         self._is_called = False
         self.reached = Reached(name)
         self.pace: Pace | None = None
-        """The pace of the answers; None: as fast as possible."""
+        """The pace of the answers, or None if there is no reason to wait."""
 
     def put(self, question: Q) -> bool:
         """Add a question.  Return false if too many wait."""

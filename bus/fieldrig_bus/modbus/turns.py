@@ -1,4 +1,4 @@
-"""Whose request goes to a unit next, when clients ask faster than it answers.
+"""The order of requests to a unit, when clients ask faster than it answers.
 
 A unit has at most `MOST_AT_A_UNIT` requests at a time, and the clients with more for it take turns, a request each.  So
 a client that pipelines does not delay another one by more than a request of its own.
