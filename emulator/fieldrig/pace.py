@@ -1,7 +1,7 @@
 """How a process shares its time between outsiders and everything else in it, such as the cycle of a ring.
 
-Whatever handles bytes of outsiders reports the time that it took.  After a slice of that time, all readers of the process
-wait: until the timers that are due have had their turn, or, where a cycle has to be kept, until the outsiders
+Whatever handles bytes of outsiders reports the time that it took.  After a slice of that time, all readers of the
+process wait: until the timers that are due have had their turn, or, where a cycle has to be kept, until the outsiders
 have had no more than their share.  Then they go on in turn.  A device does part of the work later, when it is the turn
 of its emulated processor, so beside a cycle the readers also wait while the whole process takes too much of a core.
 What outsiders send meanwhile stays in the buffers of the system, whose flow control stops them.

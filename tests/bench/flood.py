@@ -133,7 +133,7 @@ class FloodedRig(AskedRig):
         self.until_ready()
 
     def figures(self) -> dict[str, dict[str, Any]]:
-        """What all processes say of themselves."""
+        """Return the status of all processes."""
         return self.control.ask_all("process/*/status", timeout_s=20.0)
 
     def cycles(self) -> tuple[float, float]:

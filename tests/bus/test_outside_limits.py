@@ -1,4 +1,4 @@
-"""What every port promises about clients that want too much: silent ones, many of one host, a flood of messages.
+"""The promises of every port about clients that want too much: silent ones, many of one host, a flood of messages.
 
 The rows are the ports by which outsiders come in.  A row has the settings, the first complete message of a client, and
 valid messages to flood it with.
@@ -50,7 +50,7 @@ class Row:
     first: bytes
     flood: bytes
     interest: Any = None
-    """What a device of the bus listens to."""
+    """The interest of a device of the bus."""
     is_line: bool = False
     """True if one client at a time is on the line."""
     may_only_listen: bool = False

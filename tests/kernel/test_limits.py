@@ -1,4 +1,4 @@
-"""The door of a service: who is let in, who has to go, and what is said about it."""
+"""The door of a service: connections that are let in, those that have to go, and the log of it."""
 
 import logging
 

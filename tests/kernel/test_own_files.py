@@ -1,4 +1,4 @@
-"""Files and folders that somebody else has prepared are neither used nor deleted."""
+"""Files and folders that another user has prepared are neither used nor deleted."""
 
 import os
 import stat
@@ -25,7 +25,7 @@ def mode_of(path: Path) -> int:
 
 @pytest.fixture
 def precious(tmp_path: Path) -> Path:
-    """A file of somebody."""
+    """A file of another program."""
     file = tmp_path / "precious"
     file.write_text("keep me")
     return file

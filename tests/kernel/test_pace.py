@@ -1,4 +1,4 @@
-"""What outsiders take of the time of a process."""
+"""The time of a process that outsiders take."""
 
 import time
 
@@ -77,7 +77,7 @@ def test_who_waits_has_a_turn_each(work: Work) -> None:
             reader.read()
         work.clock.advance_to(work.clock.now_ns() + 100 * US)
     counts = [done.count(name) for name in "abcde"]
-    assert max(counts) <= 2 * min(counts) + 1, counts  # who does not wait may be twice as quick
+    assert max(counts) <= 2 * min(counts) + 1, counts  # a reader that need not wait may be twice as quick
 
 
 @pytest.mark.parametrize("count", [1, 30])
