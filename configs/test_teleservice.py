@@ -66,7 +66,7 @@ def test_a_laptop_dials_and_reads_a_page(fieldrig_rig: RigMaker) -> None:
     assert laptop.rig.get("max4", "Com1UserState") == MODEM_ONLINE
     page = laptop.page("/AXES.HTM")
     assert page.startswith(b"HTTP/1.1 200 OK\r\n")
-    assert all(b"<td>%s</td>" % axis in page for axis in (b"infeed", b"film", b"jaw", b"outfeed"))
+    assert all(b">%s</td>" % axis in page for axis in (b"infeed", b"film", b"jaw", b"outfeed"))
     laptop.caller.hang_up(laptop.rig.now_ns)
     laptop.run(8000)
     assert laptop.rig.get("max4", "Com1UserState") == MODEM_OFFLINE

@@ -124,7 +124,9 @@ class PppBench:
     def log_in(self) -> "PppBench":
         """Until the login is accepted, and the first IPCP request is out."""
         self.establish()
-        assert self.hear(PAP_LOGIN) == [spaced("c023 02 01 0005 00"), spaced("8021 01 01 000a 0306 bec86464")]
+        request = "0206 002d0f01 0306 bec86464" if self.link.settings.compresses_headers else "0306 bec86464"
+        length = 4 + len(bytes.fromhex(request))
+        assert self.hear(PAP_LOGIN) == [spaced("c023 02 01 0005 00"), spaced(f"8021 01 01 {length:04x} {request}")]
         return self
 
     def run(self) -> "PppBench":

@@ -44,7 +44,7 @@ def reach_every_service(rig: AskedRig, folder: Path) -> None:
             raw.send(echo_message(ECHO_REQUEST, PING))
             until(lambda: reply_in(raw) == PING)
         page = curl(f"http://{CONTROLLER}/AXES.HTM")
-        assert [axis for axis in ("infeed", "film", "jaw", "outfeed") if f"<td>{axis}</td>" not in page] == []
+        assert [axis for axis in ("infeed", "film", "jaw", "outfeed") if f">{axis}</td>" not in page] == []
         put(mine, CONTROLLER)
         assert f"Cycle {ONLINE}." in curl(f"http://{CONTROLLER}/MINE.HTM")
         with ModbusTcpClient(CONTROLLER, port=502, timeout=60, retries=0) as client:

@@ -65,7 +65,7 @@ def test_the_kernel_serves_the_call_and_nothing_of_it_is_left(rig: AskedRig) -> 
         dial.until("Ctrl-C hangs up.")
         assert f"{CONTROLLER} peer 190.200.100.101/32" in addresses()
         assert [line.split()[:3] for line in routes()] == [["190.200.100.101", "dev", "fieldrig0"]]
-        assert b"<td>infeed</td>" in page(pages)
+        assert b">infeed</td>" in page(pages)
         with socket.create_connection(("127.0.0.1", files), timeout=PATIENCE_S) as control:
             assert control.recv(4) == b"220 "  # the server speaks first
         with ModbusTcpClient("127.0.0.1", port=registers, timeout=PATIENCE_S, retries=0) as client:

@@ -74,7 +74,9 @@ class Caller:
         self._stack: Stack | None = None
         self._tail = b""
         self._is_leaving = False
-        settings = PppSettings(own=plan.login, setup_limit_ns=plan.setup_ns, echo_period_ns=10 * S)
+        settings = PppSettings(
+            own=plan.login, setup_limit_ns=plan.setup_ns, echo_period_ns=10 * S, compresses_headers=True
+        )
         self._secret = new_magic().to_bytes(4, "big")
         self._ppp = PppLink(settings, new_magic, transmit, self._on_ip, self._on_phase)
         self._chat: Chat | None = None

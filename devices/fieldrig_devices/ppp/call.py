@@ -1,13 +1,14 @@
 """One call: the phases of a link from the carrier to its end (RFC 1661 chapter 3).
 
 Each phase lets only its protocols pass, so that no order of frames gets past the login.  LCP passes always.  A protocol
-that is unknown here, such as IPv6CP, CCP or compressed TCP headers, is answered by a Protocol-Reject once the logins
+that is unknown here, such as IPv6CP or CCP, is answered by a Protocol-Reject once the logins
 are done, and before that it is dropped.
 """
 
 import logging
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from ipaddress import IPv4Address
 from typing import Final, Protocol
 
@@ -21,13 +22,22 @@ from fieldrig_devices.ppp.phases import End, Phase
 from fieldrig_devices.ppp.protocols import ProtocolNumber
 from fieldrig_devices.ppp.settings import DEFAULT_MRU, UNSET, Login, PppSettings
 from fieldrig_devices.ppp.transitions import Event
+from fieldrig_devices.ppp.vj import Compressor, Decompressor
 
 log = logging.getLogger(__name__)
 
 PASSES: Final[Mapping[Phase, frozenset[int]]] = {
     Phase.AUTHENTICATE: frozenset({ProtocolNumber.PAP}),
     Phase.NETWORK: frozenset({ProtocolNumber.PAP, ProtocolNumber.IPCP}),
-    Phase.RUNNING: frozenset({ProtocolNumber.PAP, ProtocolNumber.IPCP, ProtocolNumber.IP}),
+    Phase.RUNNING: frozenset(
+        {
+            ProtocolNumber.PAP,
+            ProtocolNumber.IPCP,
+            ProtocolNumber.IP,
+            ProtocolNumber.VJ_COMPRESSED,
+            ProtocolNumber.VJ_WHOLE,
+        }
+    ),
 }
 """The protocols beside LCP that pass in a phase (RFC 1661 3.4 to 3.7)."""
 PAST_LOGIN: Final = frozenset({Phase.NETWORK, Phase.RUNNING})
@@ -76,11 +86,16 @@ class Call:
             lambda data: self._send(ProtocolNumber.IPCP, data),
             lambda: self._lcp.options.peer_mru,
         )
+        self._compressor: Compressor | None = None
+        self._decompressor: Decompressor | None = None
+        self._frames_lost = 0
         self._setup_timer: Timer | None = None
         self._takers: Mapping[int, Callable[[bytes], None]] = {
             ProtocolNumber.PAP: self._logins.receive,
             ProtocolNumber.IPCP: self._ipcp.receive,
             ProtocolNumber.IP: user.on_ip,
+            ProtocolNumber.VJ_COMPRESSED: partial(self._on_vj, ProtocolNumber.VJ_COMPRESSED),
+            ProtocolNumber.VJ_WHOLE: partial(self._on_vj, ProtocolNumber.VJ_WHOLE),
         }
 
     @property
@@ -125,8 +140,30 @@ class Call:
     def send_ip(self, packet: bytes) -> bool:
         if self.state.phase is not Phase.RUNNING or len(packet) > self.mtu:
             return False
-        self._send(ProtocolNumber.IP, packet)
+        found = self._compressor.compress(packet) if self._compressor is not None else None
+        if found is None:
+            self._send(ProtocolNumber.IP, packet)
+        else:
+            data, is_compressed = found
+            self._send(ProtocolNumber.VJ_COMPRESSED if is_compressed else ProtocolNumber.VJ_WHOLE, data)
         return True
+
+    def _on_vj(self, protocol: int, payload: bytes) -> None:
+        """Take a packet with compressed headers."""
+        decompressor = self._decompressor
+        if decompressor is None:
+            self._lcp.reject_protocol(protocol, payload)
+            return
+        if self._frames_lost != self.counts.lost:
+            self._frames_lost = self.counts.lost
+            decompressor.toss()
+        restored = decompressor.whole if protocol == ProtocolNumber.VJ_WHOLE else decompressor.compressed
+        try:
+            packet = restored(payload)
+        except ValueError as fault:
+            log.debug("dropped a packet with compressed headers: %s", fault)
+            return
+        self._user.on_ip(packet)
 
     def _send(self, protocol: int, payload: bytes) -> None:
         self._user.transmit(framed(protocol, payload, self._format))
@@ -186,7 +223,9 @@ class Call:
         self._enter(Phase.DEAD)
 
     def on_protocol_reject(self, protocol: int) -> None:
-        if protocol == ProtocolNumber.IPCP:
+        if protocol in (ProtocolNumber.VJ_COMPRESSED, ProtocolNumber.VJ_WHOLE):
+            self._compressor = None
+        elif protocol == ProtocolNumber.IPCP:
             self._ipcp.on_protocol_reject()
         elif protocol == ProtocolNumber.IP:
             self.give_up(End.PROTOCOL_REJECTED)
@@ -205,8 +244,11 @@ class Call:
         self._ipcp.up()
 
     def on_ip_up(self) -> None:
+        self._compressor, self._decompressor = self._ipcp.compressor(), self._ipcp.decompressor()
+        self._frames_lost = self.counts.lost
         self._enter(Phase.RUNNING)
 
     def on_ip_down(self) -> None:
+        self._compressor = self._decompressor = None
         if self.state.phase is Phase.RUNNING:
             self._enter(Phase.NETWORK)

@@ -85,6 +85,11 @@ class FrameCounts:
     aborted: int = 0
     wrong_check: int = 0
 
+    @property
+    def lost(self) -> int:
+        """The frames that did not arrive whole."""
+        return self.too_short + self.too_long + self.aborted + self.wrong_check
+
 
 class Deframer:
     """Finds the frames in received bytes."""

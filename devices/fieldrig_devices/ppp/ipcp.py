@@ -1,4 +1,4 @@
-"""IPCP: agrees on the IP addresses of both ends (RFC 1332)."""
+"""IPCP: agrees on the IP addresses of both ends, and on the compression of headers (RFC 1332)."""
 
 from collections.abc import Callable
 from ipaddress import IPv4Address
@@ -10,6 +10,7 @@ from fieldrig_devices.ppp.negotiation import Negotiation
 from fieldrig_devices.ppp.phases import End
 from fieldrig_devices.ppp.settings import UNSET, PppSettings
 from fieldrig_devices.ppp.transitions import Event, State
+from fieldrig_devices.ppp.vj import Compressor, Decompressor
 
 DOWN: Final = frozenset({State.INITIAL, State.STARTING})
 REASONS: Final = {
@@ -52,6 +53,15 @@ class Ipcp:
     def addresses(self) -> tuple[IPv4Address, IPv4Address]:
         """The address of this end and that of the peer."""
         return self._options.local_address, self._options.peer_address
+
+    def compressor(self) -> Compressor | None:
+        """Return a new compressor as the peer has asked for it; None if it has not."""
+        asked = self._options.peer_compression
+        return None if asked is None else Compressor(asked.slots, may_omit_slot=asked.may_omit_slot)
+
+    def decompressor(self) -> Decompressor | None:
+        """Return a new decompressor; None if this end is to receive nothing that is compressed."""
+        return Decompressor() if self._options.is_compression_asked_for else None
 
     def up(self) -> None:
         self._negotiation.open()

@@ -5,6 +5,8 @@ from enum import IntEnum
 
 class ProtocolNumber(IntEnum):
     IP = 0x0021
+    VJ_COMPRESSED = 0x002D
+    VJ_WHOLE = 0x002F
     IPCP = 0x8021
     LCP = 0xC021
     PAP = 0xC023

@@ -48,6 +48,8 @@ class PppSettings:
     """The IP address of this end; `UNSET` asks the peer for one."""
     peer_address: IPv4Address = UNSET
     """The IP address given to the peer; `UNSET` lets the peer choose."""
+    compresses_headers: bool = False
+    """True to compress TCP/IP headers by RFC 1144 as far as the peer agrees, in both directions."""
     mru: int = DEFAULT_MRU
     """Longest packet that this end takes, in bytes, 128 to 1500."""
     restart_ns: int = 3 * S

@@ -123,7 +123,12 @@ class DialIn:
         if modem is None or not modem.user_name.value or not modem.password.value:
             return None
         login = Login.of(str(modem.user_name.value), str(modem.password.value))
-        return PppSettings(demanded=login, local_address=LOCAL, peer_address=IPv4Address(str(modem.remote.value)))
+        return PppSettings(
+            demanded=login,
+            local_address=LOCAL,
+            peer_address=IPv4Address(str(modem.remote.value)),
+            compresses_headers=True,  # PD-260
+        )
 
     def _on_phase(self, phase: Phase) -> None:
         now_ns = self._clock.now_ns()
