@@ -34,6 +34,7 @@ nodetach
 nocrtscts
 noauth
 noipdefault
+debug
 user {user}
 lcp-echo-interval 6
 lcp-echo-failure 3

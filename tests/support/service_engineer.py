@@ -1,5 +1,6 @@
 """The work of a service engineer with pppd, chat, curl and pymodbus; only inside user-mode Linux, as root."""
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -43,6 +44,8 @@ def reach_every_service(rig: AskedRig, folder: Path) -> None:
         with ping_socket(CONTROLLER) as raw:
             raw.send(echo_message(ECHO_REQUEST, PING))
             until(lambda: reply_in(raw) == PING)
+        agreed = re.findall(r"(sent|rcvd) \[IPCP ConfAck id=\w+ <compress VJ 0f 01>", call.output())
+        assert set(agreed) == {"sent", "rcvd"}, "headers are compressed in both directions (PD-260)"
         page = curl(f"http://{CONTROLLER}/AXES.HTM")
         assert [axis for axis in ("infeed", "film", "jaw", "outfeed") if f">{axis}</td>" not in page] == []
         put(mine, CONTROLLER)

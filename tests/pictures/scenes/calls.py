@@ -1,5 +1,6 @@
 """A call to a MAx-4: dialling, PPP, a page by HTTP, and the end, from the trace of a rig."""
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping
 from itertools import groupby
 from typing import Any, Final
@@ -14,6 +15,8 @@ from fieldrig_bus.telephone.message import Carrier, Dial, Hook, Ring
 from fieldrig_bus.traces.ppp_frames import PppFinder
 from fieldrig_devices.ip.ipv4 import Packet, Protocol
 from fieldrig_devices.ip.tcp.segment import ACK, FIN, SYN, Segment
+from fieldrig_devices.ppp.protocols import ProtocolNumber
+from fieldrig_devices.ppp.vj import Decompressor
 
 PARTIES: Final = ("laptop", "its modem", "modem of COM1", "MAx-4")
 LAPTOP, CALLER, MACHINE, PLC = range(4)
@@ -68,6 +71,7 @@ class _Reader:
 
     def __init__(self) -> None:
         self._frames = PppFinder()
+        self._headers: dict[str, Decompressor] = defaultdict(Decompressor)
         self._texts: dict[str, bytes] = {}
         self._part = "Dialling"
 
@@ -82,7 +86,8 @@ class _Reader:
         labels = self._commands(sent.message, sent.sender) if self._part in ("Dialling", "Hanging up") else []
         found = [(self._part, sender, NEIGHBOUR[sender], label) for label in labels if not is_echo(label, sender)]
         if sent.bus == "com1_0":
-            for part, label in map(_shown, self._frames.feed(sent.sender, sent.message)):
+            for frame in self._frames.feed(sent.sender, sent.message):
+                part, label = _shown(frame, self._headers[sent.sender])
                 found += [(part, *((PLC, LAPTOP) if sender == PLC else (LAPTOP, PLC)), label)] if label else []
                 self._part = part
                 if label == "LCP Terminate-Ack":
@@ -114,13 +119,16 @@ def _shown_on_telephone(message: Any, sender: int | None) -> str:
     return ""
 
 
-def _shown(frame: bytes) -> tuple[str, str]:
+def _shown(frame: bytes, headers: Decompressor) -> tuple[str, str]:
     """Return the part that a frame belongs to, and the frame in words; empty for what is not shown."""
     content = frame.removeprefix(b"\xff\x03")
     size = 1 if content[0] & 1 else 2
     protocol, payload = int.from_bytes(content[:size], "big"), content[size:]
-    if protocol == 0x0021:
+    if protocol == ProtocolNumber.IP:
         return "IP", _shown_packet(payload)
+    if protocol in (ProtocolNumber.VJ_WHOLE, ProtocolNumber.VJ_COMPRESSED):
+        restored = headers.whole if protocol == ProtocolNumber.VJ_WHOLE else headers.compressed
+        return "IP", _shown_packet(restored(payload))
     name = PROTOCOLS[protocol]
     codes = CODES.get(name, CODES_OF_IPCP)
     return "PPP", f"{name} {codes[payload[0]]}" if payload[0] in codes else ""
