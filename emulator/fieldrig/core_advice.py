@@ -27,7 +27,7 @@ def advice(config: RigConfig, cores: int) -> Iterator[str]:
             if processes > 2 and needed > LARGEST_SHARE * cores:
                 yield (
                     f"{bus} has a cycle of {(cycle_ns or 0) / MS:g} ms and {processes} processes: to wake them takes"
-                    f" {needed:.1f} cores or more, and this host has {cores}, so cycles will be lost\n"
+                    f" {needed:.1f} cores or more, and this host has {cores}, so cycles may be lost\n"
                     f"this line in the rig file helps: processes: {{{device.process}: {device.name}, {bus}: {bus}}}"
                 )
 

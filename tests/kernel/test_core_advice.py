@@ -46,7 +46,7 @@ def test_a_ring_with_too_many_processes_for_the_cores_is_warned_of(
 ) -> None:
     text = (
         f"fibre has a cycle of {cycle_ms} ms and {drives + 1} processes: to wake them takes {needed} cores or more,"
-        f" and this host has {cores}, so cycles will be lost\n{SERCOS_LINE}"
+        f" and this host has {cores}, so cycles may be lost\n{SERCOS_LINE}"
     )
     assert list(advice(ring_of(drives, kind, cycle_ms), cores)) == ([text] if needed else [])
 

@@ -13,7 +13,7 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
 
 WARNING = (
     "warning: ring has a cycle of 1 ms and 5 processes: to wake them takes 0.6 cores or more, and this host has 1,"
-    " so cycles will be lost"
+    " so cycles may be lost"
 )
 OTHERS = ("lab.yaml", "arp-cell.yaml", "machine.yaml")
 
