@@ -33,7 +33,8 @@ class KernelPort(Port):
     def __init__(self, bus: str, *, is_required: bool) -> None:
         """If TUN is not allowed, devices end IP in their own stacks, or `open` raises BusError if it `is_required`."""
         self._bus, self._is_required = bus, is_required
-        self._connections = TcpServer(bus, lambda _: never())  # holds them; never opened
+        # It holds them and is never opened; which protocol they speak, and to whom, is for the device to judge.
+        self._connections = TcpServer(bus, lambda _: never(), speaks_http=True)
         self._channels = Channels()
         self._last_number = 0
         self._tun: Tun | None = None

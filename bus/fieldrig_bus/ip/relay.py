@@ -106,7 +106,7 @@ class RelayPort(Port):
 
     def __init__(self, bus: str, services: dict[int, str]) -> None:
         self._services = services
-        self._sockets = TcpServer(bus, lambda _: never())  # holds the connections; never opened
+        self._sockets = TcpServer(bus, lambda _: never(), speaks_http=True)  # holds the connections; never opened
         self._channels = Channels()
         self._tasks: set[asyncio.Task[None]] = set()
 
