@@ -267,10 +267,11 @@ def test_a_process_that_the_host_makes_late_is_told_of_with_figures_in_output_st
         os.kill(switch, signal.SIGSTOP)
         assert "switch" in rig.tool("status").stdout  # it waits a second for the process that stands still
         os.kill(switch, signal.SIGCONT)
-        until(lambda: "switch warning: the host is late: timers are up to" in rig.output())
-        late = rig.status()["late"]["switch"]
-        assert re.fullmatch(r"timers are up to [0-9,]+ ms late; load [0-9]+ on [0-9]+ cores", late)
+        until(lambda: "switch" in rig.status()["late"])
+        words = r"timers are up to [0-9,]+ ms late; load [0-9]+ on [0-9]+ cores"
+        assert re.fullmatch(words, rig.status()["late"]["switch"])
         shown = rig.tool("status").stdout
-        assert f"the host is late for switch: {late}" in shown
-        assert re.search(r"it was [0-9,]+ ms late for switch; a fault of a device at that time", shown)
-        assert rig.log("switch").count("the host is late") == 1
+        assert re.search(f"the host is late for switch: {words}", shown)
+        assert re.search(r"it was [0-9,]+ ms late for [a-z]+; a fault of a device at that time", shown)
+        assert re.search(f"the host is late: {words}", rig.log("switch"))
+        assert re.search(f"warning: the host is late: {words}", rig.output())
