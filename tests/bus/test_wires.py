@@ -8,6 +8,7 @@ from fieldrig_bus.wires import (
     LONGEST_NAME,
     MOST_OF_A_MEMBER,
     MOST_WIRES,
+    Alarm,
     Motion,
     Signal,
     WiresModel,
@@ -185,3 +186,24 @@ def test_a_name_that_is_too_long_is_no_wire() -> None:
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_a_value_is_shown_with_all_its_digits(value: float) -> None:
     assert float(show(Signal("level", value, "m")).split()[2]) == value
+
+
+def test_an_alarm_is_reported_while_its_wire_has_the_value() -> None:
+    model = WiresModel(
+        {"cell.enable": Alarm(when=False, text="emergency stop"), "tank.level": Alarm(when=2.0, text="full")}
+    )
+    assert model.conditions(0) == {}  # nothing drives the wires
+    model.join("panel")
+    model.submit(1, "panel", Signal("cell.enable", True))
+    assert model.conditions(1) == {}
+    model.submit(2, "panel", Signal("cell.enable", False))
+    model.submit(2, "panel", Signal("tank.level", 2.0, "m"))
+    assert model.conditions(2) == {"cell.enable": "emergency stop", "tank.level": "full"}
+    model.submit(3, "panel", Signal("cell.enable", True))
+    assert model.conditions(3) == {"tank.level": "full"}
+
+
+def test_an_alarm_of_a_moving_wire_is_that_of_its_present_value() -> None:
+    model = WiresModel({"door.angle": Alarm(when=3.0, text="open")})
+    model.submit(0, "door", Motion("door.angle", 2.0, "rad", 0, 1.0))
+    assert [model.conditions(at_ns) for at_ns in (0, 1_000_000_000)] == [{}, {"door.angle": "open"}]

@@ -37,6 +37,7 @@ class Medium(Generic[N]):
         self._layout: Layout[N] | None = None
         """The present layout; determined again after a change, and in every cycle while there are faults."""
         self._was_calm = True
+        self._was_closed = False
         self.faults: Faults[Fault[Any]] = Faults(Fault)
         self.cycles = 0
 
@@ -100,6 +101,7 @@ class Medium(Generic[N]):
         layout = self._layout
         if layout is None or not (is_calm and self._was_calm):
             layout = self._layout = self._present_layout(now_ns)
+            self._was_closed |= layout.is_closed and bool(layout.hearing)
         self._was_calm = is_calm
         return layout, is_calm
 
@@ -136,9 +138,12 @@ class Medium(Generic[N]):
         self._layout = None
 
     def conditions(self, now_ns: int) -> dict[str, str]:
-        """The open ring, with the stations that the master does not reach."""
+        """The ring that has opened, with the stations that the master does not reach.
+
+        A ring whose stations still start has not been closed yet, and is no news.
+        """
         layout = self._layout or self._present_layout(now_ns)
-        if self.master is None or layout.is_closed:
+        if layout.is_closed or not self._was_closed:
             return {}
         lost = ", ".join(node.name for node in self._topology.ring() if node.name not in layout.names)
         return {"ring": f"the ring is open{f', without {lost}' if lost else ''}"}

@@ -137,6 +137,24 @@ def test_a_station_that_should_be_there_opens_the_ring_until_it_comes() -> None:
     assert not bench.answers().ring_closed
 
 
+def test_a_ring_that_opens_is_reported_with_the_stations_that_are_lost() -> None:
+    bench = Bench()
+    bench.cycle()
+    assert bench.model.conditions(0) == {}
+    bench.fault(what="break", after="belt", duration_ms=4)
+    bench.cycle()
+    assert bench.model.conditions(0) == {"ring": "the ring is open, without lift, knife"}
+    bench.cycle()
+    bench.cycle()
+    assert bench.model.conditions(0) == {}
+
+
+def test_a_ring_whose_stations_still_start_is_no_news() -> None:
+    bench = Bench({"belt": 3, "knife": 2}, order=("belt", "lift", "knife"))
+    bench.cycle()
+    assert bench.model.conditions(0) == {}
+
+
 def test_two_stations_of_one_address_destroy_each_others_at() -> None:
     bench = Bench({"belt": 3, "lift": 3, "knife": 2})
     assert bench.answers() == Answers(0, (b"\x02\x80",), True, 2)
