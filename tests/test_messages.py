@@ -13,7 +13,9 @@ from typer.testing import CliRunner
 
 from fieldrig import kinds
 from fieldrig.cli.app import app
+from fieldrig.cli.rigfile import _facts as facts_of
 from fieldrig.schema import SCHEMAS, names, schema_of
+from fieldrig.settings import Settings
 from fieldrig.wording import explain
 
 ROOT = Path(__file__).parents[1]
@@ -92,6 +94,15 @@ def test_a_link_is_described_by_kinds_of_buses(kind: str) -> None:
     for link in kinds.link_parameters(kinds.find_device(kind)).values():
         words = kinds.bus_kinds_of(link)
         assert words == "any" or set(words.split(" or ")) <= set(kinds.installed(kinds.BUSES))
+
+
+@pytest.mark.parametrize("kind", [name for group in FIND for name in kinds.installed(group)])
+def test_the_types_of_settings_are_no_classes(kind: str) -> None:
+    types = {setting["type"] for setting in facts_of(kind)["settings"].values()}
+    classes = {model.__name__ for model in Settings.__subclasses__()}
+    assert not [
+        word for name in types for word in name.split(" or ") if word in classes or re.search(r"[a-z][A-Z]", word)
+    ]
 
 
 def test_the_help_has_the_commands_in_groups() -> None:

@@ -209,7 +209,7 @@ def _keys(schema: dict[str, Any], models: dict[str, Any], above: str) -> Iterato
         yield (
             f"{above}{key}",
             {
-                "type": _type_of(part),
+                "type": _type_of(part, models),
                 "default": None if key in required else part.get("default"),
                 "required": key in required,
                 "about": part.get("description", "").partition("\n")[0],
@@ -220,12 +220,17 @@ def _keys(schema: dict[str, Any], models: dict[str, Any], above: str) -> Iterato
             yield from _keys(models[names[0]], models, f"{above}{key}.")
 
 
-def _type_of(part: dict[str, Any]) -> str:
+def _type_of(part: dict[str, Any], models: dict[str, Any]) -> str:
+    """Return the type in a word or two, in those of JSON; a mapping with keys of its own is an object."""
     choices = part.get("anyOf") or part.get("oneOf")
     if choices:
-        return " or ".join(dict.fromkeys(_type_of(choice) for choice in choices if choice.get("type") != "null"))
+        return " or ".join(
+            dict.fromkeys(_type_of(choice, models) for choice in choices if choice.get("type") != "null")
+        )
     if "enum" in part:
         return " or ".join(str(value) for value in part["enum"])
+    if "const" in part:
+        return str(part["const"])
     if "$ref" in part:
-        return str(part["$ref"]).rpartition("/")[2]
+        return _type_of(models[part["$ref"].rpartition("/")[2]], models)
     return str(part.get("type", ""))
