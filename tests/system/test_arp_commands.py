@@ -103,16 +103,15 @@ def cards() -> Iterator[Cards]:
 
 
 def test_lines_to_copy_reach_the_cards(cards: Cards) -> None:
-    lines = [line.split("  ", 1)[1].strip() for line in cards.output().splitlines() if "USER port" in line]
-    for number, line in zip((1, 2, 3), (line.removeprefix("USER port").split() for line in lines), strict=True):
-        said = cards.tool(*line[1:])
+    lines = cards.lines()
+    for number in (1, 2, 3):
+        said = cards.tool(*lines[f"card{number} USER port"].split()[1:])
         assert (said.returncode, said.stdout.splitlines()[0][:8]) == (0, f"card {number:02}:"), said.stderr
 
 
 def test_lines_to_copy_find_a_rig_that_is_not_where_rigs_are(cards: Cards) -> None:
     """Run as printed, in a shell that knows nothing of the rig."""
-    (line,) = [line.split("  ", 1)[1].strip() for line in cards.output().splitlines() if "get card2/state" in line]
-    command = line.removeprefix("state").split()
+    command = cards.lines()["card2 state"].split()
     environment = {key: value for key, value in os.environ.items() if key not in ("FIELDRIG_CONTROL", "PATH")}
     program = cards.folder / command[0] if "/" in command[0] else shutil.which(command[0])
     done = subprocess.run(

@@ -106,7 +106,7 @@ def test_a_plate_is_read_written_and_edited_in_an_encoder(rig: EncoderRig, line:
 
 
 def test_rig_prints_the_line_that_reads_the_plate(rig: EncoderRig) -> None:
-    lines = [line.split(maxsplit=2)[2] for line in rig.output().splitlines() if "fieldrig nameplate" in line]
+    lines = [line for label, line in rig.lines().items() if label.endswith(" name plate")]
     assert any(line.endswith(f"fieldrig nameplate read --port {rig.socket} --address 40") for line in lines)
     assert [rig.tool(*line.split()[1:]).returncode for line in lines] == [Exit.OK] * 2  # the other one is on a pty
 
