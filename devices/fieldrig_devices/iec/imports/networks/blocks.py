@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.networks import functions
-from fieldrig_devices.iec.imports.networks.flow import HIGHEST, Flow
+from fieldrig_devices.iec.imports.networks.flow import HIGHEST
 from fieldrig_devices.iec.imports.networks.foreseeing import Foreseeing
 from fieldrig_devices.iec.imports.networks.graph import Edge, Item, Kind, Pin, Storage, Wire
 from fieldrig_devices.iec.imports.networks.kinds import BOOL
@@ -262,17 +262,16 @@ class Blocks(Foreseeing):
         self.narrow[item.id] = of.name
         return self.kinds.spec(whole)
 
-    def value(self, wire: Wire, owner: Item) -> tree.Expression | None:
-        """Return what flows through the wire, cut to its type unless the consumer takes all bits of it."""
-        found = Flow.value(self, wire, owner)
+    def taken(self, value: tree.Expression, wire: Wire, owner: Item) -> tree.Expression:
+        """Return a value cut to its type, unless the consumer takes all bits of it."""
         narrow = self.narrow.get(wire.source)
-        whole = self.kinds.of(found) if narrow is not None else None
-        if found is None or not isinstance(whole, tree.NamedType) or whole.name == narrow:
-            return found
+        whole = self.kinds.of(value) if narrow is not None else None
+        if not isinstance(whole, tree.NamedType) or whole.name == narrow:
+            return value
         if functions.OPERATORS.get(owner.text.casefold()) in functions.COMPARISONS or self._takes(owner):
-            return found
+            return value
         cut = tree.Name(f"{whole.name}_TO_{narrow}", place=place_of(owner))
-        return tree.Call(cut, (tree.Argument(found, place=place_of(owner)),), place=place_of(owner))
+        return tree.Call(cut, (tree.Argument(value, place=place_of(owner)),), place=place_of(owner))
 
     def _takes(self, owner: Item) -> bool:
         """True for a variable of 32 bits or more, or of real numbers."""

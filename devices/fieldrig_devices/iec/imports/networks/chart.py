@@ -9,7 +9,7 @@ first of them: the actions of a step run before its transitions are tested, so t
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from fieldrig_devices.iec import tree
@@ -48,11 +48,16 @@ class Chart:
     values: Translation | None = None
     translations: dict[tuple[str, ...], Translation] = field(default_factory=dict)
     """The blocks in front of the transitions that follow the same steps, so that each block is executed once."""
+    followers: dict[tuple[str, ...], list[Item]] = field(default_factory=dict)
+    """The transitions by the steps in front of them."""
+    places: dict[str, int] = field(default_factory=dict)
+    """The numbers of the elements in the document."""
     tests: dict[str, list[tree.ActionUse]] = field(default_factory=dict)
     """The actions that compute conditions, by the names of their steps in small letters."""
 
     def body(self) -> tree.SfcBody:
         self.items = self.network.by_id()
+        self.places = {item.id: place for place, item in enumerate(self.network.items)}
         self.values = Translation(self.network, self.fragments, self.hidden, self.kinds)
         steps = [item for item in self.network.items if item.kind is Kind.STEP]
         if not steps:
@@ -71,9 +76,14 @@ class Chart:
     def _transitions(self) -> list[tree.Transition]:
         targets = self._targets()
         found: list[tree.Transition] = []
-        for item in self._tested():
+        tested = self._tested()
+        before: list[tuple[str, ...]] = []
+        for item in tested:
             with self.fragments.report.inside(f"transition {item.id or item.text}"):
-                sources = self._steps_before(item)
+                before.append(self._steps_before(item))
+            self.followers.setdefault(before[-1], []).append(item)
+        for item, sources in zip(tested, before, strict=True):
+            with self.fragments.report.inside(f"transition {item.id or item.text}"):
                 condition = self._condition(item, item.condition, sources)
                 names = tuple(dict.fromkeys(targets.get(item.id, ())))
                 if not sources:
@@ -180,20 +190,26 @@ class Chart:
     def _network_of(self, pin: Pin, sources: tuple[str, ...]) -> Translation:
         """Return the network in front of a transition: that of the chart, unless blocks and edges are executed."""
         assert self.values is not None
-        waiting, seen = list(pin.wires), set[str]()
-        is_executed = pin.edge is not Edge.NONE
-        while waiting and not is_executed:
-            other = self.items.get(waiting.pop().source)
-            if other is None or other.id in seen:
-                continue
-            seen.add(other.id)
-            is_executed = other.kind is Kind.BLOCK or other.edge is not Edge.NONE
-            waiting += [wire for inner in other.pins() for wire in inner.wires]
-        if not is_executed:
+        found = self._in_front_of([pin])
+        if pin.edge is Edge.NONE and not any(item.kind is Kind.BLOCK or item.edge is not Edge.NONE for item in found):
             return self.values
         if sources not in self.translations:
-            self.translations[sources] = Translation(self.network, self.fragments, self.hidden, self.kinds)
+            behind = self.followers[sources]  # their conditions may consume the same values
+            pins = [item.condition.pin for item in behind if item.condition is not None]
+            items = [*self._in_front_of([one for one in pins if one is not None]), *behind]
+            network = replace(self.network, items=items)
+            self.translations[sources] = Translation(network, self.fragments, self.hidden, self.kinds)
         return self.translations[sources]
+
+    def _in_front_of(self, pins: list[Pin]) -> list[Item]:
+        """The elements whose values flow into these pins, in the order of the document."""
+        waiting, seen = [wire for pin in pins for wire in pin.wires], dict[str, Item]()
+        while waiting:
+            other = self.items.get(waiting.pop().source)
+            if other is not None and other.id not in seen:
+                seen[other.id] = other
+                waiting += [wire for inner in other.pins() for wire in inner.wires]
+        return sorted(seen.values(), key=lambda item: self.places[item.id])
 
     def _computed(self, item: Item, pin: Pin, network: Translation, sources: tuple[str, ...]) -> tree.Expression | None:
         """Return the value at a pin; what has to be executed for it becomes an action of the step."""
