@@ -179,3 +179,22 @@ def test_an_inverted_output_of_a_block_comes_back_to_it() -> None:
     found = bench(body, {"delay": '<derived name="TON"/>', "x": "INT", "y": "INT", "z": "BOOL"})
     found.cycle()
     assert (found["x"], found["y"], found["z"]) == (1, 1, True)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("length", [3, 40, 88])
+def test_a_long_loop_has_the_type_of_its_arguments(length: int) -> None:
+    """Each block adds 1, and the first one begins with what the last one had in the cycle before."""
+
+    def deep(levels: int) -> IecBench:
+        """The caller of the import may itself be far from the bottom of Python's stack."""
+        return deep(levels - 1) if levels else bench(body, {"a": "UINT", "x": "UINT", "y": "UINT"})
+
+    body = source("a", "a") + both(f"f{length - 1}.OUT", "x", "y")
+    for number in range(length):
+        body += block(f"f{number}", "ADD", {"IN1": f"f{(number - 1) % length}.OUT", "IN2": "a"})
+    found = deep(100)
+    found["a"] = 1
+    for _ in range(2):
+        found.cycle()
+    assert (found["x"], found["y"]) == (2 * length, 2 * length)

@@ -3,12 +3,13 @@
 A wire that closes a loop needs a variable before its value is known, and a literal takes the type of its consumer.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.imports.networks import functions
-from fieldrig_devices.iec.imports.networks.flow import IN_A_ROW, Flow
+from fieldrig_devices.iec.imports.networks.flow import Flow
 from fieldrig_devices.iec.imports.networks.graph import Item, Kind, Pin, Wire
 from fieldrig_devices.iec.imports.networks.kinds import BOOL, consumer_type
 from fieldrig_devices.iec.program import Expression
@@ -21,22 +22,40 @@ Seen = dict[str, Expression | None]
 class Foreseeing(Flow):
     """One network, with the types of what is not executed yet."""
 
-    def foreseen(self, item: Item, wanted: tree.TypeSpec | None = None, seen: Seen | None = None) -> Expression | None:
+    def foreseen(self, item: Item, wanted: tree.TypeSpec | None = None) -> Expression | None:
         """Return a value of the type that a function will have, by its arguments.
 
         An argument that comes back through a loop has the type of another one.
         """
-        seen = {} if seen is None else seen
-        if item.instance or item.id in seen or len(seen) >= IN_A_ROW:
-            return seen.get(item.id)
-        seen[item.id] = None
+        return self._foreseen(item, wanted, {})
+
+    def _foreseen(self, item: Item, wanted: tree.TypeSpec | None, seen: Seen) -> Expression | None:
+        """Work the functions in front of it out first, without a call in a call: a network may be deep."""
+        waiting = [(item, False)]
+        while waiting:
+            function, is_ready = waiting.pop()
+            if is_ready:
+                seen[function.id] = self._of_arguments(function, wanted if function is item else None, seen)
+            elif function.id not in seen:
+                seen[function.id] = None
+                waiting.append((function, True))
+                waiting += [(source, False) for source in self._functions_before(function)]
+        return seen[item.id]
+
+    def _functions_before(self, item: Item) -> Iterator[Item]:
+        for pin in item.pins():
+            for wire in pin.wires:
+                source = self.items.get(wire.source)
+                if source is not None and source.kind is Kind.BLOCK and not source.instance and wire not in self.values:
+                    yield source
+
+    def _of_arguments(self, item: Item, wanted: tree.TypeSpec | None, seen: Seen) -> Expression | None:
         given = [self._at(pin, seen) for pin in item.pins() if pin.name.casefold() != "en"]
         known = [value for value in given if value is not None]
         for stand_in in (*known, self.kinds.value_of(wanted)):
             filled = [value or stand_in for value in given]
             whole = [value for value in filled if value is not None]
             if len(whole) == len(given) and (found := self.kinds.result(item.text, whole, wanted)) is not None:
-                seen[item.id] = found
                 return found
         return None
 
@@ -57,8 +76,10 @@ class Foreseeing(Flow):
                 return self.kinds.value_of(BOOL)
             case Item(kind=Kind.BLOCK, instance=instance, text=text) if instance:
                 return self.kinds.value_of(self.kinds.parameter(text, wire.pin))
+            case Item(kind=Kind.BLOCK) if source.id not in seen:
+                return self._foreseen(source, None, seen)
             case Item(kind=Kind.BLOCK):
-                return self.foreseen(source, None, seen)
+                return seen[source.id]
         return None
 
     def wanted(self, item: Item, pin: str) -> tree.TypeSpec | None:
