@@ -107,6 +107,11 @@ class Memory:
         self.cells: list[Value] = [0] * end
         self.kinds = bytearray(end)
         """The kind of the value that begins at a cell (`layout.KINDS`), INSIDE within a value, and 0 if unknown."""
+        self._written: dict[int, tuple[Value, bytes]] = {}
+        """All bytes of strings that have some behind their closing zero, by the address, with the text in front of it.
+
+        A program that fills a string from its end through a pointer, as OSCAT does, finds them when it closes the gap.
+        """
 
     def grow(self, end: int) -> None:
         missing = end - len(self.cells)
@@ -242,7 +247,9 @@ class Memory:
             for offset in range(len(new)):
                 if 0 <= start + offset - address < len(data):
                     new[offset] = data[start + offset - address]
-            self.cells[start] = self._decoded(bytes(new), self.kinds[start])
+            self.cells[start] = value = self._decoded(bytes(new), self.kinds[start])
+            if self.kinds[start] in _TEXTS:
+                self._keep_behind(start, value, bytes(new))
 
     def _values(self, address: int, size: int) -> list[tuple[int, bytes]]:
         """Return the values that have a byte from `address` on, with their addresses."""
@@ -260,7 +267,17 @@ class Memory:
         number, value = self.kinds[address], self.cells[address]
         if number not in _TEXTS:
             return encoded(value, number)
-        return _text_bytes(str(value), number).ljust(self._room(address), b"\0")
+        room, (known, whole) = self._room(address), self._written.get(address, ("", b""))
+        if known == value and len(whole) == room:
+            return whole
+        return _text_bytes(str(value), number).ljust(room, b"\0")
+
+    def _keep_behind(self, address: int, value: Value, data: bytes) -> None:
+        """Keep the bytes of a string if there are any behind its closing zero."""
+        if data.rstrip(b"\0") != _text_bytes(str(value), self.kinds[address]).rstrip(b"\0"):
+            self._written[address] = value, data
+        else:
+            self._written.pop(address, None)
 
     def _decoded(self, data: bytes, number: int) -> Value:
         return _text(data, number) if number in _TEXTS else decoded(data, number)

@@ -261,3 +261,11 @@ def test_a_comment_in_edition_3_ends_where_all_of_it_do() -> None:
 def test_a_time_that_the_dialect_does_not_have_is_refused(dialect: Dialect, value: str, expected: str) -> None:
     found = refused(program("t : TIME;", f"t := {value};"), dialect)
     assert any(expected in message for message in found), found
+
+
+@pytest.mark.parametrize("dialect", [EPAS_4, CODESYS], ids=lambda dialect: dialect.name)
+def test_nothing_less_a_time_is_the_largest_time_in_public_programs(dialect: Dialect) -> None:
+    """CYCLE_TIME of OSCAT begins a search for the smallest time with T#0s - T#1ms."""
+    bench = IecBench(program("t : TIME;", "t := T#0s - T#1ms;"), dialect)
+    bench.cycle()
+    assert bench["t"] == 2**32 - 1

@@ -116,6 +116,9 @@ def _arithmetic(
     family = kind.family
     if kind.is_time:
         if times.is_negative(context, operator, left, right):
+            if isinstance(left, Constant) and left.value == 0:  # as OSCAT writes the largest TIME
+                context.note(at, "the difference is below T#0s, and wraps around to a large time")
+                return times.of_the_same_type(context, operator, left, right, kind)
             context.say(at, "the difference of these times is negative", "T#0s or more", "edition-3 has negative times")
             return None
         made = times.of_the_same_type(context, operator, left, right, kind)
