@@ -84,6 +84,8 @@ def test_an_object_that_is_excluded_from_the_build_is_left_out() -> None:
         ('<data name="http://example.org/f"><Force/></data>', "The added data http://example.org/f is left out"),
         (f'<data name="{DATA}attributes"><Attributes><Attribute Name="call_after_init"/></Attributes></data>',
          "The attribute call_after_init is left out"),
+        (f'<data name="{DATA}attributes"><Attributes><Attribute Name="pack_mode" Value="4"/></Attributes></data>',
+         "The attribute pack_mode is left out"),
         (f'<data name="{DATA}objectid"><ObjectId>1</ObjectId></data>', None),
         (f'<data name="{DATA}attributes"><Attributes><Attribute Name="qualified_only"/></Attributes></data>', None),
     ],

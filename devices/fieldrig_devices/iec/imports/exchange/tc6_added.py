@@ -24,7 +24,10 @@ _WITHOUT_MEANING: Final = frozenset((
     "libraryset", "device", "devices", "position", "sfcelementguid",
 ))  # fmt: skip
 """Data that a controller does not need: identifiers, folders, pictures, and the types of pins that are known."""
-_OF_THE_START: Final = frozenset(("call_after_init", "call_after_online_change_slot", "global_init_slot", "no_init"))
+_LEFT_OUT: Final = frozenset((
+    "call_after_init", "call_after_online_change_slot", "global_init_slot", "no_init", "noinit", "no-init",
+    "init_on_onlchange", "pack_mode", "enable_dynamic_creation",
+))  # fmt: skip
 """Attributes of declarations that change what a variable or block does, and that fieldrig does not have."""
 
 
@@ -39,7 +42,7 @@ def note_what_is_left_out(root: Element, fragments: Fragments) -> None:
             fragments.report.note(line_of(data), f"The added data {name[:80] or 'without a name'} is left out")
     for found in root.iter("{*}Attribute"):
         name = attribute(found, "Name").strip()
-        if name.casefold() in _OF_THE_START and name.casefold() not in seen:
+        if name.casefold() in _LEFT_OUT and name.casefold() not in seen:
             seen.add(name.casefold())
             fragments.report.note(line_of(found), f"The attribute {name} is left out")
 
