@@ -243,7 +243,8 @@ class Blocks(Foreseeing):
     def _variable_for(self, item: Item, pin: Pin, call: tree.Expression | None) -> tree.Name | None:
         wanted = self.wanted(item, pin.name)
         value = self.kinds.value(call, wanted) if call is not None else self.foreseen(item, wanted)
-        of = self.kinds.of_function(item.text) or self._kept_as(item, pin, value, wanted) or wanted
+        of = self.kinds.of_function(item.text) or self._kept_as(item, pin, value, wanted)
+        of = of or self.kinds.of_standard(item.text) or wanted
         if of is None:
             self._unknown(item, pin)
             return None

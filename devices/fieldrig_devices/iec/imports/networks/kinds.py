@@ -13,7 +13,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.imports.networks import functions
 from fieldrig_devices.iec.imports.networks.graph import Item, Kind, Pin
-from fieldrig_devices.iec.imports.networks.results import Results, type_of
+from fieldrig_devices.iec.imports.networks.results import Results, result_by_name, type_of
 from fieldrig_devices.iec.library.parsed import parsed
 from fieldrig_devices.iec.library.sources import sources
 from fieldrig_devices.iec.program import Expression
@@ -142,7 +142,7 @@ class Kinds:
             case tree.Direct(size=size):
                 return tree.NamedType({"B": "BYTE", "W": "WORD", "D": "DWORD", "L": "LWORD"}[size])
             case tree.Call(tree.Name(text)):
-                return self.of_function(text)
+                return self.of_function(text) or self.of_standard(text)
         return None
 
     # ---- POUs
@@ -158,6 +158,11 @@ class Kinds:
         """Return the type of the result if it does not depend on the arguments."""
         known = self._pou(name)
         return known.result if known is not None else functions.result_of(name)
+
+    def of_standard(self, name: str) -> tree.TypeSpec | None:
+        """Return the type that the name of a standard function says, if its arguments are not known."""
+        kind = result_by_name(name)
+        return self.spec(kind) if kind is not None else None
 
     def parameter(self, pou: str, pin: str) -> tree.TypeSpec | None:
         """The type of a pin of a POU of this file, or of a library."""

@@ -13,7 +13,7 @@ from fieldrig_devices.iec.check.expressions import LITERAL_TYPES, Expressions
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.dialect import Dialect
-from fieldrig_devices.iec.library import intrinsics
+from fieldrig_devices.iec.library import conversions, fixed, intrinsics
 from fieldrig_devices.iec.library.arguments import fits
 from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.program import Cell, Constant, Expression, Load, Operator, Space, Variable
@@ -68,6 +68,17 @@ class Results:
         if not intrinsics.is_standard(key):
             return None
         return calls.standard(self._expressions, key, values, _SOMEWHERE, wanted)
+
+
+def result_by_name(name: str) -> Type | None:
+    """Return the type that the name of a standard function says: INT for STRING_TO_INT, TO_INT and LEN."""
+    key = name.upper()
+    found = conversions.pair(key)
+    if found is not None:
+        return found[1]
+    if key in fixed.FIXED:
+        return fixed.FIXED[key].result
+    return conversions.named(key.removeprefix("ANY_").removeprefix("TO_")) if "TO_" in key else None
 
 
 def type_of(value: Expression, wanted: Type | None = None) -> Type:
