@@ -1,9 +1,10 @@
 """The type of a result that several elements consume: a drawing computes what the same calls compute in a text."""
 
 import pytest
-from exchange_documents import block, pou, read, sink, source, tc6
+from exchange_documents import block, only_pou, pou, sink, source, tc6
 from iec_program import IecBench, program
 
+from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.types import Elementary, Family
 
@@ -202,10 +203,11 @@ def test_a_long_loop_has_the_type_of_its_arguments(length: int) -> None:
 
 def test_the_name_of_a_conversion_says_its_type_where_its_argument_is_not_known() -> None:
     """Reader is declared in another file of the project, which the import of this one does not see."""
-    body = block("r", "Reader", {}, "Text", 'instanceName="reader"')
-    body += block("f", "STRING_TO_INT", {"IN": "r.Text"}) + both("f.OUT", "x", "y")
-    variables = {"reader": '<derived name="Reader"/>', "x": "INT", "y": "INT"}
-    _, mistakes = read(tc6(pou(f"<FBD>{body}</FBD>", variables=variables)))
-    assert mistakes == []
-    _, mistakes = read(tc6(pou(f"<FBD>{body.replace('STRING_TO_INT', 'TO_REAL')}</FBD>", variables=variables)))
-    assert mistakes == []
+    body = block("r", "Reader", {}, "Text", 'instanceName="reader"') + source("l", "3")
+    body += block("f", "STRING_TO_INT", {"IN": "r.Text"})
+    for name in ("x", "y"):
+        body += block(f"g{name}", "GE", {"IN1": "f.OUT", "IN2": "l"}) + sink(f"s{name}", name, f"g{name}.OUT")
+    variables = {"reader": '<derived name="Reader"/>', "x": "BOOL", "y": "BOOL"}
+    found = only_pou(tc6(pou(f"<FBD>{body}</FBD>", variables=variables)))
+    hidden = [v.type for variables in found.blocks for v in variables.variables if v.name.startswith("Net1_Result")]
+    assert hidden == [tree.NamedType("INT")]
