@@ -121,5 +121,5 @@ def test_a_file_of_a_project_says_what_to_give_instead(name: str, text: str, exp
 
 
 def test_a_program_may_have_the_ending_of_a_library() -> None:
-    """What a file is, its content says."""
+    """The content of a file says what it is."""
     assert read_source("belt.lib", "PROGRAM P VAR x : INT; END_VAR x := 1; END_PROGRAM", EPAS_4)[1] == []
