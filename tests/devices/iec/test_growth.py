@@ -13,6 +13,7 @@ import pytest
 from iec_growth import DEEP, TODAY, WIDE
 
 from fieldrig.clock import VirtualClock
+from fieldrig_devices.iec.check import inheritance
 from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4, Dialect
 from fieldrig_devices.iec.standalone import StandaloneHost
@@ -91,3 +92,15 @@ def test_work_grows_with_the_levels_in_one_another(construct: str, dialect: Dial
 @pytest.mark.parametrize("construct", DEEP)
 def test_no_depth_is_too_much_for_the_stack(construct: str, dialect: Dialect) -> None:
     compiled(DEEP[construct](2_500), dialect)
+
+
+def test_what_function_blocks_inherit_has_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each has a copy, so the work grows with the methods of one times the others that extend it."""
+    monkeypatch.setattr(inheritance, "MOST_INHERITED", 20)
+    base = "FUNCTION_BLOCK B METHOD m : INT m := 1; END_METHOD METHOD n : INT n := 1; END_METHOD END_FUNCTION_BLOCK\n"
+    blocks = "".join(f"FUNCTION_BLOCK D{number} EXTENDS B END_FUNCTION_BLOCK\n" for number in range(8))
+    text = f"{base}{blocks}PROGRAM PLC_PRG VAR d : D7; x : INT; END_VAR x := d.m(); END_PROGRAM"
+    with pytest.raises(CompileError) as refused:
+        compile_project([SourceFile("a.st", text)], StandaloneHost(VirtualClock()), CODESYS)
+    (mistake,) = (found for found in refused.value.mistakes if not found.is_note)
+    assert (mistake.line, mistake.what) == (8, "the function blocks up to D6 inherit too much")

@@ -16,6 +16,8 @@ from fieldrig_devices.iec.check.texts import a
 from fieldrig_devices.iec.program import Pou
 from fieldrig_devices.iec.tree import PouKind
 
+MOST_INHERITED: Final = 20_000
+"""Variables and methods of all function blocks that they inherit: a short text may extend a large one many times."""
 DEEPEST: Final = 40
 """Levels of function blocks or interfaces that extend one another; each has its own copy of what it inherits."""
 
@@ -43,10 +45,23 @@ def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tup
         if len(found) > DEEPEST:
             what = f"{found[0][0].name} extends more than {DEEPEST} others"
             project.reports.say(found[0][1], found[0][0].place, what, f"at most {DEEPEST} levels")
-            return Lineage(found[:1])
+            return Lineage(found[:1], is_broken=True)
         found.append(above)
         node, file = above
+    project.inherited += sum(_parts(above) for above, _ in found[1:])
+    if project.inherited > MOST_INHERITED:
+        what = f"the function blocks up to {found[0][0].name} inherit too much"
+        expected = f"at most {MOST_INHERITED} variables and methods, counted for each block that inherits them"
+        if not project.inherits_too_much:
+            project.reports.say(found[0][1], found[0][0].place, what, expected)
+        project.inherits_too_much = True
+        return Lineage(found[:1], is_broken=True)
     return Lineage(found, is_broken=is_broken)
+
+
+def _parts(above: tree.Pou) -> int:
+    """Return how many copies a function block makes of what it inherits from another one."""
+    return 1 + len(above.methods) + len(above.actions) + sum(len(block.variables) for block in above.blocks)
 
 
 def check_interfaces(project: Project) -> None:

@@ -173,6 +173,9 @@ class Project:
         """The interfaces by name, each with its file."""
         self.facades: dict[str, Pou] = {}
         """The blocks with dispatchers for the methods of interfaces, by the name of the interface."""
+        self.inherited = 0
+        """How many variables and methods function blocks have inherited so far."""
+        self.inherits_too_much = False
         self.extended: set[str] = set()
         """The names of the function blocks that others extend."""
         self.key = Keys(dialect).__getitem__

@@ -74,7 +74,7 @@ class Types(Initials):
         while self.kinds[self.i] == ".":
             self.i += 1
             name += f".{self.name('the name of a type')}"
-        if self.kinds[self.i] == "[" and self.kinds[self.i + 1] != "(":
+        if self.kinds[self.i] == "[" and self.kinds[self.i + 1] != "(" and self.kinds[self.i + 2] in ("]", ".."):
             return self._array_of_other_languages(name)
         if self.kinds[self.i] == "[" and self.dialect.has_constructors:
             return tree.NamedType(name, rows=self._rows(), place=place)
