@@ -5,6 +5,7 @@ The client of the Debug Adapter Protocol is a small one of our own; `tests/real`
 
 import json
 import shlex
+import signal
 import subprocess
 from collections.abc import Iterator
 from types import TracebackType
@@ -85,6 +86,12 @@ devices:
     def loaded(self) -> None:
         """Start again with the counting program."""
         self.said("iec", "download", "controller", "count.st", "--start")
+
+    def is_left_alone(self) -> None:
+        """Assert that no session has left a breakpoint, or a program that stands."""
+        ask = self.control.ask
+        assert ask("device/controller/debug", {"command": "breakpoints"}) == {"breakpoints": []}
+        assert ask("device/controller/debug", {"command": "state"})["state"] == "running"
 
 
 @pytest.fixture(scope="module")
@@ -235,6 +242,9 @@ def test_a_script_ends_at_its_first_mistake(machine: Machine) -> None:
     assert machine.debug("controller", "reset hot").returncode == 6
     slow = machine.debug("controller", "break 7 if a = -5", "run 0.1")
     assert (slow.returncode, "the program still runs after 0.1 s" in slow.stderr) == (6, True)
+    stopped = machine.debug("controller", "break 8", "run", "dance")
+    assert "PLC_PRG paused" in stopped.stdout
+    machine.is_left_alone()
     assert machine.debug("nobody", "state").returncode == 6
 
 
@@ -295,6 +305,15 @@ class Editor:
                 body: dict[str, Any] = heard["body"]
                 return body
 
+    def end(self, number: signal.Signals) -> None:
+        self._process.send_signal(number)
+
+    def die(self) -> None:
+        """Close both streams, as an editor that has crashed."""
+        for stream in (self._process.stdin, self._process.stdout):
+            assert stream is not None
+            stream.close()
+
     def ended(self) -> int:
         return self._process.wait(PATIENCE_S)
 
@@ -347,3 +366,20 @@ def test_an_editor_debugs_over_standard_input_and_output(machine: Machine) -> No
         editor.request("disconnect")
         assert editor.ended() == 0
     assert machine.control.ask("device/controller/debug", {"command": "state"})["state"] == "running"
+
+
+@pytest.mark.parametrize("how", ["crash", "signal"])
+def test_an_editor_that_dies_leaves_nothing_behind(machine: Machine, how: str) -> None:
+    machine.loaded()
+    with Editor(machine, "controller") as editor:
+        editor.request("initialize", adapterID="fieldrig")
+        editor.request("attach", sources=str(machine.folder))
+        source = {"path": str(machine.folder / "count.st")}
+        editor.request("setBreakpoints", source=source, breakpoints=[{"line": CALL}])
+        editor.event("stopped")
+        if how == "crash":
+            editor.die()
+        else:
+            editor.end(signal.SIGTERM)
+        editor.ended()
+    machine.is_left_alone()
