@@ -6,6 +6,7 @@ import hypothesis
 import pytest
 
 from fieldrig import testing
+from fieldrig.this_process import resident_bytes
 
 # A shell or nohup ignores these signals for background jobs, and rigs would read that as the choice of the user.
 for name, handler in (("SIGINT", signal.default_int_handler), ("SIGHUP", signal.SIG_DFL)):
@@ -24,6 +25,8 @@ hypothesis.settings.load_profile("whole")
 pytest_plugins = ["manual_rows"]
 TIME_LIMIT_S = 120
 """For a test that states none."""
+MOST_BYTES = 1 << 30
+"""Memory of a process with all tests that it has run: what tests leave behind was once 6.8 GB."""
 
 pytest.register_assert_rewrite("can_link_laws")  # a suite of tests that has its place in tests/support
 
@@ -42,8 +45,12 @@ def free_port() -> int:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown() -> Iterator[None]:
-    """Fail a test that leaves loggers turned off: the tests after it would find nothing in `caplog`."""
+    """Fail a test that leaves loggers turned off, or too much memory.
+
+    Without loggers, the tests after it would find nothing in `caplog`.
+    """
     result = yield
+    Memory.check()
     loggers = logging.Logger.manager.loggerDict.values()
     off = [logger for logger in loggers if isinstance(logger, logging.Logger) and logger.disabled]
     for logger in off:
@@ -51,3 +58,16 @@ def pytest_runtest_teardown() -> Iterator[None]:
     assert not off, f"this test turned off {len(off)} loggers, such as {off[0].name}"
     assert logging.Logger.manager.disable == logging.NOTSET, "this test turned off logging"
     return result
+
+
+class Memory:
+    """The memory of this process, which is checked until it is too much: one failure is enough."""
+
+    is_checked = True
+
+    @classmethod
+    def check(cls) -> None:
+        found = resident_bytes()
+        if cls.is_checked and found > MOST_BYTES:
+            cls.is_checked = False
+            pytest.fail(f"the tests of this process have left {found >> 20} MB; expected at most {MOST_BYTES >> 20}")
