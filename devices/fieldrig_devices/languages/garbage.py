@@ -1,7 +1,7 @@
 """The search for circular garbage, for compilers, which make many objects at once.
 
 Python's own search looks through all that a compiler has made again and again, which takes a third of its time.  But
-the trees and tables that a compiler leaves refer to each other in circles, so somebody has to search for them.
+the trees and tables that a compiler leaves refer to each other in circles, so they have to be searched for some time.
 """
 
 import gc
@@ -37,4 +37,4 @@ class GarbageCollection:
 
 
 collection: Final = GarbageCollection()
-"""That of this process."""
+"""The one of this process, for all of its compilers."""

@@ -344,7 +344,7 @@ _EXPECTED: Final = {
     Refused.DEEP: (f"at most {DEEPEST} levels", ""),
     Refused.LARGE: (f"at most {MOST_PARTS} components and elements", ""),
 }
-"""What is expected instead of a type that cannot be used, and a hint."""
+"""The expectation of the message about a type that cannot be used, and its hint."""
 
 
 def _writer(node: tree.Method) -> tuple[tree.Method, tuple[tree.Variables, ...]]:

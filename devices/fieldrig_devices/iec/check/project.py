@@ -109,7 +109,7 @@ class Pins:
     inputs: dict[str, Variable]
     outputs: dict[str, Variable]
     placed: Sequence[Variable]
-    """Those that arguments without names belong to, in their order."""
+    """The parameters that arguments without names belong to, in their order."""
 
 
 @dataclass(slots=True, eq=False)

@@ -71,7 +71,7 @@ class Startup:
         self._functions: dict[str, Pou] = {}
         """The functions `$start` by file, so that messages have the right one."""
         self._statements: dict[str, list[tree.AnyStatement]] = {}
-        """What these functions do."""
+        """The bodies of these functions."""
         self._starters: dict[StructType, str] = {}
         """The functions that start the instances in a structure: without them, the code would grow exponentially with
         structures in one another."""
