@@ -61,7 +61,8 @@ class Runtime:
         self.initialise(Start.COLD)
 
     def __del__(self) -> None:
-        self.code.close()
+        if hasattr(self, "code"):  # it was built to its end
+            self.code.close()
 
     def _use(self, compiled: Compiled) -> None:
         self.compiled, self.symbols = compiled, compiled.symbols

@@ -10,6 +10,7 @@ from types import FrameType
 from typing import Any
 
 import pytest
+from exchange_documents import coil, contact, pou, rail, sink, source, tc6
 from iec_growth import DEEP, TODAY, WIDE
 
 from fieldrig.clock import VirtualClock
@@ -75,6 +76,49 @@ def test_work_grows_with_the_text(construct: str) -> None:
 @pytest.mark.parametrize("construct", TODAY)
 def test_work_grows_with_the_text_of_todays_languages(construct: str) -> None:
     assert growth(TODAY[construct], CODESYS) < MOST_GROWTH
+
+
+def ladder(elements: str) -> str:
+    return tc6(pou(f"<LD>{rail()}{elements}</LD>", variables={"a": "BOOL", "b": "BOOL"}))
+
+
+def functions(elements: str) -> str:
+    return tc6(pou(f"<FBD>{elements}</FBD>", variables={"x": "INT", "y": "INT"}))
+
+
+def pairs_in_a_row(count: int) -> str:
+    """Pairs of contacts in parallel, one pair behind the other: each doubles the ways through the rung."""
+    ways, found = ["0"], ""
+    for number in range(count):
+        first, second = f"1{number:05}", f"2{number:05}"
+        found += contact(first, "a", *ways) + contact(second, "b", *ways)
+        ways = [first, second]
+    return ladder(found + coil("9", "b", *ways))
+
+
+DRAWN: dict[str, Text] = {
+    "contacts in parallel": lambda n: ladder(
+        "".join(contact(str(k), "a", "0") for k in range(1, n + 1)) + coil("9999", "b", *map(str, range(1, n + 1)))
+    ),
+    "coils": lambda n: ladder(contact("1", "a", "0") + "".join(coil(str(k + 2), "b", "1") for k in range(n))),
+    "consumers": lambda n: functions(source("1", "x") + "".join(sink(str(k + 2), "y", "1") for k in range(n))),
+    "networks": lambda n: functions(
+        "".join(source(str(2 * k), "x") + sink(str(2 * k + 1), "y", str(2 * k)) for k in range(n))
+    ),
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("construct", DRAWN)
+def test_work_grows_with_a_drawing(construct: str) -> None:
+    assert growth(DRAWN[construct], EDITION_3) < MOST_GROWTH
+
+
+@pytest.mark.long
+def test_work_grows_with_the_elements_and_not_with_the_ways_through_a_rung() -> None:
+    compiled(pairs_in_a_row(1), EDITION_3)
+    a_pair = (work(pairs_in_a_row(10), EDITION_3) - work(pairs_in_a_row(2), EDITION_3)) / 8
+    assert work(pairs_in_a_row(40), EDITION_3) < 3 * 40 * a_pair
 
 
 @pytest.mark.long
