@@ -1,15 +1,13 @@
 """The ring of a PAM as a function of time: all nodes hear the frames, and the PAM the reports, when both are over."""
 
-import logging
 from collections.abc import Iterable, Sequence
 from typing import Final
 
+from fieldrig_bus.ring.impostors import Impostors
 from fieldrig_bus.ring.model import RING, MediumModel
 from fieldrig_bus.ring.pam.faults import RingFault
 from fieldrig_bus.ring.pam.medium import PamMedium
 from fieldrig_bus.ring.pam.message import Frames, RingMessage, span_bytes
-
-log = logging.getLogger(__name__)
 
 BYTE_NS: Final = 800
 """Duration of a byte on the fibre, at 10 Mbit/s; the manual gives no rate."""
@@ -27,6 +25,7 @@ class PamRingModel(MediumModel[RingMessage]):
         """`order` names stations; stations that it does not name follow in the order of joining."""
         self.medium = PamMedium(order, bypassed, faults)
         super().__init__(self.medium)
+        self._impostors = Impostors()
         self._over_ns = 0
         self._overruns = 0
 
@@ -34,7 +33,7 @@ class PamRingModel(MediumModel[RingMessage]):
         if message.__class__ is bytes:
             self.medium.stations[member].lay(message)
         elif member != self.medium.master:
-            log.debug("%s is not the master of the ring", member)
+            self._impostors.drop(member)
         elif isinstance(message, Frames):
             self._go_round(now_ns, message)
 

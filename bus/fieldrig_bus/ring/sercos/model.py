@@ -3,15 +3,13 @@
 A drive hears a cycle at the end of the MDT, and the master hears the ATs at the end of the last slot.
 """
 
-import logging
 from collections.abc import Iterable, Sequence
 
+from fieldrig_bus.ring.impostors import Impostors
 from fieldrig_bus.ring.model import RING, MediumModel
 from fieldrig_bus.ring.sercos.faults import RingFault
 from fieldrig_bus.ring.sercos.fibre import Fibre
 from fieldrig_bus.ring.sercos.message import Mdt, Mst, RingMessage
-
-log = logging.getLogger(__name__)
 
 
 class RingModel(MediumModel[RingMessage]):
@@ -23,6 +21,7 @@ class RingModel(MediumModel[RingMessage]):
         """`order` names stations; stations that it does not name follow in the order of joining."""
         self.fibre = Fibre(order, mbaud, bypassed, faults)
         super().__init__(self.fibre)
+        self._impostors = Impostors()
         self._over_ns = 0
         """The instant at which the last cycle that has ended is heard.  A master that begins the next one earlier can't
         overtake it."""
@@ -36,7 +35,7 @@ class RingModel(MediumModel[RingMessage]):
             else:
                 station.lay(message)
         elif member != fibre.master:
-            log.debug("%s is not the master of the ring", member)
+            self._impostors.drop(member)
         elif isinstance(message, Mst):
             self._end_cycle(now_ns, b"")
             answers = fibre.begin_cycle(now_ns, message)

@@ -17,6 +17,7 @@ from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS
 from fieldrig.settings import Settings
 from fieldrig_bus.ring.faults import MASTER
+from fieldrig_bus.ring.impostors import Impostors
 from fieldrig_bus.ring.transport.centre import Centre, Spokes
 from fieldrig_bus.ring.transport.rack import Rack
 
@@ -68,6 +69,7 @@ class StarEnd(Generic[M]):
         self.patience_ns = bus.settings.patience_ms * MS
         """Time for which late answers are tolerated (`PatientLink`)."""
         self._rack, self._member = bus.rack(at), at.member
+        self._impostors = Impostors()
 
     def send(self, message: M) -> None:
         """Leave a telegram, which is bytes, or send a message of the master."""
@@ -76,7 +78,7 @@ class StarEnd(Generic[M]):
         elif self._bus.master == self._member and self._bus.star is not None:
             self._bus.star.send(message)
         else:
-            log.debug("%s is not the master of the ring", self._member)
+            self._impostors.drop(self._member)
 
     def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
         """Listen as the master, as a station, or, without interest, as an observer."""
