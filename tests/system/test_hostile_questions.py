@@ -73,7 +73,7 @@ PATHS = [
 def raw_answers(client: Client, path: str, payload: bytes) -> Iterator[Any]:
     for reply in client.session.get(key("*", path), payload=zenoh.ZBytes(payload), timeout=30.0):
         try:
-            yield _message_of(reply)
+            yield _message_of(reply, path)
         except ControlError as refusal:
             yield refusal
 
