@@ -11,6 +11,8 @@ from fieldrig_devices.pam.objects.pipes import SLEEP
 from fieldrig_devices.pam.runtime.lower.formulas import CHANGES
 
 PROGRAM = """
+BINARY_OUTPUT SBO_A; NODE = NOD_Desk; ADDRESS = 201; ACTIVE = HIGH; END
+ZERO_POSITIONER ZEP_B; OBJECT = AXI_B; SENSOR = SBI_Mark; COARSE_SPEED = 10; COARSE_EDGE = RISING; COARSE_MOVE = 0.1; END
 INTERNAL FLAG_VAR IFV_Go; INTERNAL FLAG_VAR IFV_Mark; INTERNAL WORD_VAR IWV_N; INTERNAL WORD_VAR IWV_Edges;
 INTERNAL REAL_VAR IRV_X;
 BOOLEAN BOL_Ready; EQUATION = (TMP_A ? ready) * (PHA_A ? ready) * !(COR_A ? triggered); END_BOOLEAN
@@ -34,6 +36,9 @@ FLAGS = (
     "AXS_BC ? pipe_motionless",
     "AXI_A ? error",
     "BOL_Ready",
+    "ZEP_B ? ready",
+    "SBO_A",
+    "AXI_B ? ready",
     "SBI_Mark",
 )
 EDGES = " ".join(
@@ -62,6 +67,11 @@ ACTS = (
     "AXS_BC <- power_on;",
     "AXS_BC <- stop;",
     "AXI_A <- relative_move(7.0);",
+    "AXI_B <- power_on;",
+    "AXI_B <- absolute_move(0.3);",
+    "ZEP_B <- start;",
+    "ZEP_B <- stop;",
+    "SBO_A <- invert;",
     "CNV_Set <- deactivate;",
     "CNV_Axis <- deactivate;",
     "WAIT_TIME 5;",
