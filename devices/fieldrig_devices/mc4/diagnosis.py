@@ -86,6 +86,8 @@ class Diagnosis:
         self._on_error = on_error
         self._classes = {code: (classes or {}).get(code, code // 1000) for code in Code}
         self.language = language
+        self.on_hidden: Callable[[Code], None] = lambda code: None
+        """Called with a new message that does not become the DiagCode, because another one is pending (PD-093)."""
         self._pending: dict[Code, bool] = {}
         """Pending codes in the order of their occurrence; True while the cause persists."""
 
@@ -95,6 +97,8 @@ class Diagnosis:
         self._pending[code] = stays or self._pending.get(code, False)
         if not was_pending:
             log.info("diagnosis %d", code)
+            if self.code != code:
+                self.on_hidden(code)
             self._on_error(self.reaction_to(code))
 
     def end(self, code: Code) -> None:

@@ -48,7 +48,7 @@ class Machine:
     """A drive with its motor, without its ring interface."""
 
     __slots__ = (
-        "_brake_due_ns", "_brake_stuck", "_causes", "_clock", "_given", "_held_in", "_is_dc_dead",
+        "_brake_due_ns", "_brake_stuck", "_causes", "_clock", "_given", "_held_in", "_hidden", "_is_dc_dead",
         "_is_enable_lost", "_is_motor_given", "_load_limit", "_on_change", "_readings", "_shown_mode", "_slow_due_ns",
         "_slow_ns", "_standstill", "_table", "_task", "_was_relay", "_window", "at_ns", "axis", "chain",
         "controller", "cycle_steps", "dc", "diagnosis", "enable_bit", "encoder", "faults", "inverter_enable",
@@ -84,6 +84,9 @@ class Machine:
         )
         self.chain = EnableChain(self.times, self._on_limit)
         self.diagnosis = Diagnosis(self._on_error, settings.classes, settings.language)
+        self._hidden: list[Code] = []
+        """Messages that the controller has yet to see, as they have not become the DiagCode."""
+        self.diagnosis.on_hidden = self._hidden.append
         self.faults = DriveFaults(clock, MODELS, Faults(Fault), on_change=self._on_faults)
         self.dc = DcCircuit(settings.amplifier.mains_v)
         self.motor: MotorData | None = None
@@ -318,6 +321,11 @@ class Machine:
             self.diagnosis.raise_(code)
             self.look()
 
+    @property
+    def diagnostic_number(self) -> int:
+        """S-0-0390: the DiagCode; for some cycles a new message beside it, so that the controller's log has all."""
+        return int(self._hidden[0] if self._hidden else self.diagnosis.code)
+
     def quit(self) -> bool:
         """Acknowledge errors; True if none is left."""
         self.catch_up()
@@ -326,6 +334,7 @@ class Machine:
             return False
         is_good = self.diagnosis.quit()
         if is_good:
+            self._hidden.clear()
             self.chain.quit(self._clock.now_ns())
         self.look()
         return is_good
@@ -424,12 +433,13 @@ class Machine:
         self._slow_ns = now_ns
         self._slow_due_ns = now_ns + SLOW_NS - (now_ns - self.settings.ring_address * SPREAD_NS) % SLOW_NS
         heat, work = self.axis.take(seconds)
+        was_told = bool(self._hidden and self._hidden.pop(0))
         if self.settings.simulated:
-            return False
+            return was_told
         was_charged = self.dc.is_charged
         self.thermal.go(seconds, heat)
         self.dc.go(seconds, work)
-        return self._check_causes() or was_charged is not self.dc.is_charged
+        return self._check_causes() or was_told or was_charged is not self.dc.is_charged
 
     def _give_task(self) -> None:
         task, axis = self.chain.task, self.axis

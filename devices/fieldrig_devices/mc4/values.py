@@ -112,7 +112,7 @@ def live_numbers(machine: Machine) -> dict[int, Number]:
         std.DC_BUS_VOLTAGE: lambda: min(round(machine.present_dc.volt), 32_767),
         std.MOTOR_TEMPERATURE: lambda: _tenths(machine.present_thermal.motor_c),
         std.AMPLIFIER_TEMPERATURE: lambda: _tenths(machine.present_thermal.amplifier_c),
-        std.DIAGNOSTIC_NUMBER: lambda: int(machine.diagnosis.code),
+        std.DIAGNOSTIC_NUMBER: lambda: machine.diagnostic_number,
         std.AMPLIFIER_PEAK_CURRENT: lambda: round(settings.amplifier.continuous_current_a * 2500),
         std.AMPLIFIER_RATED_CURRENT: lambda: round(settings.amplifier.continuous_current_a * 1000),
         idns.MC4_STATE: lambda: machine.chain.mc4_state,

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterator
-from itertools import count
+from itertools import accumulate, count
 
 import pytest
 from max4_bench import Bench, GivenSetValues
@@ -434,3 +434,20 @@ def test_the_controller_is_what_faces_are_given() -> None:
     section.save(b"objects of a node")
     assert controller.section("can0").load() == b"objects of a node"
     assert "can0" not in str(bench.get("files")).lower()
+
+
+@pytest.mark.manual("PD-155")
+def test_a_stop_time_limit_behind_another_error_is_in_the_log_without_further_effect() -> None:
+    """6127-6134: the message is triggered; the DiagCode stays that of the first error of the class (4180)."""
+    heavy = {"load": {"inertia_kg_m2": 0.05}, "parameters": {"stop_time_limit_ms": 50}}
+    bench = Bench("belt", of_drives={"belt": heavy}).boot().run(5_000).enable("belt")
+    accelerating = accumulate(min(150 * cycle, 66_666) for cycle in count())  # to 1000 1/min
+    start = bench.max4.axes["belt"].position
+    bench.max4.axes["belt"].follow(GivenSetValues((float(start + way) for way in accelerating), Mode.POSITION))
+    bench.run(3_000)
+    before = len(bench.codes())
+    bench.fault("belt", what="dc_bus", sort="communication")
+    bench.run(2_000)
+    assert bench.codes()[before:] == [2106, 2190]
+    assert bench.get("belt.DiagCode") == 2106
+    assert bench.rig.get("belt", "diag_code") == 2106
