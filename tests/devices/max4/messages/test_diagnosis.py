@@ -98,6 +98,22 @@ def test_diagnosis_parameters_stand_in_the_order_of_the_screen() -> None:
     assert bench.get("Memoryfree") == 6_930_636
 
 
+@pytest.mark.manual("PD-096")
+def test_diagnosis_parameters_have_the_units_and_values_of_the_screen() -> None:
+    """4165-4176: 108178 ms, 10817 x 10 ms, 14 %, 754 and 802 us, 3988992 and 6930636 bytes."""
+    bench = Bench().run(100).clock_shows(108_178)
+    units = ["", "ms", "10ms", "%", "us", "us", "Byte", "Byte"]
+    points = bench.max4.points()
+    names = ["MsgEntries", "Timer1", "Timer10", "CycleLoad", "RTBReadRes", "RTBWriteRes", "Diskfree", "Memoryfree"]
+    assert [points[name].unit for name in names] == units
+    entries, timer_1, timer_10, load, read_us, write_us, disk, memory = (int(bench.get(name)) for name in names)
+    assert entries == len(bench.log())
+    assert (timer_1, timer_10, memory) == (108_178, 10_817, 6_930_636)
+    assert 0 <= load <= 100
+    assert 0 < write_us < read_us < 4_000  # the writing comes after the reading, in a cycle of 4 ms
+    assert 3_988_992 <= disk < 4_000_000
+
+
 @pytest.mark.manual("PD-083")
 def test_timers_count_from_the_start() -> None:
     bench = Bench().run(100).clock_shows(108_178)
