@@ -29,7 +29,6 @@ END_PROGRAM
 
 @pytest.mark.manual("PD-351")
 def test_each_class_of_variables_keeps_and_shares_what_it_has_to() -> None:
-
     bench = IecBench(PROGRAM)
     bench.cycle(3)
     assert [bench[name] for name in ("first.count", "second.count")] == [10, 6]  # 12 limits the first one
