@@ -8,9 +8,10 @@ from ip_line import CALLER, CONTROLLER
 
 from fieldrig_bus.ip.channel import Channel
 from fieldrig_bus.ip.message import Closed, IpPacket, LinkDown, LinkUp, Opened, Portion, RelayMessage
+from fieldrig_devices.ip.fragments import fragments_of
 from fieldrig_devices.ip.ipv4 import Packet, Protocol
 from fieldrig_devices.ip.kernel_end import MOST_WAITING, Accepted, KernelEnd
-from fieldrig_devices.ip.stack import Stack
+from fieldrig_devices.ip.stack import FIRST_OWN_PORT, Stack
 from fieldrig_devices.ip.tcp.connection import Connection, Ending
 
 STRANGER = IPv4Address("10.0.0.1")
@@ -73,6 +74,35 @@ def test_pings_and_segments_to_a_service_go_to_the_kernel() -> None:
     packets = [message.data for message in bench.sent if isinstance(message, IpPacket)]
     assert [Packet.decode(packet).protocol for packet in packets] == [Protocol.ICMP, Protocol.TCP]
     assert bench.line == []
+
+
+def test_fragments_go_to_the_kernel_which_puts_them_together() -> None:
+    bench = Bench()
+    parts = [part.encode() for part in fragments_of(Packet(CALLER, CONTROLLER, Protocol.ICMP, bytes(3000)), 1500)]
+    for part in parts:
+        bench.end.receive(0, part)
+    assert [message.data for message in bench.sent if isinstance(message, IpPacket)] == parts
+
+
+@pytest.mark.parametrize("own_port", [FIRST_OWN_PORT, 80])
+def test_a_connection_that_the_device_opens_is_one_of_our_own_stack(
+    own_port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """FTP in active mode; its own port may even be one at which the kernel listens."""
+    monkeypatch.setattr("fieldrig_devices.ip.stack.FIRST_OWN_PORT", own_port - 1)
+    bench, arrived = Bench(), bytearray()
+    bench.sent.clear()
+
+    def accept(connection: Connection) -> None:
+        connection.on_data = arrived.extend
+
+    bench.caller.listen(5000, accept)
+    connection = bench.end.connect(CALLER, 5000)
+    assert connection.key.local_port == own_port
+    connection.send(b"data")
+    bench.end.advance(0)
+    bench.caller.advance(0)
+    assert (bytes(arrived), bench.sent) == (b"data", [])
 
 
 @pytest.mark.parametrize(
