@@ -1,6 +1,6 @@
 """Axes sets: several axes under one name, in orders and behind a pipe (section 2.8 of the language's digest)."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, Final
 
@@ -51,7 +51,9 @@ class AxesSet(ObjectItem):
         """The last value of the flow."""
         if optimizes:
             site.events.append(self._analyse)
-        self._work: dict[int, tuple[list[tuple[float, PipeInput]], list[tuple[float, int, list[PipeInput]]]]] = {}
+        self._work: dict[
+            int, tuple[list[tuple[float, Callable[[float], None]]], list[tuple[float, int, list[PipeInput]]]]
+        ] = {}
         """The single axes with their ratios, and the groups with those of their axes, by the subset."""
         self._turn = 0
 
@@ -197,7 +199,7 @@ class AxesSet(ObjectItem):
         self._work = {subset: ([], []) for subset in (0, *self._subsets)}
         for member in self.members:
             if member.pipe is not None and not member.group:
-                self._work[member.subset][0].append((member.ratio, member.pipe))
+                self._work[member.subset][0].append((member.ratio, member.pipe.take))
         for group, members in self._groups.items():
             pipes = [member.pipe for member in members if member.pipe is not None]
             self._work[members[0].subset][1].append((members[0].ratio, group, pipes))
@@ -210,10 +212,7 @@ class AxesSet(ObjectItem):
     @property
     def is_at_rest(self) -> bool:
         """True if the axes without a subset are; the others take the last value in their turns (`_serve`)."""
-        singles, groups = self._work[0]
-        return all(pipe.is_at_rest for _, pipe in singles) and all(
-            pipe.is_at_rest for _, _, pipes in groups for pipe in pipes
-        )
+        return all(member.pipe.is_at_rest for member in self.members if member.pipe is not None and not member.subset)
 
     def _serve(self) -> None:
         """Serve the subset whose basic cycle it is, with the last value of the flow."""
@@ -224,8 +223,8 @@ class AxesSet(ObjectItem):
     def _serve_subset(self, subset: int) -> None:
         value = self._value or 0.0
         singles, groups = self._work[subset]
-        for ratio, pipe in singles:
-            pipe.take(value * ratio)
+        for ratio, take in singles:
+            take(value * ratio)
         for ratio, group, pipes in groups:
             self._serve_group(group, pipes, value * ratio)
 

@@ -196,7 +196,8 @@ class Network:
         number, self._number = self._number, self._number + 1
         if self._changes != self._site.changes:
             self._wake()
-        is_new, self._last = not is_same(first, self._last), first
+        is_new = first != self._last or (not first and not is_same(first, self._last))
+        self._last = first
         if is_new or not self._is_asleep:
             self._is_asleep = False
             self._compute(first, number)
@@ -235,7 +236,7 @@ class Network:
                 continue
             for corrector in branch.correctors:
                 corrector.flowed_in = cycle
-            value = taken = branch.arriving(first)
+            value = taken = first if branch.begin is None else branch.begin.value  # as `arriving`, without the call
             for step in branch.steps:
                 value = step(value)
             branch.taken = taken
