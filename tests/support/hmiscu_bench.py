@@ -18,12 +18,12 @@ FINAL = ("Done", "InVelocity", "CommandAborted", "Error")
 
 
 class PtoBench:
-    """An axis without a hand-over, so that instants can be compared with the formulas."""
+    """An axis with smooth ramps and without a hand-over, so that instants can be compared with the formulas."""
 
     def __init__(self, **settings: Any) -> None:
         self.now_ns = 0
         self.segments: list[PulseTrain] = []
-        given = {"mode": "pto", "hand_over_ms": 0} | settings
+        given = {"mode": "pto", "hand_over_ms": 0, "ramps": "smooth"} | settings
         self.channel = PtoChannel(PtoSettings.model_validate(given), self._on_segments)
         axes = {REF_OF_CHANNEL_0: self.channel}
         self.simple = PTOSimple(self.channel, REF_OF_CHANNEL_0)

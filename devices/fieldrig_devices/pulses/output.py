@@ -37,19 +37,25 @@ class EdgePlayer:
             self._timer.cancel()
         now_ns, start_ns, before = self._clock.now_ns(), waveform.start_ns, self._waveform
         begin_ns = max(start_ns, now_ns)
-        level = waveform.level_at(now_ns - 1) if start_ns < now_ns else _begins_high(waveform)
         rest = () if before is None else before.edges(max(now_ns, before.start_ns) + 1, begin_ns)
         self._waveform = waveform
-        self._edges = chain(rest, [(begin_ns, level)], waveform.edges(begin_ns, FAR_NS))
+        self._edges = chain(rest, _beginning(waveform, begin_ns), waveform.edges(begin_ns + 1, FAR_NS))
         self._next()
 
     def _next(self) -> None:
         self._timer = None
         for instant_ns, level in self._edges:
             if instant_ns > self._clock.now_ns():
-                self._timer = self._clock.call_at(instant_ns, partial(self._on_edge, level))
+                self._timer = self._clock.call_at(instant_ns, partial(self._on_time, level))
                 return
             self._drive(level)
+
+    def _on_time(self, level: bool) -> None:
+        """Wait for everything that is due at this instant, because another waveform may begin with it.
+
+        An edge at that instant is the other waveform's; driven, it would be a pulse of no width.
+        """
+        self._timer = self._clock.call_at(self._clock.now_ns(), partial(self._on_edge, level))
 
     def _on_edge(self, level: bool) -> None:
         self._drive(level)
@@ -61,11 +67,16 @@ class EdgePlayer:
             self._wires.send(Signal(self._wire, level))
 
 
-def _begins_high(waveform: PulseTrain | Pwm) -> bool:
-    """Return the level just before the first edge: that of a pulse that goes on, or of an output that is always on."""
-    if isinstance(waveform, Pwm):
-        return waveform.value >= 100
-    return bool(waveform.phase) and waveform.level_at(waveform.start_ns)
+def _beginning(waveform: PulseTrain | Pwm, begin_ns: int) -> Iterator[tuple[int, bool]]:
+    """Yield the level with which a waveform begins, which is that after an edge at this instant.
+
+    Only a pulse that rises while the one before it is still high needs a fall at the same instant, without which a
+    receiver would count one pulse for the two.
+    """
+    level = waveform.level_at(begin_ns)
+    if level and isinstance(waveform, PulseTrain) and begin_ns == waveform.rise_ns(1):
+        yield begin_ns, False
+    yield begin_ns, level
 
 
 class PulseOutput:

@@ -45,7 +45,7 @@ def test_a_move_starts_in_the_next_cycle_and_gives_all_pulses() -> None:
 
 @pytest.mark.long
 def test_pulses_travel_as_segments_on_the_wire_of_the_output() -> None:
-    bench = moving()
+    bench = moving(ramps="smooth")
     bench.set("MoveRelative.Execute", True)
     bench.run(3_000)
     trains = [signal for signal in bench.driven("pulse") if isinstance(signal, PulseTrain)]

@@ -72,8 +72,9 @@ class PtoSettings(Settings):
     )
     positive_level: bool = Field(default=True, description="level of the direction output in positive direction")
     ramps: Literal["smooth", "periods"] = Field(
-        default="smooth",
-        description="smooth: a segment per ramp, exact by the formulas; periods: each pulse with its rounded frequency",
+        default="periods",
+        description="periods: each pulse high for half of its period, with a rounded frequency, as the guide has them; "
+        "smooth: a segment per ramp, exact by the formulas",
     )
 
     @model_validator(mode="after")

@@ -143,7 +143,7 @@ def test_a_smooth_move_takes_exactly_the_time_of_the_formulas(
 ) -> None:
     start, stop, top, up, down = profile
     ms = (top - start) * 1000 // up, (top - stop) * 1000 // down
-    planner = Planner(PtoSettings.model_validate({"mode": "pto"}))
+    planner = Planner(PtoSettings.model_validate({"mode": "pto", "ramps": "smooth"}))
     order = Order(Next.MOVE_RELATIVE, top, distance, *ms, Direction.PTO_POSITIVE)
     plan = planner.move_relative(order, Ends(start, stop))
     assert plan is not None
