@@ -364,5 +364,5 @@ def _ends(kind: Type, stored: Elementary) -> tuple[int, int]:
     if isinstance(kind, SubrangeType):
         return kind.low, kind.high
     if isinstance(kind, EnumType) and kind.values:
-        return min(kind.values.values()), max(kind.values.values())
+        return kind.ranges[0][0], kind.ranges[-1][1]
     return stored.low, stored.high

@@ -5,7 +5,7 @@ without gaps, which is our choice because the manual only gives SIZEOF of arrays
 each byte, and a value is in the cell of its first byte.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Final
 
@@ -264,6 +264,8 @@ class EnumType:
     base: Elementary = Elementary.INT
     is_closed: bool = False
     """True if a number between two values is a fault at run time, like one outside of all."""
+    takes_any: bool = False
+    """True for an input of a library's block: it takes every number of the base type, and the block judges it."""
 
     @property
     def size(self) -> int:
@@ -272,6 +274,8 @@ class EnumType:
     @property
     def ranges(self) -> list[tuple[int, int]]:
         """The ranges of the numbers that a variable may have, the lowest first."""
+        if self.takes_any:
+            return [(int(self.base.low), int(self.base.high))]
         numbers = sorted(self.values.values())
         if not self.is_closed or len(numbers) > MOST_RANGES:
             return [(numbers[0], numbers[-1])]
@@ -282,6 +286,10 @@ class EnumType:
             else:
                 found.append((number, number))
         return found
+
+    def as_input(self) -> "EnumType":
+        """Return the same enumeration as an input of a library's block, once its numbers are known."""
+        return replace(self, takes_any=True)
 
     def __str__(self) -> str:
         return self.name or f"({', '.join(self.values)})"

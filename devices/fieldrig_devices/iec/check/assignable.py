@@ -128,10 +128,11 @@ def _subrange(context: Context, value: Expression, kind: SubrangeType, at: tree.
 
 def _enumeration(context: Context, value: Expression, kind: EnumType, at: tree.Node) -> Expression | None:
     if isinstance(value.type, EnumType):
-        return _no(context, value, kind, at)
+        is_same = value.type.values is kind.values  # one of the two is the input of a library's block
+        return constants.converted(value, kind) if is_same else _no(context, value, kind, at)
     number = convert(context, value, kind.base, at)
     if isinstance(number, Constant):
-        if number.value not in kind.values.values():
+        if not kind.takes_any and number.value not in kind.values.values():
             context.say(at, f"{number.value} is no value of {kind}", _values(kind))
             return None
         return Constant(number.value, kind)

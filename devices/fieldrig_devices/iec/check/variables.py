@@ -12,7 +12,7 @@ from fieldrig_devices.iec.check.texts import a
 from fieldrig_devices.iec.check.type_specs import TypeSpecs, block_of, comment_of
 from fieldrig_devices.iec.program import CLASS, Space, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import ArrayType, InitialValue, ObjectType, Type
+from fieldrig_devices.iec.types import ArrayType, EnumType, InitialValue, ObjectType, Type
 
 IN_CLASSES: Final = frozenset({Section.LOCAL, Section.STATIC, Section.EXTERNAL, Section.CONFIG, Section.GLOBAL})
 """The sections of a class, and those that have a message of their own in every POU."""
@@ -220,6 +220,10 @@ class Variables:
         kind = open_arrays.declared(self._specs, node, section, source, context)
         if section is Section.IN_OUT and isinstance(kind, ObjectType):
             section = Section.INPUT  # objects are references anyway (PD-023)
+        if isinstance(kind, EnumType) and section is Section.INPUT and context.is_library:
+            # A block answers a wrong number with its own error, as PTOMoveRelative does (library guide, 1381 and 1420).
+            self._project.values_of(kind)
+            kind = kind.as_input()
         made = Variable(
             node.name,
             kind,
