@@ -24,7 +24,7 @@ hypothesis.settings.load_profile("whole")
 
 pytest_plugins = ["manual_rows"]
 TIME_LIMIT_S = 120
-"""For a test that states none."""
+"""Time limit of a test that states none."""
 MOST_BYTES = 1 << 30
 """Memory of a process with all tests that it has run: what tests leave behind was once 6.8 GB."""
 

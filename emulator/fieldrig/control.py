@@ -60,7 +60,7 @@ def key(rig: str, *parts: str) -> str:
 
 
 TIMED_OUT: Final = b"Timeout"
-"""What Zenoh answers by itself for a process that is there, and does not answer in time."""
+"""Zenoh's own answer for a process that is there and does not answer in time."""
 
 
 class NoAnswerError(ControlError):

@@ -25,7 +25,7 @@ else:
 RIG_LOCK = "rig.lock"
 PROCESSES_LOCK = "processes.lock"
 OURS = frozenset({RIG_LOCK, PROCESSES_LOCK, "log", "state"})
-"""What a run folder has; a folder without any of it is another user's, unless it is empty."""
+"""The files and folders of a run folder.  A folder without any of them is not ours, unless it is empty."""
 LONGEST_PATH = 100
 """Longest path of a Unix socket, in bytes; the system's limit is 104 to 108."""
 LINGER_S = 5.0

@@ -1,4 +1,4 @@
-"""What a page of any site can make a browser send to a port of this machine."""
+"""Requests that a page of any site can make a browser send to a port of this machine."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""What `up` and `help` say of the ways into a rig."""
+"""The ways into a rig, as `up` and `help` print them."""
 
 import sys
 from pathlib import Path

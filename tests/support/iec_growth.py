@@ -225,7 +225,7 @@ WIDE: Final[dict[str, Callable[[int], str]]] = {
     "open texts": lambda n: main("", each(n, "x := 'a;")),
     "open brackets": lambda n: main("", each(n, "x := (1;")),
 }
-"""For EPAS-4, and so for every dialect: with a number, a text that is about as long as the number."""
+"""Texts for EPAS-4, and so for every dialect: with a number, a text that is about as long as the number."""
 
 TODAY: Final[dict[str, Callable[[int], str]]] = {
     "methods": lambda n: main(
@@ -288,7 +288,7 @@ TODAY: Final[dict[str, Callable[[int], str]]] = {
     "unions": lambda n: main("v : U;", "v.a0 := 1;", f"TYPE U : UNION {each(n, 'a@ : INT;')} END_UNION; END_TYPE"),
     "pieces of text": lambda n: main("s : STRING;", f"s := CONCAT({chain(n, 's', ', ')});"),
 }
-"""For the dialect `codesys` and, where it has them, for edition 3."""
+"""Texts for the dialect `codesys` and, where it has them, for edition 3."""
 
 DEEP: Final[dict[str, Callable[[int], str]]] = {
     "brackets": lambda n: main("", f"x := {nested(n, '(', '1', ')')};"),

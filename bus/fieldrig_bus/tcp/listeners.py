@@ -203,7 +203,7 @@ class _Client(Connection):
         self.peer = self.local = "0.0.0.0"
         self._unhandled = 0
         self._asked_ns = 0
-        """When the device was told something that it has not answered yet; 0 if there is nothing."""
+        """The time at which the device received something that it has not answered yet; 0 if there is nothing."""
         self._untold = 0  # bytes written whose `Taken` waits until the client reads
         self._has_ended = self._has_spoken = self._is_heard = False
         self._linger: asyncio.TimerHandle | None = None
@@ -289,7 +289,7 @@ class _Client(Connection):
             self._untold = 0
 
     def _note_answer(self) -> None:
-        """Count the time since the device was told something: it may have worked later, when it was its turn."""
+        """Count the time since the device received something: it may have worked later, when it was its turn."""
         if self.pace is not None and self._asked_ns:
             self.pace.answered(self._asked_ns)
         self._asked_ns = 0

@@ -24,7 +24,7 @@ class Connection(Protocol):
         """Number of bytes written that the network has not taken yet."""
 
     def handle_later(self) -> None:
-        """From now on the session says with `handled` what it has done; otherwise it has when `received` returns."""
+        """Let the session report with `handled` what it has done; otherwise it has done all when `received` returns."""
 
     def handled(self, count: int) -> None:
         """Tell that this many bytes are handled, so that the client may send as many more."""

@@ -1,4 +1,4 @@
-"""What a compilation has made goes when its program goes, and its memory needs no search for circular garbage."""
+"""A program takes all that its compilation made with it, and its memory needs no search for circular garbage."""
 
 import gc
 import subprocess

@@ -15,7 +15,7 @@ from fieldrig_devices.languages.source_file import decoded
 _OBJECT = b"ARP OBJECT "
 _BINARY_OBJECT = b"ARPO"
 _FILLING = b"\x1a\0"
-"""What DOS has behind the end of a text."""
+"""The characters that DOS puts behind the end of a text."""
 
 
 def read_program(path: Path, number: int) -> bytes:

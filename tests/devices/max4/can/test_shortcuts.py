@@ -1,4 +1,4 @@
-"""Axes on CAN answer the same, to the last bit, whether they do all of each cycle or no more than they need."""
+"""Axes on CAN answer the same, to the last bit, in whole cycles and in those that do no more than they need."""
 
 import pytest
 from can_face_bench import NODE, CanFaceBench

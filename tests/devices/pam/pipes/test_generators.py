@@ -66,7 +66,7 @@ def test_a_move_ends_at_its_target_to_the_last_bit(
     lead_s: float,
     targets: list[float],
 ) -> None:
-    """So that a program's `position = 90` holds."""
+    """A program's `position = 90` holds then."""
     generator = make(period, initial)
     generator.lead_s = lead_s
     for target in targets:
