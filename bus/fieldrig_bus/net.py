@@ -15,7 +15,7 @@ from fieldrig.limits import Door, Limits
 from fieldrig.link import Link
 from fieldrig.net import bind_remedy, split_address
 from fieldrig.pace import Pace
-from fieldrig.portions import Hold, Portions
+from fieldrig.portions import MOST_AT_ONCE, Hold, Portions
 from fieldrig.settings import Settings
 from fieldrig_bus.browsers import FirstLine
 
@@ -50,8 +50,9 @@ class Connection(Portions):
 
     transport: asyncio.Transport
 
-    def __init__(self, server: "TcpServer") -> None:
-        super().__init__()
+    def __init__(self, server: "TcpServer", most: int = MOST_AT_ONCE) -> None:
+        """`most` is the size of a portion, in bytes."""
+        super().__init__(most)
         self.server = server
         self.lost: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self.is_full = False

@@ -20,6 +20,8 @@ SHARE_BESIDE_A_CYCLE: Final = 0.25
 """Their share of the time there; `tests/bench/flood.py` measures what the ring keeps."""
 MOST_BUSY: Final = 0.6
 """The part of a core that such a process takes at most while outsiders want something."""
+LOOK_AGAIN_NS: Final = 2 * MS
+"""Time after which a busy process is looked at again."""
 LONGEST_PAUSE_NS: Final = 20 * MS
 """After this, outsiders have a slice even if the process is busy with other things all the time."""
 
@@ -65,7 +67,7 @@ class Pace:
         self.portion_ns = slice_ns // 2
         """The time that one portion of bytes should take at most."""
         self._waiting: dict[Reader, None] = {}  # in the order of their turns
-        self._taken_ns = 0
+        self._taken_ns = 0.0
         self._latest_ns = self._answered_ns = 0
         self._began_ns = 0
         self._timer: Timer | None = None
@@ -92,18 +94,24 @@ class Pace:
         """Note that something of outsiders was handled since `began_ns`, and return the time that it took."""
         now_ns = time.monotonic_ns()
         took_ns = now_ns - began_ns
-        share = self._share
-        if share < 1:
-            forgotten_ns = (began_ns - self._latest_ns) * share / (1 - share)
-            self._taken_ns = max(0, self._taken_ns - int(max(0, forgotten_ns))) + took_ns
-        else:
-            self._taken_ns = took_ns + (self._taken_ns if began_ns - self._latest_ns < self._slice_ns else 0)
+        self._taken_ns = self._left_ns(now_ns) + took_ns
         self._latest_ns = now_ns
         if self._taken_ns >= self._slice_ns and not self.is_pausing:
-            self._pause(now_ns, min(int(self._taken_ns * (1 - share) / share), LONGEST_WAIT_NS))
+            self._pause(now_ns, self._duration_ns())
         else:
             self.look()
         return took_ns
+
+    def _left_ns(self, now_ns: int) -> float:
+        """Return what outsiders have taken beyond their share; all of it if they only give way to what is due."""
+        passed_ns = now_ns - self._latest_ns
+        if self._share < 1:
+            return max(0.0, self._taken_ns - passed_ns * self._share)
+        return self._taken_ns if passed_ns < self._slice_ns else 0.0
+
+    def _duration_ns(self) -> int:
+        """Return how long outsiders have to wait until they have had no more than their share."""
+        return min(int(self._taken_ns / self._share), LONGEST_WAIT_NS) if self._share < 1 else 0
 
     def answered(self, asked_ns: int) -> None:
         """Note that something was answered that outsiders asked at `asked_ns`, of `time.monotonic_ns`.
@@ -125,16 +133,27 @@ class Pace:
     def _pause(self, now_ns: int, duration_ns: int) -> None:
         self.pauses += 1
         self._began_ns = now_ns
+        if self._share == 1:
+            self._taken_ns = 0.0
         self._timer = self._clock.call_at(now_ns + duration_ns, self._go_on)
+
+    def _more_ns(self, now_ns: int) -> int:
+        """Return how much longer the pause has to be, for work that was under way when it began."""
+        waited_ns = now_ns - self._began_ns
+        over_ns = self._left_ns(now_ns) - self._slice_ns // 2
+        if self._share < 1 and over_ns > 0 and waited_ns < LONGEST_WAIT_NS:
+            return min(int(over_ns / self._share), LONGEST_WAIT_NS)
+        return LOOK_AGAIN_NS if self._is_busy() and waited_ns < LONGEST_PAUSE_NS else 0
 
     def _go_on(self) -> None:
         """Give those who wait their turns, one after the other, until the next pause."""
         now_ns = time.monotonic_ns()
-        if self._is_busy() and now_ns - self._began_ns < LONGEST_PAUSE_NS:
-            self._timer = self._clock.call_at(now_ns + self._slice_ns, self._go_on)
+        more_ns = self._more_ns(now_ns)
+        if more_ns:
+            self._timer = self._clock.call_at(now_ns + more_ns, self._go_on)
             return
         self._timer = None
-        self._taken_ns = 0
+        self._taken_ns, self._latest_ns = self._left_ns(now_ns), now_ns
         if self._load is not None:
             self._load.forget()
         for _ in range(TURNS_AT_ONCE):

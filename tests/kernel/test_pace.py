@@ -109,7 +109,7 @@ def test_a_single_long_request_is_followed_by_a_pause_for_it(took_ns: int, work:
     reader = Reading(work, pace)
     work.do(pace, took_ns)
     reader.read()
-    share_ns = round(took_ns * (1 - SHARE_BESIDE_A_CYCLE) / SHARE_BESIDE_A_CYCLE)
+    share_ns = round(took_ns / SHARE_BESIDE_A_CYCLE)
     until_ns = work.clock.now_ns() + min(share_ns, LONGEST_WAIT_NS)
     work.clock.advance_to(until_ns - 1)
     assert reader.is_waiting
@@ -135,12 +135,13 @@ def test_work_that_a_device_does_later_counts_once(work: Work) -> None:
     pace = beside_a_cycle(work.clock)
     reader = Reading(work, pace)
     asked_ns = work.clock.now_ns()
-    for _ in range(3):  # three clients have asked at once, and are answered one after the other
+    for _ in range(4):  # four clients have asked at once, and are answered one after the other
         work.clock.instant_ns += 100 * US
         pace.answered(asked_ns)
-    assert pace.is_free(reader)
+    assert pace.pauses == 0
     work.clock.instant_ns += 100 * US
     pace.answered(asked_ns)
+    assert pace.pauses == 1
     assert not pace.is_free(reader)
 
 

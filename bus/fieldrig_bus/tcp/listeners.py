@@ -11,6 +11,7 @@ from fieldrig.bus import Hub
 from fieldrig.errors import BusError
 from fieldrig.limits import Limits
 from fieldrig.link import Link
+from fieldrig.portions import MOST_AT_ONCE
 from fieldrig_bus.net import Connection, ServingPort, TcpServer
 from fieldrig_bus.tcp.message import (
     MOST_DATA,
@@ -31,6 +32,9 @@ from fieldrig_bus.tcp.model import PORT
 
 log = logging.getLogger(__name__)
 
+MOST_OF_A_REQUEST: Final = 256
+"""Bytes that are read from a client of a service at a time: a device may handle them later, and takes as long as it
+takes."""
 HTTP: Final = "http"
 """The service that browsers may reach."""
 EXTRA_LIMITS: Final = Limits(connections=4, first_message_s=None)
@@ -196,7 +200,7 @@ class _Client(Connection):
     """One connection."""
 
     def __init__(self, server: TcpServer, port: TcpPort, service: str, origin: int) -> None:
-        super().__init__(server)
+        super().__init__(server, MOST_AT_ONCE if origin else MOST_OF_A_REQUEST)
         self._port, self._service, self._origin = port, service, origin
         self.number = 0
         """The number of the connection; 0 before it has one, and if it was refused."""

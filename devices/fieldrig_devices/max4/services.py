@@ -70,7 +70,8 @@ class _Prioritised:
             self._later(partial(self._handle, data[place : place + PIECE]))
 
     def drained(self) -> None:
-        self._later(self._session.drained)
+        if self._session.drained not in self._waiting:
+            self._later(self._session.drained)
 
     def ended(self) -> None:
         self._later(self._session.ended)
