@@ -19,8 +19,6 @@ from fieldrig.portions import MOST_AT_ONCE, Hold, Portions
 from fieldrig.settings import Settings
 from fieldrig_bus.browsers import FirstLine
 
-MOST_ACCEPTED = 32
-"""Connections that are accepted before the event loop continues with others; as many wait in the system."""
 MOST_UNREAD = 256 * 1024
 """Bytes kept for a client that does not read; data beyond that is lost to it."""
 
@@ -156,7 +154,7 @@ class TcpServer:
         loop = asyncio.get_running_loop()
         self.pace = pace
         try:
-            self._server = await loop.create_server(lambda: _Entrance(self), host, port, backlog=MOST_ACCEPTED)
+            self._server = await loop.create_server(lambda: _Entrance(self), host, port)
         except OSError as cause:
             raise BusError(f"can't listen at {self.address}: {cause}", bind_remedy(cause)) from cause
 

@@ -68,7 +68,7 @@ class Pace:
         """The time that one portion of bytes should take at most."""
         self._waiting: dict[Reader, None] = {}  # in the order of their turns
         self._taken_ns = 0.0
-        self._latest_ns = self._answered_ns = 0
+        self._latest_ns = self._answered_ns = self._answered_cpu_ns = 0
         self._began_ns = 0
         self._timer: Timer | None = None
         self.pauses = 0
@@ -116,11 +116,13 @@ class Pace:
     def answered(self, asked_ns: int) -> None:
         """Note that something was answered that outsiders asked at `asked_ns`, of `time.monotonic_ns`.
 
-        The work was done in the meantime, one piece after the other, so no instant counts twice.
+        The work was done in the meantime, one piece after the other, so no instant counts twice.  Time in which the
+        process did nothing, such as the turnaround of a device, does not count.
         """
-        began_ns = max(asked_ns, self._answered_ns)
-        self._answered_ns = time.monotonic_ns()
-        self.spent(began_ns)
+        now_ns, cpu_ns = time.monotonic_ns(), time.process_time_ns()
+        took_ns = min(now_ns - max(asked_ns, self._answered_ns), cpu_ns - self._answered_cpu_ns)
+        self._answered_ns, self._answered_cpu_ns = now_ns, cpu_ns
+        self.spent(now_ns - took_ns)
 
     def look(self) -> None:
         """Let the readers wait if the process takes too much of a core."""

@@ -31,6 +31,8 @@ from fieldrig.testing import free_port  # noqa: E402
 CONVEYOR = HERE.parents[1] / "configs/conveyor.yaml"
 SECONDS = 5.0
 CYCLE_S = 0.004
+SETTLING_S = 5.0
+"""After its start the ring makes up for cycles that the start has cost."""
 CLIENTS = 30
 POLITE_S = 0.05
 READ = bytes.fromhex("0001 0000 0006 01 03 0000 000a")  # ten registers
@@ -131,6 +133,7 @@ class FloodedRig(AskedRig):
         file.write_text(FACES.format(conveyor=CONVEYOR, control=control, **self.ports))
         super().__init__(file, None)
         self.until_ready()
+        time.sleep(SETTLING_S)
 
     def figures(self) -> dict[str, dict[str, Any]]:
         """Return the status of all processes."""

@@ -131,7 +131,8 @@ def test_a_slice_beside_a_cycle_is_shorter_than_the_shortest_cycle() -> None:
     assert SLICE_BESIDE_A_CYCLE_NS < MS
 
 
-def test_work_that_a_device_does_later_counts_once(work: Work) -> None:
+def test_work_that_a_device_does_later_counts_once(work: Work, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(time, "process_time_ns", work.clock.now_ns)
     pace = beside_a_cycle(work.clock)
     reader = Reading(work, pace)
     asked_ns = work.clock.now_ns()
