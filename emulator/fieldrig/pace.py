@@ -113,14 +113,16 @@ class Pace:
         """Return how long outsiders have to wait until they have had no more than their share."""
         return min(int(self._taken_ns / self._share), LONGEST_WAIT_NS) if self._share < 1 else 0
 
-    def answered(self, asked_ns: int) -> None:
+    def answered(self, asked_ns: int, *, has_turnaround: bool = True) -> None:
         """Note that something was answered that outsiders asked at `asked_ns`, of `time.monotonic_ns`.
 
-        The work was done in the meantime, one piece after the other, so no instant counts twice.  Time in which the
-        process did nothing, such as the turnaround of a device, does not count.
+        The work was done in the meantime, one piece after the other, so no instant counts twice.  With
+        `has_turnaround`, time in which the process did nothing does not count, as a device may only have waited.
         """
         now_ns, cpu_ns = time.monotonic_ns(), time.process_time_ns()
-        took_ns = min(now_ns - max(asked_ns, self._answered_ns), cpu_ns - self._answered_cpu_ns)
+        took_ns = now_ns - max(asked_ns, self._answered_ns)
+        if has_turnaround:
+            took_ns = min(took_ns, cpu_ns - self._answered_cpu_ns)
         self._answered_ns, self._answered_cpu_ns = now_ns, cpu_ns
         self.spent(now_ns - took_ns)
 

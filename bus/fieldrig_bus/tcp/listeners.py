@@ -295,7 +295,7 @@ class _Client(Connection):
     def _note_answer(self) -> None:
         """Count the time since the device received something: it may have worked later, when it was its turn."""
         if self.pace is not None and self._asked_ns:
-            self.pace.answered(self._asked_ns)
+            self.pace.answered(self._asked_ns, has_turnaround=False)
         self._asked_ns = 0
 
 
