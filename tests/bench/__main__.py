@@ -18,6 +18,7 @@ import block_status  # noqa: E402
 import can_hub  # noqa: E402
 import canopen_node  # noqa: E402
 import drive_cycle  # noqa: E402
+import flood  # noqa: E402
 import iec_language  # noqa: E402
 import modbus  # noqa: E402
 import pam  # noqa: E402
@@ -40,6 +41,7 @@ BENCHMARKS = (
     canopen_node,
     modbus,
     ring,
+    flood,
     pulses,
     shipped_rigs,
     drive_cycle,
