@@ -19,9 +19,10 @@ _BEYOND_ASCII: Final = re.compile(r"[^\x00-\x7f]")
 _DRAWN: Final = re.compile(rb"([\xb0-\xb2\xc4\xcd\xdb])\1{3}")
 """Parts of horizontal lines and of areas."""
 _QUOTED: Final = re.compile(
-    rb"(?<![A-Za-z])(\x84[^\r\n]{1,80}?\x93|\x93[^\r\n]{1,80}?\x94|\x91[^\r\n]{1,80}?\x92)(?![A-Za-z])"
+    rb"(?<![A-Za-z])(\x84[^\r\n]{1,80}?[\x93\x94]|\x93[^\r\n]{1,80}?\x94|\x91[^\r\n]{1,80}?\x92)(?![A-Za-z])"
+    rb"|(?<=[a-z])\x92(?=[a-z]{1,2}\b)|(?<=[\d ])[\x96\x97](?=[\d ])"
 )
-"""Words between the quotes of Windows, whose codes are letters of DOS."""
+"""Quotes, apostrophes and dashes of Windows, whose codes are letters of DOS."""
 
 
 def likely_code_page(data: bytes) -> str:

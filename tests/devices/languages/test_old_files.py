@@ -48,6 +48,19 @@ def test_the_code_page_follows_from_the_letters(text: str, windows: bytes, dos: 
     assert (likely_code_page(dos), decoded(dos)) == (DOS, text)
 
 
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"(* the \x93first\x94 axis doesn\x92t move, \x84so\x94, 1\x965 \xfcber *)",
+        b"(* Achse f\xe4hrt \x96 nicht weit *)",
+        b"(* it\x92s the drive\x92s limit, \x97 and \x91that\x92 of the belt *)",
+        b"(* \x84Not-Aus\x93 gedr\xfcckt *)",
+    ],
+)
+def test_quotes_and_dashes_of_windows_are_no_letters_of_dos(data: bytes) -> None:
+    assert likely_code_page(data) == WINDOWS
+
+
 def test_lines_that_are_drawn_are_of_dos() -> None:
     assert decoded(b"\xc9\xcd\xcd\xcd\xcd\xbb\r\n\xba ab \xba") == "╔════╗\n║ ab ║"
     assert decoded(b"(* \xc4\xc4\xc4\xc4\xc4\xc4 *)") == "(* ────── *)"
