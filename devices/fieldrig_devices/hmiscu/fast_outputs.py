@@ -217,6 +217,7 @@ class FastOutputs:
             return
         name = self._settings.variables[0] or SIMPLE
         yield f"{name}.State", Point(lambda: int(pto.state), about="state of the axis: 0 Standstill to 4 ErrorStop")
+        yield f"{name}.ResetProblem", Point(lambda: pto.reset_problem, about="why the last ResetError had no effect")
         yield f"{name}.DirectionLevel", Point(lambda: pto.direction_level, about="level of the direction output")
         yield (
             f"{name}.Position",

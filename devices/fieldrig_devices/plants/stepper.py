@@ -2,15 +2,17 @@
 
 While the motor is in step, its load is exactly where the pulses say.  It falls out of step when load, rate or frequency
 ask for more torque than it has (`stepper_model`), or the frequency jumps.  From then on pulses are lost until the drive
-is reset, or, if it does not notice, until the frequency is low enough to start with.  Every pulse is accounted for:
+is reset, or, if it does not notice, until the frequency is low enough to start with.  Pulses that stop too fast leave
+the rotor one pole pair behind, where it locks in again.  Every pulse is accounted for:
 
     sent = received + missed       received = steps + lost, in each direction
 
-A single edge has no rate, so of single edges only the frequency and its jumps are judged.
+A single edge has no rate, so of single edges only the frequency and its jumps are judged.  How far a rotor swings when
+its pulses stop depends on its load; one pole pair of a motor with 50 of them is the least that it can miss.
 Left out: microstep errors, the current at standstill, and a load that turns the motor while it is out of step.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import isfinite, tau
 from typing import Any, ClassVar, Final
@@ -20,15 +22,17 @@ from fieldrig.device import Device, Point, Value
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
 from fieldrig.link import Link
-from fieldrig.point_values import number_in
+from fieldrig.point_values import number_in, truth_in
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.wires import Motion, Signal
-from fieldrig_devices.plants.stepper_model import Motor, PullOut, falls_to_ns, jump_hz, passes_ns
+from fieldrig_devices.plants.stepper_model import Motor, PullOut, falls_to_ns, jump_hz, passes_ns, stops_short_ns
 from fieldrig_devices.plants.stepper_settings import MODELS, Jam, StepperSettings, Trip, Weak
 from fieldrig_devices.pulses.edge_rate import EdgeRate
 from fieldrig_devices.pulses.pulse_input import PulseInput
 
 LARGEST_LOAD_NM: Final = 1e6
+POLE_PAIRS: Final = 50
+"""The pole pairs of the usual hybrid stepper with 200 full steps, which locks in again at every fourth of them."""
 
 
 class Stepper(Device):
@@ -100,6 +104,9 @@ class Stepper(Device):
             "enabled": Point(lambda: self._is_enabled, None, "", "by its input"),
             "alarm": Point(lambda: self._is_alarm, None, "", "of the drive"),
             "ready": Point(self._is_ready, None, "", "the ready contact"),
+            "reset": Point(
+                lambda: self._is_reset, self._write_reset, "", "the reset input; its rising edge clears the alarm"
+            ),
             "load_torque": Point(
                 lambda: self._load_nm, self._write_load_torque, "N m", "external, at the load; positive pulls down"
             ),
@@ -154,6 +161,10 @@ class Stepper(Device):
             self._is_alarm = self._is_in_step = False
         self._is_reset = bool(level)
         self._look()
+
+    def _write_reset(self, value: Value) -> None:
+        """Press the reset button of the drive, or release it."""
+        self._on_reset(float(truth_in(value)))
 
     def _on_faults(self) -> None:
         if self._faults.first(Trip) is not None:
@@ -210,6 +221,8 @@ class Stepper(Device):
         self._mark_down()
         if self._is_ready() and self._is_in_step and self._fails_ns() == now_ns:
             self._fall_out()
+        if self._is_following:
+            self._judge_stops(now_ns)
         if not self._is_in_step and not self._is_alarm and self._starts_ns() == now_ns:
             self._is_in_step = True
         if self._settings.detects_loss and self._is_enabled and not self._is_in_step:
@@ -223,6 +236,33 @@ class Stepper(Device):
         if self._timer is not None:
             self._timer.cancel()
         self._timer = self._clock.call_at(min(due), self._look) if due else None
+
+    def _judge_stops(self, now_ns: int) -> None:
+        """Lose steps on each wire whose pulses have stopped too fast."""
+        for wire, due_ns in list(self._stops()):
+            if due_ns <= now_ns:
+                forward = self._hz_sign(wire)
+                self._fall_out()
+                self._rates[wire].end()
+                behind = min(max(round(self._settings.pulses_per_turn / POLE_PAIRS), 1), self._received())
+                self._steps -= self._signs[wire] * forward * behind
+                self._lost += behind
+
+    def _hz_sign(self, wire: str) -> int:
+        followed = self._followed.get(wire)
+        return followed.direction if followed is not None else -1 if self._pulses[wire].is_reverse else 1
+
+    def _stops(self) -> Iterator[tuple[str, int]]:
+        """Yield the wires whose pulses have ended, and the instants at which they have stopped too fast."""
+        start_hz, moving = self._settings.start_hz, {train.name for _, train in self._trains()}
+        for wire in self._signs:
+            followed, due_ns = self._followed.get(wire), None
+            if self._pulses[wire].present is None:
+                due_ns = self._rates[wire].drops_ns(start_hz)
+            elif followed is not None and wire not in moving:
+                due_ns = stops_short_ns(followed, start_hz)
+            if due_ns is not None:
+                yield wire, due_ns
 
     def _trains(self) -> list[tuple[int, PulseTrain]]:
         """The segments that are not over, each with the sign of its input."""
@@ -270,6 +310,8 @@ class Stepper(Device):
 
     def _changes(self) -> list[int]:
         found = [end for _, train in self._trains() for end in (train.start_ns, train.end_ns) if end is not None]
+        if self._is_following:
+            found += [due_ns for _, due_ns in self._stops()]
         expected = self._fails_ns() if self._is_following else None if self._is_alarm else self._starts_ns()
         return found if expected is None else [*found, expected]
 

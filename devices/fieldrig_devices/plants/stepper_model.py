@@ -73,7 +73,7 @@ def falls_to_ns(train: PulseTrain, hz: float, now_ns: int) -> int | None:
 
 
 def jump_hz(before: PulseTrain | None, train: PulseTrain) -> float:
-    """Return how far the frequency goes up at the beginning of a train; a reversal goes up by both frequencies.
+    """Return how far the frequency jumps at the beginning of a train, up or down; a reversal jumps by both frequencies.
 
     The train before it counts up to one period after its end, because senders round its end.
     """
@@ -85,7 +85,19 @@ def jump_hz(before: PulseTrain | None, train: PulseTrain) -> float:
     before_hz = _hz(before, last_ns)
     if before_hz and train.start_ns - last_ns > S / before_hz + 1:
         before_hz = 0.0
-    return after_hz - before_hz if train.direction == before.direction else (after_hz + before_hz if after_hz else 0.0)
+    return abs(after_hz - before_hz) if train.direction == before.direction else after_hz + before_hz
+
+
+def stops_short_ns(train: PulseTrain, start_hz: float) -> int | None:
+    """Return when a train that has ended, and that no other one follows, has stopped too fast; None if it has not.
+
+    A next pulse before this instant would be a frequency that is lower by `start_hz` at most.
+    """
+    end_ns = train.end_ns
+    if end_ns is None or train.count == 0:
+        return None
+    last_hz = _hz(train, end_ns - 1)
+    return end_ns + ceil(S / (last_hz - start_hz)) if last_hz > start_hz else None
 
 
 def _hz(train: PulseTrain, now_ns: int) -> float:

@@ -1,5 +1,7 @@
 """The frequency of single edges: from the time between the last two, and lower when the next one does not come."""
 
+from math import ceil
+
 from fieldrig.clock import S
 
 
@@ -17,6 +19,16 @@ class EdgeRate:
         self._hz = S / max(now_ns - last_ns, 1) if last_ns is not None else 0.0
         self._sign = -1 if is_reverse else 1
         return self._sign * self._hz
+
+    def drops_ns(self, by_hz: float) -> int | None:
+        """Return when the frequency has dropped by more than this, if no edge comes before; None if it cannot."""
+        if self._last_ns is None or self._hz <= by_hz:
+            return None
+        return self._last_ns + ceil(S / (self._hz - by_hz))
+
+    def end(self) -> None:
+        """Forget the frequency: the edges have stopped."""
+        self._hz = 0.0
 
     def hz_at(self, now_ns: int) -> float:
         """Return the frequency in Hz at an instant, negative backwards."""

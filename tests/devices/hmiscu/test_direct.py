@@ -175,3 +175,21 @@ def test_without_channels_there_are_no_blocks() -> None:
     bench = DeviceBench()
     assert bench.device.find("PTO00.Frequency") is None
     assert bench.device.find("PWM00.Duty") is None
+
+
+@pytest.mark.manual("SCU-029")
+def test_a_reset_without_effect_says_why(caplog: pytest.LogCaptureFixture) -> None:
+    """Once, a rising ResetError was lost without a sign while the drive was not ready."""
+    bench = moving(aux="drive_ready")
+    bench.wire("drive.ready", False)
+    bench.run(200)
+    bench.set("MoveRelative.Execute", False)
+    for problem in ("the drive is not ready", ""):
+        bench.set("PTO00.ResetError", True)
+        bench.run(20)
+        assert (bench.get("PTO00.ResetProblem"), bench.get("PTO00.State") == 4) == (problem, bool(problem))
+        assert ("the drive is not ready" in caplog.text) is bool(problem)
+        caplog.clear()
+        bench.set("PTO00.ResetError", False)
+        bench.wire("drive.ready", True)
+        bench.run(200)

@@ -144,10 +144,42 @@ def test_a_jump_of_the_frequency_stalls_the_motor() -> None:
     bench.output.send(501, count=10)
     assert bench.point("alarm") is True
     bench = Bench()
-    bench.move((500, 0, 5), (1_000, 0, 5), (400, 0, 5))
+    bench.move((500, 0, 5), (1_000, 0, 5), (500, 0, 5), (400, 0, 5))
     assert bench.point("alarm") is False
     bench.move((400, 0, 5), direction=-1)
     assert bench.point("alarm") is True
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("mode", ["segments", "edges"])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_pulses_that_stop_or_slow_down_abruptly_stall_the_motor(mode: str, direction: int) -> None:
+    """A jump down counts as a jump up does: 500 Hz here, from which a motor may stop, and not from more."""
+    bench = Bench(mode, direction_wire="pto.direction")
+    bench.move((500, 0, 20), direction=direction)
+    bench.wait(1)
+    assert (bench.point("alarm"), bench.point("lost"), bench.point("steps")) == (False, 0, 20 * direction)
+    bench.move((500, 0, 5), (900, 0, 50), direction=direction)
+    bench.wait(1)
+    assert (bench.point("alarm"), bench.point("ready"), bench.point("in_step")) == (True, False, False)
+    assert bench.point("lost") == 1_000 // 50
+    assert abs(bench.point("steps")) + bench.point("lost") == bench.point("received") == 75
+    bench = Bench(mode, direction_wire="pto.direction")
+    bench.move((500, 0, 5), (1_000, 0, 50), (1_500, 0, 50), (900, 0, 50), direction=direction)
+    bench.wait(1)
+    assert bench.point("alarm") is True
+    assert bench.point("lost") >= 50 - 2
+
+
+@pytest.mark.parametrize("mode", ["segments", "edges"])
+def test_a_drive_that_does_not_notice_an_abrupt_stop_is_off_by_a_pole_pair(mode: str) -> None:
+    bench = Bench(mode, detects_loss=False)
+    bench.move((500, 0, 5), (900, 0, 50))
+    bench.wait(1)
+    assert (bench.point("alarm"), bench.point("in_step"), bench.point("lost")) == (False, True, 20)
+    bench.move((400, 0, 10))
+    bench.wait(1)
+    assert (bench.point("steps"), bench.point("lost"), bench.point("received")) == (45, 20, 65)
 
 
 def test_a_drive_that_does_not_notice_goes_on_when_the_pulses_are_slow() -> None:

@@ -1,5 +1,7 @@
 """The blocks that manage, adjust and diagnose an axis (SCU-028 to SCU-032, SCU-056 to SCU-059)."""
 
+import logging
+
 from fieldrig_devices.hmiscu.blocks.axis_block import AxisBlock
 from fieldrig_devices.hmiscu.blocks.pins import Block
 from fieldrig_devices.hmiscu.blocks.tables import PTO_GET_DIAG, PTO_GET_PARAM, PTO_SET_PARAM, PTO_SIMPLE
@@ -7,6 +9,8 @@ from fieldrig_devices.hmiscu.enumerations import ErrorId
 from fieldrig_devices.hmiscu.pto.channel import PtoChannel
 from fieldrig_devices.hmiscu.pto.command import Status
 from fieldrig_devices.hmiscu.pto.states import State
+
+log = logging.getLogger(__name__)
 
 _WRAP = 1 << 32
 
@@ -29,6 +33,8 @@ class PTOSimple(Block):
         is_reset = bool(self.inputs["ResetError"])
         if is_reset and not self._was_reset:
             channel.reset(now_ns)
+            if channel.reset_problem:
+                log.warning("ResetError has no effect: %s", channel.reset_problem)
         self._was_reset = is_reset
         self.outputs.update(
             PTO_REF=self._reference,

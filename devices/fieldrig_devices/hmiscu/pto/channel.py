@@ -45,6 +45,8 @@ class PtoChannel:
         """False while the connection to the firmware of the outputs is broken; change it by `set_linked`."""
         self.executing: set[object] = set()
         """The PTOMoveRelative blocks whose Execute is TRUE."""
+        self.reset_problem = ""
+        """Why the last reset had no effect; empty if it had one."""
         self.direction_level = False
         self._ready = FilteredInput(settings.aux_filter_ms * MS)
         self._planner = Planner(settings)
@@ -137,6 +139,7 @@ class PtoChannel:
             self._trip(now_ns, ErrorId.PTO_AXIS_ERROR, Diagnosis.NONE, is_shutdown=True)
         self._configure()
         self.executing.clear()
+        self.reset_problem = ""
         self.is_drive_ready_ignored = False
         self._is_restarting = True
         self._settle(now_ns)
@@ -144,11 +147,21 @@ class PtoChannel:
     def reset(self, now_ns: int) -> None:
         """Reset the error, if the axis is at rest, no PTOMoveRelative has Execute, and the cause is gone (SCU-029)."""
         self.advance(now_ns)
-        is_ended = self.is_linked and not self._is_drive_missing() and not self.executing
-        if self.state is not State.ERROR_STOP:
-            self.diagnosis = Diagnosis.NONE
-        elif is_ended and not self.output.is_moving:
-            self.state, self.diagnosis = State.STANDSTILL, Diagnosis.NONE
+        self.reset_problem = self._why_no_reset() if self.state is State.ERROR_STOP else ""
+        if self.reset_problem:
+            return
+        self.diagnosis = Diagnosis.NONE
+        if self.state is State.ERROR_STOP:
+            self.state = State.STANDSTILL
+
+    def _why_no_reset(self) -> str:
+        if not self.is_linked:
+            return "the connection to the outputs is broken"
+        if self._is_drive_missing():
+            return "the drive is not ready"
+        if self.executing:
+            return "a PTOMoveRelative has Execute"
+        return "the axis moves" if self.output.is_moving else ""
 
     def _is_drive_missing(self) -> bool:
         return self.settings.aux == "drive_ready" and not self._ready.level and not self.is_drive_ready_ignored
