@@ -145,3 +145,65 @@ def test_feeder(fieldrig_rig: RigMaker, where: str, fault: dict[str, object]) ->
         assert (rig.get("stepper", "ready"), rig.get("feeder", "PTO00.State")) == (True, 0)
     until(rig, lambda: rig.get("feeder", "panel.line1") == "ready", 300)
     assert feed(rig) == WHOLE
+
+
+# ---- the labelling machine
+
+IDLE, RUNNING, ERROR = 2, 3, 9
+LABELLER = ("belt", "cutter", "paper", "stacker")
+
+
+def state(rig: Rig) -> object:
+    return rig.get("plc", "DOW_State")
+
+
+def start_labeller(rig: Rig) -> None:
+    until(rig, lambda: state(rig) == IDLE, 20)
+    rig.set("plc", "DIF_Start", True)
+    until(rig, lambda: labeller_runs(rig), 5)
+    rig.set("plc", "DIF_Start", False)
+    wait(rig, 2)
+
+
+def labeller_runs(rig: Rig) -> bool:
+    return state(rig) == RUNNING and float(rig.get("belt", "speed")) == pytest.approx(4.0, abs=0.05)
+
+
+def labeller_stands(rig: Rig) -> bool:
+    return all(abs(float(rig.get(axis, "speed"))) < 0.01 for axis in LABELLER)
+
+
+@pytest.mark.parametrize(("where", "fault"), named("pam-machine-virtual.yaml"))
+def test_labelling_machine(fieldrig_rig: RigMaker, where: str, fault: dict[str, object]) -> None:
+    """An axis in error stops all of them until Reset and Start; after a low battery the PAM starts again."""
+    rig = fieldrig_rig(CONFIGS / "pam-machine-virtual.yaml")
+    start_labeller(rig)
+    number = rig.add_fault(where, fault)
+    wait(rig, 3)
+    goes_on = labeller_runs(rig)
+    assert goes_on or labeller_stands(rig)
+    assert not goes_on or where not in LABELLER or fault["what"] in ("motor_temperature", "jam")
+    assert rig.get("plc", "DOF_Error") == (where in LABELLER and not goes_on)
+    rig.clear_fault(where, number)
+    for _ in range(30):
+        wait(rig, 0.1)
+        if where == "pam":
+            assert float(rig.get("belt", "speed")) == 0.0  # it looks for the zero of the knife, as after each power-on
+        else:
+            assert labeller_runs(rig) if goes_on else labeller_stands(rig)
+    if fault["what"] == "low_battery":
+        rig.set("pam", "reset", True)
+        wait(rig, 1)
+    elif goes_on:
+        press(rig, "key2")
+    elif where in LABELLER:
+        assert state(rig) == ERROR
+        press(rig, "key3")
+    start_labeller(rig)
+    assert labeller_runs(rig)
+
+
+def press(rig: Rig, key: str) -> None:
+    for level in (True, False):
+        rig.set("keys", key, level)
+        wait(rig, 0.3)
