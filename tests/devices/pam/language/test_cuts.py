@@ -14,7 +14,9 @@ from fieldrig_devices.pam.language.compiler import checked
 from fieldrig_devices.pam.language.formatter import formatted
 from fieldrig_devices.pam.language.objects import KINDS, SPECS
 from fieldrig_devices.pam.language.preprocessor import Preprocessor
+from fieldrig_devices.pam.language.reserved import ITEMS
 from fieldrig_devices.pam.language.tokens import split
+from fieldrig_devices.pam.language.words import STRUCTURE
 from fieldrig_devices.pam.runtime.compiler import compile_application
 from fieldrig_devices.pam.runtime.memory_objects import MemoryObjects
 from fieldrig_devices.pam.runtime.runtime import Runtime
@@ -81,6 +83,35 @@ def test_every_parameter_of_every_header_may_be_the_last_word(kind: str) -> None
     for name in SPECS[kind]:
         for end in ("", " ", " =", " = ;", " = 1", " = 1;"):
             read(f"{header.get(kind, f'{kind} X; SPECS ')}{name}{end}")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "before",
+    [
+        "RS422 PORT SPECS {} END_SPECS {} INPUT FLAG_VAR F; {} END_PORT",
+        "VME DUALPORT SPECS {} END_SPECS {} INPUT FLAG_VAR F; {} END_DUALPORT",
+        "DUAL_PORT {} END {}",
+        "TASK T; SPECS {} END_SPECS EVENTS {} END_EVENTS {} SEQUENCE S; {} END_SEQUENCE {} END_TASK",
+        "ACTIONS A; SPECS {} END_SPECS {} ON_EVENT F ACTION {} END_ACTION END_ACTIONS",
+        "ROUTINES R; {} ROUTINE Q; {} END_ROUTINE {} END_ROUTINES",
+    ],
+)
+def test_any_word_of_the_language_may_be_anywhere(before: str) -> None:
+    """The parser of a port once waited for ever in front of NODE with a semicolon."""
+    parts = before.split("{}")
+    for number in range(1, len(parts)):
+        for word in (*ITEMS, *STRUCTURE):
+            for behind in ("", ";", " =", " = 1;"):
+                read(f"{HEADER}{''.join(parts[:number])}{word}{behind}{''.join(parts[number:])}")
+
+
+@pytest.mark.parametrize("wrong", ["CWV_Count 1;", "CWV_Count <- 1 + ;", "CWV_Count <- (1;", "IF THEN END_IF", "@"])
+def test_wrong_statements_are_no_levels(wrong: str) -> None:
+    """A sequence with 60 mistakes once had a wrong message at each statement behind them."""
+    _, found = checked(in_sequence(f"{wrong}\n" * 90 + "CWV_Count <- ((1));"), "a.pam")
+    assert found
+    assert not any("nested" in mistake.expected for mistake in found)
 
 
 @pytest.mark.parametrize(

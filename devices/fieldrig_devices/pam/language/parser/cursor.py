@@ -182,6 +182,16 @@ class Cursor:
     def higher(self) -> None:
         self.depth -= 1
 
+    def recover(self, begin: int, depth: int, *words: str) -> None:
+        """Go on behind what was not understood, at the next of these words or signs and with the levels of before.
+
+        `begin` is the token that it began with.  That one is passed over in any case, so that a parser comes forward.
+        """
+        self.depth = depth
+        if self.i <= begin:
+            self.take()
+        self.skip_to(*words)
+
     def skip_to(self, *words: str) -> None:
         """Go to the next of these words or signs, or to the end, without passing over it."""
         while not self.is_at_end and (self.token.text.upper() not in words or self.is_name(self.token)):

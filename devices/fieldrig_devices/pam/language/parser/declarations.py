@@ -65,15 +65,14 @@ def parameters(
     while not cursor.is_at_end and not cursor.is_word(*ends) and not _is_outside(cursor, rules, place):
         if cursor.accept(";"):
             continue
-        begin = cursor.i
+        begin, depth = cursor.i, cursor.depth
         try:
             if kind == "MULTI_COMPARATOR" and cursor.is_word("TRACE"):
                 parts.append(declaration(cursor))
                 continue
             read = _parameter(cursor, kind, rules)
         except UnexpectedError:
-            cursor.i = max(cursor.i, begin + (cursor.i == begin))
-            cursor.skip_to(";", *ends, *(ITEMS - rules.keys()))
+            cursor.recover(begin, depth, ";", *ends, *(ITEMS - rules.keys()))
             continue
         if rules[read.name].need != MANY:
             cursor.checked_once(found, read)

@@ -41,10 +41,11 @@ def port(cursor: Cursor) -> Declaration:
     cursor.accept(";")
     variables: list[Declaration] = []
     while not cursor.is_at_end and not cursor.is_word(end) and not begins_item(cursor):
+        first, depth = cursor.i, cursor.depth
         try:
             variables.append(_variable(cursor, family, end))
         except UnexpectedError:
-            cursor.skip_to(*_DIRECTIONS, end, *ITEMS)
+            cursor.recover(first, depth, *_DIRECTIONS, end, *ITEMS)
     cursor.close(end, begin)
     cursor.accept(";")
     return Declaration(place, kind, PORTS[kind], specs, tuple(variables))

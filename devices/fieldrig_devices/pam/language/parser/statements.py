@@ -44,12 +44,11 @@ def statements(cursor: Cursor) -> tuple[tree.Statement, ...]:
             continue
         if len(found) >= MOST_STATEMENTS:
             raise cursor.unexpected(f"at most {MOST_STATEMENTS} statements in one list")
-        begin = cursor.i
+        begin, depth = cursor.i, cursor.depth
         try:
             found.append(statement(cursor))
         except UnexpectedError:
-            cursor.i = max(cursor.i, begin + (cursor.i == begin))
-            cursor.skip_to(";", *_ENDS, *_STATEMENTS)
+            cursor.recover(begin, depth, ";", *_ENDS, *_STATEMENTS)
             cursor.accept(";")
     return tuple(found)
 
