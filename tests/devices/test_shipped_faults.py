@@ -135,8 +135,9 @@ def test_feeder(fieldrig_rig: RigMaker, where: str, fault: dict[str, object]) ->
     if not is_ready:
         assert feed(rig) == (0, 0.0)
     rig.clear_fault(where, number)
+    wait(rig, 0.1)
     is_in_error = rig.get("feeder", "g_bError")
-    assert is_in_error == (where == "stepper")
+    assert is_in_error == (where in ("stepper", "feeder") and fault["what"] != "exit_runtime")
     if is_in_error:
         assert (feed(rig), rig.get("feeder", "PTO00.State")) == ((0, 0.0), 4)
         rig.set("feeder", "panel.key2", True)

@@ -17,6 +17,7 @@ from fieldrig.settings import ConfigFile, Settings
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.canopen.described import DescribedNode
 from fieldrig_devices.canopen.emcy import Emcy
 from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
 
@@ -39,6 +40,10 @@ class PointSlaveSettings(Settings):
     objects: dict[str, bool | int | float | str] = Field(
         default_factory=dict, description="power-on values that replace those of the EDS, such as '1017:00': 500"
     )
+
+    def described(self, own: Path) -> DescribedNode:
+        """Return the node for tools; `own` is the EDS of this kind of device."""
+        return DescribedNode(self.node_id, self.eds or own, self.objects)
 
     def named(self, find: Find, default: Mapping[str, str]) -> dict[str, str]:
         """Return the points by object, and of the default ones only those that exist.  ValueError for unknown ones."""

@@ -1,8 +1,8 @@
 """`fieldrig conform`: tests a CANopen node, and reports the results."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,6 +12,7 @@ from fieldrig.exits import Exit
 
 if TYPE_CHECKING:
     from fieldrig.config import DeviceEntry, RigConfig
+    from fieldrig_devices.canopen.described import DescribedNode
     from fieldrig_devices.conformance.case import Case
     from fieldrig_devices.conformance.description import Description
     from fieldrig_devices.conformance.options import Options
@@ -38,7 +39,7 @@ NodeId = Annotated[
 ]
 Eds = Annotated[
     Path | None,
-    typer.Option("--eds", help="EDS or DCF file of the node.  [default: the file in the rig file]", **_FILE),
+    typer.Option("--eds", help="EDS or DCF file of the node.  [default: with --rig, that of the device]", **_FILE),
 ]
 Only = Annotated[
     list[str] | None,
@@ -150,26 +151,12 @@ def _report(
     return conform_real(own, config.run.absolute(), description, cases, options, on_result, date, where_text)
 
 
-@runtime_checkable
-class NodeSettings(Protocol):
-    """The settings of a device that is a CANopen node with an EDS."""
-
-    @property
-    def node_id(self) -> int | None: ...
-
-    @property
-    def eds(self) -> Path: ...
-
-    @property
-    def objects(self) -> Mapping[str, bool | int | float | str]: ...
-
-
 def _described(config: "RigConfig", bus: str, node_id: int, eds: Path | None) -> "Description":
     """Return the node's EDS, with the power-on values of the rig file (`objects`) laid over it, as those of a DCF."""
     from fieldrig_devices.conformance.description import Description
 
-    nodes = (settings for device in config.devices.values() if (settings := _node_at(device, bus)) is not None)
-    found = next((settings for settings in nodes if settings.node_id == node_id), None)
+    nodes = (node for device in config.devices.values() for node in _nodes_at(device, bus))
+    found = next((node for node in nodes if node.node_id == node_id), None)
     path = eds or (found.eds if found is not None else None)
     if path is None:
         raise UsageError(
@@ -182,10 +169,12 @@ def _described(config: "RigConfig", bus: str, node_id: int, eds: Path | None) ->
     return description
 
 
-def _node_at(device: "DeviceEntry", bus: str) -> NodeSettings | None:
-    """Return the settings of a device that is a CANopen node on this bus; None for any other device."""
-    is_there = any(bus in buses for buses in device.links.values())
-    return device.settings if is_there and isinstance(device.settings, NodeSettings) else None
+def _nodes_at(device: "DeviceEntry", bus: str) -> "Iterator[DescribedNode]":
+    """Yield the CANopen nodes of a device on this bus."""
+    from fieldrig_devices.canopen.described import nodes_of
+
+    if any(bus in buses for buses in device.links.values()):
+        yield from nodes_of(device.settings)
 
 
 def _write(report: "Report", junit: Path | None, html: Path | None, markdown: Path | None) -> None:

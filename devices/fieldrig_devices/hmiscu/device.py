@@ -23,6 +23,7 @@ from fieldrig_devices.hmiscu.faces.can import CanFace
 from fieldrig_devices.hmiscu.faces.masters import Masters
 from fieldrig_devices.hmiscu.faces.modbus import BLOCKS
 from fieldrig_devices.hmiscu.fast_outputs import FastOutputs
+from fieldrig_devices.hmiscu.faults import MODELS, HmiscuFaults
 from fieldrig_devices.hmiscu.io import Terminals
 from fieldrig_devices.hmiscu.panel import Panel
 from fieldrig_devices.hmiscu.plc.debuggee import PlcDebuggee
@@ -39,6 +40,7 @@ from fieldrig_devices.registers.table import load_table
 
 class Hmiscu(Device):
     about: ClassVar[str] = "an HMISCU: panel and controller with pulse and PWM outputs"
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(
         self,
@@ -69,6 +71,7 @@ class Hmiscu(Device):
             [self._masters.library()],
             background,
         )
+        self.injected = HmiscuFaults(clock, self._fast, self._plc).injected
         self._variables = Variables(lambda: self._plc.program)
         self._debuggee = PlcDebuggee(self._plc, background)
         self._debugging = DebugService(clock, self._debuggee)

@@ -176,6 +176,18 @@ class FastOutputs:
             channel.set_pins(now_ns, PwmPins())
         self.after()
 
+    def set_linked(self, is_linked: bool) -> None:
+        """Break or restore the link to the firmware of the outputs (SCU-065)."""
+        if self._pto is not None:
+            self._pto.set_linked(self._clock.now_ns(), is_linked)
+        self.after()
+
+    def fail(self) -> None:
+        """Take an internal error of the firmware (SCU-062)."""
+        if self._pto is not None:
+            self._pto.fail(self._clock.now_ns())
+        self.after()
+
     def restart(self) -> None:
         """Begin again with the configured parameters, at a cold or warm start (SCU-056)."""
         if self._pto is not None:

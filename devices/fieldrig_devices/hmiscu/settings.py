@@ -7,10 +7,12 @@ from typing import Annotated, Any, Final, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
+from fieldrig_devices.canopen.described import DescribedNode
 from fieldrig_devices.canopen.master_settings import CanMasterSettings
 from fieldrig_devices.canopen.point_slave import PointSlaveSettings
 from fieldrig_devices.hmiscu.channels import Channels
 from fieldrig_devices.hmiscu.faces.modbus import ModbusFaceSettings
+from fieldrig_devices.hmiscu.faces.objects import EDS
 from fieldrig_devices.hmiscu.models import FAST_OUTPUTS, MODELS, Kind, Model, ModelName
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.modbus.client_settings import ModbusClientSettings
@@ -148,6 +150,10 @@ class HmiscuSettings(Channels):
         """Return the wire of a terminal; an empty text if it has none."""
         found = self.terminals.get(terminal, "")
         return found if isinstance(found, str) else found.wire
+
+    def canopen_nodes(self) -> Iterator[DescribedNode]:
+        if self.can_slave is not None:
+            yield self.can_slave.described(EDS)
 
     def claims(self, device: str) -> Iterator[Claim]:
         yield Claim("modbus", "unit", self.modbus.unit_id, ("modbus", "unit_id"))

@@ -8,8 +8,10 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from fieldrig.clock import MS
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings, WrongKey, refuse_all
+from fieldrig_devices.canopen.described import DescribedNode
 from fieldrig_devices.canopen.master_settings import CanMasterSettings
 from fieldrig_devices.iec.costs import Costs
+from fieldrig_devices.max4.can.objects import EDS
 from fieldrig_devices.max4.can.settings import CanFaceSettings
 from fieldrig_devices.max4.configuration.files import Configuration, DriveSettings, Symbol, symbol_of
 from fieldrig_devices.max4.configuration.limits import MOST_AXES
@@ -186,6 +188,10 @@ class Max4Settings(Settings):
     def cycle_ns(self) -> int:
         """Return the cycle of the ring, unless the controller has stored another CycleTime."""
         return self.cycle_ms * MS
+
+    def canopen_nodes(self) -> Iterator[DescribedNode]:
+        if self.can_axes is not None:
+            yield from (DescribedNode(node_id, EDS, self.can_axes.objects) for node_id in self.can_axes.node_ids)
 
     def claims(self, device: str) -> Iterator[Claim]:
         """The names and addresses that the controller occupies; a CANopen node answers only one master."""

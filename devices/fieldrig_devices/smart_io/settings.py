@@ -1,12 +1,14 @@
 """Settings of a Smart-IO node in a rig file."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
 from fieldrig.settings import Claim, Settings, WrongKey, refuse_all
 from fieldrig_bus.modbus.identification import Identification
+from fieldrig_devices.canopen.described import DescribedNode
 from fieldrig_devices.canopen.point_slave import PointSlaveSettings
 from fieldrig_devices.modbus.point_server import PointServerSettings
 from fieldrig_devices.smart_io.addresses import MODULES, exists, place_of
@@ -124,6 +126,10 @@ class SmartIoSettings(Settings):
                     yield WrongKey(("motors", number, key), f"there is no address {address}", remedy)
             if motor.increase == motor.decrease:
                 yield WrongKey(("motors", number, "decrease"), "both outputs are the same", "expected another address")
+
+    def canopen_nodes(self) -> Iterator[DescribedNode]:
+        if self.can_slave is not None:
+            yield self.can_slave.described(Path(__file__).parent / "faces" / "smart_io.eds")
 
     def claims(self, device: str) -> Iterator[Claim]:
         if self.ring_address is not None:

@@ -11,6 +11,8 @@ from typer.testing import CliRunner
 from fieldrig.cli.app import app
 from fieldrig.errors import UsageError
 from fieldrig.exits import Exit
+from fieldrig_devices.canopen.described import DescribedNode, nodes_of
+from fieldrig_devices.hmiscu.settings import HmiscuSettings
 
 LAB = EDS.parent / "lab-virtual.yaml"
 
@@ -26,6 +28,29 @@ def test_node_of_a_rig_file_passes_with_the_eds_and_values_that_the_file_names()
     report = json.loads(done.stdout)
     assert (report["failed"], report["eds"]) == (0, "io32.eds")
     assert report["passed"] >= 115
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("rig", "bus", "node", "eds"),
+    [
+        ("feeder", "can3", 21, "hmiscu.eds"), ("smart-io", "can4", 31, "smart_io.eds"),
+        ("conveyor", "can0", 1, "max4-axes.eds"), ("arp-cell", "can0", 20, "terminal.eds"),
+    ],
+)  # fmt: skip
+def test_a_device_with_an_eds_of_its_own_needs_no_option(rig: str, bus: str, node: int, eds: str) -> None:
+    file = LAB.with_name(f"{rig}-virtual.yaml")
+    done = conform("--rig", file, "--bus", bus, "--node", node, "--only", "SDO 01", "--json")
+    assert done.exit_code == Exit.OK, done.output
+    report = json.loads(done.stdout)
+    assert (report["eds"], report["passed"]) == (eds, 1)
+
+
+def test_an_eds_of_the_settings_of_a_slave_wins(tmp_path: Path) -> None:
+    node = {"node_id": 5, "eds": str(EDS / "io32.eds"), "points": {}, "objects": {"1017:00": 500}}
+    settings = HmiscuSettings.model_validate({"can_slave": node})
+    assert list(nodes_of(settings)) == [DescribedNode(5, EDS / "io32.eds", {"1017:00": 500})]
+    assert list(nodes_of(HmiscuSettings())) == []
 
 
 def test_failure_is_told_by_the_exit_code(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from fieldrig.settings import Claim, Settings
 from fieldrig_devices.arp.terminal.editor import LONGEST_PASSWORD
 from fieldrig_devices.arp.terminal.panel import Model
 from fieldrig_devices.arp.terminal.pattern import Decimals
+from fieldrig_devices.canopen.described import DescribedNode
 from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.time_of_day import EPOCH
 
@@ -47,6 +48,10 @@ class TerminalSettings(Settings):
         if not 0 <= days <= 0xFFFF:
             raise ValueError(f"{value!r} is out of range; expected a time within 65536 days from 1984-01-01")
         return value
+
+    def canopen_nodes(self) -> Iterator[DescribedNode]:
+        node = self.canopen
+        yield DescribedNode(node.node_id, node.eds, node.objects)
 
     @property
     def canopen(self) -> CanopenSettings:

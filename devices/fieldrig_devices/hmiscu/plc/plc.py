@@ -95,6 +95,9 @@ class Plc:
         self.state = PlcState.STOP
         self.problem = ""
         """Why the controller is in HALT, or why a program was refused."""
+        self._held = ""
+        """Why the controller may not go to RUN; empty if it may."""
+        self._goes_on = False
         self.downloads = Downloads(clock, background, self, settings, owner.on_program)
         self.on_stop: Callable[[Task], None] = lambda task: None
         """Called when a task has reached a breakpoint or has been stopped by a fault."""
@@ -165,6 +168,8 @@ class Plc:
         """Go to RUN.  ValueError in HALT."""
         if self.state is PlcState.HALT:
             raise ValueError(f"the controller is in HALT: {self.problem}\nexpected a reset first")
+        if self._held:
+            raise ValueError(f"the controller cannot go to RUN: {self._held}\nexpected it to end first")
         if self.state is PlcState.RUN:
             return
         self._enter(PlcState.RUN)
@@ -193,6 +198,20 @@ class Plc:
         self.problem = ""
         self._owner.restart_channels()
         self._enter(PlcState.STOP)
+
+    def hold(self, why: str) -> None:
+        """Leave RUN, and refuse to go there for this reason."""
+        self._goes_on = self.state is PlcState.RUN
+        self._held = why
+        self.stop()
+
+    def release(self, *, is_start: bool) -> None:
+        """Go back to RUN if it was there, with start values at a start."""
+        self._held = ""
+        if is_start:
+            self.reset(is_cold=False)
+        if self._goes_on:
+            self.run()
 
     def end(self) -> None:
         """End at power-off."""

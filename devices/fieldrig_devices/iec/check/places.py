@@ -103,6 +103,8 @@ def without_library(context: Context, node: tree.Expression) -> tree.Expression:
         return node
     first: tree.Expression = node.of
     while isinstance(first, tree.Member) and context.project.dialect.has_namespace_blocks:
+        if context.find(first.name) is not None:
+            return node  # a component of something that has a library in front, `Library.Instance.Output`
         first = first.of
     if not isinstance(first, tree.Name):
         return node

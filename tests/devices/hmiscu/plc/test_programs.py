@@ -242,3 +242,38 @@ END_CONFIGURATION
 def test_a_program_with_a_mistake_is_refused_with_its_line(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"program\.st:3:1: .*nothing"):
         DeviceBench(tmp_path, "PROGRAM PLC_PRG\nVAR END_VAR\nnothing := 1;\nEND_PROGRAM\n")
+
+
+@pytest.mark.manual("SCU-010", "SCU-063")
+@pytest.mark.parametrize("dialect", ["epas-4", "edition-3", "codesys"])
+def test_the_name_of_the_embedded_function_may_stand_in_front_of_an_instance(tmp_path: Path, dialect: str) -> None:
+    program = """
+VAR_GLOBAL g_eError : PTOPWM_ERR_TYPE; END_VAR
+PROGRAM PLC_PRG
+VAR Stop : PTOStop; END_VAR
+PTO_PWM.PTO00();
+Stop(PTO_REF_IN := PTO_PWM.PTO00.PTO_REF, Execute := TRUE, Deceleration := 100, ErrID => g_eError);
+END_PROGRAM
+"""
+    bench = DeviceBench(tmp_path, program, channel_0=PTO, dialect=dialect)
+    bench.run(50)
+    assert (bench.get("g_eError"), bench.get("PTO00.State")) == (0, 3)
+
+
+def test_the_error_of_the_drift_has_both_names_of_its_type(tmp_path: Path) -> None:
+    """The manual calls it RTCDRIFT_ERROR, the programming software RTCSETDRIFT_ERROR.  A wrong day is its error."""
+    program = """
+VAR_GLOBAL g_iDay : INT := 6; g_iError : INT; END_VAR
+PROGRAM PLC_PRG
+VAR eFirst : RTCDRIFT_ERROR; eSecond : RTCSETDRIFT_ERROR; END_VAR
+eFirst := SetRTCDrift(5, g_iDay, 12, 0);
+eSecond := eFirst;
+g_iError := eSecond;
+END_PROGRAM
+"""
+    bench = DeviceBench(tmp_path, program)
+    bench.run(20)
+    assert (bench.get("g_iError"), bench.get("rtc.drift")) == (0, 5)
+    bench.set("g_iDay", 7)
+    bench.run(20)
+    assert (bench.get("g_iError"), bench.get("plc/state")) == (2, "run")
