@@ -16,7 +16,7 @@ _WITHOUT_UNDERSCORES: Final = {
     word.replace("_", "").upper(): word for word in (*sorted(RESERVED), *sorted(STRUCTURE)) if len(word) > 4
 }
 """The reserved words by what is left of them without underscores; words of statements come before functions."""
-_SIGNS: Final = {"AND": "*", "OR": "+", "NOT": "!", "MOD": "%"}
+_SIGNS: Final = {"AND": "*", "OR": "+", "NOT": "!", "MOD": "%", "DIV": "/"}
 _FLAGS: Final = {"TRUE": 1, "FALSE": 0}
 _NAMED: Final = ("NAME", "FILE")
 """Parameters whose values are names."""

@@ -5,7 +5,7 @@ sign # is in front of hexadecimal digits, and before a directive at the beginnin
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
@@ -26,13 +26,15 @@ _PATTERN: Final = re.compile(
       | (?P<stray>\*/)
       | (?P<foreign>!=|==|:=|->|=>|=<|&&?|\|\||\*\*)
       | (?P<comment>//[^\n]*|/\*\*(?!/)(?:(?!\*/)[^\n])*(?:\*/)?|/\*(?!\*)(?:[^*]|\*(?!/))*\*/|/\*\*/)
-      | (?P<directive>\#[ \t]*(?:define|set|undef|include)\b)
+      | (?P<directive>\#[ \t]*(?i:define|set|undef|include)\b)
+      | (?P<number>(?:0[xX]|16\#|\$)[0-9A-Fa-f]+(?!\w)|[0-9]+(?:\.[0-9]*)?[eE][-+]?[0-9]+(?!\w))
       | (?P<hexadecimal>\#[0-9A-Fa-f]+(?!\w))
       | (?P<real>[0-9]+\.[0-9]+(?![\w.])|[0-9]+\.(?![\w.]))
       | (?P<integer>[0-9]+(?![\w]))
       | (?P<name>[^\W\d]\w*)
       | (?P<text>"[^"\n]*")
-      | (?P<index>\[[ \t]*(?:i|all[ \t]*[+*]?)[ \t]*\])
+      | (?P<index>\[[ \t]*(?i:i|all[ \t]*[+*]?)[ \t]*\])
+      | (?P<wrong_index>\[[^\[\]\n;]*\])
       | (?P<sign><-|<<|<=|>=|<>|[-+*%^=<>!?:;,()|.]|/(?!\*))
     """,
     re.VERBOSE,
@@ -103,8 +105,8 @@ def split(text: str, file: str) -> Tokens:
             comment = _Comment(at, len(found.tokens), len(found.mistakes), inner)
         elif kind == "stray":
             _close_again(found, text, match.end(), place, comment)
-        elif kind == "foreign":
-            found.tokens.append(_native(word, place, begins_line, found))
+        elif kind in _FOREIGN:
+            found.tokens += _FOREIGN[kind](word, place, begins_line, found)
             begins_line = False
         elif kind != "blank":
             found.tokens.append(_token(kind or "", word, place, begins_line, found.mistakes))
@@ -128,21 +130,45 @@ def _token(kind: str, word: str, place: Place, begins_line: bool, mistakes: list
         case "text":
             return Token("text", word, place, word[1:-1], begins_line)
         case "directive":
-            return Token("directive", word[1:].strip(), place, 0, begins_line)
+            return Token("directive", word[1:].strip().lower(), place, 0, begins_line)
         case "index":
-            return Token("sign", "".join(word.split()), place, 0, begins_line)
+            return Token("sign", "".join(word.split()).lower(), place, 0, begins_line)
         case "name":
             return Token("name", word, place, 0, begins_line)
     return Token("sign", word, place, 0, begins_line)
 
 
-def _native(word: str, place: Place, begins_line: bool, found: Tokens) -> Token:
+def _native(word: str, place: Place, begins_line: bool, found: Tokens) -> Sequence[Token]:
     """Report a sign of another language, and return what it is in this one."""
     before = [token.text for token in found.tokens[-2:]]
     is_parameter = bool(before) and before[-1].upper() in _PARAMETERS and before[0] != ":"
     right = "=" if is_parameter and word in ("==", ":=") else FOREIGN[word]
     found.mistakes.append(mistake(place, f"got {word}", right))
-    return Token("sign", right, place, 0, begins_line)
+    return (Token("sign", right, place, 0, begins_line),)
+
+
+def _native_number(word: str, place: Place, begins_line: bool, found: Tokens) -> Sequence[Token]:
+    """Report a number of another language, such as 0x1F or 1e3, and return the number that it means."""
+    marks = next((marks for marks in ("0x", "16#", "$") if word.lower().startswith(marks)), "")
+    if marks:
+        right = f"#{word[len(marks) :]}"
+        found.mistakes.append(mistake(place, f"got {word}", right))
+        return (_token("hexadecimal", right, place, begins_line, found.mistakes),)
+    found.mistakes.append(mistake(place, f"got {word}", "a number without an exponent"))
+    return (Token("real", word, place, float(word), begins_line),)
+
+
+def _wrong_index(_word: str, place: Place, _begins_line: bool, found: Tokens) -> Sequence[Token]:
+    found.mistakes.append(_index_is_wrong(place))
+    return ()
+
+
+_FOREIGN: Final[Mapping[str | None, Callable[[str, Place, bool, Tokens], Sequence[Token]]]] = {
+    "foreign": _native,
+    "number": _native_number,
+    "wrong_index": _wrong_index,
+}
+"""What is made of each sort of tokens that this language does not have."""
 
 
 @dataclass(slots=True)
@@ -188,15 +214,15 @@ def _wrong_character(text: str, at: int, place: Place) -> Mistake:
     if text[at] == '"':
         return mistake(place, "the text has no end", 'a second " in the same line')
     if text[at] == "[":
-        return mistake(
-            place,
-            "an index is wrong",
-            "[i], [all], [all+] or [all*]",
-            "Items have no numbers in a program: [i] is the present item, [all] means each of them.",
-        )
+        return _index_is_wrong(place)
     if text[at] == "#":
         return mistake(place, "# has no meaning here", "hexadecimal digits, define, set, undef or include")
     return mistake(place, f"{text[at]!r} has no meaning here", "a name, a number, a text or a sign")
+
+
+def _index_is_wrong(place: Place) -> Mistake:
+    hint = "Items have no numbers in a program: [i] is the present item, [all] means each of them."
+    return mistake(place, "an index is wrong", "[i], [all], [all+] or [all*]", hint)
 
 
 def mistake(place: Place, what: str, expected: str = "", hint: str = "", *, is_note: bool = False) -> Mistake:

@@ -40,6 +40,22 @@ def only(text: str) -> str:
         ("xeq sequence SEQ_Other;", "got xeq sequence; expected XEQ_SEQUENCE"),
         ("WHILE IFV_Go;", "There is one loop: LOOP"),
         ("IFV_Go = set;", "got =; expected <-"),
+        ("CWV_Count <- 0x1F;", "got 0x1F; expected #1F"),
+        ("CWV_Count <- 16#1F;", "got 16#1F; expected #1F"),
+        ("CWV_Count <- $1f;", "got $1f; expected #1f"),
+        ("CRV_Size <- 1e-3;", "got 1e-3; expected a number without an exponent"),
+        ("CRV_Size <- 2.5E3;", "got 2.5E3; expected a number without an exponent"),
+        ("CWV_Count <- 7 DIV 2;", "got DIV; expected /"),
+        ("IF CWV_Count<-5 THEN IFV_Go <- set; END_IF", "got <-; expected < -, with a blank between them"),
+        ("CONDITION CRV_Size<-CWV_Count;", "got <-; expected < -"),
+        ("WAIT 5;", "got WAIT; expected WAIT_TIME"),
+        ("DELAY 2.5;", "got DELAY; expected WAIT_TIME"),
+        ("AXI_Belt <- absolut_move(4);", "an AXIS has no function absolut_move; expected absolute_move"),
+        ("LED_Run <- flash(1);", "an LED_OUTPUT has no function flash; expected blink"),
+        ("CRV_Size <- sqrt(2);", "got sqrt; expected a value in front of ? sqrt"),
+        ("CALL RTN_Show(1, 2);", "got (; expected WITH and the arguments"),
+        ("AXI_Station[3] <- stop;", "an index is wrong; expected [i], [all]"),
+        ("AXI_Station[n + 1] <- stop;", "an index is wrong; expected [i], [all]"),
     ],
 )
 def test_slips_in_statements(statement: str, said: str) -> None:
@@ -225,3 +241,16 @@ def test_the_file_of_what_is_open_is_named() -> None:
     files = {"a.pam": "TASK TSK_a;\nSPECS CYCLES = 1; END_SPECS\n"}
     found = checked(f'{HEADER}#include "a.pam"\n', "main.pam", files.get)[1]
     assert "It belongs to the TASK in line 1 of a.pam." in str(found[0])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        in_sequence("AXI_Station[ALL] <- stop;"),
+        in_sequence("IF (AXI_Station[All*] ? ready) THEN IFV_Go <- set; END_IF"),
+        MACHINE.replace("APPLICATION", '#INCLUDE "ST1ERROR.SYS"\n#Define FAST 5\nAPPLICATION', 1),
+        in_sequence("CWV_Count\n<- 5;"),
+    ],
+)
+def test_keywords_in_other_cases_are_no_slips(text: str) -> None:
+    assert mistakes_of(text) == []

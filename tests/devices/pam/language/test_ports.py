@@ -148,7 +148,7 @@ def test_tolerated_forms(text: str) -> None:
     [
         ("DEFAULT_PERIOD = 20", "DEFAULT_PERIOD = 7", "expected 1, 5, 10, 20 or 50 basic cycles"),
         ("    MASTER_READY_TIMEOUT = 500 ;\n", "", "expected MASTER_READY_TIMEOUT = ..."),
-        ("NUMBER = 6", "NUMBER = 0", "expected a number above 0"),
+        ("NUMBER = 6", "NUMBER = 0", "expected 1 or more"),
         ("PERIOD = 10", "PERIOD = 0", "expected a number above 0"),
         ("INPUT WORD_VAR", "INPUT BYTE_VAR", "expected FLAG_VAR, WORD_VAR, LONG_VAR or REAL_VAR"),
         ("INPUT WORD_VAR", "WORD_VAR", "expected INPUT, OUTPUT or END_DUALPORT"),

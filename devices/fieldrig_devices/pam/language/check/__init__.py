@@ -51,6 +51,9 @@ def names_of(program: Program) -> Names:
     if not isinstance(program.items[0] if program.items else None, Application):
         place = program.items[0].place if program.items else Place("", 1, 1)
         names.wrong(place, "the program does not begin with APPLICATION", "APPLICATION with NAME and BASIC_PAM_CYCLE")
+    for item in program.items[1:]:
+        if isinstance(item, Application):
+            names.wrong(item.place, "there is a second APPLICATION", "one, at the beginning")
     for item in program.items:
         _check_item(item, names)
     check_addresses(program, names)

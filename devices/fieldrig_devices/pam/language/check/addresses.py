@@ -52,7 +52,7 @@ def check_addresses(program: Program, names: Names) -> None:
     owners: dict[tuple[str, str, int], str] = {}
     for item in found:
         address = item.integer("ADDRESS")
-        if address is None:
+        if address is None or address < 0:  # a negative one has a message already
             continue
         if item.kind == "NODE":
             count = item.integer("NUMBER") or groups.get(item.text("NODES_GROUP")) or 1
@@ -98,7 +98,7 @@ def _channels(item: Given, address: int, node_type: str) -> str:
         return "a module from 1 to 16 and a position from 01 to 12 of a SMART_IO, such as 101 to 112 or 1601 to 1612"
     bits = item.integer("BITS") or 1
     last = POSITIONS - place_of(address)[1] + 1
-    return "" if bits <= last else f"an address with {bits} positions up to the end of its module"
+    return "" if bits <= last or bits > POSITIONS else f"an address with {bits} positions up to the end of its module"
 
 
 def _occupy(

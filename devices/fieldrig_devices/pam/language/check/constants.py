@@ -1,5 +1,6 @@
 """Constant arguments of functions that the manual limits: messages, the display of a node, and moves."""
 
+from math import fmod, isfinite
 from operator import add, mul, sub
 from typing import Final
 
@@ -17,17 +18,26 @@ _OPERATORS: Final = {"+": add, "-": sub, "*": mul}
 
 
 def constant(expression: tree.Expression, depth: int = 0) -> int | float | None:
-    """Return the value of a number with its sign, or of a sum or product of such; None for anything else."""
+    """Return the value of a number with its sign, or of what is computed from such; None for anything else."""
     match expression:
         case tree.Number(value=value):
             return value
         case tree.Unary(operator="+" | "-" as sign, operand=operand) if depth < _MOST_DEEP:
             found = constant(operand, depth + 1)
             return -found if found is not None and sign == "-" else found
+        case tree.Binary(operator="/" | "%" as operator, left=left, right=right) if depth < _MOST_DEEP:
+            first, second = constant(left, depth + 1), constant(right, depth + 1)
+            return None if first is None or not second or not isfinite(first) else _divided(operator, first, second)
         case tree.Binary(operator=operator, left=left, right=right) if operator in _OPERATORS and depth < _MOST_DEEP:
             first, second = constant(left, depth + 1), constant(right, depth + 1)
             return None if first is None or second is None else _OPERATORS[operator](first, second)
     return None
+
+
+def _divided(operator: str, first: int | float, second: int | float) -> int | float:
+    """Return a quotient or remainder; of integers, a whole number toward zero (PAML-227, PAMS-006)."""
+    found = first / second if operator == "/" else fmod(first, second)
+    return int(found) if isinstance(first, int) and isinstance(second, int) else found
 
 
 def check_constants(kind: str, statement: tree.Execute, names: Names) -> None:

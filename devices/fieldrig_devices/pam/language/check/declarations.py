@@ -17,10 +17,13 @@ from fieldrig_devices.pam.language.check.symbols import (
 from fieldrig_devices.pam.language.items import Application, Declaration, Parameter
 from fieldrig_devices.pam.language.objects import KINDS, SPECS, Rule
 from fieldrig_devices.pam.language.tree import Expression, Number, Place, Reference, RoutineCall, Word
+from fieldrig_devices.smart_io.addresses import POSITIONS
 
 LONGEST_NAME: Final = 11
 """Significant characters of the name of an application (PAML-011)."""
 _COUNTS: Final = ("NUMBER", "CYCLES", "DUPL", "BASIC_PAM_CYCLE")
+_SIGNED: Final = ("PULSES_PER_UNIT", "UNITS_PER_VOLT")
+"""Parameters whose sign is a direction."""
 LONGEST_FILE: Final = 8
 """Characters of the name of a cam file (manual line 4764)."""
 
@@ -164,8 +167,9 @@ def _positive(*parameters: str) -> _Check:
 
     def check(_declaration: Declaration, values: Mapping[str, Parameter], names: Names) -> None:
         for name in parameters:
-            if _number(values, name) == 0:
-                names.wrong(values[name].place, f"{name} is 0", "a number above 0")
+            if _number(values, name) == 0 and name not in _COUNTS:  # a count of 0 has a message already
+                expected = "a number that is not 0" if name in _SIGNED else "a number above 0"
+                names.wrong(values[name].place, f"{name} is 0", expected)
 
     return check
 
@@ -268,8 +272,8 @@ def _digits(_declaration: Declaration, values: Mapping[str, Parameter], names: N
 
 def _bits(_declaration: Declaration, values: Mapping[str, Parameter], names: Names) -> None:
     bits = _number(values, "BITS")
-    if bits is not None and not 1 <= bits <= 12:
-        names.wrong(values["BITS"].place, f"BITS is {bits}", "1 to 12, the channels of a module")
+    if bits is not None and (bits == 0 or bits > POSITIONS):
+        names.wrong(values["BITS"].place, f"BITS is {bits}", f"1 to {POSITIONS}, the channels of a module")
 
 
 _VARIABLE: Final = (_positive("NUMBER", "PERIOD"),)

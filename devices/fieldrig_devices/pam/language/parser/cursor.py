@@ -70,6 +70,10 @@ class Cursor:
         """True if the token behind the present one is one of these words or signs."""
         return self.following.text.upper() in words
 
+    def is_one_line(self, begin: int) -> bool:
+        """True if no token behind this one up to the next one begins a line, and neither does the one itself."""
+        return not any(token.begins_line for token in self.tokens[begin : self.i + 2])
+
     def accept(self, text: str) -> bool:
         """Pass over a word or sign if it is the present token."""
         if self.is_word(text) or (self.token.kind == "sign" and self.token.text == text):

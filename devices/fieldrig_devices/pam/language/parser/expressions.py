@@ -8,6 +8,7 @@ from fieldrig_devices.pam.language.words import SYMBOLIC
 
 _LEVELS: Final = (("=", "<>"), ("<", "<=", ">", ">="), ("+", "-"), ("*", "/", "%", "^"))
 """The operators of two operands, loosest first."""
+_COMPARISONS: Final = 1
 LONGEST_CHAIN: Final = 1000
 """Operators of one level in a row."""
 
@@ -22,7 +23,10 @@ def expression(cursor: Cursor) -> tree.Expression:
 def _level(cursor: Cursor, level: int) -> tree.Expression:
     if level == len(_LEVELS):
         return _inquiry(cursor)
+    begin = cursor.i
     left = _level(cursor, level + 1)
+    if level == _COMPARISONS and cursor.token.text == "<-" and cursor.is_one_line(begin):
+        left = _below_negative(cursor, left)
     length = 0
     while cursor.token.kind == "sign" and cursor.token.text in _LEVELS[level]:
         place, operator = cursor.place, cursor.token.text
@@ -32,6 +36,13 @@ def _level(cursor: Cursor, level: int) -> tree.Expression:
         cursor.take()
         left = tree.Binary(place, operator, left, _level(cursor, level + 1))
     return left
+
+
+def _below_negative(cursor: Cursor, left: tree.Expression) -> tree.Expression:
+    """Read a<-5, which is an assignment by its signs, as the comparison that it must mean."""
+    place = cursor.take().place
+    cursor.wrong(place, "got <-", "< -, with a blank between them")
+    return tree.Binary(place, "<", left, tree.Unary(place, "-", _level(cursor, _COMPARISONS + 1)))
 
 
 def _inquiry(cursor: Cursor) -> tree.Expression:
@@ -129,6 +140,8 @@ def routine_call(cursor: Cursor) -> tree.RoutineCall:
         cursor.take()
         return tree.RoutineCall(place, "")
     routine = cursor.name("the name of a routine")
+    if cursor.token.text == "(":
+        raise cursor.unexpected("WITH and the arguments, without parentheses")
     found: list[tree.Expression] = []
     if cursor.accept("WITH"):
         found.append(expression(cursor))

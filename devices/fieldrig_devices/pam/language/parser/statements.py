@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Final, Literal
 
 from fieldrig_devices.pam.language import tree
-from fieldrig_devices.pam.language.functions import EXECUTIVE_NAMES, REPLACED
+from fieldrig_devices.pam.language.functions import EXECUTIVE_NAMES, MATHEMATICS, REPLACED
 from fieldrig_devices.pam.language.parser.cursor import Cursor, UnexpectedError
 from fieldrig_devices.pam.language.parser.expressions import (
     arguments,
@@ -32,6 +32,7 @@ _ENDS: Final = frozenset(word for word in STRUCTURE if word.startswith("END")) |
 _ELSE_IF: Final = ("ELSIF", "ELSEIF", "ELIF")
 _OTHER_LOOPS: Final = ("WHILE", "FOR", "REPEAT", "DO")
 _OTHER_ENDS: Final = ("END_WHILE", "END_FOR", "END_REPEAT", "UNTIL", "ENDWHILE", "ENDFOR")
+_OTHER_WAITS: Final = ("WAIT", "DELAY", "SLEEP", "PAUSE")
 MOST_STATEMENTS: Final = 20_000
 """Statements of one list."""
 
@@ -74,6 +75,8 @@ def _access(cursor: Cursor) -> tree.Statement:
         raise cursor.unexpected(
             "a statement", "There is one loop: LOOP, its statements, and END_LOOP with a condition."
         )
+    if cursor.is_word(*_OTHER_WAITS) and cursor.following.kind in ("integer", "real"):
+        raise cursor.unexpected("WAIT_TIME")
     target = object_or_parameter(cursor)
     if isinstance(target, tree.ParameterOf):
         cursor.expect("<-")
@@ -90,7 +93,10 @@ def _access(cursor: Cursor) -> tree.Statement:
     cursor.expect("<-", _hint(target.name))
     word = cursor.token.text.lower()
     is_function = cursor.token.kind == "name" and word in EXECUTIVE_NAMES | REPLACED.keys()
-    if is_function and (cursor.is_next("(") or (cursor.is_next(";") and not cursor.is_name(cursor.token))):
+    if word in MATHEMATICS and cursor.is_next("("):
+        raise cursor.unexpected(f"a value in front of ? {word}, as in 2 ? {word}")
+    is_call = cursor.token.kind == "name" and cursor.is_next("(")  # also of a function that no object has
+    if is_call or (is_function and cursor.is_next(";") and not cursor.is_name(cursor.token)):
         found: tree.Statement = tree.Execute(place, target, function_name(cursor), arguments(cursor))
     else:
         found = tree.Assign(place, target, expression(cursor))
