@@ -93,6 +93,21 @@ def test_axis_takes_speeds_and_torques(mode: Mode, value: float) -> None:
     assert abs(axis.velocity) < 1_000, "it stands, position controlled"
 
 
+@pytest.mark.manual("PD-132")
+@pytest.mark.parametrize(
+    ("mode", "values"),
+    [(Mode.VELOCITY, range(20_000, 2_000_001, 20_000)), (Mode.TORQUE, range(1, 21))],
+    ids=lambda value: getattr(value, "name", ""),
+)
+def test_speeds_and_torques_that_change_reach_the_drive_and_its_states_the_axis(mode: Mode, values: range) -> None:
+    bench = Bench("belt").boot().run(2_000).enable("belt")
+    axis = bench.axis("belt")
+    axis.follow(GivenSetValues(iter(values), mode))
+    bench.run(4 * len(values) + 50)
+    actual = axis.velocity if mode is Mode.VELOCITY else axis.torque
+    assert actual == pytest.approx(values[-1], rel=0.05)
+
+
 def test_axis_without_set_values_holds_its_place_and_lets_go() -> None:
     bench = Bench("belt").boot().run(2_000).enable("belt")
     axis = bench.axis("belt")
