@@ -189,7 +189,11 @@ class Forms:
     def _members(self, kind: StructType | BlockType) -> list[str]:
         if isinstance(kind, StructType):
             return [f"{name}:{self.of(one.type)}" for name, one in kind.fields.items()]
-        return [f"{member.name.lower()}:{'&' * member.is_reference}{self.of(member.type)}" for member in members(kind)]
+        return [f"{member.name.lower()}:{self._member(member)}" for member in members(kind)]
+
+    def _member(self, member: Variable) -> str:
+        """Return the form of a variable; a reference leads to another cell, which may be of this type too."""
+        return f"&{member.type}" if member.is_reference else self.of(member.type)
 
 
 def _union(kind: StructType | BlockType) -> str:
