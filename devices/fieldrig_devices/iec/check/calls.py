@@ -528,9 +528,16 @@ def _sizeof(of: "Expressions", node: tree.Call) -> Expression | None:
     if isinstance(given, tree.Name) and of.context.find(given.text) is None:
         kind = of.context.project.named_type(given.text)
         if kind is not None:
-            return integer(Sizes(of.context.project).of(kind))
+            return _size(of, given, kind)
     found = of.expression(given)
-    return integer(Sizes(of.context.project).of(found.type)) if found is not None else None
+    return _size(of, given, found.type) if found is not None else None
+
+
+def _size(of: "Expressions", at: tree.Node, kind: Type) -> Expression | None:
+    if kind in of.context.project.unfinished:
+        of.context.say(at, f"the size of {kind} depends on itself", "the size of another type")
+        return None
+    return integer(Sizes(of.context.project).of(kind))
 
 
 def _indexof(of: "Expressions", node: tree.Call) -> Expression | None:

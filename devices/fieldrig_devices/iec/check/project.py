@@ -192,6 +192,8 @@ class Project:
         """The names in each named list of global variables, for `list.variable` of today's tools, each with the name by
         which the project knows the variable."""
         self.types: dict[str, Type] = {}
+        self.unfinished: set[Type] = set()
+        """Structures some of whose components are not known yet, and so their sizes."""
         self.defaults: dict[str, InitialValue] = {}
         """Start values of declared types, by name."""
         self.starts: dict[Variable, Start] = {}

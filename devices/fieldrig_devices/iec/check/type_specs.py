@@ -229,6 +229,7 @@ class TypeSpecs:
         if name:
             self._project.types[name] = kind
         self.structures.append((kind, spec, context))
+        self._project.unfinished.add(kind)
         for part in spec.fields:
             if part.edge:
                 context.say(part, f"{part.name} has {part.edge}", "it in VAR_INPUT of a function block or program")
@@ -249,6 +250,7 @@ class TypeSpecs:
             if spec.is_union and part.initial is not None:
                 context.say(part, f"{part.name} in a UNION has a start value", "a value that the program assigns")
             kind.fields[self._key(part.name)] = Field(part.name, field_type, comment=comment_of(part))
+        self._project.unfinished.discard(kind)
         return kind
 
     def _extended(self, spec: tree.StructSpec, context: Context) -> tree.StructSpec:

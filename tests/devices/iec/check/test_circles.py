@@ -35,6 +35,16 @@ BY_ALL = [
     ),
     ("VAR_GLOBAL CONSTANT c : INT := d; d : INT := c; END_VAR", "n : INT := c;", "c is defined by itself"),
     ("TYPE E : (one := two, two := one); END_TYPE", "n : E;", "one is defined by itself"),
+    (
+        "TYPE N : STRUCT v : INT; a : ARRAY[0..SIZEOF(N)] OF INT; END_STRUCT; END_TYPE",
+        "n : N;",
+        "the size of N depends on itself",
+    ),
+    (
+        "TYPE N : STRUCT a : STRUCT b : ARRAY[0..SIZEOF(N)] OF INT; END_STRUCT; END_STRUCT; END_TYPE",
+        "n : N;",
+        "the size of N depends on itself",
+    ),
 ]
 TODAY = [
     ("TYPE U : UNION v : INT; u : U; END_UNION; END_TYPE", "n : U;", "U contains itself"),
