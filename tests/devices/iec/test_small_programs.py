@@ -253,6 +253,7 @@ def test_a_comment_in_edition_3_ends_where_all_of_it_do() -> None:
         (EPAS_4, "T#1s - T#2s", "the difference of these times is negative; expected T#0s or more"),
         (CODESYS, "SUB_TIME(T#1s, T#2s)", "the difference of these times is negative"),
         (CODESYS, "D#1998-02-13 - D#1998-02-14", "the difference of these times is negative"),
+        (CODESYS, "LTIME#1us - LTIME#2us", "the difference of these times is negative"),
         (CODESYS, "-t", "a minus sign in front of a TIME; expected a number"),
         (EDITION_3, "T#24d20h31m23s648ms", "is too long; expected T#-24d20h31m23s648ms to T#24d20h31m23s647ms"),
         (EPAS_4, "T#49d17h2m47s296ms", "is too long; expected at most T#49d17h2m47s295ms"),

@@ -31,8 +31,8 @@ def is_negative(context: Context, operator: Operator, left: Expression, right: E
     """True for constants whose difference is below 0, in a dialect without negative times."""
     if operator is not Operator.SUB or context.project.dialect.allows_negative_times or context.is_library:
         return False
-    is_short = left.type in (*LONGER, Elementary.TIME)
-    return is_short and isinstance(left, Constant) and isinstance(right, Constant) and left.value < right.value  # type: ignore[operator]
+    has_time = left.type in (*LONGER, *LONGER.values())
+    return has_time and isinstance(left, Constant) and isinstance(right, Constant) and left.value < right.value  # type: ignore[operator]
 
 
 def of_the_same_type(
