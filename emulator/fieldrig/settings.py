@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidato
 from fieldrig.errors import Mistake
 from fieldrig.own_files import checked_path
 
-RunPath = Annotated[str, AfterValidator(checked_path), Field(min_length=1)]
+RunPath = Annotated[str, Field(min_length=1), AfterValidator(checked_path)]
 """A path of a rig file that stays in its run folder."""
 
 

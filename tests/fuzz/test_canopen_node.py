@@ -9,6 +9,7 @@ with a delay away.
 
 import logging
 import random
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -212,8 +213,13 @@ def pass_time(bench: CanopenBench, link: TimedLink, model: DictionaryModel, chan
 
 
 def is_expected(record: logging.LogRecord) -> bool:
-    """A mapping that was stored in the middle of its change leaves its PDO empty, and the node says so."""
-    return record.levelno <= logging.WARNING and "the PDO stays empty" in record.getMessage()
+    """Return whether a record is a report of the node's own.
+
+    A mapping that was stored in the middle of its change leaves its PDO empty, and each EMCY message has a line.
+    """
+    text = record.getMessage()
+    is_emcy = record.levelno == logging.INFO and re.fullmatch("error 8[0-9A-F]{3}", text) is not None
+    return is_emcy or (record.levelno <= logging.WARNING and "the PDO stays empty" in text)
 
 
 class Told:

@@ -45,7 +45,7 @@ from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst
 from fieldrig_bus.serial.message import Break, ControlLines, Format
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm
-from fieldrig_bus.tcp.message import Close, Connected, Data, Listen, Listening, Taken, Unlisten
+from fieldrig_bus.tcp.message import Close, Connect, Connected, Data, Listen, Listening, Taken, Unlisten, Unreached
 from fieldrig_bus.tcp.message import Ended as TcpEnded
 from fieldrig_bus.telephone.message import Carrier, Dial, Heard, Hook, Offer, Ready, Ring, Tone
 from fieldrig_bus.telephone.modulation import Modulation, everything
@@ -106,6 +106,8 @@ GOOD: dict[type, list[Any]] = {
     Listen: [Listen(1)],
     Listening: [Listening(1, 0), Listening(1, 65_535)],
     Unlisten: [Unlisten(1)],
+    Connect: [Connect(1, 1), Connect(1, 65_535)],
+    Unreached: [Unreached(1)],
     Signal: [Signal("pump.run", True), Signal("tank.level", 1.5, "m"), Signal("", -(1 << 63)),
              Motion("encoder", 7, "count", -5, 1.5, 0.0), PulseTrain("p", 0, frequency=50_000, count=7),
              Pwm("p", 12.5, frequency=65_000)],
@@ -140,6 +142,8 @@ BAD: dict[type, list[Any]] = {
     Listen: [Listen(-1)],
     Listening: [Listening(1, 65_536), Listening(1, -1)],
     Unlisten: [Unlisten(_any(True))],
+    Connect: [Connect(1, 0), Connect(1, 65_536), Connect(0, 20), Connect(1, _any("20"))],
+    Unreached: [Unreached(0), Unreached(_any(None))],
     Browse: [Browse("plc", _any("1"), ""), Browse("plc", 1, _any(None)), Browse("plc", 1, "", _any(1.5))],
     Find: [Find("plc", 1, _any(b"a")), Find("plc", 1, "a" * 4_097)],
     Read: [Read("plc", 1, _any((1,))), Read("plc", 1, ("x",) * 201), Read("plc", 1, _any("ab"))],
