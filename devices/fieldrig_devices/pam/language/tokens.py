@@ -102,6 +102,7 @@ def split(text: str, file: str) -> Tokens:
         elif kind == "comment":
             found.comments.append((place, word.rstrip()))
             inner = text.count("/*", at + 2, match.end()) if _BLOCK.match(word) else 0
+            _suspect(comment, found)
             comment = _Comment(at, len(found.tokens), len(found.mistakes), inner)
         elif kind == "stray":
             _close_again(found, text, match.end(), place, comment)
@@ -115,6 +116,7 @@ def split(text: str, file: str) -> Tokens:
             line += word.count("\n")
             line_start = at + word.rindex("\n") + 1
         at = match.end()
+    _suspect(comment, found)
     found.tokens.append(Token("end", "the end of the text", Place(file, line, at - line_start + 1), begins_line=True))
     return found
 
@@ -181,6 +183,14 @@ class _Comment:
     mistakes: int = 0
     inner: int = 0
     """The number of comments that seem to begin in it."""
+
+
+def _suspect(comment: _Comment, found: Tokens) -> None:
+    """Say that another comment begins in this one, whose own end may have been forgotten."""
+    if comment.inner:
+        begun, _ = found.comments[-1]
+        hint = "Comments do not nest. Perhaps its own */ is missing, so that what follows is no part of the program."
+        found.mistakes.append(mistake(begun, "the comment has another /* in it", "", hint, is_note=True))
 
 
 def _close_again(found: Tokens, text: str, end: int, place: Place, comment: _Comment) -> None:

@@ -3,6 +3,8 @@
 import pytest
 from pam_programs import HEADER, MACHINE, in_sequence, mistakes_of
 
+from fieldrig_devices.pam.language.compiler import checked
+
 FIRST = in_sequence("").splitlines().index("SEQUENCE SEQ_Test;") + 2
 """The line of the first statement."""
 
@@ -254,3 +256,29 @@ def test_the_file_of_what_is_open_is_named() -> None:
 )
 def test_keywords_in_other_cases_are_no_slips(text: str) -> None:
     assert mistakes_of(text) == []
+
+
+def test_the_missing_end_of_a_trace_belongs_to_it() -> None:
+    origin = "TIME_ORIGIN_SLOPE = POSITIVE; TIME_ORIGIN_COMPARE_MODE = IMMEDIATE; TIME_ORIGIN_REFERENCE = 1;"
+    traces = "TRACE TRC_a; ROUTINE = NONE;\n  TRACE TRC_b; ROUTINE = NONE; END\nEND"
+    said = only(f"{MACHINE}MULTI_COMPARATOR MUL_a; {origin} VALUE_PERIOD = 9;\n  {traces}")
+    line = MACHINE.count("\n") + 2
+    assert f"{line}:31: END is missing behind ;" in said
+    assert f"It belongs to the TRACE in line {line}." in said
+
+
+@pytest.mark.parametrize(
+    ("comment", "notes"),
+    [
+        ("/* a\nCWV_Count <- 1; /* b */", ["the comment has another /* in it"]),
+        ("/* a /* b */ /* c */ /* d /* e */", ["the comment has another /* in it"] * 2),
+        ("/* a */ /* b */ // /* c", []),
+        ("/** /* a", []),
+        ("/* // */", []),
+    ],
+)
+def test_a_comment_that_begins_in_another_one_is_worth_a_note(comment: str, notes: list[str]) -> None:
+    """What stands between them is silently no part of the program (manual lines 788 to 794)."""
+    found = checked(in_sequence(comment), "a.pam")[1]
+    assert [note.what for note in found] == notes
+    assert all(note.is_note for note in found)

@@ -62,6 +62,8 @@ def parameters(
     """Read parameters up to a word that ends them.  Traces among them are put into `parts`."""
     found: list[Parameter] = []
     place = cursor.place
+    if kind == "TRACE":
+        ends = (*ends, kind)  # the next one; both are parts of a MULTI_COMPARATOR
     while not cursor.is_at_end and not cursor.is_word(*ends) and not _is_outside(cursor, rules, place):
         if cursor.accept(";"):
             continue
