@@ -170,7 +170,7 @@ _FOREIGN: Final[Mapping[str | None, Callable[[str, Place, bool, Tokens], Sequenc
     "number": _native_number,
     "wrong_index": _wrong_index,
 }
-"""What is made of each sort of tokens that this language does not have."""
+"""The functions that read each sort of tokens that this language does not have."""
 
 
 @dataclass(slots=True)

@@ -98,7 +98,7 @@ def test_every_parameter_of_every_header_may_be_the_last_word(kind: str) -> None
     ],
 )
 def test_any_word_of_the_language_may_be_anywhere(before: str) -> None:
-    """The parser of a port once waited for ever in front of NODE with a semicolon."""
+    """The parser of a port once did not end at NODE with a semicolon."""
     parts = before.split("{}")
     for number in range(1, len(parts)):
         for word in (*ITEMS, *STRUCTURE):

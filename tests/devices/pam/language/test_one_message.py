@@ -278,7 +278,14 @@ def test_the_missing_end_of_a_trace_belongs_to_it() -> None:
     ],
 )
 def test_a_comment_that_begins_in_another_one_is_worth_a_note(comment: str, notes: list[str]) -> None:
-    """What stands between them is silently no part of the program (manual lines 788 to 794)."""
+    """The text between them is silently no part of the program (manual lines 788 to 794)."""
     found = checked(in_sequence(comment), "a.pam")[1]
     assert [note.what for note in found] == notes
     assert all(note.is_note for note in found)
+
+
+@pytest.mark.parametrize("text", ["", "// nothing", "#define A 1\n"])
+def test_the_message_about_an_empty_file_names_it(text: str) -> None:
+    (found,) = checked(text, "empty.pam")[1]
+    assert (found.file, found.line, found.column) == ("empty.pam", 1, 1)
+    assert found.what == "the program does not begin with APPLICATION"

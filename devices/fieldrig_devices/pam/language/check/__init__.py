@@ -36,20 +36,20 @@ MOST_FORMALS = 4
 _LINKABLE = ("BINARY_OUTPUT", "LED_OUTPUT")
 
 
-def check(program: Program) -> list[Mistake]:
+def check(program: Program, file: str) -> list[Mistake]:
     """Return the mistakes and notes of an application, in the order of its text."""
-    names = names_of(program)
+    names = names_of(program, file)
     return sorted(names.mistakes, key=lambda wrong: (wrong.file, wrong.line, wrong.column))
 
 
-def names_of(program: Program) -> Names:
-    """Return the names of an application, and all messages about it."""
+def names_of(program: Program, file: str = "") -> Names:
+    """Return the names of an application, and all messages about it; `file` is for one that is empty."""
     names = Names()
     for item in program.items:
         if isinstance(item, Task):
             names.tasks.setdefault(item.name, item)
     if not isinstance(program.items[0] if program.items else None, Application):
-        place = program.items[0].place if program.items else Place("", 1, 1)
+        place = program.items[0].place if program.items else Place(file, 1, 1)
         names.wrong(place, "the program does not begin with APPLICATION", "APPLICATION with NAME and BASIC_PAM_CYCLE")
     for item in program.items[1:]:
         if isinstance(item, Application):
