@@ -75,7 +75,9 @@ class Context:
 
     def say_unknown(self, node: Node, name: str, expected: str = "") -> None:
         """Report an unknown name, once in each body."""
-        if not name or self.key(name) in self._unknown or self.project.lacks_base(self.block):
+        if not name or name[0].isdigit():  # the parser has reported it
+            return
+        if self.key(name) in self._unknown or self.project.lacks_base(self.block):
             return  # the parser has reported an empty name, and a message about EXTENDS is enough
         self._unknown.add(self.key(name))
         if self.key(name) in self.project.names:

@@ -2,6 +2,7 @@
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
+from math import gcd
 from typing import Any, Final
 
 from fieldrig_devices.iec import program, tree
@@ -157,15 +158,23 @@ class Statements:
                 self.context.say(node.variable, f"{text(node.variable)} is {a(kind)}", "an integer variable behind FOR")
             values, step = [None, None], None
         body = self._looped(node.body)
-        if isinstance(base, Elementary) and not _has_way_out(node.body) and _never_ends(values[1], step, base):
-            shown = text(node.variable)
-            expected = f"an end that {shown} can pass, or EXIT in the loop"
-            what = f"the loop never ends, as {shown} is {a(base)} and wraps around at {base.low} and {base.high}"
-            self.context.say(node.last, what, expected, "use a larger type for the variable")
+        if isinstance(base, Elementary) and not _has_way_out(node.body):
+            self._warn_of_endless(node, values, step, base)
         if variable is None or values[0] is None or values[1] is None or step is None or kind is None:
             return None
         first = self.expressions.convert(values[0], kind, node.first)
         return program.For(variable, first, values[1], step, body, line=node.place.line) if first is not None else None
+
+    def _warn_of_endless(
+        self, node: tree.For, values: Sequence[Expression | None], step: Expression | None, kind: Elementary
+    ) -> None:
+        shown, hint = text(node.variable), "use a larger type for the variable"
+        wraps = f"as {shown} is {a(kind)} and wraps around at {kind.low} and {kind.high}"
+        if _never_ends(values[1], step, kind):
+            expected = f"an end that {shown} can pass, or EXIT in the loop"
+            self.context.say(node.last, f"the loop never ends, {wraps}", expected, hint)
+        elif _steps_over_its_end(values, step, kind):
+            self.context.note(node.last, f"the loop never ends unless its body changes {shown}, {wraps}", hint)
 
     def _step(self, node: tree.Expression, kind: Elementary) -> Expression | None:
         """The step may be negative (X16); a negative one for an unsigned variable counts down by wrapping around."""
@@ -237,6 +246,20 @@ def _never_ends(last: Expression | None, step: Expression | None, kind: Elementa
     if not isinstance(last, Constant) or not isinstance(step, Constant):
         return False
     return last.value == (kind.high if int(step.value) > 0 else kind.low)
+
+
+def _steps_over_its_end(values: Sequence[Expression | None], step: Expression | None, kind: Elementary) -> bool:
+    """True if a counter comes to no value behind its end by steps alone: FOR x := 0 TO 254 BY 2 with a BYTE.
+
+    By wrapping around, it comes to all values that differ from the first one by a multiple of `apart`.
+    """
+    first, last = values
+    if not isinstance(first, Constant) or not isinstance(last, Constant) or not isinstance(step, Constant):
+        return False
+    start, end, apart = int(first.value), int(last.value), gcd(int(step.value), 2 ** (8 * kind.size))
+    if int(step.value) > 0:
+        return start <= end and kind.high - (kind.high - start) % apart <= end
+    return start >= end and kind.low + (start - kind.low) % apart >= end
 
 
 def _has_way_out(nodes: Sequence[tree.AnyStatement], *, is_inner: bool = False) -> bool:

@@ -1,5 +1,7 @@
 """Mistakes of a beginner who knows another language: one message for each, with the words of ST as its hint."""
 
+import re
+
 import pytest
 from iec_check import program
 
@@ -47,6 +49,7 @@ STATEMENTS = [
             "an end that i can pass, or EXIT in the loop | use a larger type for the variable"
         ),
     ),
+    ("i := 5u;", "6 5u is neither a number nor a name; a name that begins with a letter or an underscore | "),
     ("i := n % 3;", "8 got %; MOD | The remainder of a division is a MOD b."),
     ("i := n%3;", "7 got %; MOD | The remainder of a division is a MOD b."),
     ("b := !b;", "6 got !; NOT | The operator is NOT."),
@@ -85,6 +88,38 @@ def messages(text: str) -> list[str]:
 @pytest.mark.parametrize(("statement", "expected"), STATEMENTS)
 def test_a_statement_of_another_language_has_one_message(statement: str, expected: str) -> None:
     assert messages(FUNCTION + program(NAMES, "\n" + statement)) == [expected]
+
+
+@pytest.mark.parametrize(
+    ("kind", "loop", "is_noted"),
+    [
+        ("BYTE", "0 TO 254 BY 2", True),
+        ("BYTE", "0 TO 253 BY 3", False),  # wraps around twice, and comes to 254
+        ("BYTE", "1 TO 254 BY 2", False),
+        ("USINT", "5 TO 251 BY 10", False),  # comes to 255
+        ("USINT", "9 TO 8 BY 2", False),  # no pass
+        ("INT", "-32768 TO 32766 BY 10000", True),
+        ("SINT", "99 TO -127 BY -4", True),
+        ("UINT", "9 TO 1 BY -2", True),
+        ("UINT", "9 TO 2 BY -2", False),
+    ],
+)
+def test_a_counter_that_steps_over_its_end_is_noted(kind: str, loop: str, is_noted: bool) -> None:
+    text = f"PROGRAM PLC_PRG\nVAR\nx : {kind}; n : INT;\nEND_VAR\nFOR x := {loop} DO n := 1; END_FOR;\nEND_PROGRAM\n"
+    made = compile_project([SourceFile("a.st", text)], StandaloneHost(VirtualClock()))
+    assert any("the loop never ends unless its body changes x" in note.what for note in made.notes) is is_noted
+    ends = _ends(kind, loop)
+    assert ends is not is_noted
+
+
+def _ends(kind: str, loop: str) -> bool:
+    """Count as the controller does, for as many steps as the type has values."""
+    first, last, step = (int(part) for part in re.findall(r"-?\d+", loop))
+    low, values = {"BYTE": (0, 2**8), "USINT": (0, 2**8), "SINT": (-(2**7), 2**8), "UINT": (0, 2**16)}.get(
+        kind, (-(2**15), 2**16)
+    )
+    counted = ((first + number * step - low) % values + low for number in range(values + 1))
+    return any(value > last if step > 0 else value < last for value in counted)
 
 
 @pytest.mark.parametrize(("name", "meant"), TYPES)
