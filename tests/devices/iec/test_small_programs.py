@@ -264,6 +264,26 @@ def test_a_time_that_the_dialect_does_not_have_is_refused(dialect: Dialect, valu
     assert any(expected in message for message in found), found
 
 
+SHARED = "UNION w : UINT; s : {} END_UNION"
+START = "STRUCT n : INT := 77; END_STRUCT;"
+
+
+@pytest.mark.parametrize(
+    ("types", "kind"),
+    [
+        (f"TYPE V : {SHARED.format(START)}; END_TYPE", "V"),
+        (
+            f"TYPE V : {SHARED.format('ARRAY[0..1] OF T;')}; END_TYPE TYPE T : STRUCT k : {START} END_STRUCT; END_TYPE",
+            "V",
+        ),
+        ("", SHARED.format(START)),
+    ],
+)
+def test_start_values_that_a_union_leaves_out_are_noted(types: str, kind: str) -> None:
+    notes = IecBench(f"{types}\n{program(f'u : {kind};', ';')}", CODESYS).compiled.notes
+    assert "the start values in s are left out in a UNION" in [note.what for note in notes]
+
+
 @pytest.mark.parametrize("dialect", [EPAS_4, CODESYS], ids=lambda dialect: dialect.name)
 def test_nothing_less_a_time_is_the_largest_time_in_public_programs(dialect: Dialect) -> None:
     """CYCLE_TIME of OSCAT begins a search for the smallest time with T#0s - T#1ms."""
