@@ -20,6 +20,7 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.canopen.described import DescribedNode
 from fieldrig_devices.canopen.emcy import Emcy
 from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
+from fieldrig_devices.canopen.shown_points import show_points
 
 log = logging.getLogger(__name__)
 
@@ -112,8 +113,11 @@ class PointSlave:
         find: Find,
         eds: Path,
         default: Mapping[str, str],
+        why_refused: Callable[[str], str] = lambda name: "",
     ) -> None:
         """`eds` and the `default` points by object serve settings without their own.
+
+        `why_refused` says why the network may not set a point; an empty text if it may.
 
         ValueError for points that do not exist, and for objects that are not in the EDS.
         """
@@ -128,6 +132,7 @@ class PointSlave:
             }
         )
         self._node = CanopenNode(clock, name, can, node, store, self.wires)
+        show_points(self._node.dictionary, signals, find, why_refused)
 
     @property
     def emcy(self) -> Emcy:

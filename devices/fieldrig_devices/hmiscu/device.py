@@ -5,13 +5,14 @@ and panel are ours, as that guide describes the outputs only.  Left out: the gra
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any, ClassVar
 
 from fieldrig.background import Background
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
-from fieldrig.device import Device, Point, Tool
+from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.link import Link
 from fieldrig.store import Store
 from fieldrig_bus.can.frame import CanFrame
@@ -76,9 +77,10 @@ class Hmiscu(Device):
         self._debuggee = PlcDebuggee(self._plc, background)
         self._debugging = DebugService(clock, self._debuggee)
         self._direct = None if settings.program else DirectBlocks(settings, self._fast.make)
-        self._points: dict[str, Point] = dict(self._own_points())
-        self._connect_modbus(modbus or [])
         self._can: CanFace | None = None
+        self._points: dict[str, Point] = {}
+        self.on_program()
+        self._connect_modbus(modbus or [])
         self._connect_can(None if can is None else SharedLink(can), name, store)
         self.on_program()
 
@@ -103,7 +105,7 @@ class Hmiscu(Device):
             self._masters.add_master(self._clock, can.share(), settings.can_master)
         if settings.can_slave is not None:
             end = can.share(hears_others=settings.can_master is not None)
-            self._can = CanFace(self._clock, name, end, settings.can_slave, store, self.find)
+            self._can = CanFace(self._clock, name, end, settings.can_slave, store, self.find, self.why_refused)
 
     def start(self) -> None:
         self._terminals.start()
@@ -125,10 +127,31 @@ class Hmiscu(Device):
 
     def find(self, name: str) -> Point | None:
         """Return the point that faces call `name`: one of the points, a channel by its usual name, or a variable."""
-        found = self._points.get(self._fast.present_name(name))
+        present = self._fast.present_name(name)
+        found = self._points.get(present)
         if found is None and self._plc.program is not None:
-            return self._variables.point(name)
+            variable = self._variables.point(name)
+            return None if variable is None else self._guarded(present, variable)
         return found
+
+    def why_refused(self, name: str) -> str:
+        """Return why tools and masters may not set a point; empty if they may."""
+        is_driven = self._fast.present_name(name).casefold() in self._plc.driven
+        return f"the program drives {name}" if is_driven else ""
+
+    def _guarded(self, name: str, point: Point) -> Point:
+        """Return the point, which refuses values while the program drives it."""
+        act = point.write
+        if act is None:
+            return point
+
+        def write(value: Value) -> None:
+            refusal = self.why_refused(name)
+            if refusal:
+                raise ValueError(f"{refusal}\nexpected a program that leaves it alone; `fieldrig debug` forces it")
+            act(value)
+
+        return replace(point, write=write)
 
     def _own_points(self) -> Iterator[tuple[str, Point]]:
         yield from self._plc.points()
@@ -159,8 +182,10 @@ class Hmiscu(Device):
             self._fast.shut_down()
 
     def on_program(self) -> None:
-        faces = dict(self._masters.points()) | ({} if self._can is None else dict(self._can.points()))
-        self._points = dict(self._own_points()) | faces
+        can = self._can
+        faces = dict(self._masters.points()) | ({} if can is None else dict(can.points()))
+        own = {name: self._guarded(name, point) for name, point in self._own_points()}
+        self._points = own | faces
 
     def restart_channels(self) -> None:
         self._fast.restart()

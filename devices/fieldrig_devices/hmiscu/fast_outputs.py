@@ -234,9 +234,16 @@ class FastOutputs:
         yield (
             f"{name}.Position",
             Point(
-                lambda: pto.output.train.at(self._clock.now_ns()), unit="pulse", about="pulses forwards less backwards"
+                lambda: _wrapped(pto.output.train.at(self._clock.now_ns())),
+                unit="pulse",
+                about="pulses forwards less backwards; from 2147483647 it goes on at -2147483648",
             ),
         )
+
+
+def _wrapped(position: int) -> int:
+    """Return the position in 32 bits, as each face shows it: the axis has no reference point, so its travel has no end."""
+    return (position + (1 << 31)) % (1 << 32) - (1 << 31)
 
 
 class Idle(Block):

@@ -163,7 +163,7 @@ class Terminals:
         self.on_input(terminal)
 
     def _set_output(self, terminal: str, kind: Kind, value: Value) -> None:
-        """Set an output in the image.  A program that writes it wins in its next cycle."""
+        """Set an output in the image.  One that a program writes refuses it before."""
         raw = int(truth_in(value)) if kind == "digital output" else whole_in(value, 0, MOST_RAW)
         _put(self.outputs, place_of(terminal), raw)
 

@@ -22,6 +22,7 @@ from fieldrig_devices.iec.lower.names import names_of, rules_of
 from fieldrig_devices.iec.lower.routines import Lowered, lower
 from fieldrig_devices.iec.program import Program, Task
 from fieldrig_devices.iec.symbols import Symbols
+from fieldrig_devices.iec.written import NOTHING, Written, written_by
 from fieldrig_devices.languages.garbage import collection
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.languages.resumable import prepare
@@ -40,6 +41,8 @@ class Compiled:
     files: tuple[SourceFile, ...] = ()
     notes: tuple[Mistake, ...] = ()
     costs: Costs = field(default_factory=Costs)
+    written: Written = NOTHING
+    """The outputs and the pins of global instances that the program writes."""
 
     @property
     def code_size(self) -> int:
@@ -133,7 +136,7 @@ def build(
     for library in host.libraries:
         natives |= {**library.functions, **library.blocks}
     lowered = lower(program, natives, costs, lambda done, total: on_progress("lower", done, total))
-    compiled = Compiled(program, lowered, placed, files, notes, costs)
+    compiled = Compiled(program, lowered, placed, files, notes, costs, written_by(program))
     _check_limits(compiled, limits)
     for pou in program.pous.values():
         pou.body = []

@@ -3,6 +3,8 @@
 Inputs are sampled at the end of each cycle of MAST; a write has its effect in the next one.
 """
 
+from collections.abc import Callable
+
 from fieldrig.clock import Clock
 from fieldrig.link import Link
 from fieldrig.store import Store
@@ -21,9 +23,16 @@ class CanFace(PointSlave):
     """The slave of one controller."""
 
     def __init__(
-        self, clock: Clock, name: str, can: Link[CanFrame], settings: PointSlaveSettings, store: Store, find: Find
+        self,
+        clock: Clock,
+        name: str,
+        can: Link[CanFrame],
+        settings: PointSlaveSettings,
+        store: Store,
+        find: Find,
+        why_refused: Callable[[str], str],
     ) -> None:
-        super().__init__(clock, name, can, settings, store, find, EDS, default_points())
+        super().__init__(clock, name, can, settings, store, find, EDS, default_points(), why_refused)
 
     def on_cycle(self) -> None:
         self.wires.sample()

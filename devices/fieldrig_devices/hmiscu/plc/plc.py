@@ -21,10 +21,11 @@ from fieldrig.point_values import choice_in
 from fieldrig_devices.hmiscu.io import Terminals
 from fieldrig_devices.hmiscu.panel import Panel
 from fieldrig_devices.hmiscu.plc.downloads import Downloads
+from fieldrig_devices.hmiscu.plc.driven import driven_names
 from fieldrig_devices.hmiscu.plc.library import Instances, MakeBlock
 from fieldrig_devices.hmiscu.plc.mast import MastProgram
 from fieldrig_devices.hmiscu.plc.system import SystemFunctions
-from fieldrig_devices.hmiscu.settings import HmiscuSettings
+from fieldrig_devices.hmiscu.settings import INPUTS, HmiscuSettings
 from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.host import Library
@@ -95,6 +96,8 @@ class Plc:
         self.state = PlcState.STOP
         self.problem = ""
         """Why the controller is in HALT, or why a program was refused."""
+        self._driven_by: Compiled | None = None
+        self._driven = frozenset[str]()
         self._held = ""
         """Why the controller may not go to RUN; empty if it may."""
         self._goes_on = False
@@ -127,6 +130,19 @@ class Plc:
         return compile_project(
             files, self.host, dialect, costs=settings.costs, resource=settings.resource, on_progress=report
         )
+
+    @property
+    def driven(self) -> frozenset[str]:
+        """The points that the program drives, in small letters."""
+        program = self.program
+        if program is None:
+            return frozenset()
+        compiled = program.runtime.compiled
+        if compiled is not self._driven_by:
+            self._driven_by = compiled
+            outputs = (name for name, kind in self._settings.kinds.items() if kind not in INPUTS)
+            self._driven = driven_names(compiled.written, self._names, outputs)
+        return self._driven
 
     # ---- loading
 
