@@ -242,7 +242,7 @@ class FastOutputs:
 
 
 def _wrapped(position: int) -> int:
-    """Return the position in 32 bits, as each face shows it: the axis has no reference point, so its travel has no end."""
+    """Return the position in 32 bits, as each face shows it; an axis without a reference has no end."""
     return (position + (1 << 31)) % (1 << 32) - (1 << 31)
 
 
