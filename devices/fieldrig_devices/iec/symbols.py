@@ -118,9 +118,20 @@ def parts(symbol: Symbol) -> list[Symbol]:
     if isinstance(kind, StructType):
         return [_part(symbol, name) or symbol for name in kind.fields]
     if isinstance(kind, BlockType) and kind.pou is not None:
-        names = (name for name in kind.pou.variables if name != CLASS)
+        names = (name for name, one in kind.pou.variables.items() if name != CLASS and not _leads_on(symbol, one))
         return [part for name in names if (part := _part(symbol, name)) is not None]
     return []
+
+
+def _leads_on(symbol: Symbol, variable: Variable) -> bool:
+    """True for what may have instances, by reference, in an instance by reference: such a way may go on without end.
+
+    `find` goes it as far as a path says.
+    """
+    kind = variable.type
+    while isinstance(kind, ArrayType):
+        kind = kind.element
+    return variable.is_reference and len(symbol.steps) > 1 and isinstance(kind, StructType | BlockType)
 
 
 def _of_variable(variable: Variable) -> Symbol:
