@@ -20,6 +20,7 @@ from fieldrig_devices.iec.library.sources import sources
 from fieldrig_devices.iec.limits import MAX_4, MOST_CHARACTERS, MOST_STATEMENTS, Limits
 from fieldrig_devices.iec.lower.names import names_of, rules_of
 from fieldrig_devices.iec.lower.routines import Lowered, lower
+from fieldrig_devices.iec.open_inputs import open_inputs
 from fieldrig_devices.iec.program import Program, Task
 from fieldrig_devices.iec.symbols import Symbols
 from fieldrig_devices.iec.written import NOTHING, Written, written_by
@@ -131,6 +132,10 @@ def build(
     on_progress: Progress = lambda stage, done, total: None,
 ) -> Compiled:
     """Place and lower a checked program, and compile its Python."""
+    required = {name for library in host.libraries for name in library.required}
+    missing = list(open_inputs(program, required)) if required else []
+    if missing:
+        raise CompileError(missing)
     placed = layout.place(program, previous)
     natives: dict[str, NativeFunction | NativeBlock] = {}
     for library in host.libraries:

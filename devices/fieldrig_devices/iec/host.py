@@ -65,6 +65,8 @@ class Library:
     text: str
     functions: Mapping[str, NativeFunction]
     blocks: Mapping[str, NativeBlock]
+    required: frozenset[str] = frozenset()
+    """The names of inputs that a program must give to an instance of its blocks which it calls."""
 
 
 class Host(Protocol):

@@ -23,7 +23,7 @@ def written_by(program: ir.Program) -> Written:
     """Return what a checked program writes.  The bodies of its POUs are still there, as before they are lowered."""
     bits, pins = set[tuple[int, int]](), set[tuple[str, str]]()
     for pou in program.pous.values():
-        for place in _targets([pou.body, *(action.body for action in pou.actions.values())]):
+        for place in targets([pou.body, *(action.body for action in pou.actions.values())]):
             if isinstance(place, ir.Located) and place.area == "Q":
                 bits |= set(_bits(place))
             elif isinstance(place, ir.Component) and isinstance(place.of, ir.Cell) and place.variable is not None:
@@ -38,16 +38,22 @@ def _bits(place: ir.Located) -> Iterator[tuple[int, int]]:
     yield from ((place.byte + byte, bit) for byte in range(place.type.size) for bit in range(8))
 
 
-def _targets(node: object) -> Iterator[ir.Place]:
+def targets(node: object) -> Iterator[ir.Place]:
     """Yield the places that statements write."""
+    for found in statements(node):
+        if isinstance(found, ir.Assign):
+            yield found.place
+        elif isinstance(found, ir.CallBlock):
+            yield from (ir.Component(found.instance, 0, pin.type, pin) for pin, _ in found.inputs)
+            yield from (place for place, _ in found.outputs)
+
+
+def statements(node: object) -> Iterator[ir.Statement]:
+    """Yield all statements of a body, with those inside of others."""
     if isinstance(node, list | tuple):
         for part in node:
-            yield from _targets(part)
+            yield from statements(part)
     elif isinstance(node, ir.Statement):
-        if isinstance(node, ir.Assign):
-            yield node.place
-        elif isinstance(node, ir.CallBlock):
-            yield from (ir.Component(node.instance, 0, pin.type, pin) for pin, _ in node.inputs)
-            yield from (place for place, _ in node.outputs)
-        for part in fields(node):
-            yield from _targets(getattr(node, part.name))
+        yield node
+        for field in fields(node):
+            yield from statements(getattr(node, field.name))

@@ -75,7 +75,7 @@ class Instances:
 
     def library(self, instances: Mapping[str, str]) -> Library:
         blocks = {block.name.lower(): self._native(block) for block in BLOCK_TYPES.values()}
-        return Library(NAME, text_of(instances), {}, blocks)
+        return Library(NAME, text_of(instances), {}, blocks, frozenset({"PTO_REF_IN"}))
 
     def _native(self, type_: BlockType) -> NativeBlock:
         def run(address: int, *inputs: Value) -> Results:

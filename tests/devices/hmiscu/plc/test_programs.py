@@ -260,6 +260,18 @@ END_PROGRAM
     assert (bench.get("g_eError"), bench.get("PTO00.State")) == (0, 3)
 
 
+@pytest.mark.manual("SCU-063")
+@pytest.mark.parametrize(
+    "block", ["PTOStop", "PTOMoveRelative", "PTOMoveVelocity", "PTOGetParam", "PTOSetParam", "PTOGetDiag"]
+)
+def test_an_open_reference_is_found_when_the_program_is_compiled(tmp_path: Path, block: str) -> None:
+    program = "PROGRAM PLC_PRG\nVAR Block : %s; END_VAR\nPTO00();\n%s\nEND_PROGRAM"
+    with pytest.raises(ConfigError, match=r"program\.st:2:5: .*Block\.PTO_REF_IN is open"):
+        DeviceBench(tmp_path, program % (block, "IF TRUE THEN Block(Execute := TRUE); END_IF;"), channel_0=PTO)
+    for call in ("Block(PTO_REF_IN := PTO00.PTO_REF);", "Block.PTO_REF_IN := PTO00.PTO_REF; Block();", ""):
+        DeviceBench(tmp_path, program % (block, call), channel_0=PTO)
+
+
 def test_the_error_of_the_drift_has_both_names_of_its_type(tmp_path: Path) -> None:
     """The manual calls it RTCDRIFT_ERROR, the programming software RTCSETDRIFT_ERROR.  A wrong day is its error."""
     program = """
