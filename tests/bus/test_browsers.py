@@ -29,10 +29,19 @@ def test_every_method_is_one_however_it_arrives(method: bytes) -> None:
     assert begins_with_request(b"\r\n" + line)  # RFC 9112, 2.2: an empty line before a request is skipped
 
 
+# The first bytes of Chromium's hello with versions of TLS 1.0 and 1.2 in the record (RFC 8446, 5.1 and appendix D).
+@pytest.mark.parametrize("hello", [b"\x16\x03\x01\x06\xe6\x01\x00\x06\xe2\x03\x03", b"\x16\x03\x03\x02\x00\x01"])
+def test_https_is_a_request_as_well(hello: bytes) -> None:
+    assert begins_with_request(hello + b"\r\n< open can0 >")
+    assert begins_with_request(*(bytes((byte,)) for byte in hello))
+    assert is_request(hello)
+
+
 @pytest.mark.parametrize(
     "line",
     [b"< open can0 >", b"AT\r", b"ATDT200\r", b"P\r", b"O\r", b"t1230\r", b"G", b"GO\r", b"GETTING on", b"PUTS x",
-     b"\xff\xfd\x2c", b"\x00\x01\x00\x00\x00\x06\x01\x03", b"\r\r\rV\r", b"USER x\r\n", b":0103"],
+     b"\xff\xfd\x2c", b"\x00\x01\x00\x00\x00\x06\x01\x03", b"\r\r\rV\r", b"USER x\r\n", b":0103",
+     b"\x16\x03\x00\x00\x00\x06\x01\x03"],  # the last is request 1603h of a Modbus client
 )  # fmt: skip
 def test_a_line_of_another_protocol_is_none(line: bytes) -> None:
     assert not begins_with_request(line)
