@@ -1,6 +1,6 @@
 """Shared parts of all commands, including those of installed packages: groups, options, files, output, wrong usage.
 
-A command raises RigError for whatever its user can fix, and `fieldrig.cli.main` prints it and chooses the exit code:
+A command raises RigError for whatever its user can fix, and `fieldrig.cli.outcome` prints it and chooses the exit code:
 UsageError for a file or a request that is wrong, RefusedError for a device that refuses.  Wrong options and arguments
 are `typer.BadParameter`, so that the command's usage is shown with the message.
 """

@@ -1,0 +1,70 @@
+"""Runs a command, and turns what it raises into messages and an exit code."""
+
+import sys
+from collections.abc import Callable
+from errno import EMFILE, ENFILE
+from typing import NoReturn, TextIO, cast
+
+from fieldrig.cli.app import app
+from fieldrig.errors import ConfigError, ControlError, RefusedError, RigError, UsageError
+from fieldrig.exits import Exit
+from fieldrig.steady_output import open_missing, steady, strict
+from fieldrig.values import counted
+
+
+def run() -> NoReturn:
+    """Run a command.
+
+    A fault that a user can fix ends in two lines and an exit code; only our own faults have a traceback.
+    """
+    open_missing()
+    if sys.stdout is sys.__stdout__:  # not where a test has put another one
+        sys.stdout = strict(cast(TextIO, sys.stdout))
+        sys.stderr = steady(cast(TextIO, sys.stderr))  # what can't be said there can be said nowhere
+    code = _run(app)
+    sys.exit(_run(sys.stdout.flush) or code)
+
+
+def _run(work: Callable[[], object]) -> int:
+    """Return the exit code of a command."""
+    try:
+        work()
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else Exit.OK if end.code is None else Exit.BUG
+    except ConfigError as wrong:
+        _say(counted(len(wrong.mistakes), "mistake"), str(wrong))
+        return Exit.WRONG
+    except RigError as cause:
+        _say(f"error: {cause.what}", cause.remedy)
+        return _code(cause)
+    except KeyboardInterrupt:
+        return 130  # as shells say it: 128 + SIGINT
+    except BrokenPipeError:
+        return Exit.BUG  # as typer has it: the reader has what it wanted
+    except OSError as cause:
+        if cause.errno not in (EMFILE, ENFILE):
+            raise
+        _say(f"error: {cause.strerror}", "`ulimit -n` shows how many this command may have, and sets it")
+        return Exit.CANNOT_START
+    return Exit.OK
+
+
+def _code(cause: RigError) -> Exit:
+    if isinstance(cause, UsageError):
+        return Exit.WRONG
+    if isinstance(cause, RefusedError):
+        return Exit.REFUSED
+    if not isinstance(cause, ControlError):
+        return Exit.CANNOT_START
+    # Only what talks to Zenoh can raise it, so this import costs nothing more.
+    from fieldrig.endpoint import NoRigError
+
+    return Exit.NO_RIG if isinstance(cause, NoRigError) else Exit.REFUSED
+
+
+def _say(what: str, remedy: str) -> None:
+    print(f"{what}\n{_indented(remedy)}" if remedy else what, file=sys.stderr)  # noqa: T201  this is a command line
+
+
+def _indented(text: str) -> str:
+    return "\n".join(f"  {line}" for line in text.splitlines())
