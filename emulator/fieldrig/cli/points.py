@@ -1,5 +1,6 @@
 """The commands `get` and `set`: points of devices."""
 
+from math import isfinite
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -11,6 +12,7 @@ from fieldrig.digits import show_value
 from fieldrig.net import DEFAULT_ENDPOINT
 
 if TYPE_CHECKING:
+    from fieldrig.device import Value
     from fieldrig.errors import ControlError
 
 
@@ -69,7 +71,7 @@ def set_(
         device, slash, key = name.partition("/")
         if not slash or not key:
             raise typer.BadParameter(f"{name!r} is not a point; expected DEVICE/KEY, such as tank/level")
-        wanted.setdefault(device, {})[key] = parse_value(text)
+        wanted.setdefault(device, {})[key] = _sendable(name, parse_value(text))
     values: dict[str, Any] = {}
     with Client(endpoint) as client:
         parts = Parts(client)
@@ -80,6 +82,17 @@ def set_(
             values |= {f"{device}/{key}": value for key, value in got.items()}
         units = {} if as_json else {key: unit for device in wanted for key, unit in _units(parts, device).items()}
     _echo(values, units, as_json)
+
+
+def _sendable(name: str, value: "Value") -> "Value":
+    """Return the value.  typer.BadParameter for a number that no question to a rig can hold."""
+    from fieldrig.untrusted import WIDEST
+
+    if isinstance(value, float) and not isfinite(value):
+        raise typer.BadParameter(f"{name} can't be {value}; expected a finite number")
+    if isinstance(value, int) and not WIDEST[0] <= value <= WIDEST[1]:
+        raise typer.BadParameter(f"{name} can't be a number of more than 64 bits")
+    return value
 
 
 def _in_a_line(refusal: "ControlError") -> str:
