@@ -93,10 +93,20 @@ def read_file(path: Path) -> Source:
         source = read(path.read_text(encoding="utf-8"), str(path))
     except (OSError, ValueError) as cause:
         what = "it is not UTF-8 text" if isinstance(cause, ValueError) else cause.strerror or str(cause)
+        if isinstance(cause, IsADirectoryError):
+            return Source(mistakes=[Mistake(str(path), None, "", "it is a folder, not a file", _rig_files(path))])
         return Source(mistakes=[Mistake(str(path), None, "", f"it can't be read: {what}", nearest_file(path))])
     source.folders = [path.absolute().parent]
     source.marks.setdefault((), Mark(str(path), None))
     return source
+
+
+def _rig_files(folder: Path) -> str:
+    try:
+        names = sorted(file.name for file in folder.glob("*.yaml"))
+    except OSError:
+        return ""
+    return f"name files in it, such as {folder / names[0]}" if names else ""
 
 
 def _compose(text: str) -> Any:

@@ -1,11 +1,12 @@
 """YAML 1.2 (core schema, chapter 10.3) as a rig file has it, and where its keys stand."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from fieldrig.yaml_source import Mark, key_text, read
+from fieldrig.yaml_source import Mark, key_text, read, read_file
 
 
 @pytest.mark.parametrize(
@@ -90,3 +91,18 @@ def test_a_key_that_is_not_there_stands_where_it_would_go() -> None:
 
 def test_a_path_reads_as_it_would_be_typed() -> None:
     assert key_text(("devices", "io", "signals", 2, "wire")) == "devices.io.signals[2].wire"
+
+
+def test_a_folder_instead_of_a_file_says_which_files_it_has(tmp_path: Path) -> None:
+    (tmp_path / "b.yaml").touch()
+    (tmp_path / "a.yaml").touch()
+    (mistake,) = read_file(tmp_path).mistakes
+    assert (mistake.what, mistake.remedy) == (
+        "it is a folder, not a file",
+        f"name files in it, such as {tmp_path / 'a.yaml'}",
+    )
+
+
+def test_a_folder_without_rig_files_names_none(tmp_path: Path) -> None:
+    (mistake,) = read_file(tmp_path).mistakes
+    assert (mistake.what, mistake.remedy) == ("it is a folder, not a file", "")
