@@ -40,7 +40,7 @@ LITERALS = st.one_of(
     ),
     st.builds(tree.Literal, st.just(LiteralKind.REAL), st.floats(0, allow_infinity=False)),
     st.builds(tree.Literal, st.just(LiteralKind.STRING), st.text(_LATIN, max_size=8)),
-    st.builds(tree.Literal, st.just(LiteralKind.TIME), st.integers(0, 2**32 - 1)),
+    st.builds(tree.Literal, st.just(LiteralKind.TIME), st.integers(0, 2**31 - 1)),
     st.builds(tree.Literal, st.just(LiteralKind.DATE), _DAYS),
     st.builds(tree.Literal, st.just(LiteralKind.TOD), st.integers(0, 86_399_999)),
     st.builds(tree.Literal, st.just(LiteralKind.DT), st.integers(0, 2**32 - 1)),

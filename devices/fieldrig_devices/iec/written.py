@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator
 from dataclasses import fields
-from typing import Final, NamedTuple
+from functools import cache
+from typing import Any, Final, NamedTuple
 
 from fieldrig_devices.iec import program as ir
 
@@ -48,12 +49,22 @@ def targets(node: object) -> Iterator[ir.Place]:
             yield from (place for place, _ in found.outputs)
 
 
-def statements(node: object) -> Iterator[ir.Statement]:
-    """Yield all statements of a body, with those inside of others."""
-    if isinstance(node, list | tuple):
-        for part in node:
-            yield from statements(part)
-    elif isinstance(node, ir.Statement):
-        yield node
-        for field in fields(node):
-            yield from statements(getattr(node, field.name))
+def statements(body: object) -> Iterator[ir.Statement]:
+    """Yield all statements of a body, with those inside of others, in their order.
+
+    The list of what waits is no recursion, because an IF with a thousand ELSIF is as many statements in each other.
+    """
+    waiting = [body]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, list | tuple):
+            waiting.extend(reversed(node))
+        elif isinstance(node, ir.Statement):
+            yield node
+            waiting.extend(getattr(node, name) for name in _parts(type(node)))
+
+
+@cache
+def _parts(kind: Any) -> tuple[str, ...]:
+    """Return the names of the fields of a kind of statements, the last one first."""
+    return tuple(field.name for field in reversed(fields(kind)))
