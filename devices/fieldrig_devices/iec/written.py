@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import fields
-from functools import cache
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from fieldrig_devices.iec import program as ir
 
@@ -61,10 +60,4 @@ def statements(body: object) -> Iterator[ir.Statement]:
             waiting.extend(reversed(node))
         elif isinstance(node, ir.Statement):
             yield node
-            waiting.extend(getattr(node, name) for name in _parts(type(node)))
-
-
-@cache
-def _parts(kind: Any) -> tuple[str, ...]:
-    """Return the names of the fields of a kind of statements, the last one first."""
-    return tuple(field.name for field in reversed(fields(kind)))
+            waiting.extend(getattr(node, field.name) for field in reversed(fields(node)))
