@@ -6,12 +6,14 @@ from functools import wraps
 from typing import Any, ParamSpec
 
 P = ParamSpec("P")
+HANG_S = 300.0
 
 
 def in_loop(test: Callable[P, Coroutine[Any, Any, None]]) -> Callable[P, None]:
     """Run a coroutine function as a test, in an event loop of its own.
 
-    An exception in a callback, which the loop would only log, is the test's; so is the end of its time limit.
+    An exception in a callback, which the loop would only log, is the test's.  A test that hangs ends here: the alarm
+    of pytest-timeout is an exception in any task that runs, which may take it for its own.
     """
 
     async def watched(*arguments: P.args, **options: P.kwargs) -> None:
@@ -21,7 +23,7 @@ def in_loop(test: Callable[P, Coroutine[Any, Any, None]]) -> Callable[P, None]:
             faults.append(context.get("exception") or RuntimeError(context["message"]))
 
         asyncio.get_running_loop().set_exception_handler(note)
-        await test(*arguments, **options)
+        await asyncio.wait_for(test(*arguments, **options), HANG_S)
         if faults:
             raise faults[0]
 
