@@ -198,6 +198,9 @@ class Line:
     def set_write_buffer_limits(self, high: int) -> None:
         """There is no buffer."""
 
+    def get_extra_info(self, name: str) -> None:
+        """A Unix socket has no peer."""
+
 
 @pytest.mark.parametrize("kind", hub_kinds())
 def test_an_attach_port_goes_on(kind: str, tmp_path: Path, inputs_a_target: int) -> None:

@@ -1,20 +1,11 @@
-"""docs/ring.md shows a test that is the master of a ring; a member that only sends like one is named."""
+"""A member that only sends like the master of a ring is named; docs/ring.md shows a test that is the master."""
 
 import logging
-import re
-from pathlib import Path
 
 import pytest
 
 from fieldrig_bus.ring.sercos.message import Mst
 from fieldrig_bus.ring.sercos.model import RingModel
-
-PAGE = Path(__file__).parents[4] / "docs/ring.md"
-
-
-def test_the_master_of_the_page_runs() -> None:
-    (code,) = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
-    exec(code, {"__name__": "page"})
 
 
 def test_a_member_that_sends_as_the_master_without_being_it_is_named_once(caplog: pytest.LogCaptureFixture) -> None:
