@@ -17,7 +17,7 @@ from dataclasses import replace
 from math import isfinite, tau
 from typing import Any, ClassVar, Final
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import MS, Clock, Timer
 from fieldrig.device import Device, Point, Value
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
@@ -31,6 +31,9 @@ from fieldrig_devices.pulses.edge_rate import EdgeRate
 from fieldrig_devices.pulses.pulse_input import PulseInput
 
 LARGEST_LOAD_NM: Final = 1e6
+ARRIVAL_NS: Final = 20 * MS
+"""Time that the next pulses may be on their way before the motor counts as stopped.  In real time a segment of a few
+pulses is over before the message about the next one is here."""
 POLE_PAIRS: Final = 50
 """The pole pairs of the usual hybrid stepper with 200 full steps, which locks in again at every fourth of them."""
 
@@ -137,6 +140,8 @@ class Stepper(Device):
         if jump > self._settings.start_hz:
             self._fall_out()
         pulses.receive(signal, now_ns)
+        if self._is_following and isinstance(signal, PulseTrain) and signal.count != 0:
+            self._followed[wire] = signal  # also one that is over when it arrives, as short ones are in real time
         self._look()
 
     def _on_direction(self, level: float) -> None:
@@ -260,7 +265,8 @@ class Stepper(Device):
             if self._pulses[wire].present is None:
                 due_ns = self._rates[wire].drops_ns(start_hz)
             elif followed is not None and wire not in moving:
-                due_ns = stops_short_ns(followed, start_hz)
+                stopped_ns = stops_short_ns(followed, start_hz)
+                due_ns = None if stopped_ns is None else stopped_ns + ARRIVAL_NS
             if due_ns is not None:
                 yield wire, due_ns
 
