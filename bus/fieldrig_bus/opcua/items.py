@@ -18,10 +18,9 @@ from asyncua.server.address_space import AddressSpace
 from asyncua.server.internal_subscription import InternalSubscription
 from asyncua.server.monitored_item_service import MonitoredItemService
 
-from fieldrig_bus.opcua.values import part_of, stamped, wrong_read
+from fieldrig_bus.opcua.values import GOOD, part_of, stamped, wrong_read
 
 LONGEST_QUEUE: Final = 1_000
-GOOD: Final[int] = ua.StatusCodes.Good
 
 
 class ItemRefusedError(Exception):
@@ -67,7 +66,6 @@ class Item:
     client_handle: int
     mode: ua.MonitoringMode
     timestamps: ua.TimestampsToReturn
-    interval_ms: float = 0.0
     filter: Filter = Filter()
     queue_size: int = 1
     reported: ua.DataValue | None = None
@@ -94,9 +92,6 @@ class Items(MonitoredItemService):  # type: ignore[misc]
         self._items: dict[int, Item] = {}
         self._by_handle: dict[int, Item] = {}
         """The items of nodes whose changes the address space tells, by the handle of the callback."""
-
-    def __getitem__(self, number: int) -> Item | None:
-        return self._items.get(number)
 
     async def take(self, number: int, value: ua.DataValue) -> None:
         """Take a sample, and report it if the filter lets it pass."""
