@@ -21,7 +21,7 @@ OUTSIDE = (
     *("user1", "user2", "jaw_line", "caller", "lan", "dualport", "pam_lan"),
 )
 """The buses of the machine that a foreign master, caller or browser can be on."""
-READY_LIMIT_S = 1800
+READY_LIMIT_S = 600
 """Time limit for twenty containers that start at once, on a host that may be busy."""
 POLL_S = 0.5
 ANSWER_LIMIT_S = 20.0
