@@ -19,10 +19,11 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.canopen.point_slave import PointSlave
 from fieldrig_devices.hmiscu.direct import DirectBlocks
-from fieldrig_devices.hmiscu.faces.can import CanFace
 from fieldrig_devices.hmiscu.faces.masters import Masters
 from fieldrig_devices.hmiscu.faces.modbus import BLOCKS
+from fieldrig_devices.hmiscu.faces.objects import EDS, points_by_object
 from fieldrig_devices.hmiscu.fast_outputs import FastOutputs
 from fieldrig_devices.hmiscu.faults import MODELS, HmiscuFaults
 from fieldrig_devices.hmiscu.io import Terminals
@@ -60,7 +61,7 @@ class Hmiscu(Device):
         self._fast = FastOutputs(clock, settings, self._terminals, wires)
         self._terminals.on_input = self._fast.on_input
         self._panel = Panel(self._terminals.outputs)
-        self._masters = Masters(self.find)
+        self._masters = Masters(self.find, self.why_refused)
         self._plc = Plc(
             clock,
             settings,
@@ -77,7 +78,7 @@ class Hmiscu(Device):
         self._debuggee = PlcDebuggee(self._plc, background)
         self._debugging = DebugService(clock, self._debuggee)
         self._direct = None if settings.program else DirectBlocks(settings, self._fast.make)
-        self._can: CanFace | None = None
+        self._can: PointSlave | None = None
         self._points: dict[str, Point] = {}
         self.on_program()
         self._connect_modbus(modbus or [])
@@ -105,7 +106,17 @@ class Hmiscu(Device):
             self._masters.add_master(self._clock, can.share(), settings.can_master)
         if settings.can_slave is not None:
             end = can.share(hears_others=settings.can_master is not None)
-            self._can = CanFace(self._clock, name, end, settings.can_slave, store, self.find, self.why_refused)
+            self._can = PointSlave(
+                self._clock,
+                name,
+                end,
+                settings.can_slave,
+                store,
+                self.find,
+                EDS,
+                points_by_object(),
+                self.why_refused,
+            )
 
     def start(self) -> None:
         self._terminals.start()
@@ -136,8 +147,7 @@ class Hmiscu(Device):
 
     def why_refused(self, name: str) -> str:
         """Return why tools and masters may not set a point; empty if they may."""
-        is_driven = self._fast.present_name(name).casefold() in self._plc.driven
-        return f"the program drives {name}" if is_driven else ""
+        return f"the program drives {name}" if self._plc.drives(self._fast.present_name(name)) else ""
 
     def _guarded(self, name: str, point: Point) -> Point:
         """Return the point, which refuses values while the program drives it."""
@@ -175,7 +185,7 @@ class Hmiscu(Device):
         self._debuggee.sample()
         self._masters.give()
         if self._can is not None:
-            self._can.on_cycle()
+            self._can.wires.sample()  # a write has its effect in the next cycle
 
     def on_state(self, state: PlcState) -> None:
         if state is not PlcState.RUN:

@@ -23,7 +23,7 @@ from fieldrig_devices.iec.lower.routines import Lowered, lower
 from fieldrig_devices.iec.open_inputs import open_inputs
 from fieldrig_devices.iec.program import Program, Task
 from fieldrig_devices.iec.symbols import Symbols
-from fieldrig_devices.iec.written import NOTHING, Written, written_by
+from fieldrig_devices.iec.written import NOTHING, Written, surveyed, written_by
 from fieldrig_devices.languages.garbage import collection
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.languages.resumable import prepare
@@ -43,7 +43,7 @@ class Compiled:
     notes: tuple[Mistake, ...] = ()
     costs: Costs = field(default_factory=Costs)
     written: Written = NOTHING
-    """The outputs and the pins of global instances that the program writes."""
+    """The places that the program writes, so that a device can refuse them to tools and masters."""
 
     @property
     def code_size(self) -> int:
@@ -132,16 +132,16 @@ def build(
     on_progress: Progress = lambda stage, done, total: None,
 ) -> Compiled:
     """Place and lower a checked program, and compile its Python."""
-    required = {name for library in host.libraries for name in library.required}
-    missing = list(open_inputs(program, required)) if required else []
-    if missing:
-        raise CompileError(missing)
     placed = layout.place(program, previous)
     natives: dict[str, NativeFunction | NativeBlock] = {}
     for library in host.libraries:
         natives |= {**library.functions, **library.blocks}
     lowered = lower(program, natives, costs, lambda done, total: on_progress("lower", done, total))
-    compiled = Compiled(program, lowered, placed, files, notes, costs, written_by(program))
+    survey = surveyed(lowered.callees_first)
+    missing = list(open_inputs(survey.found, {name for library in host.libraries for name in library.required}))
+    if missing:
+        raise CompileError(missing)
+    compiled = Compiled(program, lowered, placed, files, notes, costs, written_by(program, survey))
     _check_limits(compiled, limits)
     for pou in program.pous.values():
         pou.body = []

@@ -3,27 +3,26 @@
 from collections.abc import Iterable, Iterator
 
 from fieldrig_devices.iec import program as ir
+from fieldrig_devices.iec.flow import Found
 from fieldrig_devices.iec.tree import Section
-from fieldrig_devices.iec.written import statements, targets
 from fieldrig_devices.languages.mistakes import Mistake
 
 
-def open_inputs(program: ir.Program, required: Iterable[str]) -> Iterator[Mistake]:
+def open_inputs(found: Found, required: Iterable[str]) -> Iterator[Mistake]:
     """Yield a mistake for each instance that is called, while no statement gives it one of the `required` inputs.
 
-    The bodies of the POUs are still there.  Elements of arrays, and what a pointer refers to, are not judged.
+    Elements of arrays, and what a pointer refers to, are not judged.
     """
     wanted = {name.casefold() for name in required}
-    bodies = [body for pou in program.pous.values() for body in (pou.body, *(one.body for one in pou.actions.values()))]
     given = {
         (_instance(place.of), place.variable.name.casefold())
-        for place in targets(bodies)
+        for _, place in found.targets
         if isinstance(place, ir.Component) and place.variable is not None
     }
     seen = set[ir.Variable]()
-    for call in statements(bodies):
-        variable = _instance(call.instance) if isinstance(call, ir.CallBlock) and call.pou.is_native else None
-        if variable is None or variable in seen or not isinstance(call, ir.CallBlock):
+    for call in found.calls:
+        variable = _instance(call.instance) if call.pou.is_native else None
+        if variable is None or variable in seen:
             continue
         seen.add(variable)
         for pin in call.pou.variables.values():

@@ -1,34 +1,82 @@
-"""The outputs and the pins of global instances that a program writes, for a device that protects them from others."""
+"""The outputs, pins and variables that a program writes, for a device that refuses them to tools and masters.
 
-from collections.abc import Iterator
-from dataclasses import fields
+A value from outside is lost in a variable that each cycle overwrites before it is used.  A variable that the program
+uses first, such as a command that it clears or a counter that it adds to, takes such a value, and so does one that it
+writes in some cycles only.  Outputs of the controller and pins of instances belong to the program as soon as one
+statement writes them.
+"""
+
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Final, NamedTuple
 
 from fieldrig_devices.iec import program as ir
+from fieldrig_devices.iec.flow import DATA, OWN, Effects, Flow, Found, Span, is_pin, where_is
+from fieldrig_devices.iec.tree import PouKind
 
 
 class Written(NamedTuple):
-    """The outputs and pins that the statements of a program write."""
+    """Places that the statements of a program write.  The spans of one space are in rising order, with gaps."""
 
     bits: frozenset[tuple[int, int]]
     """Byte and bit of the area %Q."""
-    pins: frozenset[tuple[str, str]]
-    """Names of global variables that are instances and of their variables, in small letters."""
+    spans: Mapping[str, Sequence[Span]]
+    """The variables that each cycle overwrites, and the pins that are set, by space: `DATA`, or an area."""
+    blocks: Mapping[str, Sequence[Span]]
+    """The same in an instance of each function block, by its name in small letters."""
 
 
-NOTHING: Final = Written(frozenset(), frozenset())
+NOTHING: Final = Written(frozenset(), {}, {})
 
 
-def written_by(program: ir.Program) -> Written:
-    """Return what a checked program writes.  The bodies of its POUs are still there, as before they are lowered."""
-    bits, pins = set[tuple[int, int]](), set[tuple[str, str]]()
-    for pou in program.pous.values():
-        for place in targets([pou.body, *(action.body for action in pou.actions.values())]):
-            if isinstance(place, ir.Located) and place.area == "Q":
-                bits |= set(_bits(place))
-            elif isinstance(place, ir.Component) and isinstance(place.of, ir.Cell) and place.variable is not None:
-                pins.add((place.of.variable.name.casefold(), place.variable.name.casefold()))
-    return Written(frozenset(bits), frozenset(pins))
+@dataclass(slots=True)
+class Survey:
+    """Results of one way through all bodies."""
+
+    found: Found = field(default_factory=Found)
+    effects: dict[ir.Pou, Effects] = field(default_factory=dict)
+    outside: dict[ir.Pou, Effects] = field(default_factory=dict)
+
+
+def surveyed(callees_first: Iterable[ir.Pou]) -> Survey:
+    """Go once through the bodies, which are there until the program is lowered; addresses have been set."""
+    survey = Survey()
+    for pou in callees_first:
+        effects = Flow(pou, survey.effects, survey.outside, survey.found).effects()
+        survey.effects[pou], survey.outside[pou] = effects, effects.outside()
+    return survey
+
+
+def written_by(program: ir.Program, survey: Survey) -> Written:
+    bits, pins = set[tuple[int, int]](), dict[str, set[Span]]()
+    for pou, place in survey.found.targets:
+        if isinstance(place, ir.Located) and place.area == "Q":
+            bits |= set(_bits(place))
+        elif is_pin(place) and (where := where_is(pou, place)) is not None:
+            pins.setdefault(_block(pou) if where.span.space == OWN else DATA, set()).add(where.span)
+    pointed = survey.found.pointed
+    spans = set(pins.pop(DATA, ()))
+    for task in program.tasks:
+        if task.kind is not ir.TaskKind.EVENT:
+            spans |= _lost(_sequence(survey.effects[pou] for pou in task.programs), pointed)
+    blocks = pins
+    for pou, effects in survey.effects.items():
+        if pou.kind is PouKind.FUNCTION_BLOCK and pou.owner is None:
+            own = {span for span in _lost(effects, pointed) if span.space == OWN}
+            blocks.setdefault(_block(pou), set()).update(own)
+    return Written(
+        frozenset(bits),
+        {space: tuple(found) for space, found in _by_space(spans).items()},
+        {name: tuple(_merged(found)) for name, found in blocks.items() if found},
+    )
+
+
+def _block(pou: ir.Pou) -> str:
+    while pou.owner is not None:
+        pou = pou.owner
+    return pou.name.casefold()
 
 
 def _bits(place: ir.Located) -> Iterator[tuple[int, int]]:
@@ -38,26 +86,40 @@ def _bits(place: ir.Located) -> Iterator[tuple[int, int]]:
     yield from ((place.byte + byte, bit) for byte in range(place.type.size) for bit in range(8))
 
 
-def targets(node: object) -> Iterator[ir.Place]:
-    """Yield the places that statements write."""
-    for found in statements(node):
-        if isinstance(found, ir.Assign):
-            yield found.place
-        elif isinstance(found, ir.CallBlock):
-            yield from (ir.Component(found.instance, 0, pin.type, pin) for pin, _ in found.inputs)
-            yield from (place for place, _ in found.outputs)
+def _sequence(parts: Iterable[Effects]) -> Effects:
+    """Return the effects of the programs of a task, one after the other."""
+    overwritten, used = set[Span](), set[Span]()
+    for part in parts:
+        used |= part.used - overwritten
+        overwritten |= part.overwritten
+    return Effects(frozenset(overwritten), frozenset(used))
 
 
-def statements(body: object) -> Iterator[ir.Statement]:
-    """Yield all statements of a body, with those inside of others, in their order.
+def _lost(effects: Effects, pointed: Iterable[Span]) -> set[Span]:
+    """Return where a value from outside is lost: what is overwritten, and neither used before nor by a pointer."""
+    used = _by_space((*effects.used, *pointed))
+    return {span for span in effects.overwritten if not overlap(used.get(span.space, ()), span.start, span.end)}
 
-    The list of what waits is no recursion, because an IF with a thousand ELSIF is as many statements in each other.
-    """
-    waiting = [body]
-    while waiting:
-        node = waiting.pop()
-        if isinstance(node, list | tuple):
-            waiting.extend(reversed(node))
-        elif isinstance(node, ir.Statement):
-            yield node
-            waiting.extend(getattr(node, field.name) for field in reversed(fields(node)))
+
+def _by_space(spans: Iterable[Span]) -> dict[str, list[Span]]:
+    found: dict[str, list[Span]] = {}
+    for span in spans:
+        found.setdefault(span.space, []).append(span)
+    return {space: _merged(some) for space, some in found.items()}
+
+
+def _merged(spans: Iterable[Span]) -> list[Span]:
+    """Return the spans of one space in rising order, without those that touch another one."""
+    found: list[Span] = []
+    for span in sorted(spans):
+        if found and span.start <= found[-1].end:
+            found[-1] = found[-1]._replace(end=max(found[-1].end, span.end))
+        else:
+            found.append(span)
+    return found
+
+
+def overlap(spans: Sequence[Span], start: int, end: int) -> bool:
+    """Return whether one of the spans, which are in rising order, has a part between `start` and `end`."""
+    after = bisect_left(spans, end, key=attrgetter("start"))
+    return after > 0 and spans[after - 1].end > start

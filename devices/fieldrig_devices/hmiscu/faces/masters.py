@@ -6,7 +6,7 @@ unit or node is there.
 """
 
 import logging
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 
 from fieldrig.clock import Clock
@@ -56,8 +56,8 @@ class PointCell:
 class Masters:
     """The client and the master of one controller, each of which may be missing."""
 
-    def __init__(self, find: Lookup) -> None:
-        self._find = find
+    def __init__(self, find: Lookup, why_refused: Callable[[str], str]) -> None:
+        self._find, self._why_refused = find, why_refused
         self._client: ModbusClient | None = None
         self._master: CanopenMaster | None = None
         self._units: dict[str, ClientUnit] = {}
@@ -84,6 +84,8 @@ class Masters:
             raise ValueError(f"{place}: expected a point of the controller, got {element.name}")
         if point.write is None and not is_output:
             raise ValueError(f"{place}: expected a point that can be set, got {element.name}")
+        if not is_output and self._why_refused(element.name):
+            raise ValueError(f"{place}: expected a variable that the program only reads, got {element.name}")
         if isinstance(point.read(), str):
             raise ValueError(f"{place}: expected a number or a bit, got the text {element.name}")
         return PointCell(element.name, point)

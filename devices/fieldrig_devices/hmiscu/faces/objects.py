@@ -122,6 +122,12 @@ def _blocks() -> Table:
     return Table(rows, names)
 
 
+def points_by_object() -> dict[str, str]:
+    """Return the points of the objects in the EDS file."""
+    bits = {f"{key}.{number}": name for key, names in BITS.items() for number, name in enumerate(names)}
+    return bits | dict(WORDS) | pin_objects()
+
+
 def eds_text() -> str:
     blocks = _blocks()
     return write(

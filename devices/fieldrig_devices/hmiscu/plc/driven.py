@@ -1,23 +1,30 @@
-"""The points that a program drives: the pins of the channels' blocks that it sets, and the outputs that it writes.
+"""The points that a program drives: a value from outside would be gone in the next cycle, so each face refuses it.
 
-Someone else's value for them would be gone in the next cycle, so each face refuses it.
+These are the outputs of the controller that it writes, and the variables and pins of `iec/protected.py`.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 from fieldrig_devices.hmiscu import panel
 from fieldrig_devices.hmiscu.io import place_of
-from fieldrig_devices.iec.written import Written
+from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.protected import Protected
 
 
-def driven_names(written: Written, instances: Mapping[str, str], terminals: Iterable[str]) -> frozenset[str]:
-    """Return the points that the program drives, in small letters, such as `pto00.reseterror` and `dq0`.
+class Driven:
+    """The points that one program drives."""
 
-    `instances` are the names of the channels' blocks, and `terminals` those of all outputs.
-    """
-    known = {name.casefold() for name in instances}
-    names = {f"{instance}.{pin}" for instance, pin in written.pins if instance in known}
-    places = {name.casefold(): place_of(name) for name in terminals}
-    names |= {name for name, place in places.items() if (place.byte, max(place.bit, 0)) in written.bits}
-    lamps = (number for number in range(panel.LAMPS) if (panel.AREA_BYTE, number) in written.bits)
-    return frozenset(names | {f"panel.lamp{number + 1}" for number in lamps})
+    def __init__(self, compiled: Compiled, terminals: Iterable[str]) -> None:
+        """`terminals` are the names of all outputs."""
+        self._variables = Protected(compiled.written, compiled.symbols)
+        bits = compiled.written.bits
+        places = {name.casefold(): place_of(name) for name in terminals}
+        self._known = {name: (place.byte, max(place.bit, 0)) in bits for name, place in places.items()}
+        self._known |= {f"panel.lamp{lamp + 1}": (panel.AREA_BYTE, lamp) in bits for lamp in range(panel.LAMPS)}
+
+    def has(self, name: str) -> bool:
+        """Return whether the program drives the point of this name, in any case of letters."""
+        key = name.casefold()
+        if key not in self._known:
+            self._known[key] = self._variables.has(name)
+        return self._known[key]

@@ -21,7 +21,7 @@ from fieldrig.point_values import choice_in
 from fieldrig_devices.hmiscu.io import Terminals
 from fieldrig_devices.hmiscu.panel import Panel
 from fieldrig_devices.hmiscu.plc.downloads import Downloads
-from fieldrig_devices.hmiscu.plc.driven import driven_names
+from fieldrig_devices.hmiscu.plc.driven import Driven
 from fieldrig_devices.hmiscu.plc.library import Instances, MakeBlock
 from fieldrig_devices.hmiscu.plc.mast import MastProgram
 from fieldrig_devices.hmiscu.plc.system import SystemFunctions
@@ -97,7 +97,7 @@ class Plc:
         self.problem = ""
         """Why the controller is in HALT, or why a program was refused."""
         self._driven_by: Compiled | None = None
-        self._driven = frozenset[str]()
+        self._driven: Driven | None = None
         self._held = ""
         """Why the controller may not go to RUN; empty if it may."""
         self._goes_on = False
@@ -131,18 +131,16 @@ class Plc:
             files, self.host, dialect, costs=settings.costs, resource=settings.resource, on_progress=report
         )
 
-    @property
-    def driven(self) -> frozenset[str]:
-        """The points that the program drives, in small letters."""
+    def drives(self, name: str) -> bool:
+        """Return whether the program drives the point of this name."""
         program = self.program
         if program is None:
-            return frozenset()
+            return False
         compiled = program.runtime.compiled
-        if compiled is not self._driven_by:
-            self._driven_by = compiled
+        if self._driven is None or compiled is not self._driven_by:
             outputs = (name for name, kind in self._settings.kinds.items() if kind not in INPUTS)
-            self._driven = driven_names(compiled.written, self._names, outputs)
-        return self._driven
+            self._driven_by, self._driven = compiled, Driven(compiled, outputs)
+        return self._driven.has(name)
 
     # ---- loading
 

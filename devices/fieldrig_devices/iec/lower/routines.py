@@ -33,6 +33,8 @@ class Lowered:
     code_size: int = 0
     deep: list[Pou] = field(default_factory=list)
     """Programs that need more than the stack even without recursion."""
+    callees_first: list[Pou] = field(default_factory=list)
+    """All POUs and actions, each behind those that it calls, apart from recursions."""
 
 
 def lower(
@@ -51,6 +53,7 @@ def lower(
         lowered.files[name], lowered.titles[name] = pou.file, pou.name
         on_progress(number + 1, len(bodies))
     needs = _stack_needs(parts)
+    lowered.callees_first = [parts[name][1] for name in needs]
     is_deep = False
     for name, (_, pou) in parts.items():
         if pou.kind is PouKind.PROGRAM and needs[name] > STACK_SIZE:
@@ -94,7 +97,7 @@ def _native(pou: Pou, natives: Natives, context: Context, lowered: Lowered) -> S
 
 
 def _stack_needs(parts: Mapping[str, tuple[Statements, Pou]]) -> dict[str, float]:
-    """Return the bytes that each routine needs with all that it calls; infinite for a recursion.
+    """Return the bytes that each routine needs with all that it calls, callees first; infinite for a recursion.
 
     It is no recursive function, because programs may have longer rows of calls than Python has room for.
     """

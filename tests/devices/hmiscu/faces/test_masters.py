@@ -149,6 +149,10 @@ WRONG = [
         {"can_master": {"nodes": {"N": {"node_id": 5, "inputs": {1: [{"name": "plc.state", "type": "u8"}]}}}}},
         r"can_master\.nodes\.N: expected a point of the controller, got plc\.state",
     ),
+    (
+        {"can_master": {"nodes": {"N": {"node_id": 5, "inputs": {1: [{"name": "g_dwOut", "type": "u32"}]}}}}},
+        r"can_master\.nodes\.N: expected a variable that the program only reads, got g_dwOut",
+    ),
     ({"links": {"modbus": ["mb"]}}, r"can_master: expected links\.can beside it"),
 ]
 

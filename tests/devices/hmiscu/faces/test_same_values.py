@@ -1,6 +1,7 @@
 """Each face shows the same values, and refuses writes to what a program drives."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hmiscu_device_bench import PTO, DeviceBench
@@ -22,6 +23,49 @@ bLamp := TRUE;
 bPanel := g_bLamp;
 END_PROGRAM
 """
+VARIABLES = """
+VAR_GLOBAL
+    g_uiShown, g_uiSet, g_uiCount, g_uiWanted : UINT;
+    g_bBusy, g_bStart : BOOL;
+END_VAR
+PROGRAM PLC_PRG
+VAR
+    Edge : R_TRIG;
+    Move : PTOMoveVelocity;
+    bHot AT %IX0.3 : BOOL;
+    uiLocal : UINT;
+END_VAR
+Edge(CLK := g_bStart);
+Move(PTO_REF_IN := PTO00.PTO_REF, Execute := Edge.Q, Velocity := 5000);
+g_bBusy := Edge.Q;
+g_bStart := FALSE;                    (* a command, which the program takes back *)
+g_uiShown := g_uiSet;
+g_uiCount := g_uiCount + 1;
+IF bHot THEN g_uiWanted := 7; END_IF;
+uiLocal := g_uiSet;
+END_PROGRAM
+"""
+DRIVEN = ["g_uiShown", "g_bBusy", "PLC_PRG.uiLocal", "PLC_PRG.Move.Velocity", "PLC_PRG.Move.Execute", "PLC_PRG.bHot"]
+DRIVEN += ["plc_prg.move.Busy", "PLC_PRG.Edge.Q", "PLC_PRG.Edge.CLK"]
+FREE = ["g_uiSet", "g_uiCount", "g_uiWanted", "g_bStart", "PLC_PRG.Move.Acceleration", "PLC_PRG.Edge.M"]
+TABLE = """
+about: variables
+coils:
+  - {address: 0, name: g_bBusy}
+  - {address: 1, name: g_bStart}
+holding_registers:
+  - {address: 0, name: g_uiShown, type: u16}
+  - {address: 1, name: g_uiSet, type: u16}
+  - {address: 2, name: PLC_PRG.Move.Velocity, type: u32}
+  - {address: 4, name: PLC_PRG.Move.Acceleration, type: u32}
+"""
+OBJECTS = {
+    "2001:03": "PLC_PRG.Move.Velocity",
+    "2001:04": "g_uiShown",
+    "2001:05": "g_uiSet",
+    "6200:01.0": "g_bBusy",
+    "6200:01.1": "g_bStart",
+}
 FREQUENCY, DUTY, EN_ENABLE = "05", "06", "01"
 REFUSED = "22000008"
 """0800 0022h, the present device state, in the order of the bytes on the bus."""
@@ -62,6 +106,53 @@ def test_each_face_refuses_what_the_program_drives(bench: DeviceBench) -> None:
             bench.set(name, 0)
     bench.run(50)
     assert (bench.get("PWM00.Duty"), bench.get("DQ1")) == (30, True)
+
+
+@pytest.fixture
+def with_variables(tmp_path: Path) -> DeviceBench:
+    table = tmp_path / "table.yaml"
+    table.write_text(TABLE)
+    faces: dict[str, Any] = {
+        "modbus": {"turnaround_ms": 0, "table": table},
+        "can_slave": {"node_id": 5, "points": OBJECTS},
+    }
+    found = DeviceBench(tmp_path, VARIABLES, channel_0=PTO, **faces)
+    found.run(100)
+    return found
+
+
+@pytest.mark.long
+def test_each_face_refuses_variables_and_pins_that_the_next_cycle_overwrites(with_variables: DeviceBench) -> None:
+    bench = with_variables
+    for name in DRIVEN:
+        with pytest.raises(ValueError, match=r"the program drives"):
+            bench.set(name, 1)
+    for key in ("2001 03", "2001 04"):
+        index, sub = key.split()
+        assert sdo(bench, f"23 {index[2:]} {index[:2]} {sub} 01 00 00 00") == f"80{index[2:]}{index[:2]}{sub}" + REFUSED
+    assert sdo(bench, "2f 00 62 01 01 00 00 00") == "80006201" + REFUSED
+    assert bench.ask("05 0000 ff00") == "8504"
+    assert bench.ask("06 0000 0001") == "8604"
+    assert bench.ask("10 0002 0002 04 0001 0000") == "9004"
+
+
+@pytest.mark.long
+def test_each_face_takes_commands_set_points_and_counters(with_variables: DeviceBench) -> None:
+    bench = with_variables
+    for name in FREE:
+        bench.set(name, 1)
+    assert sdo(bench, "23 01 20 05 2a 00 00 00").startswith("60")
+    bench.run(20)
+    assert (bench.get("g_uiShown"), sdo(bench, "40 01 20 04 00 00 00 00")) == (42, "430120042a000000")
+    assert bench.ask("06 0001 0007") == "0600010007"
+    assert bench.ask("10 0004 0002 04 0000 0009") == "1000040002"
+    bench.run(20)
+    assert (bench.ask("03 0000 0001"), bench.get("PLC_PRG.uiLocal")) == ("03020007", 7)
+    assert bench.get("PLC_PRG.Move.Acceleration") == 9
+    assert sdo(bench, "2f 00 62 01 02 00 00 00").startswith("60")
+    assert bench.get("g_bStart") is True
+    bench.run(20)
+    assert bench.get("g_bStart") is False
 
 
 @pytest.mark.long
