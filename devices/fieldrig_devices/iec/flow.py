@@ -74,14 +74,10 @@ class Flow:
         """The spans that were overwritten at every RETURN so far; None before the first one."""
         self._is_straight = True
         """False behind a jump or a label: what follows may be left out."""
-        self._is_over = False
-        """True behind a RETURN."""
 
     def effects(self) -> Effects:
         self._body(self._pou.body)
-        if self._is_over:
-            self._overwritten = self._at_returns or set()
-        elif self._at_returns is not None:
+        if self._at_returns is not None:
             self._overwritten &= self._at_returns
         return Effects(frozenset(self._overwritten), frozenset(self._used))
 
@@ -124,7 +120,7 @@ class Flow:
 
     def _if(self, statement: ir.If) -> None:
         """Follow an IF with all its ELSIF, of which there may be a thousand in each other."""
-        ends: list[list[Span] | None] = []
+        ends: list[list[Span]] = []
         while True:
             self._read(statement.condition)
             ends.append(self._branch(statement.then))
@@ -136,26 +132,21 @@ class Flow:
                     break
         self._join(ends)
 
-    def _branch(self, body: Sequence[ir.AnyStatement]) -> list[Span] | None:
-        """Follow a body that may be left out.  Return what it overwrites; None if it does not come to its end."""
-        mark, was_over = len(self._trail), self._is_over
+    def _branch(self, body: Sequence[ir.AnyStatement]) -> list[Span]:
+        """Follow a body that may be left out, and return what it overwrites."""
+        mark = len(self._trail)
         self._body(body)
         added = self._trail[mark:]
         del self._trail[mark:]
         self._overwritten.difference_update(added)
-        is_over, self._is_over = self._is_over, was_over
-        return None if is_over else added
+        return added
 
-    def _join(self, branches: Iterable[list[Span] | None]) -> None:
+    def _join(self, ends: Sequence[list[Span]]) -> None:
         """Continue behind branches of which exactly one has run."""
-        ends = [added for added in branches if added is not None]
-        if not ends:
-            self._is_over = True
         self._add(span for span, count in Counter(chain(*ends)).items() if count == len(ends))
 
     def _return(self) -> None:
         self._at_returns = self._overwritten & (self._overwritten if self._at_returns is None else self._at_returns)
-        self._is_over = True
 
     # ---- calls
 

@@ -30,19 +30,27 @@ def encode_spread(sequence: int, instant_ns: int, heard: Sequence[Heard], report
 
 def decode_alike(data: bytes) -> Cycle | None:
     """The cycle that all nodes hear; None if more follows.  ValueError for anything else."""
+    more, number = _head(data)
+    return Cycle(number, decode_frames(data, START)) if more == _ALIKE else None
+
+
+def _head(data: bytes) -> tuple[int, int]:
+    """Return what follows the frames, and the number of the cycle.  ValueError for anything else."""
     if len(data) < START:
         raise ValueError("a cycle is cut short")
     version, more, number = _CYCLE.unpack_from(data, HEAD.size)
     if version != VERSION:
         raise ValueError(f"a cycle of version {version}: expected {VERSION}")
-    return Cycle(number, decode_frames(data, START)) if more == _ALIKE else None
+    return more, number
 
 
 def decode_spread(data: bytes) -> Spread[Cycle]:
-    """Return what each node hears, if `decode_alike` gives None.  ValueError for anything else."""
+    """Return what each node hears.  ValueError for anything else."""
     try:
+        more, number = _head(data)
         sequence, instant_ns = HEAD.unpack_from(data)
-        _, more, number = _CYCLE.unpack_from(data, HEAD.size)
+        if more == _ALIKE:
+            return Spread(sequence, instant_ns, [(Cycle(number, decode_frames(data, START)), ())], b"")
         frames_length, reports_length = _MORE.unpack_from(data, START)
         frames_start = START + _MORE.size
         reports_start = frames_start + frames_length

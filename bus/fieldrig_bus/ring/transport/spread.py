@@ -4,13 +4,16 @@ The cycle goes out once.  If not all stations hear it alike, or if a member obse
 and say by a number what each one hears.  The kind of ring defines these numbers, and what is in the cycle.
 """
 
+import asyncio
 import struct
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final, Generic, NamedTuple, TypeVar
 
+from fieldrig.shortcuts import Shortcut
 from fieldrig_bus.ring.transport.rack import Rack
 
+ALIKE: Final = Shortcut("ring.alike", "a cycle that all stations hear alike is delivered without a look at each name")
 _ROW: Final = struct.Struct("<BB")  # what it hears, length of its name
 
 C = TypeVar("C")
@@ -54,6 +57,10 @@ class Spread(NamedTuple, Generic[C]):
 class SpreadRack(Rack["C | tuple[Spread[C], Any]"], Generic[C]):
     """The rack of one process.  A cycle that all stations hear alike, which nearly all are, takes a short way."""
 
+    def __init__(self, bus: str, loop: asyncio.AbstractEventLoop) -> None:
+        super().__init__(bus, loop)
+        self._looks_at_each = not ALIKE.is_taken
+
     @abstractmethod
     def read_alike(self, data: bytes) -> C | None:
         """The cycle, if all stations hear it alike and no member observes; otherwise None."""
@@ -63,7 +70,7 @@ class SpreadRack(Rack["C | tuple[Spread[C], Any]"], Generic[C]):
         """Return what each station hears, and what the master hears or None.  ValueError for anything else."""
 
     def read(self, data: bytes) -> "C | tuple[Spread[C], Any]":
-        alike = self.read_alike(data)
+        alike = None if self._looks_at_each else self.read_alike(data)
         return self.read_spread(data) if alike is None else alike
 
     def deliver(self, cycle: "C | tuple[Spread[C], Any]", instant_ns: int) -> None:
@@ -72,7 +79,11 @@ class SpreadRack(Rack["C | tuple[Spread[C], Any]"], Generic[C]):
                 station.at.deliver(station.handler, cycle, instant_ns)
             return
         spread, answers = cycle
-        if len(spread.heard) == 1 and not spread.heard[0][1]:
+        is_alike = len(spread.heard) == 1 and not spread.heard[0][1]
+        if is_alike and self._looks_at_each:
+            names = [name for name, station in self.stations.items() if station.addresses is not None]
+            self._deliver_to_some(dict.fromkeys(names, spread.heard[0][0]), answers, instant_ns)
+        elif is_alike:
             self._deliver_to_all(spread.heard[0][0], answers, instant_ns)
         else:
             heard = {name: cycle for cycle, names in spread.heard for name in names}
