@@ -8,6 +8,7 @@ from random import Random
 from typing import Any
 
 from device_of import device_of
+from inner_state import Plain, inner_state
 from ring_lab import Follower
 
 from fieldrig.bus import Bus, Delivery
@@ -19,6 +20,8 @@ from fieldrig_devices.mc4.drive import Mc4
 
 PLATE = Path(__file__).parents[2] / "configs/plates/sm-100-30-080.yaml"
 CYCLE_NS = 4 * MS
+LOOK = 8
+"""Events between two looks into the drives."""
 GEARED = {"coulomb_nm": 0.05, "gear_ratio": 7.5, "viscous_nm_s_per_rad": 0.001}
 TWISTING = {"inertia_kg_m2": 4e-4, "stiffness_nm_per_rad": 40.0, "damping_nm_s_per_rad": 0.05}
 
@@ -44,6 +47,8 @@ class Line:
     more: Mapping[str, Any] = field(default_factory=dict)
     said: list[str] = field(default_factory=list)
     swings: list[Swing] = field(default_factory=list)
+    inside: list[list[dict[str, Plain]]] = field(default_factory=list)
+    """The inner states of all drives, each time that `look` was called."""
     followed: int = 0
     """Drives that followed their set positions by one function, counted after each run."""
 
@@ -82,23 +87,9 @@ class Line:
         self.rig.run_until(self.rig.now_ns + cycles * CYCLE_NS)
         self.followed += sum(drive._side is not None and drive._side._following is not None for drive in self.drives)
 
-    def states(self) -> list[tuple[object, ...]]:
-        machines = [drive.machine for drive in self.drives]
-        return [
-            (
-                machine.at_ns,
-                axis.set_increments,
-                axis.e,
-                axis.v,
-                axis.i,
-                axis.t,
-                axis.heat,
-                axis.work,
-                machine.thermal.motor_c,
-            )
-            for machine in machines
-            for axis in [machine.axis]
-        ]
+    def look(self) -> None:
+        """Keep everything that is in the drives now."""
+        self.inside.append([inner_state(drive) for drive in self.drives])
 
 
 def events(line: Line, random: Random) -> list[Callable[[], object]]:
@@ -135,7 +126,9 @@ def course(seed: int, wires: bool, loads: Sequence[Mapping[str, float]] = (GEARE
     line = Line(5, wires, loads)
     line.swing(random)
     line.run(20)
-    for _ in range(40):
+    for number in range(40):
         random.choice(events(line, random))()
         line.run(random.randrange(1, 18))
+        if number % LOOK == LOOK - 1:
+            line.look()
     return line

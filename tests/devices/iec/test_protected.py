@@ -61,7 +61,7 @@ OVERWRITTEN = [
     ("IF g1 > 0 THEN g0 := 0; RETURN; END_IF; g0 := 1;", "g0"),
     ("FOR g0 := 1 TO 2 DO g1 := g1 + 1; END_FOR;", "g0"),
     ("pair.x := 1;", "pair.x"),
-    ("pair := other;", "pair.y"),
+    ("pair := other; l0 := pair.y;", "pair.y"),
     ("row[1] := 1;", "row[1]"),
     ("g0 := 1; g0 := g0 + 1;", "g0"),
     ("fb(p := 3, q => g0);", "g0"),
@@ -111,7 +111,8 @@ def test_what_a_called_block_or_function_overwrites_or_uses_counts_where_it_is_c
     is_protected = protected(bench_of("g2 := 1; l1 := Double(1); g2 := 2;", function="g1 := g2;"))
     assert is_protected("g2")
     assert not protected(bench_of("l1 := Double(1); g2 := 2;", function="g1 := g2;"))("g2")
-    assert not protected(bench_of("IF l0 > 0 THEN fb(); END_IF;", block="g0 := 1;"))("g0")
+    for body in ("IF l0 > 0 THEN fb(); END_IF;", "fb(EN := l0 > 0);"):
+        assert not protected(bench_of(body, block="g0 := 1;"))("g0")
 
 
 # ---- random programs: a value from outside changes nothing if it is refused

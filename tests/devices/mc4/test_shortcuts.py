@@ -1,9 +1,11 @@
 """Drives and their controller say the same, to the last bit, with each of their shortcuts and without."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
 
 import pytest
-from drive_line import GEARED, TWISTING, course
+from drive_line import GEARED, TWISTING, Line, course
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,18 +20,66 @@ ALL = (FOLD.name, *EACH)
 LOADS: tuple[Mapping[str, float], ...] = (GEARED, {}, TWISTING)
 
 
+OF_THE_SHORTCUTS = re.compile(
+    r"_side\._(following|may_\w+|still\w*|steady_control)|axis\.(_is_folded|_may_\w+|slow_cycles|is_at_rest)"
+    r"|slave\.(_may_be_fast|_is_fast|_control_seen)"
+)
+"""Values that only say which way the cycles went: what was seen last, and whether the next one may be short."""
+LAST_BITS = re.compile(
+    r"machine\.(axis\.(e|v|i|t|twist|load_speed|heat|work)|dc\.volt"
+    r"|thermal\.(_casing_k|_heatsink_k|_winding_k|amplifier_load|motor_load))"
+)
+"""States that the fold computes by other sums than the steps, and what follows from them.
+
+The fold takes sixteen steps at once, by a matrix that was rounded beforehand, so its sums are rounded at other places.
+The loops of the drive damp the difference: it stays below 1e-10 of a rad, rad/s, N m, K or V.
+"""
+MOST_OFF = 1e-10
+
+
+@cache
+def with_all(seed: int, wires: bool) -> Line:
+    """Return a run with all shortcuts, which several tests compare with."""
+    return course(seed, wires, LOADS)
+
+
+def differences(found: Line, plain: Line) -> Iterator[tuple[str, object, object]]:
+    """Yield what is not the same inside the drives, apart from the notes of the shortcuts."""
+    assert len(found.inside) == len(plain.inside) == 5
+    for drives, others in zip(found.inside, plain.inside, strict=True):
+        for state, other in zip(drives, others, strict=True):
+            assert len(state) > 1_000
+            for path in state.keys() | other.keys():
+                value, wanted = state.get(path, "missing"), other.get(path, "missing")
+                if value != wanted and not OF_THE_SHORTCUTS.search(path):
+                    yield path, value, wanted
+
+
 @pytest.mark.long
-@pytest.mark.parametrize("names", [[name] for name in EACH] + [[FOLD.name, FOLLOWING.name]], ids=[*EACH, FOLD.name])
+@pytest.mark.parametrize("name", EACH)
 @pytest.mark.parametrize(("seed", "wires"), [(1, False), (2, True)])
-def test_drives_say_the_same_without_one_shortcut(names: list[str], seed: int, wires: bool) -> None:
-    found = course(seed, wires, LOADS)
+def test_drives_say_and_keep_the_same_without_one_shortcut(name: str, seed: int, wires: bool) -> None:
+    found = with_all(seed, wires)
     assert found.followed > 20
-    with plain_forms(*names):
+    with plain_forms(name):
         plain = course(seed, wires, LOADS)
-    assert (plain.followed == 0) is (FOLLOWING.name in names)
+    assert (plain.followed == 0) is (name == FOLLOWING.name)
     assert found.said == plain.said
-    if FOLD.name not in names:
-        assert found.states() == plain.states()
+    assert list(differences(found, plain)) == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("seed", "wires"), [(1, False), (2, True)])
+def test_drives_say_the_same_without_the_fold_and_keep_the_same_but_for_last_bits(seed: int, wires: bool) -> None:
+    found = with_all(seed, wires)
+    with plain_forms(FOLD.name, FOLLOWING.name):
+        plain = course(seed, wires, LOADS)
+    assert found.said == plain.said
+    off = list(differences(found, plain))
+    assert [path for path, _, _ in off if not LAST_BITS.search(path)] == []
+    assert any(path.endswith("axis.v") for path, _, _ in off)  # the two forms are not one
+    for path, value, wanted in off:
+        assert value == pytest.approx(wanted, rel=0, abs=MOST_OFF), path
 
 
 @pytest.mark.long
