@@ -111,6 +111,7 @@ def test_what_a_called_block_or_function_overwrites_or_uses_counts_where_it_is_c
     is_protected = protected(bench_of("g2 := 1; l1 := Double(1); g2 := 2;", function="g1 := g2;"))
     assert is_protected("g2")
     assert not protected(bench_of("l1 := Double(1); g2 := 2;", function="g1 := g2;"))("g2")
+    assert protected(bench_of("fb();", block="IF p > 0 THEN q := p; END_IF;"))("PLC_PRG.fb.q")
     for body in ("IF l0 > 0 THEN fb(); END_IF;", "fb(EN := l0 > 0);"):
         assert not protected(bench_of(body, block="g0 := 1;"))("g0")
 

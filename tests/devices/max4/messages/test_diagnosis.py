@@ -109,7 +109,8 @@ def test_diagnosis_parameters_have_the_units_and_values_of_the_screen() -> None:
     entries, timer_1, timer_10, load, read_us, write_us, disk, memory = (int(bench.get(name)) for name in names)
     assert entries == len(bench.log())
     assert (timer_1, timer_10, memory) == (108_178, 10_817, 6_930_636)
-    assert 0 <= load <= 100
+    assert load == 100 * (read_us - write_us) // 4_000  # what lies between the two is the work of the cycle
+    assert load > 0
     assert 0 < write_us < read_us < 4_000  # the writing comes after the reading, in a cycle of 4 ms
     assert 3_988_992 <= disk < 4_000_000
 
