@@ -6,6 +6,7 @@ import pytest
 from doc_pages import PAGES, ROOT, code_in, rows
 
 from fieldrig.config import from_dict
+from fieldrig.node import LocalNode
 from fieldrig.rig import Rig
 
 BUSES = {
@@ -72,6 +73,9 @@ DEVICES: dict[tuple[str, str], dict[str, Any]] = {
 }  # fmt: skip
 """A device with every point that the table below this heading of the page names."""
 
+WITH_MORE = ("can/", "plc/")
+"""Beginnings of the keys of points that a device has only with a face on CAN, or with a program."""
+
 
 def named_points() -> dict[tuple[str, str], set[str]]:
     """The points in the tables of all pages, by page and heading."""
@@ -95,4 +99,9 @@ def test_the_points_of_a_table_exist(table: tuple[str, str]) -> None:
     rig = {"time": "virtual", "buses": buses, "devices": {"device": device}}
     with Rig(from_dict(rig, ROOT / "configs")) as running:
         known = running.keys("device").keys()
+        node = running._nodes["device"]
+        assert isinstance(node, LocalNode)
+        troubles = node.device.troubles().keys()
     assert named_points()[table] - known == set()
+    assert troubles <= known
+    assert {key for key in node.device.trouble_keys if not key.startswith(WITH_MORE)} <= known

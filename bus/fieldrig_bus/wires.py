@@ -118,13 +118,8 @@ class WiresModel(BusModel[Signal]):
         return due
 
     def conditions(self, now_ns: int) -> dict[str, str]:
-        """The alarms of wires that have the value that each is for; a wire that nothing drives has none."""
-        present = self._present
-        return {
-            name: alarm.text
-            for name, alarm in self._alarms.items()
-            if name in present and present[name][1].at(now_ns) == alarm.when
-        }
+        signals = {name: self._present[name][1] for name in self._alarms if name in self._present}
+        return raised(self._alarms, signals, now_ns)
 
     def statistics(self, now_ns: int) -> dict[str, float]:
         return {"wires": float(len(self._present))}
@@ -138,6 +133,13 @@ class Alarm(Settings):
 
 
 ALARMS: Final = "states of wires that `fieldrig up` tells of, such as an emergency stop"
+
+
+def raised(alarms: Mapping[str, Alarm], signals: Mapping[str, Signal], now_ns: int) -> dict[str, str]:
+    """Return the texts of alarms whose wires have the value that each is for; a wire that nothing drives has none."""
+    return {
+        name: alarm.text for name, alarm in alarms.items() if name in signals and signals[name].at(now_ns) == alarm.when
+    }
 
 
 class WiresSettings(Settings):

@@ -8,15 +8,16 @@ Left out: the value of a wire whose driver's process is gone.
 
 import asyncio
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 from urllib.parse import quote
 
 import zenoh
+from pydantic import Field
 
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.settings import Settings
-from fieldrig_bus.wires import MOST_WIRES, Signal, WiresFamily, decode, encode
+from fieldrig_bus.wires import ALARMS, MOST_WIRES, Alarm, Signal, WiresFamily, decode, encode, raised
 
 log = logging.getLogger(__name__)
 
@@ -27,8 +28,8 @@ Handler = Callable[[Signal], None]
 class WiresEnd:
     """One device's end."""
 
-    def __init__(self, at: Attachment, bus: str) -> None:
-        self._at = at
+    def __init__(self, at: Attachment, bus: str, alarms: Mapping[str, Alarm]) -> None:
+        self._at, self._alarms = at, alarms
         self._session: zenoh.Session = at.session()
         self._loop = asyncio.get_running_loop()
         self._place = f"fieldrig/{at.rig}/wires/{bus}"
@@ -74,6 +75,12 @@ class WiresEnd:
                 attachment=self._member,
             )
 
+    def conditions(self, now_ns: int) -> Mapping[str, str]:
+        """Return the alarms of the wires that this end drives, so one process reports each."""
+        keys = {name: self._key(name) for name in self._alarms}
+        signals = {name: decode(self._present[key]) for name, key in keys.items() if key in self._present}
+        return raised(self._alarms, signals, now_ns)
+
     def close(self) -> None:
         self._forget_interest()
         _undeclare(self._queryable)
@@ -114,7 +121,7 @@ class WiresEnd:
 
 
 class WiresZenohSettings(Settings):
-    pass
+    alarms: dict[str, Alarm] = Field(default_factory=dict, description=ALARMS)
 
 
 class WiresZenoh(WiresFamily, DirectBus[Signal]):
@@ -126,7 +133,7 @@ class WiresZenoh(WiresFamily, DirectBus[Signal]):
         self._ends: dict[str, WiresEnd] = {}
 
     async def open(self, at: Attachment) -> WiresEnd:
-        end = self._ends[at.member] = WiresEnd(at, self.name)
+        end = self._ends[at.member] = WiresEnd(at, self.name, self.settings.alarms)
         return end
 
     async def close(self, member: str) -> None:

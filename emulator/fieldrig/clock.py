@@ -78,12 +78,6 @@ class Clock(Protocol):
         It is always 0 in virtual time.
         """
 
-    def host_words(self) -> str:
-        """Return in words how late the host was in the last seconds, to put beside a fault of a device.
-
-        It is "" if the host was not late, and always in virtual time.
-        """
-
 
 class TimerQueue:
     """The timers of one clock, earliest first; equal times in the order in which they were added."""
@@ -141,9 +135,6 @@ class VirtualClock:
 
     def late_ns(self) -> int:
         return 0
-
-    def host_words(self) -> str:
-        return ""
 
     def next_ns(self) -> int | None:
         """Return the instant of the next timer or watchdog; None without one."""

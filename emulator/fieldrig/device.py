@@ -15,7 +15,7 @@ default None it may be left out, as `list[Link[M]]` it takes one bus or several.
 """
 
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -74,6 +74,8 @@ class Device:
     """One line for `fieldrig devices`."""
     fault_models: ClassVar[Mapping[str, type[Any]]] = {}
     """Settings models of the faults that it takes while the rig runs, by their `what`."""
+    trouble_keys: ClassVar[Collection[str]] = ()
+    """Keys of points by which the device itself reports that something is wrong; 0, False and "" are no trouble."""
     injected: "InjectedFaults[Any] | None" = None
     """The faults of this device.  A device with `fault_models` sets it in its constructor."""
 
@@ -86,6 +88,17 @@ class Device:
     def points(self) -> Mapping[str, Point]:
         """Return the points for `fieldrig get`, `set` and `watch`, by key."""
         return {}
+
+    def troubles(self) -> Mapping[str, Value]:
+        """Return what the device itself reports as wrong now, by the key of the point that shows it.
+
+        A late host may be the cause, so the process says beside such a value how late the host was (`troubles`).  The
+        process asks twice a second.  A value of 0, False or "" is no trouble.
+        """
+        if not self.trouble_keys:
+            return {}
+        points = self.points()
+        return {key: points[key].read() for key in self.trouble_keys if key in points}
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         """Add a fault that begins now, in the words of the device, and return its number.

@@ -26,6 +26,14 @@ class FaultyEnd(Protocol):
     def injected(self) -> InjectedFaults[Any]: ...
 
 
+@runtime_checkable
+class TellingEnd(Protocol):
+    """A link that reports states to a person."""
+
+    def conditions(self, now_ns: int) -> Mapping[str, str]:
+        """Return the states that are present: a text for each, by name (`BusModel.conditions`)."""
+
+
 def answers_of_end(bus: str, end: FaultyEnd, clock: RealClock) -> Answer:
     faults = end.injected
 

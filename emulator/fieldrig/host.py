@@ -45,6 +45,8 @@ log = logging.getLogger(__name__)
 GRACE_S = 2.0
 """Time between the request to end and the forced end."""
 RETRY_S = 0.02
+MOST_OTHERS = 3
+"""Most other processes whose lateness is named beside a trouble of a device."""
 LIFELINE = 0
 """File descriptor of the standard input, a pipe that the supervisor holds open."""
 WAITING_S = 3600.0
@@ -62,6 +64,9 @@ class Host:
         self._streams: list[BusStream] = []
         self._state = "starting"
         self._late = LateHost(Lateness(), dict)
+        self._late_others: dict[str, str] = {}
+        """The other processes of the rig for which the host is late, with the words for it."""
+        self._points: dict[str, RealPoints] = {}
         self._window: asyncio.TimerHandle | None = None
         self._looking: asyncio.Task[None] | None = None
 
@@ -124,10 +129,13 @@ class Host:
         process.start()
         watched = [*process.watched]
         for device_name, device in process.devices.items():
-            points = RealPoints(device_name, device, process.clock)
+            points = RealPoints(device_name, device, process.clock, partial(self._host_words, process.clock.host))
+            self._points[device_name] = points
             control.serve(f"device/{device_name}/*", answers(points))
             watched.append(Watched(device_name, points.faults))
-        self._looking = asyncio.get_running_loop().create_task(look_on(control, watched))
+        if self._points:
+            control.listen_to("late/*", self._on_late)
+        self._looking = asyncio.get_running_loop().create_task(look_on(control, watched, self._troubles))
         gc.collect()
         gc.freeze()  # what is there now stays: later collections needn't look at it
         gc.set_threshold(*COLLECTION)
@@ -161,6 +169,23 @@ class Host:
 
         begin()
 
+    def _on_late(self, name: str, message: Any) -> None:
+        match message:
+            case {"words": ""}:
+                self._late_others.pop(name, None)
+            case {"words": str(words)} if name != self._plan.name and len(self._late_others) < MOST_OTHERS:
+                self._late_others[name] = words
+
+    def _host_words(self, lateness: Lateness) -> str:
+        """Return how late the host was for this process in the last seconds, or else for which others it is late."""
+        others = [f"the host was late for {name}: {words}" for name, words in self._late_others.items()]
+        return lateness.words() or "; ".join(others)
+
+    def _troubles(self) -> dict[str, str]:
+        """Return the words about the host beside each trouble of a device, by DEVICE/KEY."""
+        looks = ((device, points.look()) for device, points in self._points.items())
+        return {f"{device}/{key}": words for device, look in looks for key, words in look.items()}
+
     async def _join(self, control: Control) -> dict[str, Any]:
         """Ask until there is an answer, as the rig's session opens slightly before the service that answers in it."""
         loop = asyncio.get_running_loop()
@@ -184,6 +209,7 @@ class Host:
             "state": self._state,
             "timers": process.clock.lateness(),
             "late": self._late.facts(),
+            "troubles": self._troubles(),
             "buses": {name: subject.statistics() for name, subject in process.served.items()},
             "limits": control.limits(),
             "stores": {name: trouble for name, store in process.stores.items() if (trouble := store.trouble())},

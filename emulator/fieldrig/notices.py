@@ -62,9 +62,10 @@ class Watched:
         ]
 
 
-async def look_on(control: Control, watched: Sequence[Watched]) -> None:
-    """Publish what changes, until cancelled."""
+async def look_on(control: Control, watched: Sequence[Watched], also: Callable[[], object] = lambda: None) -> None:
+    """Publish what changes, until cancelled; `also` is called as often."""
     while True:
+        also()
         for part in watched:
             for notice in part.look():
                 control.publish(f"notice/{notice.part}", notice._asdict())

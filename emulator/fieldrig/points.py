@@ -3,7 +3,7 @@
 They are about its points (`keys`, `get`, `set`), its faults, and whatever else this kind of device understands.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from fieldrig.asked import asked
@@ -13,6 +13,7 @@ from fieldrig.errors import ControlError, refusals
 from fieldrig.fault_questions import VERBS, Faulty, answer_of_faults
 from fieldrig.node import read_point, write_point
 from fieldrig.real_clock import RealClock
+from fieldrig.troubles import Troubles
 from fieldrig.untrusted import items, shown
 from fieldrig.values import fitting
 
@@ -32,14 +33,23 @@ class Source(Faulty, Protocol):
 
 
 class RealPoints:
-    def __init__(self, name: str, device: Device, clock: RealClock) -> None:
+    def __init__(self, name: str, device: Device, clock: RealClock, host_words: Callable[[], str]) -> None:
+        """`host_words` returns how late the host was in the last seconds; "" if it was not."""
         self._name, self._device, self._clock = name, device, clock
+        self._troubles = Troubles(name, device, host_words)
 
     def facts(self) -> Mapping[str, Any]:
+        beside = self.look()
         return {
             key: {"unit": point.unit, "about": point.about, "writable": point.write is not None}
+            | ({"host": beside[key]} if key in beside else {})
             for key, point in self._device.points().items()
         }
+
+    def look(self) -> Mapping[str, str]:
+        """Look at the troubles of the device, and return the words about the host beside each, by key."""
+        self._clock.look(self._troubles.look, self._clock.now_ns())
+        return self._troubles.words()
 
     def get(self, key: str) -> Value:
         return self._clock.look(read_point, self._name, self._device.points(), key)

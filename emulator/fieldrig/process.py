@@ -6,7 +6,7 @@ them.  If the process of a hub dies, the devices go on without that bus until th
 
 import asyncio
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from fieldrig.bus_stream import OnDelivery
 from fieldrig.config import DeviceEntry, RigConfig
 from fieldrig.control import Control
 from fieldrig.device import Device
-from fieldrig.ends import FaultyEnd, answers_of_end
+from fieldrig.ends import FaultyEnd, TellingEnd, answers_of_end
 from fieldrig.errors import BusError
 from fieldrig.hub import LocalHub
 from fieldrig.link import Link
@@ -90,6 +90,7 @@ class DeviceProcess:
         self._ends: dict[str, dict[str, Link[Any]]] = {}
         self._attachments: list[RemoteLink] = []
         self._faulty_ends: list[tuple[str, FaultyEnd]] = []
+        self._telling_ends: list[tuple[str, TellingEnd]] = []
         self._direct: list[tuple[DirectBus[Any], str]] = []
         self._waits: set[asyncio.Task[None]] = set()
         self.background = BackgroundProcesses(clock)
@@ -143,9 +144,13 @@ class DeviceProcess:
 
     @property
     def watched(self) -> list[Watched]:
-        """The buses that it answers for, and the ends of direct buses that take faults."""
+        """The buses that it answers for, and the ends of direct buses that take faults or report states."""
         buses = [Watched(name, subject.faults, subject.conditions) for name, subject in self.served.items()]
-        return buses + [Watched(name, end.injected.faults) for name, end in self._faulty_ends]
+        ends = [Watched(name, end.injected.faults) for name, end in self._faulty_ends]
+        return buses + ends + [Watched(name, dict, partial(self._conditions, end)) for name, end in self._telling_ends]
+
+    def _conditions(self, end: TellingEnd) -> Mapping[str, str]:
+        return end.conditions(self.clock.now_ns())
 
     async def attach(self, patience_s: float) -> None:
         """Open every device's ends of its buses.  BusError if one is not available."""
@@ -215,6 +220,8 @@ class DeviceProcess:
             if isinstance(link, FaultyEnd):
                 self.control.serve(f"end/{name}/{device}/*", answers_of_end(name, link, self.clock))
                 self._faulty_ends.append((name, link))
+            if isinstance(link, TellingEnd):
+                self._telling_ends.append((name, link))
             return CheckedLink(link, bus, device)
         assert isinstance(bus, ModelBus)
         return await self._attached(bus, device, patience_s)

@@ -99,9 +99,6 @@ class RealClock:
     def late_ns(self) -> int:
         return 0 if self._instant_ns is None else time.monotonic_ns() - self._instant_ns
 
-    def host_words(self) -> str:
-        return self.host.words()
-
     def handle(self, action: Callable[..., None], *arguments: Any) -> None:
         """Call `action` as an event of its own that happens now."""
         self.handle_at(time.monotonic_ns(), action, *arguments)
@@ -206,11 +203,11 @@ class DeviceClock:
     It marks timers with the device, for a note on their exceptions.
     """
 
-    __slots__ = ("_clock", "_device", "host_words", "late_ns", "now_ns")
+    __slots__ = ("_clock", "_device", "late_ns", "now_ns")
 
     def __init__(self, clock: RealClock, device: str) -> None:
         self._clock, self._device = clock, device
-        self.now_ns, self.late_ns, self.host_words = clock.now_ns, clock.late_ns, clock.host_words
+        self.now_ns, self.late_ns = clock.now_ns, clock.late_ns
 
     def call_at(self, when_ns: int, action: Callable[[], None]) -> Timer:
         timer = self._clock.call_at(when_ns, action)

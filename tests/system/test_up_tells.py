@@ -37,8 +37,9 @@ def told(rig: RunningRig) -> list[str]:
     return [line.partition("  ")[2] for line in after.splitlines()[1:]]
 
 
-def test_an_emergency_stop_is_told_when_it_begins_and_ends() -> None:
-    with RunningRig(STOP, LAMP_KINDS) as rig:
+@pytest.mark.parametrize("kind", ["wires.hub", "wires.zenoh"])
+def test_an_emergency_stop_is_told_when_it_begins_and_ends(kind: str) -> None:
+    with RunningRig(STOP.replace("wires.hub", kind), LAMP_KINDS) as rig:
         rig.until_ready()
         assert rig.tool("set", "switch/on=true").returncode == 0
         until(lambda: "wires: emergency stop" in told(rig))

@@ -6,10 +6,10 @@ of a master and the SDO client.
 This file assembles the services; each has a file of its own and knows only its parameters and the port.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
@@ -59,6 +59,7 @@ LAST_OF_COMMUNICATION, LAST = 0x1FFF, 0xFFFF
 
 class CanopenNode(Device):
     about = "a CANopen node (CiA 301) made from an EDS or DCF file"
+    trouble_keys: ClassVar[Collection[str]] = ("emcy.code", "emcy.heard")
 
     def __init__(
         self,

@@ -4,7 +4,7 @@ Source: Schneider, Magelis SCU HMI Controller PTO/PWM Library Guide, 12/2016 (di
 and panel are ours, as that guide describes the outputs only.  Left out: the graphical panels of the display.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, ClassVar
@@ -42,6 +42,7 @@ from fieldrig_devices.registers.table import load_table
 
 class Hmiscu(Device):
     about: ClassVar[str] = "an HMISCU: panel and controller with pulse and PWM outputs"
+    trouble_keys: ClassVar[Collection[str]] = ("plc/problem", "can/emcy.code", "can/emcy.heard")
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(
@@ -135,6 +136,9 @@ class Hmiscu(Device):
 
     def points(self) -> Mapping[str, Point]:
         return self._points
+
+    def troubles(self) -> Mapping[str, Value]:
+        return {**super().troubles(), **self._masters.troubles()}
 
     def find(self, name: str) -> Point | None:
         """Return the point that faces call `name`: one of the points, a channel by its usual name, or a variable."""

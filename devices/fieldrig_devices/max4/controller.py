@@ -4,7 +4,7 @@ Source: PacDrive system manual 17130061, edition 2003-10; digest sections 1.1 to
 run in its PLC (`plc/`).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from ipaddress import IPv6Address, ip_address
 from typing import Any, ClassVar
 
@@ -61,6 +61,7 @@ class Max4(Device):
     """The controller, which connects its parts and implements its power, boot, programs and faults."""
 
     about = "MAx-4 PacController: object tree, messages and diagnosis, master of the SERCOS ring of MC-4 drives"
+    trouble_keys: ClassVar[Collection[str]] = ("DiagCode", "plc/fault")
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(
@@ -410,6 +411,9 @@ class Max4(Device):
 
     def points(self) -> Mapping[str, Point]:
         return self._points
+
+    def troubles(self) -> Mapping[str, Value]:
+        return {**super().troubles(), **{f"{symbol}.DiagCode": axis.diag_code for symbol, axis in self.axes.items()}}
 
     def answer(self, question: str, message: Any) -> Any:
         match question:

@@ -7,7 +7,7 @@ outputs for ready contact and brake relay, and the torque and position of the lo
 Left out: analog and logic encoder inputs, firmware download.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from math import tau
 from typing import Any, ClassVar, Final
@@ -47,6 +47,7 @@ class Mc4(Device):
     """An MC-4 drive as a device of a rig."""
 
     about = "ELAU MC-4: a servo drive with motor and load, on a fibre ring"
+    trouble_keys: ClassVar[Collection[str]] = ("diag_code",)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(

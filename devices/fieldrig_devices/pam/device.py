@@ -6,7 +6,7 @@ the debugger of fieldrig takes its place, and its serial line shows messages.
 """
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime, timedelta
 from functools import partial
 from typing import Any, ClassVar, Final
@@ -59,6 +59,7 @@ class Pam(Device):
     about: ClassVar[str] = (
         "a PAM axes manager: applications in its language, a ring of ST1 and Smart-IO nodes, PLC ports"
     )
+    trouble_keys: ClassVar[Collection[str]] = ("fault",)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(
@@ -94,8 +95,6 @@ class Pam(Device):
         self._cycle: PowerCycle | None = None
         self._timer: Timer | None = None
         self._begin_ns = self._cycles = 0
-        self._host_words = ""
-        """How late the host was at the first fatal error, which may be its fault."""
         self._debuggee = MachineDebuggee(
             background,
             lambda: self.application,
@@ -135,7 +134,6 @@ class Pam(Device):
         now_ns = self._clock.now_ns()
         name = self._compiled.application
         self._messages.clear()
-        self._host_words = ""
         self._display.restart(f"{name.name[:LONGEST_NAME]} V{name.version}", now_ns)
         for address in self._volts:
             self._set_volts(address, 0.0)
@@ -215,7 +213,6 @@ class Pam(Device):
         is_first = self._messages.fatal is None
         if code.is_fatal:
             log.info("the application stops: %s %s", code, words or text_of(code))
-            self._host_words = self._host_words or self._clock.host_words()
         self._show(code, words or text_of(code), tuple(details))
         if code.is_fatal and is_first and self._cycle is not None:
             self._cycle.ports.fail(code.origin, code.number, self._date(), *panel_info(code, details))
@@ -267,10 +264,7 @@ class Pam(Device):
             "cycle": Point(lambda: self._cycles, about="basic cycles since power-on"),
             "messages": Point(lambda: "\n".join(self._messages.printed), about="what the debugger printed last"),
             "errors": Point(self._listed, about="the error list: the codes of errors, fatal errors and ends"),
-            "fault": Point(
-                self._fault,
-                about="why the application has stopped, with its line; and that the host was late, if it was",
-            ),
+            "fault": Point(self._fault, about="why the application has stopped, with its line"),
             "reset": Point(lambda: False, self._write_reset, about="write true for a hardware reset"),
             **{
                 f"analog.{address}": Point(partial(self._volts.__getitem__, address), unit="V")
@@ -288,10 +282,9 @@ class Pam(Device):
         return "\n".join(str(entry.code) for entry in self._messages.listed)
 
     def _fault(self) -> str:
-        """Return the fault of the program, or else the first fatal error, and whether it may be the host's."""
+        """Return the fault of the program, or else the first fatal error."""
         fault, fatal = None if self._cycle is None else self._cycle.runtime.fault, self._messages.fatal
-        said = str(fault) if fault is not None else "" if fatal is None else f"{fatal.code} {fatal.text}"
-        return f"{said} ({self._host_words})" if said and self._host_words else said
+        return str(fault) if fault is not None else "" if fatal is None else f"{fatal.code} {fatal.text}"
 
     def _write_reset(self, value: Value) -> None:
         if truth_in(value) and self._cycle is not None:

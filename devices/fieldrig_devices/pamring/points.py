@@ -2,8 +2,14 @@
 
 from collections.abc import Mapping
 
-from fieldrig.device import Point
+from fieldrig.device import Point, Value
+from fieldrig_devices.pamring.ends import RingFault
 from fieldrig_devices.pamring.node import RingNode
+
+
+def ring_troubles(end: RingNode) -> Mapping[str, Value]:
+    """Return the fault of the ring, by the key of its point."""
+    return {} if end.fault is RingFault.NONE else {"ring": end.fault.value}
 
 
 def ring_points(end: RingNode) -> Mapping[str, Point]:

@@ -9,7 +9,7 @@ Single edges act as a command that steps.
 Left out: torque and load; `plant.servo` has them, for a controller that closes the loops itself.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from math import ceil, tau
 from typing import Annotated, Any, ClassVar, Final, Literal
 
@@ -89,6 +89,7 @@ class PulseServo(Device):
     """A servo drive with a pulse input as a device of a rig."""
 
     about = "a servo drive with a pulse input, motor and load (a plant, on wires)"
+    trouble_keys: ClassVar[Collection[str]] = ("alarm", "lost")
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(self, clock: Clock, name: str, settings: PulseServoSettings, wires: Link[Signal]) -> None:

@@ -12,7 +12,7 @@ its pulses stop depends on its load; one pole pair of a motor with 50 of them is
 Left out: microstep errors, the current at standstill, and a load that turns the motor while it is out of step.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from math import isfinite, tau
 from typing import Any, ClassVar, Final
@@ -42,6 +42,7 @@ class Stepper(Device):
     """A stepper as a device of a rig."""
 
     about = "a stepper: drive with pulse inputs, motor with pull-out torque, and load (a plant, on wires)"
+    trouble_keys: ClassVar[Collection[str]] = ("alarm", "lost")
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(self, clock: Clock, name: str, settings: StepperSettings, wires: Link[Signal]) -> None:

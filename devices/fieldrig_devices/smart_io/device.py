@@ -5,13 +5,13 @@ Without a PAM, the node is a CiA 401 module and a Modbus device, whose objects a
 battery that keeps the configuration over power-off, and the checksum of the firmware.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar, Final
 
 from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
-from fieldrig.device import Device, Point, Tool
+from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
 from fieldrig.link import Link
@@ -25,7 +25,7 @@ from fieldrig_devices.modbus.point_server import PointServer
 from fieldrig_devices.modbus.tools import lines_for
 from fieldrig_devices.pamring.frames import NodeType, Severity, Trouble
 from fieldrig_devices.pamring.node import RingNode
-from fieldrig_devices.pamring.points import ring_points
+from fieldrig_devices.pamring.points import ring_points, ring_troubles
 from fieldrig_devices.registers.table import load_table
 from fieldrig_devices.smart_io.alone import Alone
 from fieldrig_devices.smart_io.board import Board
@@ -51,6 +51,7 @@ _OTHERS: Final = (0xFF00, 0x80)
 
 class SmartIo(Device):
     about: ClassVar[str] = "a Smart-IO node of a PAM: inputs, outputs, keyboard, display, DC motors"
+    trouble_keys: ClassVar[Collection[str]] = ("error_word",)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(
@@ -105,6 +106,9 @@ class SmartIo(Device):
 
     def points(self) -> Mapping[str, Point]:
         return self._points
+
+    def troubles(self) -> Mapping[str, Value]:
+        return {**super().troubles(), **({} if self._ring is None else ring_troubles(self._ring))}
 
     def find(self, name: str) -> Point | None:
         """Return the point that a face calls `name`."""

@@ -7,19 +7,20 @@ boards, the position of the load, and what loads, heats and supplies the motor.
 Left out: local actions, the keyboard of the ST1 and its serial line, elasticity between motor and load.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from math import tau
 from typing import Any, ClassVar
 
 from fieldrig.clock import MS, Clock, S
-from fieldrig.device import Device, Point
+from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
 from fieldrig_bus.ring.pam.message import RingMessage
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.pamring.axis_words import Error
 from fieldrig_devices.pamring.frames import NodeType, Report
 from fieldrig_devices.pamring.node import RingNode
+from fieldrig_devices.pamring.points import ring_troubles
 from fieldrig_devices.st1.faults import MODELS
 from fieldrig_devices.st1.points import points_of
 from fieldrig_devices.st1.program import Program
@@ -33,6 +34,7 @@ class St1(Device):
     """An ST1 as a device of a rig."""
 
     about = "Socapel ST1: a servo node with motor and I/O boards, on the ring of a PAM"
+    trouble_keys: ClassVar[Collection[str]] = ("error",)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(
@@ -85,6 +87,9 @@ class St1(Device):
 
     def points(self) -> Mapping[str, Point]:
         return points_of(self, self._end)
+
+    def troubles(self) -> Mapping[str, Value]:
+        return {**super().troubles(), **ring_troubles(self._end)}
 
     # ---- wires
 

@@ -34,7 +34,7 @@ def get(
     from fieldrig.errors import ControlError
 
     values: dict[str, Any] = {}
-    units: dict[str, str] = {}
+    facts: dict[str, Any] = {}
     refusals: list[ControlError] = []
     with Client(endpoint) as client:
         parts = Parts(client)
@@ -43,10 +43,10 @@ def get(
             try:
                 got = parts.ask_device(device, "get", {"keys": [key]} if key else None)
                 values |= {f"{device}/{key}": value for key, value in got.items()}
-                units |= {} if as_json else _units(parts, device)
+                facts |= {} if as_json else _facts(parts, device)
             except ControlError as refusal:
                 refusals.append(refusal)
-    _echo(values, units, as_json)
+    _echo(values, facts, as_json)
     if refusals:
         raise refusals[0] if len(refusals) == 1 else ControlError("; ".join(map(_in_a_line, refusals)))
 
@@ -80,8 +80,8 @@ def set_(
         for device, device_values in wanted.items():
             got = parts.ask_device(device, "set", {"values": device_values})
             values |= {f"{device}/{key}": value for key, value in got.items()}
-        units = {} if as_json else {key: unit for device in wanted for key, unit in _units(parts, device).items()}
-    _echo(values, units, as_json)
+        facts = {} if as_json else {key: fact for device in wanted for key, fact in _facts(parts, device).items()}
+    _echo(values, facts, as_json)
 
 
 def _sendable(name: str, value: "Value") -> "Value":
@@ -99,15 +99,16 @@ def _in_a_line(refusal: "ControlError") -> str:
     return f"{refusal.what} ({refusal.remedy})" if refusal.remedy else refusal.what
 
 
-def _units(parts: Parts, device: str) -> dict[str, str]:
-    facts = parts.ask_device(device, "keys")
-    return {f"{device}/{key}": fact["unit"] for key, fact in facts.items()}
+def _facts(parts: Parts, device: str) -> dict[str, Any]:
+    return {f"{device}/{key}": fact for key, fact in parts.ask_device(device, "keys").items()}
 
 
-def _echo(values: dict[str, Any], units: dict[str, str], as_json: bool) -> None:
+def _echo(values: dict[str, Any], facts: dict[str, Any], as_json: bool) -> None:
     if as_json:
         echo_json(values)
         return
     for name, value in values.items():
-        unit = units.get(name, "")
-        typer.echo(f"{name} = {show_value(value, unit)} {unit}".rstrip())
+        fact = facts.get(name, {})
+        unit = fact.get("unit", "")
+        line = f"{name} = {show_value(value, unit)} {unit}".rstrip()
+        typer.echo(f"{line} ({fact['host']})" if fact.get("host") else line)

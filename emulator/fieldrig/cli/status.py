@@ -79,7 +79,7 @@ def _joined(rig: dict[str, Any], details: dict[str, Any]) -> dict[str, Any]:
         process.update(
             {
                 key: detail[key]
-                for key in ("memory_mb", "own_mb", "cpu_s", "uptime_s", "timers", "late")
+                for key in ("memory_mb", "own_mb", "cpu_s", "uptime_s", "timers", "late", "troubles")
                 if key in detail
             }
         )
@@ -133,6 +133,9 @@ def _lateness(rig: dict[str, Any]) -> Iterator[str]:
     """Yield a line for each process that the host makes late, and one for the worst time so far."""
     for name, words in rig.get("late", {}).items():
         yield f"the host is late for {name}: {words}"
+    for process in rig["processes"].values():
+        for point, words in process.get("troubles", {}).items():
+            yield f"{point} reports a fault; {words}"
     found = [(process["late"]["worst_ms"], name) for name, process in rig["processes"].items() if "late" in process]
     worst_ms, name = max(found, default=(0.0, ""))
     if worst_ms >= LATE_NS / MS:

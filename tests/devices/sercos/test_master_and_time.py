@@ -25,9 +25,6 @@ class StallingClock:
     def late_ns(self) -> int:
         return self.late
 
-    def host_words(self) -> str:
-        return ""
-
     def call_at(self, when_ns: int, action: Callable[[], None]) -> Timer:
         self.timers.append(Timer(when_ns, action))
         return self.timers[-1]

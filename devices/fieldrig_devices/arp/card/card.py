@@ -6,9 +6,9 @@ periods are read at power-on.  If a loop is late by whole periods, because the h
 counted.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 from fieldrig.background import Background
 from fieldrig.bus import Bus
@@ -44,6 +44,7 @@ from fieldrig_devices.languages.debugging.service import DebugService
 
 class ArpCard(Device):
     about = "ASA-RT ARP two-axis card: BASIC program, axes, electronic cam, tension control, CAN, USER port"
+    trouble_keys: ClassVar[Collection[str]] = ("error", "warning")
 
     def __init__(
         self,

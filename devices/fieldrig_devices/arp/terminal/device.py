@@ -5,9 +5,9 @@ objects on the bus, and how a value is edited.  Left out: characters beyond ISO 
 terminal's own set-up pages.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import partial
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
@@ -29,6 +29,7 @@ _NODE_POINTS: Final = ("nmt.state", "node_id", "emcy.code", "error_register", "t
 
 class Terminal(Device):
     about = "the operator terminal of an ARP card: screen, keys, LEDs, printer"
+    trouble_keys: ClassVar[Collection[str]] = ("emcy.code",)
 
     def __init__(
         self,

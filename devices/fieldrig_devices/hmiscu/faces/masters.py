@@ -139,6 +139,13 @@ class Masters:
             yield f"can_master/{name}/running", Point(partial(getattr, node.node, "is_running"))
             yield f"can_master/{name}/losses", Point(partial(getattr, node, "losses"))
 
+    def troubles(self) -> dict[str, Value]:
+        """Return how often units failed to answer and nodes were lost, by the keys of the points."""
+        return {
+            **{f"modbus_client/{name}/errors": unit.errors for name, unit in self._units.items()},
+            **{f"can_master/{name}/losses": node.losses for name, node in self._nodes.items()},
+        }
+
     # ---- for the CANopen master (`Reporter`)
 
     def on_lost(self, slave: MasterSlave) -> None:

@@ -1,0 +1,78 @@
+"""Troubles of devices, with words beside them about a host that was late when they began."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import pytest
+
+from fieldrig.clock import S
+from fieldrig.device import Device, Point, Value
+from fieldrig.troubles import LATER_NS, Troubles
+
+WORDS = "the host was up to 1,240 ms late in the last seconds, load 30 on 2 cores"
+
+
+class Drive(Device):
+    trouble_keys: ClassVar = ("code", "missing")
+
+    def __init__(self) -> None:
+        self.code: Value = 0
+
+    def points(self) -> Mapping[str, Point]:
+        return {"code": Point(lambda: self.code), "speed": Point(lambda: 12.0)}
+
+
+class Bench:
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("fieldrig.troubles.time.strftime", lambda _: "14:03:22")
+        self.host_words = ""
+        self.drive = Drive()
+        self.troubles = Troubles("belt", self.drive, lambda: self.host_words)
+
+    def look(self, now_ns: int, code: Value) -> Mapping[str, str]:
+        self.drive.code = code
+        self.troubles.look(now_ns)
+        return self.troubles.words()
+
+
+@pytest.fixture
+def bench(monkeypatch: pytest.MonkeyPatch) -> Bench:
+    return Bench(monkeypatch)
+
+
+def test_a_trouble_that_begins_on_a_late_host_has_the_words_until_it_is_over(
+    bench: Bench, caplog: pytest.LogCaptureFixture
+) -> None:
+    assert bench.look(0, 0) == {}
+    bench.host_words = WORDS
+    assert bench.look(S, 2560) == {"code": f"at 14:03:22 {WORDS}"}
+    assert [record.getMessage() for record in caplog.records] == [f"belt/code is 2560 (at 14:03:22 {WORDS})"]
+    bench.host_words = ""
+    assert bench.look(100 * S, 2560) == {"code": f"at 14:03:22 {WORDS}"}, "on time again, but it was not then"
+    assert bench.look(101 * S, 0) == {}
+    assert bench.look(102 * S, 2560) == {}, "this one is not the host's"
+    assert len(caplog.records) == 1
+
+
+def test_a_trouble_on_a_host_that_is_on_time_has_no_words_ever(bench: Bench) -> None:
+    assert bench.look(0, 2560) == {}
+    bench.host_words = WORDS
+    assert bench.look(LATER_NS + 1, 2560) == {}
+
+
+def test_words_of_another_process_may_come_some_seconds_later(bench: Bench) -> None:
+    assert bench.look(0, 2560) == {}
+    bench.host_words = WORDS
+    assert bench.look(LATER_NS, 2560) == {"code": f"at 14:03:22 {WORDS}"}
+
+
+def test_a_trouble_that_follows_from_the_first_keeps_its_words(bench: Bench) -> None:
+    bench.host_words = WORDS
+    bench.look(0, 2560)
+    bench.host_words = ""
+    assert bench.look(60 * S, 2019) == {"code": f"at 14:03:22 {WORDS}"}
+
+
+def test_a_device_without_reports_has_no_troubles(bench: Bench) -> None:
+    assert Device().troubles() == {}
+    assert bench.drive.troubles() == {"code": 0}
