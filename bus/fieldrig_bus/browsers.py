@@ -1,26 +1,36 @@
 """Tells a browser from a client of another protocol, by the first line that it sends.
 
 A page of any site can make a browser send bytes to any port of this machine, and a port that skips what it does not
-know obeys the lines after the header.  So a port that does not speak HTTP closes at a method of HTTP, before any byte
-of that line is used.  Source of the methods: RFC 9110, 9.3; RFC 5789; RFC 4918 (WebDAV); RFC 9113, 3.4.  An address
-with https makes it send a hello of TLS, in which the ticket of a session is text by the author of the page.
+know obeys the lines after the header.  So a port that does not speak HTTP closes at a request line of HTTP, before any
+byte behind its method is used.  Source of the methods: IANA, Hypertext Transfer Protocol (HTTP) Method Registry.
+Methods are case-sensitive (RFC 9110, 9.1), and words in small letters begin lines of other protocols as well, so those
+need the beginning of a target (RFC 9112, 3.2) behind them.  An address with https makes a browser send a hello of TLS,
+in which the ticket of a session is text by the author of the page.
 """
 
+import re
 from typing import Final
 
 METHODS: Final = frozenset(
-    b"GET HEAD POST PUT DELETE CONNECT OPTIONS TRACE PATCH PRI"
-    b" PROPFIND PROPPATCH MKCOL COPY MOVE LOCK UNLOCK SEARCH REPORT".split()
+    b"ACL BASELINE-CONTROL BIND CHECKIN CHECKOUT CONNECT COPY DELETE GET HEAD LABEL LINK LOCK MERGE MKACTIVITY"
+    b" MKCALENDAR MKCOL MKREDIRECTREF MKWORKSPACE MOVE OPTIONS ORDERPATCH PATCH POST PRI PROPFIND PROPPATCH PUT QUERY"
+    b" REBIND REPORT SEARCH TRACE UNBIND UNCHECKOUT UNLINK UNLOCK UPDATE UPDATEREDIRECTREF VERSION-CONTROL".split()
 )
-LONGEST: Final = max(map(len, METHODS)) + 1
 HELLOS: Final = (b"\x16\x03\x01", b"\x16\x03\x02", b"\x16\x03\x03")
 """The first bytes of TLS: the record of a handshake, and its version (RFC 8446, 5.1).  In Modbus TCP the third is 0."""
+MOST: Final = 300
+"""Bytes of a connection that are looked at; the longest are the name and port behind CONNECT."""
+
+_METHOD: Final = b"|".join(sorted(METHODS))
+_REQUEST: Final = re.compile(
+    rb"[\r\n]*(?:(?:%b) |(?i:(?:%b) +(?:/|https?://)|(?:OPTIONS|PRI) +\*|CONNECT +[^\s/]+:\d))" % (_METHOD, _METHOD)
+)
+_TARGETS: Final = (b"HTTP://", b"HTTPS://")
 
 
 def is_request(line: bytes) -> bool:
     """Return whether a line, or the beginning of one, is that of a request: a method and a target, or TLS."""
-    method, blank, _ = line.lstrip(b"\r\n")[:LONGEST].partition(b" ")
-    return line.startswith(HELLOS) or (bool(blank) and method in METHODS)
+    return line.startswith(HELLOS) or _REQUEST.match(line) is not None
 
 
 class FirstLine:
@@ -29,14 +39,25 @@ class FirstLine:
     def __init__(self) -> None:
         self._seen = b""
         self.is_over = False
-        """True when the connection can't begin with a method of HTTP any more."""
+        """True when the connection can't begin with a request of HTTP any more."""
 
     def is_request(self, data: bytes) -> bool:
         """Return whether the connection begins with a request, given its next bytes."""
-        self._seen += data[: LONGEST + 2]
+        self._seen += data[: MOST + 1]
         if is_request(self._seen):
             return True
-        word = self._seen.lstrip(b"\r\n")
-        self.is_over = bool(word) and not any(start.startswith(word[:LONGEST]) for start in (*METHODS, *HELLOS))
-        self.is_over = self.is_over or len(self._seen) > 2 * LONGEST
+        self.is_over = len(self._seen) > MOST or not (
+            any(hello.startswith(self._seen) for hello in HELLOS) or _may_become_request(self._seen.lstrip(b"\r\n"))
+        )
         return False
+
+
+def _may_become_request(line: bytes) -> bool:
+    word, blank, rest = line.upper().partition(b" ")
+    if not blank:
+        return any(method.startswith(word) for method in METHODS)
+    target = rest.lstrip(b" ")
+    return word in METHODS and (
+        any(known.startswith(target) for known in _TARGETS)
+        or (word == b"CONNECT" and re.fullmatch(rb"[^\s/]*", target) is not None)
+    )

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig_bus.browsers import LONGEST, METHODS, FirstLine, is_request
+from fieldrig_bus.browsers import METHODS, MOST, FirstLine, is_request
 
 POST = b"POST / HTTP/1.1\r\nHost: 127.0.0.1:29536\r\nContent-Type: text/plain\r\n\r\n< open can0 >"
 
@@ -21,12 +21,34 @@ def begins_with_request(*parts: bytes) -> bool:
     return False
 
 
+# IANA, Hypertext Transfer Protocol (HTTP) Method Registry.
+REGISTERED = """
+    ACL BASELINE-CONTROL BIND CHECKIN CHECKOUT CONNECT COPY DELETE GET HEAD LABEL LINK LOCK MERGE MKACTIVITY MKCALENDAR
+    MKCOL MKREDIRECTREF MKWORKSPACE MOVE OPTIONS ORDERPATCH PATCH POST PRI PROPFIND PROPPATCH PUT QUERY REBIND REPORT
+    SEARCH TRACE UNBIND UNCHECKOUT UNLINK UNLOCK UPDATE UPDATEREDIRECTREF VERSION-CONTROL
+""".split()
+
+
+def test_every_registered_method_is_known() -> None:
+    assert {method.encode() for method in REGISTERED} == METHODS
+
+
 @pytest.mark.parametrize("method", sorted(METHODS))
 def test_every_method_is_one_however_it_arrives(method: bytes) -> None:
     line = method + b" /a HTTP/1.1\r\n"
     assert begins_with_request(line)
     assert begins_with_request(*(bytes((byte,)) for byte in line))
     assert begins_with_request(b"\r\n" + line)  # RFC 9112, 2.2: an empty line before a request is skipped
+    small = line.lower()
+    assert begins_with_request(small)
+    assert begins_with_request(*(bytes((byte,)) for byte in small))
+    assert begins_with_request(method.capitalize() + b"  https://127.0.0.1/ HTTP/2")
+
+
+@pytest.mark.parametrize("line", [b"connect 127.0.0.1:80 http/1.1", b"Options * HTTP/1.1", b"CONNECT x:1 HTTP/1.1"])
+def test_the_forms_of_a_target_without_a_path_are_known(line: bytes) -> None:
+    assert begins_with_request(line)
+    assert begins_with_request(*(bytes((byte,)) for byte in line))
 
 
 # The first bytes of Chromium's hello with versions of TLS 1.0 and 1.2 in the record (RFC 8446, 5.1 and appendix D).
@@ -40,6 +62,7 @@ def test_https_is_a_request_as_well(hello: bytes) -> None:
 @pytest.mark.parametrize(
     "line",
     [b"< open can0 >", b"AT\r", b"ATDT200\r", b"P\r", b"O\r", b"t1230\r", b"G", b"GO\r", b"GETTING on", b"PUTS x",
+     b"get position\r", b"copy a b\r", b"link 3\r", b"connect box\r", b"options\r", b"HELLO / HTTP/1.1\r",
      b"\xff\xfd\x2c", b"\x00\x01\x00\x00\x00\x06\x01\x03", b"\r\r\rV\r", b"USER x\r\n", b":0103",
      b"\x16\x03\x00\x00\x00\x06\x01\x03"],  # the last is request 1603h of a Modbus client
 )  # fmt: skip
@@ -55,7 +78,7 @@ def test_parts_make_no_difference(data: bytes, cuts: list[int]) -> None:
     assert begins_with_request(*parts) == begins_with_request(data)
 
 
-@given(st.binary(min_size=3 * LONGEST, max_size=200))
+@given(st.binary(min_size=MOST + 1, max_size=MOST + 50))
 def test_the_look_at_the_first_line_ends(data: bytes) -> None:
     first = FirstLine()
     assert first.is_request(data) or first.is_over

@@ -132,6 +132,44 @@ def test_curl_resumes_a_transfer_in_every_mode(services: Services, tmp_path: Pat
     services.curl(*login, "-Q", "DELE RESUMED.TXT", f"ftp://127.0.0.1:{services.ftp_port}/")
 
 
+DIALOGUE = """
+user service pacdrive
+{more}
+pwd
+cd /
+dir
+ls
+ascii
+put {folder}/BY.HTM BY.HTM
+binary
+get BY.HTM {folder}/BACK.HTM
+mdelete BY.H*
+ls
+bye
+"""
+
+
+@pytest.mark.parametrize(("more", "command"), [("", "EPRT"), ("epsv4", "PORT")])
+def test_the_old_command_line_client_works_in_active_mode(
+    services: Services, tmp_path: Path, more: str, command: str
+) -> None:
+    """tnftp is the `ftp` of the BSDs, from which that of Windows comes; `epsv4` has it use PORT instead of EPRT."""
+    tnftp = shutil.which("tnftp")
+    if tnftp is None:
+        pytest.skip("tnftp is not installed: apt-get install tnftp")
+    (tmp_path / "BY.HTM").write_bytes(b"line\n")
+    done = subprocess.run(
+        [tnftp, "-A", "-d", "-n", "-i", "-v", "127.0.0.1", str(services.ftp_port)],
+        input=DIALOGUE.format(folder=tmp_path, more=more).encode(), capture_output=True, timeout=100, check=False,
+    )  # fmt: skip
+    said = done.stdout.decode()
+    replies = [line[:3] for line in said.splitlines() if line[:3].isdigit() and line[3:4] == " "]
+    assert (tmp_path / "BACK.HTM").read_bytes() in (b"line\n", b"line\r\n"), said
+    assert not [code for code in replies if code[0] in "45" and code != "502"], said
+    assert "DELE BY.HTM" in said
+    assert f"---> {command}" in said
+
+
 def test_ftplib_with_a_wrong_password_is_refused(services: Services) -> None:
     client = ftplib.FTP(timeout=60)
     client.connect("127.0.0.1", services.ftp_port)

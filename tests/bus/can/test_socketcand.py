@@ -97,6 +97,15 @@ def test_unknown_command_is_named_so_and_the_connection_stays(raw: Bench, comman
     assert raw.say("< echo >") == "< echo >"
 
 
+@pytest.mark.parametrize(
+    "between", ["POST / HTTP/1.1\r\n", "post / http/1.1\r\n", "QUERY / HTTP/1.1\r\n", "x", "\xff", ">"]
+)
+def test_what_is_no_command_ends_the_connection_before_any_other_command(raw: Bench, between: str) -> None:
+    raw.say(f"{between}< echo >")
+    assert raw.is_closed
+    assert raw.take() == ""
+
+
 SENT = [
     ("< send 123 0 >", CanFrame(0x123)),
     ("< send 1AAAAAAA 2 1 F1 >", CanFrame(0x1AAAAAAA, b"\x01\xf1", is_extended=True)),

@@ -271,6 +271,53 @@ def test_a_client_that_does_not_accept_its_data_connection_gets_425() -> None:
     assert client.do("EPSV") == "229"
 
 
+def test_the_dialogue_of_the_ftp_of_windows() -> None:
+    """Its commands for `open`, `pwd`, `cd /`, `dir`, `ls`, `ascii`, `get`, `binary`, `put`, `mget *.htm`, `delete`, `bye`."""
+    client = Client(is_logged_in=False)
+    for command, code in (("OPTS UTF8 ON", "200"), ("USER service", "331"), ("PASS pacdrive", "230"),
+                          ("XPWD", "257"), ("CWD /", "250")):  # fmt: skip
+        assert client.do(command) == code
+    assert b"A.HTM" in transferred(client, "LIST")
+    assert transferred(client, "NLST") == b"A.HTM\r\nB.HTM\r\n"
+    assert client.do("TYPE A") == "200"
+    assert transferred(client, "RETR a.htm") == b"page a"
+    assert client.do("TYPE I") == "200"
+    assert client.do("PORT 10,0,0,7,195,80") == "200"
+    client.do("STOR new.htm")
+    data = open_active(client)
+    data.send(b"new")
+    data.end()
+    assert client.codes() == "150 226"
+    assert [client.do("TYPE A"), transferred(client, "NLST *.htm")] == ["200", b"A.HTM\r\nB.HTM\r\nNEW.HTM\r\n"]
+    assert [transferred(client, f"RETR {name}") for name in ("A.HTM", "NEW.HTM")] == [b"page a", b"new"]
+    assert [client.do(command) for command in ("DELE new.htm", "XCWD \\", "XMKD x", "QUIT")] == [
+        "250",
+        "250",
+        "550",
+        "221",
+    ]
+
+
+def transferred(client: Client, command: str) -> bytes:
+    """Do a transfer as the `ftp` of Windows does: name a port, then give the command; return the data."""
+    assert client.do("PORT 10,0,0,7,195,80") == "200"
+    client.do(command)
+    data = open_active(client)
+    assert client.codes() == "150 226"
+    return data.take()
+
+
+@pytest.mark.parametrize(
+    "line", ["POST / HTTP/1.1", "post / http/1.1", "QUERY /a HTTP/1.1", "Get http://plc/ HTTP/1.1"]
+)
+@pytest.mark.parametrize("is_logged_in", [False, True])
+def test_a_request_of_http_ends_the_connection_before_any_other_line(line: str, is_logged_in: bool) -> None:
+    client = Client(is_logged_in=is_logged_in)
+    assert client.do(f"{line}\r\nUSER service\r\nPASS pacdrive\r\nDELE A.HTM") == "500"
+    assert client.control.is_closed
+    assert "A.HTM" in client.folder.files
+
+
 def test_epsv_all_leaves_no_other_command_for_data_connections() -> None:
     """RFC 2428, 4."""
     client = Client()
