@@ -12,7 +12,7 @@ The keys are in `config_keys`, those of a kind in its settings; `config_source` 
 import json
 import re
 import sys
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -21,12 +21,14 @@ from fieldrig import kinds
 from fieldrig.bus import Bus, Time
 from fieldrig.config_keys import NAME, SECTIONS, BusKeys, DeviceKeys, OnExit, RigKeys, as_tuple, right_part
 from fieldrig.config_links import wrong_links
-from fieldrig.config_source import gather
+from fieldrig.config_source import TYPED, gather
 from fieldrig.conflicts import conflicts
 from fieldrig.device import Device
 from fieldrig.errors import ConfigError, Mistake, RigError
 from fieldrig.homes import homes, linked, names_of_part, rules_of, unmatched
 from fieldrig.nearest import closest
+from fieldrig.net import UNIX_SOCKET
+from fieldrig.own_files import OUTSIDE_REMEDY, is_outside_allowed, leaves
 from fieldrig.settings import Settings, WrongKey, WrongSettingsError
 from fieldrig.settings_file import validated
 from fieldrig.wording import show
@@ -163,23 +165,33 @@ class _Loader:
                 self._buses[name] = self._bus(name, entry, self._members(name, devices_data))
         devices = self._devices(devices_data)
         buses = {name: bus for name, bus in self._buses.items() if bus is not None}
+        if keys is not None:
+            self._mistakes_at((), self._outside(keys))
         if self._only is None:  # a process that hosts a part doesn't know the others; the rig was checked as a whole
             self._mistakes_at((), conflicts(buses, devices, keys.control if keys is not None else None, devices_data))
         if self._mistakes or keys is None:
             raise ConfigError(sorted(self._mistakes, key=lambda mistake: (mistake.file, mistake.line or 0)))
         return self._config(keys, buses, devices)
 
+    def _outside(self, keys: RigKeys) -> Iterator[WrongKey]:
+        """Yield a control socket outside the run folder, unless the user has typed it or allows it."""
+        protocol, _, path = keys.control.partition("/")
+        is_typed = self._source.mark(("control",)).file.startswith(TYPED)
+        if protocol == UNIX_SOCKET and not is_typed and not is_outside_allowed():
+            run = _run_folder(keys, self._path)
+            if leaves(run.absolute(), str(Path(path).absolute())):
+                yield WrongKey(("control",), f"{path} is outside the run folder {run}", OUTSIDE_REMEDY)
+
     def _config(self, keys: RigKeys, buses: dict[str, BusEntry], devices: dict[str, DeviceEntry]) -> RigConfig:
-        name = keys.name if keys.name is not None else self._path.stem
         return RigConfig(
-            name=name,
+            name=_rig_name(keys, self._path),
             path=self._path,
             time=keys.time,
             seed=keys.seed,
             speed=None if keys.speed == "max" else keys.speed,
             processes="each" if keys.processes == "each" else "one",
             control=keys.control,
-            run=Path(keys.run) if keys.run is not None else Path("run") / name,
+            run=_run_folder(keys, self._path),
             start_timeout_s=keys.start_timeout_s,
             buses=buses,
             devices=devices,
@@ -330,6 +342,14 @@ class _Loader:
 
     def _mistake(self, path: KeyPath, what: str, remedy: str) -> None:
         self._mistakes.append(Mistake(*self._source.mark(path), key_text(path), what, remedy))
+
+
+def _rig_name(keys: RigKeys, path: Path) -> str:
+    return keys.name if keys.name is not None else path.stem
+
+
+def _run_folder(keys: RigKeys, path: Path) -> Path:
+    return Path(keys.run) if keys.run is not None else Path("run") / _rig_name(keys, path)
 
 
 def described(wrong: Exception) -> tuple[str, str]:

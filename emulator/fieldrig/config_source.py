@@ -21,6 +21,8 @@ SORTS: Final = {"buses": "bus", "devices": "device"}
 """The sections of a rig file, and what is in them."""
 ENTRY_DEPTH: Final = 2
 """Depth of a bus or device below the top of the file."""
+TYPED: Final = "--set "
+"""Begins the place of a value that the user has typed."""
 _ABSENT: Final = object()
 """The value of a key that a file does not have."""
 
@@ -156,7 +158,7 @@ def _unknown_part(data: Any, path: Sequence[str]) -> tuple[str, str] | None:
 def _override(source: Source, override: str) -> None:
     """Apply an override such as `buses.can0.bitrate=250000`: dots between keys, then a YAML value."""
     key, equals, text = override.partition("=")
-    place = Mark(f"--set {override}", None)
+    place = Mark(f"{TYPED}{override}", None)
     value = read(text, place.file)
     if not equals or value.mistakes:
         remedy = "expected a key and a value, such as buses.can0.bitrate=250000"

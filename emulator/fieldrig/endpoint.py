@@ -16,7 +16,7 @@ from typing import Any, Final
 import zenoh
 
 from fieldrig.errors import ControlError, RigError
-from fieldrig.net import DEFAULT_ENDPOINT, ENDPOINT_VARIABLE, is_loopback
+from fieldrig.net import DEFAULT_ENDPOINT, ENDPOINT_VARIABLE, UNIX_SOCKET, is_loopback
 from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_token, token
 
 OTHER_ENDPOINT: Final = "give this one another endpoint, such as --control tcp/127.0.0.1:7448"
@@ -36,7 +36,7 @@ class NoRigError(ControlError):
 def is_local(endpoint: str) -> bool:
     """Return whether the endpoint can only be reached from this machine."""
     protocol, _, address = endpoint.partition("/")
-    if protocol == "unixsock-stream":
+    if protocol == UNIX_SOCKET:
         return True
     return is_loopback(address.partition("?")[0].rpartition(":")[0].strip("[]"))
 
@@ -69,8 +69,12 @@ def listen(endpoint: str) -> zenoh.Session:
 def open_session(settings: Mapping[str, Any]) -> zenoh.Session:
     """Open a session with settings of its own, such as a bus has: without scouting, and with the token if there is one.
 
-    zenoh.ZError if that fails.
+    zenoh.ZError if that fails.  RigError if the path of a socket is taken by something else, which Zenoh would delete.
     """
+    for endpoint in settings.get("listen/endpoints", ()):
+        protocol, _, path = endpoint.partition("/")
+        if protocol == UNIX_SOCKET:
+            _check_place(Path(path))
     password = _password()
     if password is None or not settings.get("listen/endpoints"):
         return _open(dict(settings))
@@ -78,6 +82,18 @@ def open_session(settings: Mapping[str, Any]) -> zenoh.Session:
         dictionary = Path(folder) / "users"
         dictionary.write_text(f"{_USER}:{password}\n")
         return _open({**settings, "transport/auth/usrpwd/dictionary_file": str(dictionary)})
+
+
+def _check_place(path: Path) -> None:
+    """Check that nothing of others is where Zenoh makes its socket, and beside it an empty file as its lock."""
+    lock = path.with_name(f"{path.name}.lock")
+    try:
+        is_taken = path.is_symlink() or (path.exists() and not path.is_socket())
+        is_lock_taken = lock.is_symlink() or (lock.exists() and not (lock.is_file() and lock.stat().st_size == 0))
+    except OSError as cause:
+        raise RigError(f"{path} can't be a socket: {cause.strerror}", OTHER_ENDPOINT) from cause
+    for place in [path] * is_taken + [lock] * is_lock_taken:
+        raise RigError(f"{place} is there, and does not belong to a socket of a rig", f"remove it, or {OTHER_ENDPOINT}")
 
 
 def check_free(endpoint: str) -> None:
@@ -123,7 +139,7 @@ def is_answered(endpoint: str) -> bool:
     """Return whether anything listens at the endpoint."""
     protocol, _, address = endpoint.partition("/")
     try:
-        if protocol == "unixsock-stream":
+        if protocol == UNIX_SOCKET:
             with socket.socket(socket.AF_UNIX) as line:
                 line.connect(address)
             return True

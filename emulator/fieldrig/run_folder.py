@@ -25,7 +25,7 @@ else:
 RIG_LOCK = "rig.lock"
 PROCESSES_LOCK = "processes.lock"
 OURS = frozenset({RIG_LOCK, PROCESSES_LOCK, "log", "state"})
-"""The files and folders of a run folder.  A folder without any of them is not ours, unless it is empty."""
+"""The files and folders of a run folder.  The folders have common names, so they alone don't tell one."""
 LONGEST_PATH = 100
 """Longest path of a Unix socket, in bytes; the system's limit is 104 to 108."""
 LINGER_S = 5.0
@@ -73,9 +73,9 @@ class RunFolder:
         """RigError for a folder that is not ours, or that has other things in it than a rig."""
         own_folder(self.folder)
         names = {path.name for path in self.folder.iterdir()}
-        if names and not names & OURS:
+        if not names <= OURS and not names & {RIG_LOCK, PROCESSES_LOCK}:
             raise RigError(
-                f"{self.folder} is no run folder: it has other files, such as {min(names)}",
+                f"{self.folder} is no run folder: it has other files, such as {min(names - OURS)}",
                 "name an empty folder, or one that does not exist yet: --set run=FOLDER",
             )
 

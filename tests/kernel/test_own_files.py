@@ -6,8 +6,11 @@ from pathlib import Path
 
 import pytest
 from pydantic import ValidationError
+from running_rig import RunningRig
 
-from fieldrig.errors import RigError
+from fieldrig import endpoint
+from fieldrig.config import load
+from fieldrig.errors import ConfigError, RigError
 from fieldrig.own_files import OUTSIDE_VARIABLE, open_file, open_own, own_folder, part_of, remove_socket
 from fieldrig.run_folder import RunFolder, join_run
 from fieldrig.settings import RunPath, Settings
@@ -70,6 +73,71 @@ def test_a_folder_with_other_files_is_no_run_folder(tmp_path: Path, precious: Pa
     with pytest.raises(RigError, match="is no run folder: it has other files, such as precious"):
         RunFolder(tmp_path).claim([])
     assert precious.read_text() == "keep me"
+
+
+@pytest.mark.parametrize("name", ["log", "state"])
+def test_a_project_with_a_folder_of_a_common_name_is_no_run_folder(name: str, tmp_path: Path, precious: Path) -> None:
+    tmp_path.chmod(0o700)
+    (tmp_path / name).mkdir()
+    with pytest.raises(RigError, match="is no run folder: it has other files, such as precious"):
+        RunFolder(tmp_path).claim([])
+    precious.unlink()
+    folder = RunFolder(tmp_path)  # as a rig leaves it that is killed while it makes the folder
+    folder.claim([])
+    folder.release()
+
+
+@pytest.mark.parametrize("suffix", ["", ".lock"])
+def test_a_control_socket_takes_no_file_of_others(suffix: str, tmp_path: Path) -> None:
+    """Zenoh deletes what is at the path of its socket, and at that of its lock beside it."""
+    precious = tmp_path / f"precious{suffix}"
+    precious.write_text("keep me")
+    with pytest.raises(RigError, match=f"precious{suffix} is there, and does not belong to a socket"):
+        endpoint.listen(f"unixsock-stream/{tmp_path}/precious")
+    assert precious.read_text() == "keep me"
+
+
+@pytest.mark.parametrize("path", ["/tmp/rig.sock", "up.sock", "run/lab/../up", "../up"])
+def test_a_control_socket_of_a_rig_file_stays_in_the_run_folder(
+    path: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(OUTSIDE_VARIABLE, raising=False)
+    file = tmp_path / "rig.yaml"
+    file.write_text(f"time: virtual\nrun: run/lab\ncontrol: unixsock-stream/{path}\n")
+    with pytest.raises(ConfigError, match=r"rig.yaml:3: control: .* is outside the run folder run/lab"):
+        load(file)
+    control = f"unixsock-stream/{path}"
+    assert load(file, [f"control={control}"]).control == control, "the user has typed it"
+    monkeypatch.setenv(OUTSIDE_VARIABLE, "1")
+    assert load(file).control == control
+    monkeypatch.delenv(OUTSIDE_VARIABLE)
+    file.write_text("time: virtual\nrun: run/lab\ncontrol: unixsock-stream/run/lab/c\n")
+    assert load(file).control == "unixsock-stream/run/lab/c"
+
+
+WRITTEN = {
+    "a pty of a serial line": ("buses.line.path", "{kind: serial.pty, path: PATH}"),
+    "a pty of a Modbus line": ("buses.line.pty", "{kind: modbus.rtu, pty: PATH}"),
+    "a pty of Lawicel": ("buses.line.slcan.path", "{kind: can.hub, slcan: {path: PATH}}"),
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", WRITTEN)
+def test_paths_outside_are_for_the_user_to_allow_where_he_starts_the_rig(name: str, tmp_path: Path) -> None:
+    """For every key of a rig file that is a path to be written, beside `control`."""
+    key, bus = WRITTEN[name]
+    outside = tmp_path / "outside"
+    text = f"time: real\nbuses: {{line: {bus.replace('PATH', str(outside))}}}\ndevices: {{}}\n"
+    with RunningRig(text, None) as refused:
+        assert refused.ended() == 2
+        assert f"lab.yaml:2: {key}: {outside} is outside the run folder" in refused.output()
+        assert "--outside-paths" in refused.output()
+    assert not outside.is_symlink()
+    with RunningRig(text, None, "--outside-paths") as rig:
+        rig.until_ready()
+        assert str(outside.readlink()).startswith("/dev/pts/")
+    assert not outside.is_symlink()
 
 
 @pytest.mark.parametrize("name", ["rig.lock", "processes.lock"])
