@@ -125,7 +125,7 @@ WRITTEN = {
 @pytest.mark.long
 @pytest.mark.parametrize("name", WRITTEN)
 def test_paths_outside_are_for_the_user_to_allow_where_he_starts_the_rig(name: str, tmp_path: Path) -> None:
-    """For every key of a rig file that is a path to be written, beside `control`."""
+    """Each key of a rig file that is a path to be written, beside `control`."""
     key, bus = WRITTEN[name]
     outside = tmp_path / "outside"
     text = f"time: real\nbuses: {{line: {bus.replace('PATH', str(outside))}}}\ndevices: {{}}\n"
