@@ -54,3 +54,11 @@ def test_at_a_terminal_it_shows_the_menu_and_asks(tmp_path: Path) -> None:
         terminal.until_shown("Folder [own-device]")
         assert terminal.press("bench\n") == 0
     assert (tmp_path / "bench/press.py").is_file()
+
+
+@pytest.mark.parametrize("arguments", [("lab", ""), ("", "x"), ("lab", "  "), ("--eds", "eds/io32.eds", "")])
+def test_an_empty_name_is_no_folder(arguments: tuple[str, ...], tmp_path: Path) -> None:
+    done = run(tmp_path, *FIELDRIG, "new", *arguments)
+    assert done.returncode == 2
+    assert "expected the name of" in done.stderr
+    assert list(tmp_path.iterdir()) == []

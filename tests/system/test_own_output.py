@@ -151,3 +151,13 @@ def _write(port: int) -> None:
     with socket.create_connection(("127.0.0.1", port)) as end:
         end.sendall(bytes.fromhex("0001 0000 0006 01 06 0000 0001"))
         assert end.recv(256)
+
+
+@pytest.mark.parametrize("words", ["schema", "devices hmiscu", "new"])
+def test_a_reader_that_has_gone_ends_a_command_in_silence(words: str) -> None:
+    """As `cat` ends in `cat FILE | head -1`, by SIGPIPE."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run([*FIELDRIG, *words.split()], stdout=writer, stderr=subprocess.PIPE, timeout=60, check=False)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (141, b"")

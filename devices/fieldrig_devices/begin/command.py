@@ -34,7 +34,7 @@ def new(
         ),
     ] = None,
     folder: Annotated[
-        Path | None,
+        str | None,  # a Path has "" as the current folder
         typer.Argument(
             metavar="[DIR]", help="The folder to create.  [default: the name of the example]", show_default=False
         ),
@@ -53,8 +53,11 @@ def new(
 
     Existing files are never overwritten.
     """
+    for name, what in ((example, "an example" if eds is None else "a folder"), (folder, "a folder")):
+        if name is not None and not name.strip():
+            raise typer.BadParameter(f"expected the name of {what}, got {name!r}; `.` is the current folder")
     if eds is None:
-        _from_menu(example, folder)
+        _from_menu(example, Path(folder) if folder is not None else None)
     elif folder is not None:
         raise typer.BadParameter("expected only the folder with --eds, and no example")
     else:

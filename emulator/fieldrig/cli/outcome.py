@@ -3,13 +3,18 @@
 import sys
 from collections.abc import Callable
 from errno import EMFILE, ENFILE
-from typing import NoReturn, TextIO, cast
+from typing import Final, NoReturn, TextIO, cast
 
 from fieldrig.cli.app import app
 from fieldrig.errors import ConfigError, ControlError, RefusedError, RigError, UsageError
 from fieldrig.exits import Exit
 from fieldrig.steady_output import open_missing, steady, strict
 from fieldrig.values import counted
+
+INTERRUPTED: Final = 130
+"""As shells report it: 128 + SIGINT."""
+READER_GONE: Final = 141
+"""As shells report it of a program such as `cat` whose reader has gone, `... | head -1`: 128 + SIGPIPE."""
 
 
 def run() -> NoReturn:
@@ -30,6 +35,8 @@ def _run(work: Callable[[], object]) -> int:
     try:
         work()
     except SystemExit as end:
+        if isinstance(end.__context__, BrokenPipeError):  # typer ends so
+            return READER_GONE
         return end.code if isinstance(end.code, int) else Exit.OK if end.code is None else Exit.BUG
     except ConfigError as wrong:
         _say(counted(len(wrong.mistakes), "mistake"), str(wrong))
@@ -38,9 +45,9 @@ def _run(work: Callable[[], object]) -> int:
         _say(f"error: {cause.what}", cause.remedy)
         return _code(cause)
     except KeyboardInterrupt:
-        return 130  # as shells say it: 128 + SIGINT
+        return INTERRUPTED
     except BrokenPipeError:
-        return Exit.BUG  # as typer has it: the reader has what it wanted
+        return READER_GONE
     except OSError as cause:
         if cause.errno not in (EMFILE, ENFILE):
             raise

@@ -272,7 +272,7 @@ def test_a_client_that_does_not_accept_its_data_connection_gets_425() -> None:
 
 
 def test_the_dialogue_of_the_ftp_of_windows() -> None:
-    """Its commands for `open`, `pwd`, `cd`, `dir`, `ls`, `ascii`, `get`, `binary`, `put`, `mget`, `delete` and `bye`."""
+    """Its commands for `open`, `pwd`, `cd`, `dir`, `ls`, `ascii`, `get`, `binary`, `put`, `mget` and so on."""
     client = Client(is_logged_in=False)
     for command, code in (("OPTS UTF8 ON", "200"), ("USER service", "331"), ("PASS pacdrive", "230"),
                           ("XPWD", "257"), ("CWD /", "250")):  # fmt: skip

@@ -15,6 +15,8 @@ from fieldrig_devices.languages.source_file import decoded
         "ef bb bf 28 2a 20 c3 9c 20 2a 29",  # with a mark
         "ff fe 28 00 2a 00 20 00 dc 00 20 00 2a 00 29 00",  # UTF-16, low byte first
         "fe ff 00 28 00 2a 00 20 00 dc 00 20 00 2a 00 29",  # high byte first
+        "28 00 2a 00 20 00 dc 00 20 00 2a 00 29 00",  # UTF-16 without a mark
+        "00 28 00 2a 00 20 00 dc 00 20 00 2a 00 29",
         "28 2a 20 dc 20 2a 29",  # the code page 1252 of Windows
     ],
 )
@@ -24,6 +26,17 @@ def test_every_encoding_of_the_tools_gives_the_same_text(data: str) -> None:
 
 def test_a_dash_of_windows_is_a_dash() -> None:
     assert decoded(b"(* 1\x965 \xfc *)") == "(* 1\N{EN DASH}5 ü *)"
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be"])
+@given(st.text(st.characters(max_codepoint=0x7F, exclude_characters="\x1a\r\0"), min_size=1, max_size=60))
+def test_a_program_in_utf_16_needs_no_mark(encoding: str, text: str) -> None:
+    assert decoded(text.encode(encoding)) == text
+
+
+@given(st.text(st.characters(min_codepoint=0x20, max_codepoint=0x7E), max_size=60), st.integers(0, 9))
+def test_zeros_behind_a_text_are_no_characters(text: str, zeros: int) -> None:
+    assert decoded(text.encode() + bytes(zeros)) == text
 
 
 @given(st.binary(max_size=40))
