@@ -155,7 +155,7 @@ def _write(port: int) -> None:
 
 @pytest.mark.parametrize("words", ["schema", "devices hmiscu", "new"])
 def test_a_reader_that_has_gone_ends_a_command_in_silence(words: str) -> None:
-    """As `cat` ends in `cat FILE | head -1`, by SIGPIPE."""
+    """The exit code is that of `cat` in `cat FILE | head -1`, which SIGPIPE ends."""
     reader, writer = os.pipe()
     os.close(reader)
     done = subprocess.run([*FIELDRIG, *words.split()], stdout=writer, stderr=subprocess.PIPE, timeout=60, check=False)

@@ -12,9 +12,9 @@ from fieldrig.steady_output import open_missing, steady, strict
 from fieldrig.values import counted
 
 INTERRUPTED: Final = 130
-"""As shells report it: 128 + SIGINT."""
+"""The exit code of Ctrl-C, as shells report it: 128 + SIGINT."""
 READER_GONE: Final = 141
-"""As shells report it of a program such as `cat` whose reader has gone, `... | head -1`: 128 + SIGPIPE."""
+"""The exit code of a program such as `cat` whose reader has gone, as shells report it: 128 + SIGPIPE."""
 
 
 def run() -> NoReturn:

@@ -78,6 +78,20 @@ def test_addresses_and_numbers(item: str, expected: str) -> None:
     assert found.count("packer.pam") == 1
 
 
+AXIS = (
+    "AXIS X; NODE = {}; PULSES_PER_UNIT = 1; TRAVEL_SPEED = 1; ACCELERATION = 1; INITIAL_POSITION = 0;"
+    " POSITION_PERIOD = 360; END"
+)
+
+
+@pytest.mark.manual("PAML-040")
+def test_an_st1_has_one_axis() -> None:
+    found = said(MACHINE + AXIS.format("NOD_Belt"))
+    assert "X and AXI_Belt are axes of NOD_Belt; expected another ST1 for each axis" in found
+    assert found.count("packer.pam") == 1
+    assert said(f"{MACHINE}NODE NOD_New; ADDRESS = 9; TYPE = ST1; END {AXIS.format('NOD_New')}") == ""
+
+
 # MACHINE has the nodes 1, 2, 3 and 17, and the outputs 201 and 202 to 207 on the last of them.
 SHARED = [
     ("NODE X; ADDRESS = 17; TYPE = ST1; END", "X and NOD_Desk have the address 17"),

@@ -1,7 +1,8 @@
 """Addresses: of nodes on the ring, and of inputs and outputs in their nodes (table 2-2, appendices D and E).
 
-An address that does not exist is a mistake, and so are two nodes or two outputs at one address.  Several inputs may
-read one terminal.  The numbers of keys and LEDs are those of a keyboard, which the manual does not give.
+An address that does not exist is a mistake, and so are two nodes or two outputs at one address, and two axes of one
+ST1.  Several inputs may read one terminal.  The numbers of keys and LEDs are those of a keyboard, which the manual does
+not give.
 """
 
 from collections.abc import Callable, Mapping
@@ -50,7 +51,10 @@ def check_addresses(program: Program, names: Names) -> None:
     groups = {item.name: item.integer("NUMBER") for item in found if item.kind == "NODES_GROUP"}
     types = {item.name: item.text("TYPE") for item in found if item.kind == "NODE"}
     owners: dict[tuple[str, str, int], str] = {}
+    axes: dict[str, str] = {}
     for item in found:
+        if item.kind == "AXIS":
+            _is_alone(item, axes, names)
         address = item.integer("ADDRESS")
         if address is None or address < 0:  # a negative one has a message already
             continue
@@ -61,6 +65,14 @@ def check_addresses(program: Program, names: Names) -> None:
         elif _exists(item, address, types.get(item.text("NODE"), ""), names) and item.kind in _OUTPUTS:
             taken = range(address, address + (item.integer("BITS") or 1))
             _occupy(item, (item.text("NODE"), _OUTPUTS[item.kind]), taken, owners, names)
+
+
+def _is_alone(item: Given, axes: dict[str, str], names: Names) -> None:
+    """Report a second axis of a node: an ST1 has one (lines 1084 and 1118)."""
+    node = item.text("NODE")
+    other = axes.setdefault(node, item.name) if node else item.name
+    if other != item.name:
+        names.wrong(item.place, f"{item.name} and {other} are axes of {node}", "another ST1 for each axis")
 
 
 def _is_on_the_ring(item: Given, address: int, count: int, names: Names) -> bool:
