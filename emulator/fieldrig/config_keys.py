@@ -6,13 +6,12 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import Field, ValidationError
 
 from fieldrig.bus import Time
-from fieldrig.net import DEFAULT_ENDPOINT
+from fieldrig.net import DEFAULT_ENDPOINT, ENDPOINT
 from fieldrig.settings import Settings
 
 S = TypeVar("S", bound=Settings)
 
 NAME = r"^[a-z][a-z0-9_-]*$"
-CONTROL = r"^((tcp|udp|tls|quic|ws)/[^/\s]+:[0-9]{1,5}|unixsock-stream/\S+)$"
 SECTIONS = ("buses", "devices", "extends")
 """Keys of a rig file that are not in `RigKeys`."""
 
@@ -37,7 +36,7 @@ class RigKeys(Settings):
     )
     control: str = Field(
         DEFAULT_ENDPOINT,
-        pattern=CONTROL,
+        pattern=ENDPOINT,
         examples=[DEFAULT_ENDPOINT],
         description="Zenoh endpoint of the control service",
     )

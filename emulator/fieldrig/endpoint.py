@@ -7,6 +7,7 @@ ends need the same token (`shared_token`).
 import asyncio
 import hashlib
 import json
+import re
 import socket
 import tempfile
 from collections.abc import Mapping
@@ -15,8 +16,8 @@ from typing import Any, Final
 
 import zenoh
 
-from fieldrig.errors import ControlError, RigError
-from fieldrig.net import DEFAULT_ENDPOINT, ENDPOINT_VARIABLE, UNIX_SOCKET, is_loopback
+from fieldrig.errors import ControlError, RigError, UsageError
+from fieldrig.net import DEFAULT_ENDPOINT, ENDPOINT, ENDPOINT_VARIABLE, UNIX_SOCKET, is_loopback
 from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_token, token
 
 OTHER_ENDPOINT: Final = "give this one another endpoint, such as --control tcp/127.0.0.1:7448"
@@ -106,7 +107,12 @@ def check_free(endpoint: str) -> None:
 
 
 def connect(endpoint: str, patience_s: float = PATIENCE_S) -> zenoh.Session:
-    """Open the session of a process or tool.  NoRigError if no rig answers there within the given time."""
+    """Open the session of a process or tool.
+
+    NoRigError if no rig answers there within the given time; UsageError for what is no endpoint.
+    """
+    if re.match(ENDPOINT, endpoint) is None:
+        raise UsageError(f"{endpoint!r} is no endpoint", f"expected a text like {DEFAULT_ENDPOINT}")
     settings = {"mode": "client", "connect/endpoints": [endpoint]}
     try:
         return _open({**settings, "transport/unicast/open_timeout": round(patience_s * 1000)})

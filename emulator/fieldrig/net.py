@@ -7,6 +7,8 @@ from urllib.parse import urlsplit
 
 DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 """Zenoh endpoint of a rig's control service."""
+ENDPOINT: Final = r"^((tcp|udp|tls|quic|ws)/[^/\s]+:[0-9]{1,5}|unixsock-stream/\S+)$"
+"""The form of an endpoint, as a regular expression."""
 UNIX_SOCKET: Final = "unixsock-stream"
 """The protocol of endpoints that are Unix sockets; a path follows it."""
 ENDPOINT_VARIABLE: Final = "FIELDRIG_CONTROL"

@@ -54,10 +54,9 @@ def format_of(path: Path) -> Format:
 
 def read(path: Path) -> Iterator[TraceEntry]:
     """Yield the entries of a file.  UsageError if it can't be read, or is not a trace."""
-    form = format_of(path)
     try:
         with path.open("rb") as file:
-            yield from form.read(file)
+            yield from format_of(path).read(file)
     except OSError as cause:
         raise UsageError(f"{path} can't be read: {cause.strerror}", nearest_file(path)) from cause
 

@@ -99,8 +99,9 @@ def conform(
     if list_only:
         _list(cases, as_json)
         return
+    missing = [option for option, value in (("--bus", bus), ("--node", node_id)) if value is None]
     if bus is None or node_id is None:
-        raise typer.BadParameter("no node is given; expected --bus and --node, and --eds or --rig")
+        raise typer.BadParameter(f"{' and '.join(missing)} missing; expected --bus and --node, and --eds or --rig")
     out = console()
     options = Options(timeout_ms, timeout_ms * 10, not no_store, alone)
     report = _report(

@@ -11,6 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from fieldrig.cli.common import command_group
+from fieldrig.cli.named_paths import refuse_empty_paths
 from fieldrig.kinds import installed
 
 COMMANDS: Final = "fieldrig.commands"
@@ -52,7 +53,11 @@ class Commands(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         found = super().get_command(ctx, cmd_name)
-        return _loaded(cmd_name) if found is None and cmd_name in installed(COMMANDS) else found
+        if found is None and cmd_name in installed(COMMANDS):
+            found = _loaded(cmd_name)
+        if found is not None:
+            refuse_empty_paths(found)
+        return found
 
 
 def _section_of(name: str) -> str:
