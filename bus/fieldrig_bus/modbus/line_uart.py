@@ -13,6 +13,7 @@ from fieldrig.bus import Hub, Port
 from fieldrig.errors import BusError
 from fieldrig_bus.modbus.dialler import pause_s
 from fieldrig_bus.modbus.line_place import MakeSession, ModbusLineSettings, Session
+from fieldrig_bus.serial.port_errors import reason
 
 log = logging.getLogger(__name__)
 
@@ -32,7 +33,7 @@ class UartPort(Port):
             self._plug_in()
         except (SerialException, ValueError) as cause:
             remedy = "plug it in, name another port, or join the group that may open it (dialout)"
-            raise BusError(f"{self._bus}: can't open {self._device}: {cause}", remedy) from cause
+            raise BusError(f"{self._bus}: can't open {self._device}: {reason(cause)}", remedy) from cause
         self._hub = hub
         self._session = self._make_session(hub, hub.join(self._member), self._write)
 

@@ -15,6 +15,7 @@ from serial import serial_for_url
 from serial.serialutil import SerialException
 
 from fieldrig.errors import BusError
+from fieldrig_bus.serial.port_errors import reason
 from fieldrig_bus.serial.reading import read_arrived
 
 READ_S: Final = 0.1
@@ -30,7 +31,7 @@ class ThreadedPort:
             self._port = open_port(url, baud, timeout=READ_S)
         except (SerialException, OSError, ValueError) as cause:
             expected = "expected a device, a pty, tcp://HOST:PORT or rfc2217://HOST:PORT"
-            raise BusError(f"can't open {url}: {cause}", expected) from cause
+            raise BusError(f"can't open {url}: {reason(cause)}", expected) from cause
         self._is_open = True
         self._unsent: SimpleQueue[bytes | None] = SimpleQueue()
         self._threads: list[threading.Thread] = []

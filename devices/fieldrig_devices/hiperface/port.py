@@ -11,6 +11,7 @@ from serial import serialutil
 
 from fieldrig.clock import MS, S
 from fieldrig.errors import BusError, RefusedError
+from fieldrig_bus.serial.port_errors import reason
 from fieldrig_bus.serial.reading import read_arrived
 from fieldrig_devices.hiperface.client import MotorError
 from fieldrig_devices.hiperface.conversation import AnsweredError, Conversation, NoAnswerError, Script
@@ -88,6 +89,6 @@ def open_port(port: str, baud: int = 9600, address: int = FACTORY_ADDRESS) -> En
             line.parity = serial.PARITY_EVEN
     except (serial.SerialException, OSError, ValueError) as cause:
         raise BusError(
-            f"can't open {port}: {cause}", "expected a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT"
+            f"can't open {port}: {reason(cause)}", "expected a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT"
         ) from cause
     return EncoderPort(line, address)

@@ -11,6 +11,7 @@ import serial
 from serial import serialutil
 
 from fieldrig.errors import BusError
+from fieldrig_bus.serial.port_errors import reason
 from fieldrig_bus.serial.reading import read_arrived
 from fieldrig_devices.arp.user_port.framing import Deframer, encode
 from fieldrig_devices.arp.user_port.messages import ANSWER, ANY_CARD, EVENT, LARGEST_DATA, PROGRESS, SAMPLES, Message
@@ -126,7 +127,7 @@ def open_line(port: str, baud: int, timeout_s: float, retries: int) -> CardLine:
         line = _serial_for_url(port, baud, timeout=READ_S)
     except (serial.SerialException, OSError, ValueError) as cause:
         raise BusError(
-            f"cannot open {port}: {cause}", "expected a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT"
+            f"can't open {port}: {reason(cause)}", "expected a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT"
         ) from cause
     longest_s = 20 * LARGEST_DATA / baud  # time of a request and its answer, at 10 bits per octet
     return CardLine(line, timeout_s + longest_s, retries)

@@ -1,0 +1,16 @@
+"""Why a serial port can't be opened, in words for a person; pyserial has the number of the error twice in its text."""
+
+import os
+import re
+
+CONFIGURING = re.compile(r"\((\d+), '")
+"""Where pyserial's text has the number of an error that it met when it set the rate of the port."""
+
+
+def reason(cause: Exception) -> str:
+    """Return such as `No such file or directory`; the text of the exception if it has no number of an error."""
+    number = getattr(cause, "errno", None)
+    if isinstance(number, int):
+        return os.strerror(number)
+    found = CONFIGURING.search(str(cause))
+    return f"it is no serial port ({os.strerror(int(found[1]))})" if found else str(cause)
