@@ -4,7 +4,7 @@ import os
 import re
 
 CONFIGURING = re.compile(r"\((\d+), '")
-"""Where pyserial's text has the number of an error that it met when it set the rate of the port."""
+"""The number, in pyserial's text, of an error that it met when it set the rate of the port."""
 
 
 def reason(cause: Exception) -> str:

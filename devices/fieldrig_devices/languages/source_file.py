@@ -45,8 +45,8 @@ def _characters(data: bytes) -> str:
     for mark, encoding in _MARKS:
         if data.startswith(mark):
             return data.decode(encoding, errors="replace")
-    if (encoding := _without_mark(data)) is not None:
-        return data.decode(encoding, errors="replace")
+    if (unmarked := _without_mark(data)) is not None:
+        return data.decode(unmarked, errors="replace")
     data = data.partition(END_OF_TEXT.encode())[0]
     try:
         return data.decode()

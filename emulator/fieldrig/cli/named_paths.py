@@ -1,7 +1,7 @@
 """Empty texts where a command expects a path.
 
 `fieldrig check "$RIG"` with an unset variable gives an empty text, which Python takes as the current folder: a command
-would then write there, or complain of a folder that nobody has named.
+would then write there, or complain of a folder that its user has not named.
 """
 
 import inspect

@@ -1,6 +1,8 @@
 """Why a port can't be opened, without numbers."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 import serial
@@ -9,8 +11,9 @@ from fieldrig_bus.serial.port_errors import reason
 
 
 def of_opening(port: str) -> str:
+    open_port = cast(Callable[..., Any], serial.serial_for_url)
     with pytest.raises((serial.SerialException, OSError, ValueError)) as refused:
-        serial.serial_for_url(port)
+        open_port(port)
     return reason(refused.value)
 
 
