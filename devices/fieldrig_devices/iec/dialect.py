@@ -88,6 +88,8 @@ class Dialect:
     computes_in_32_bits: bool = True
     """Arithmetic with smaller integers has 32 bits, as on every 32-bit target of CoDeSys: `dint := int * int` keeps the
     whole product.  In edition 3 an operation has the type of its operands."""
+    has_real_powers: bool = False
+    """EXPT of two integers is an LREAL where no integer is wanted, as in CODESYS V3 and TwinCAT."""
     allows_trailing_commas: bool = False
     """`Lamp(IN := a, PT := t,);`: a comma behind the last argument, which today's tools accept."""
     has_chained_assignments: bool = False
@@ -216,6 +218,7 @@ CODESYS: Final = replace(
     indexes_pointers=True,
     mixes_integers=True,
     computes_in_32_bits=True,
+    has_real_powers=True,
     has_chained_assignments=True,
     allows_empty_declarations=True,
     allows_open_addresses=True,

@@ -6,7 +6,17 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final, TypeGuard
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, constants, enable, implicit, methods, open_arrays, places, references
+from fieldrig_devices.iec.check import (
+    access,
+    constants,
+    enable,
+    implicit,
+    methods,
+    open_arrays,
+    places,
+    references,
+    registers,
+)
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.context import Context, place_of
 from fieldrig_devices.iec.check.project import start_of
@@ -251,13 +261,20 @@ def _standard_call(of: "Expressions", name: str, node: tree.Call, wanted: Type |
     given = _in_order(of.context, name, parts[0]) if parts is not None else None
     if given is None or parts is None:
         return None
-    values = [of.expression(argument, wanted) if argument is not None else None for argument in given]
+    inner = _wanted_inside(name, wanted)
+    values = [of.expression(argument, inner) if argument is not None else None for argument in given]
     if any(value is None and argument is not None for value, argument in zip(values, given, strict=True)):
         return None
     whole = _with_defaults(of.context, name, values, node)
     nodes = [argument or node for argument in given]
     found = standard(of, name, whole, node, wanted, nodes) if whole is not None else None
     return enable.result(of, found, parts[1], wanted, node) if found is not None else None
+
+
+def _wanted_inside(name: str, wanted: Type | None) -> Type | None:
+    """Return the type that the surroundings of arguments have: REAL in REAL_TO_INT(EXPT(a, b))."""
+    pair = conversions.pair(name)
+    return pair[0] if pair is not None else wanted
 
 
 _SELECTORS: Final = {"G": Constant(False, Elementary.BOOL), "K": integer(0), "N": integer(0)}
@@ -345,6 +362,8 @@ def standard(
         return _selected(of, name, values, at)
     if name in templates.SHIFTS:
         values = [*values[:1], *map(_steps, values[1:])]
+    name, values = registers.conversion(name, values)
+    values, power = registers.powers(of.context, values, wanted) if name == "EXPT" else (values, None)
     is_of_standard = name in fixed.ON_TEXTS and not of.context.mixes_integers
     if is_of_standard:
         values = [_position(of, value, at) for value in values]
@@ -370,10 +389,11 @@ def standard(
     if len(known) < len(converted):
         return None
     made = constants.intrinsic(found, known)
-    if name in _OF_ITS_ARGUMENTS and (whole := _whole(of, name, values, at, nodes)) is not None:
+    whole = _whole(of, name, values, found.parameters, at, nodes) if name in registers.OF_THEIR_ARGUMENTS else None
+    if whole is not None:
         return constants.narrowed(whole, made.type)
-    if made.type is Elementary.TIME:
-        return constants.converted(made, time)
+    if made.type is Elementary.TIME or power is not None:
+        return constants.converted(made, power or time)
     is_length = is_of_standard and made.type is Elementary.INT
     return constants.converted(made, wanted) if is_length and wanted is not None and _is_number(wanted) else made
 
@@ -413,18 +433,17 @@ def _selected(of: "Expressions", name: str, values: Sequence[Expression], at: tr
     return Load(Target(found, kind)) if found is not None else None
 
 
-_OF_ITS_ARGUMENTS: Final = frozenset({"ABS", "MAX", "MIN", "LIMIT", "SEL", "MUX", "MOVE"})
-"""Functions whose result has the type of their arguments, and which have 32 bits where these have them."""
-
-
 def _whole(
-    of: "Expressions", name: str, values: Sequence[Expression], at: tree.Node, nodes: Sequence[tree.Node]
+    of: "Expressions",
+    name: str,
+    values: Sequence[Expression],
+    parameters: Sequence[Type],
+    at: tree.Node,
+    nodes: Sequence[tree.Node],
 ) -> Expression | None:
     """Return the function of arguments that arithmetic has made larger than their type; None if none is."""
-    whole = [constants.whole(value) for value in values]
-    if all(one is value for one, value in zip(whole, values, strict=True)):
-        return None
-    made = standard(of, name, whole, at, None, nodes)
+    whole = registers.whole_arguments(of.context, name, values, parameters)
+    made = standard(of, name, whole, at, parameters[-1], nodes) if whole is not None else None
     return made if made is not None and made.type in constants.REGISTER.values() else None
 
 

@@ -5,7 +5,9 @@ Decided here, because the manual is silent or contradicts itself:
 - MOD is for integers only (X11).
 - A chained comparison such as 20 > 30 > 40 compares BOOL with a number, and is refused (PD-L34).
 - Operands of the same size and different sign meet in the signed type, as in CoDeSys V2.3; a comparison of them is
-  made in a larger type, so that it is right for all values.
+  made in a larger type, so that it is right for all values.  CODESYS documents a warning for such a pair (C0195 and
+  C0196, "possible change of sign"), and not which of both it converts; on its 32-bit targets UINT and INT, and smaller
+  types, are also compared by their values.
 - AND, OR, XOR and NOT also work on integers in EPAS-4, as in CoDeSys V2.3.
 - The minus sign in front of an unsigned value gives the next larger signed type.
 """
@@ -88,6 +90,10 @@ def _operation(
     if type(left) is Untyped and type(right) is Untyped:
         return _literals(context, operator, left, right, at)
     left, right = plain(left), plain(right)
+    if times.is_scaled_below_zero(context, operator, left, right):
+        hint = "edition-3 has negative times"
+        context.say(at, "the result is a negative time", "T#0s or more", hint)
+        return None
     if operator in COMPARISONS:
         left, right = constants.whole(left), constants.whole(right)
     kind = left.type
@@ -298,9 +304,7 @@ def unary(context: Context, operator: Operator, operand: Expression, at: tree.No
     if kind.family is Family.TIME and kind.is_signed:
         return constants.unary(operator, operand, kind)
     if kind.family in (Family.SIGNED, Family.REAL):
-        register = constants.REGISTER[kind.family] if context.computes_in_32_bits and kind.size < 4 else kind
-        made = constants.unary(operator, constants.converted(operand, register), register)
-        return made if register is kind else constants.narrowed(made, kind)
+        return _negative(context, operand, kind)
     if kind.is_integer:
         signed = next(
             (wide for wide in (Elementary.INT, Elementary.DINT, Elementary.LINT) if wide.size > kind.size),
@@ -308,8 +312,15 @@ def unary(context: Context, operator: Operator, operand: Expression, at: tree.No
         )
         if signed is Elementary.LINT and not context.project.dialect.has_long_types:
             signed = Elementary.DINT
-        return constants.unary(operator, constants.converted(operand, signed), signed)
+        return _negative(context, operand, signed)
     return _no_operand(context, operator, kind, at)
+
+
+def _negative(context: Context, operand: Expression, kind: Elementary) -> Expression:
+    """Return the operand with the other sign in a signed type, in 32 bits if the dialect computes so."""
+    register = constants.REGISTER[kind.family] if context.computes_in_32_bits and kind.size < 4 else kind
+    made = constants.unary(Operator.NEG, constants.converted(operand, register), register)
+    return made if register is kind else constants.narrowed(made, kind)
 
 
 def positive(context: Context, operand: Expression, at: tree.Node) -> Expression | None:

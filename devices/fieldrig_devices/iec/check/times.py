@@ -35,6 +35,21 @@ def is_negative(context: Context, operator: Operator, left: Expression, right: E
     return has_time and isinstance(left, Constant) and isinstance(right, Constant) and left.value < right.value  # type: ignore[operator]
 
 
+def is_scaled_below_zero(context: Context, operator: Operator, left: Expression, right: Expression) -> bool:
+    """True for a duration times or by a negative constant, in a dialect without negative times."""
+    if operator not in (Operator.MUL, Operator.DIV) or context.is_library:
+        return False
+    if operator is Operator.MUL and right.type in _DURATIONS:
+        left, right = right, left
+    if left.type not in _DURATIONS or context.project.dialect.allows_negative_times:
+        return False
+    number = constants.whole(right)
+    is_nothing = isinstance(left, Constant) and left.value == 0
+    return (
+        isinstance(number, Constant) and isinstance(number.value, int | float) and number.value < 0 and not is_nothing
+    )
+
+
 def of_the_same_type(
     context: Context, operator: Operator, left: Expression, right: Expression, kind: Elementary
 ) -> Expression | None:
