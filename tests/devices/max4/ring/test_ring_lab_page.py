@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import canopen
 import pytest
-from can_face_bench import CanFaceBench
+from can_face_bench import CanFaceBench, dictionary_of
+from canopen.node import base
 from canopen.pdo.base import PdoMap
 from canopen.profiles import p402
 
@@ -62,6 +63,7 @@ def bench(program: Program, monkeypatch: pytest.MonkeyPatch) -> CanFaceBench:
     monkeypatch.setattr(p402, "time", SimpleNamespace(monotonic=monotonic))
     monkeypatch.setattr(time, "sleep", lambda seconds: bench.run(seconds * 1_000))
     monkeypatch.setattr(PdoMap, "wait_for_reception", lambda pdo, timeout=10: bench.wait_for(pdo, timeout))
+    monkeypatch.setattr(base, "import_od", dictionary_of)  # a hundred programs read one file
     monkeypatch.setattr(canopen, "Network", lambda: bench.wire)
     monkeypatch.setattr(bench.wire, "connect", lambda **bus: None)
     monkeypatch.setattr(bench.wire, "disconnect", disconnect)
