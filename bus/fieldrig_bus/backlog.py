@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig.bus import Hub
-from fieldrig.clock import MS, Timer
+from fieldrig.clock import MS, Alarm
 from fieldrig_bus.net import Connection
 
 MOST_WAITING: Final = 64
@@ -26,7 +26,8 @@ class Backlog:
     ) -> None:
         """`read_on` stops the client or lets it go on; `on_full` is called whenever it is stopped."""
         self._hub, self._member, self._read_on, self._on_full, self._most = hub, member, read_on, on_full, most
-        self._timer: Timer | None = None
+        self._timer = Alarm(hub.clock)
+        self._was_full = False
 
     @property
     def is_full(self) -> bool:
@@ -34,18 +35,17 @@ class Backlog:
         return self._hub.waiting(self._member) >= self._most
 
     def look(self) -> None:
-        was_full, self._timer = self._timer is not None, None
-        is_full = self.is_full
+        was_full, is_full = self._was_full, self.is_full
+        self._was_full = is_full
         if is_full:
-            self._timer = self._hub.clock.call_at(self._hub.clock.now_ns() + LOOK_NS, self.look)
+            self._timer.after(LOOK_NS, self.look)
         if is_full and not was_full:
             self._on_full()
         if is_full is not was_full:
             self._read_on(not is_full)
 
     def close(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
 
 
 def backlog_of(client: Connection, hub: Hub, member: str, most: int = MOST_WAITING) -> Backlog:

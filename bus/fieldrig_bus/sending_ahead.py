@@ -6,7 +6,7 @@ Their source may send far faster than the line transmits.  When many data are wa
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
-from fieldrig.clock import MS, Clock, Timer
+from fieldrig.clock import MS, Alarm, Clock
 
 AHEAD_NS = 20 * MS
 """Time by which data are passed to the line ahead.  After the other end has asked to wait, this much is still sent."""
@@ -23,7 +23,7 @@ class SendingAhead(ABC):
         self._waiting = bytearray()
         self._free_ns = 0
         """The instant at which the line has transmitted everything that it got."""
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._is_held = False
         self.has_room = True
 
@@ -71,9 +71,7 @@ class SendingAhead(ABC):
 
     def _feed(self) -> None:
         """Pass on as much as the line transmits in the next `AHEAD_NS`, and the rest later."""
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._timer.stop()
         waiting = self._waiting
         if waiting and self._is_open and not self._is_held:
             if self._is_paced:
@@ -95,7 +93,7 @@ class SendingAhead(ABC):
             begin_ns = self._free_ns = begin_ns + self._duration_ns(len(portion))
             self._pass_on(portion)
         if waiting:
-            self._timer = self._clock.call_at(begin_ns - AHEAD_NS // 2, self._feed)
+            self._timer.at(begin_ns - AHEAD_NS // 2, self._feed)
 
     def _tell_room(self, waiting: int) -> None:
         has_room = waiting < (self._most if self.has_room else self._few)

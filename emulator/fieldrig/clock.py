@@ -79,6 +79,58 @@ class Clock(Protocol):
         """
 
 
+class Alarm:
+    """At most one action that is to come; setting it again takes the place of what was set before.
+
+    Postponing costs nothing: the running timer is kept, and starts again if it expires too early.  A transfer postpones
+    its time-out with each segment, and a timer for each of them would fill the clock's queue.
+    """
+
+    __slots__ = ("_action", "_clock", "_timer", "when_ns")
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._timer: Timer | None = None
+        self._action: Callable[[], None] | None = None
+        self.when_ns = NEVER_NS
+        """The instant of the call; `NEVER_NS` if it is not set."""
+
+    @property
+    def is_set(self) -> bool:
+        """True until the action is called."""
+        return self.when_ns < NEVER_NS
+
+    def at(self, when_ns: int | None, action: Callable[[], None]) -> None:
+        """Call the action once at `when_ns`; with None, and from `NEVER_NS` on, nothing is called."""
+        if when_ns is None or when_ns >= NEVER_NS:
+            self.stop()
+            return
+        self.when_ns, self._action = when_ns, action
+        if self._timer is not None:
+            if self._timer.when_ns <= when_ns:
+                return
+            self._timer.cancel()
+        self._timer = self._clock.call_at(when_ns, self._on_timer)
+
+    def after(self, delay_ns: int, action: Callable[[], None]) -> None:
+        """Call the action once, `delay_ns` after the present instant."""
+        self.at(self._clock.now_ns() + delay_ns, action)
+
+    def stop(self) -> None:
+        self.when_ns, self._action = NEVER_NS, None
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _on_timer(self) -> None:
+        self._timer, action = None, self._action
+        if self.when_ns > self._clock.now_ns():
+            self._timer = self._clock.call_at(self.when_ns, self._on_timer)
+        elif action is not None:
+            self.when_ns, self._action = NEVER_NS, None
+            action()
+
+
 class TimerQueue:
     """The timers of one clock, earliest first; equal times in the order in which they were added."""
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from fieldrig.blame import blame
 from fieldrig.bus import Delivery, ModelBus
-from fieldrig.clock import MS, Timer
+from fieldrig.clock import MS, Alarm
 from fieldrig.errors import refusals
 from fieldrig.hub_server import HubServer
 from fieldrig.limits import Reached
@@ -76,7 +76,7 @@ class LocalHub:
         self._members: dict[str, Callable[[Delivery[Any]], None]] = {}
         self._ports: list[Any] = []
         self._server: HubServer | None = None
-        self._timer: Timer | None = None
+        self._alarm = Alarm(clock)
         self._is_collecting = False
         self.pace = pace
         self.reached = Reached(bus.name)
@@ -155,7 +155,7 @@ class LocalHub:
                     break
         finally:
             self._is_collecting = False
-        self._wake_at(next_ns)
+        self._alarm.at(next_ns, self.carry)
 
     def statistics(self) -> dict[str, float]:
         figures = self.model.statistics(self.clock.now_ns())
@@ -197,17 +197,9 @@ class LocalHub:
             raise
 
     async def close(self) -> None:
-        self._wake_at(None)
+        self._alarm.stop()
         while self._ports:
             await self._ports.pop().close()
         if self._server is not None:
             await self._server.close()
             self._server = None
-
-    def _wake_at(self, next_ns: int | None) -> None:
-        timer = self._timer
-        if timer is not None and timer.action is not None:
-            if timer.when_ns == next_ns:
-                return
-            timer.cancel()
-        self._timer = None if next_ns is None else self.clock.call_at(next_ns, self.carry)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig.clock import MS, NEVER_NS, S, TimerQueue, VirtualClock
+from fieldrig.clock import MS, NEVER_NS, Alarm, S, TimerQueue, VirtualClock
 from fieldrig.real_clock import STALL_NS, RealClock
 
 
@@ -95,6 +95,66 @@ def test_a_timer_that_puts_a_watchdog_off_at_its_instant_is_in_time() -> None:
 
     clock.call_at(5, put_off)
     assert clock.advance_to(50) == 100
+
+
+orders = st.lists(st.tuples(st.integers(0, 4), st.sampled_from(["at", "after", "stop", "never"]), st.integers(0, 9)))
+
+
+@given(orders)
+def test_an_alarm_calls_as_a_timer_would_that_is_made_anew_each_time(orders: list[tuple[int, str, int]]) -> None:
+    clock = VirtualClock()
+    alarm, called, expected = Alarm(clock), list[tuple[int, int]](), list[tuple[int, int]]()
+    due: tuple[int, int] | None = None
+    for number, (wait_ns, order, value) in enumerate(orders):
+        then_ns = clock.now_ns() + wait_ns
+        if due is not None and due[0] <= then_ns:
+            expected.append(due)
+            due = None
+        clock.advance_to(then_ns)
+
+        def action(number: int = number) -> None:
+            called.append((clock.now_ns(), number))
+
+        match order:
+            case "at":
+                alarm.at(value, action)
+                due = (max(value, then_ns), number)
+            case "after":
+                alarm.after(value, action)
+                due = (then_ns + value, number)
+            case "stop":
+                alarm.stop()
+                due = None
+            case _:
+                alarm.at(NEVER_NS if value % 2 else None, action)
+                due = None
+        assert alarm.is_set is (due is not None)
+    clock.advance_to(100)
+    assert called == [*expected, *([] if due is None else [due])]
+    assert not alarm.is_set
+
+
+def test_an_alarm_that_is_postponed_again_and_again_has_one_timer() -> None:
+    clock = VirtualClock()
+    alarm = Alarm(clock)
+    for _ in range(1000):
+        alarm.after(S, lambda: None)
+        clock.advance_to(clock.now_ns() + MS)
+    assert len(clock._timers.heap) == 1
+
+
+def test_an_alarm_may_be_set_again_by_its_own_action() -> None:
+    clock, called = VirtualClock(), list[int]()
+    alarm = Alarm(clock)
+
+    def again() -> None:
+        called.append(clock.now_ns())
+        if len(called) < 3:
+            alarm.after(MS, again)
+
+    alarm.after(MS, again)
+    clock.advance_to(S)
+    assert called == [MS, 2 * MS, 3 * MS]
 
 
 @given(st.lists(st.integers(0, 1_000), max_size=50))

@@ -6,7 +6,7 @@ Left out: time-outs of reception, sequences of frames, answers to remote frames;
 
 from collections.abc import Callable, Sequence
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Alarm, Clock
 from fieldrig_bus.can.frame import CanFrame
 
 
@@ -18,18 +18,17 @@ class CyclicJob:
         """The frame that is sent next.  Replacing it does not affect the timer."""
         self._clock, self._send, self._interval_ns = clock, send, interval_ns
         self._due_ns = clock.now_ns()
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._on_due()
 
     def stop(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
 
     def _on_due(self) -> None:
         if self._interval_ns:
             # After a stall the cycle starts again; missed frames are not sent.
             self._due_ns = max(self._due_ns + self._interval_ns, self._clock.now_ns())
-            self._timer = self._clock.call_at(self._due_ns, self._on_due)
+            self._timer.at(self._due_ns, self._on_due)
         self._send(self.frame)
 
 
@@ -50,7 +49,7 @@ class Subscription:
         self._last: dict[int, int] = {}  # page: data
         self._waiting: dict[int, CanFrame] = {}  # page: frame
         self._told_ns: int | None = None
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
 
     def hear(self, frame: CanFrame) -> None:
         content = _number(frame.data)
@@ -67,8 +66,7 @@ class Subscription:
             self._tell_when_due()
 
     def stop(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
 
     def _page_of(self, content: int) -> int | None:
         if len(self._masks) < 2:
@@ -84,21 +82,21 @@ class Subscription:
         return bool(frame.data) and bool((content ^ self._last[page]) & self._masks[page])
 
     def _tell_when_due(self) -> None:
-        if self._timer is not None:
+        if self._timer.is_set:
             return
         now_ns = self._clock.now_ns()
         if self._told_ns is None or now_ns - self._told_ns >= self._interval_ns:
             self._told_ns = now_ns
             self._tell()
         else:
-            self._timer = self._clock.call_at(self._told_ns + self._interval_ns, self._on_due)
+            self._timer.at(self._told_ns + self._interval_ns, self._on_due)
 
     def _on_due(self) -> None:
         if self._waiting:
-            self._timer = self._clock.call_at(self._clock.now_ns() + self._interval_ns, self._on_due)
+            self._timer.after(self._interval_ns, self._on_due)
             self._tell()
         else:
-            self._timer = self._told_ns = None
+            self._told_ns = None
 
     def _tell(self) -> None:
         waiting, self._waiting = self._waiting, {}

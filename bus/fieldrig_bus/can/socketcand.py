@@ -20,7 +20,7 @@ from enum import Enum, auto
 from typing import Final
 
 from fieldrig.bus import Hub
-from fieldrig.clock import MS, US, Clock, Timer
+from fieldrig.clock import MS, US, Alarm, Clock
 from fieldrig.link import Link
 from fieldrig_bus.backlog import backlog_of
 from fieldrig_bus.can import socketcand_text as text
@@ -69,7 +69,7 @@ class Session:
         self._held: list[bytes] | None = None
         self._jobs: dict[int, CyclicJob] = {}
         self._subscriptions: dict[int, Subscription] = {}
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._counts = [0, 0, 0, 0]  # bytes and frames received, bytes and frames sent
         write(b"< hi >")
 
@@ -140,7 +140,7 @@ class Session:
         self._enter(Mode.RAW)
         # python-can mistakes a frame that arrives together with the `< ok >` for a wrong answer.
         self._held = []
-        self._timer = self._clock.call_at(self._clock.now_ns() + HOLD_NS, self._let_go)
+        self._timer.after(HOLD_NS, self._let_go)
         self._link.on_receive(self._on_message, [EVERYTHING, ERRORS, STATE])
 
     def _on_bcmmode(self, words: list[bytes]) -> None:
@@ -165,8 +165,7 @@ class Session:
         self._jobs.clear()
         self._subscriptions.clear()
         self._held = None
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
 
     def _let_go(self) -> None:
         held, self._held = self._held, None
@@ -287,8 +286,7 @@ class Session:
     def _on_statistics(self, words: list[bytes]) -> None:
         (interval_ms,) = words
         interval_ns = min(text.number(interval_ms) * MS, text.LONGEST_INTERVAL_NS)
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
         if interval_ns:
             self._tell_later(max(interval_ns, SHORTEST_STATISTICS_NS))
 
@@ -297,7 +295,7 @@ class Session:
             self._tell_later(interval_ns)
             self._write(b"< stat %d %d %d %d >" % tuple(self._counts))
 
-        self._timer = self._clock.call_at(self._clock.now_ns() + interval_ns, tell)
+        self._timer.after(interval_ns, tell)
 
 
 COMMANDS: Final[dict[Mode, dict[bytes, Callable[[Session, list[bytes]], None]]]] = {

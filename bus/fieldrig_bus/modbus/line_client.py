@@ -8,7 +8,7 @@ duration of a request and the response timeout.
 from collections.abc import Callable
 from typing import Any
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Alarm, Clock
 from fieldrig.link import Link
 from fieldrig_bus.modbus.framing import LineFramer
 from fieldrig_bus.modbus.message import BROADCAST, ModbusRequest, ModbusResponse
@@ -23,7 +23,7 @@ class LineClient:
     ) -> None:
         self._clock, self._link, self._write, self._framer = clock, link, write, framer
         self._asked: ModbusRequest | None = None
-        self._wake: Timer | None = None
+        self._wake = Alarm(self._clock)
         self.foreign = 0
         """Number of responses without a matching request."""
         link.on_receive(self._on_request, units)
@@ -33,8 +33,7 @@ class LineClient:
         self._take()
 
     def close(self) -> None:
-        if self._wake is not None:
-            self._wake.cancel()
+        self._wake.stop()
 
     def _on_request(self, request: ModbusRequest) -> None:
         self._asked = None if request.unit == BROADCAST else request
@@ -45,7 +44,7 @@ class LineClient:
             self._on_response(unit, pdu)
         self.close()
         next_ns = self._framer.next_ns()
-        self._wake = None if next_ns is None else self._clock.call_at(next_ns, self._take)
+        self._wake.at(next_ns, self._take)
 
     def _on_response(self, unit: int, pdu: bytes) -> None:
         asked = self._asked

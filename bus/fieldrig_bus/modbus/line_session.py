@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Alarm, Clock
 from fieldrig.link import Link
 from fieldrig_bus.modbus.framing import LineFramer, LineTiming
 from fieldrig_bus.modbus.framing_ascii import AsciiFramer
@@ -29,8 +29,8 @@ class LineSession:
         self._framer, self._timing, self._is_paced = framer, timing, is_paced
         self._outbound: deque[tuple[int, bytes]] = deque()
         self._free_ns = 0  # the instant at which the last written frame is over
-        self._wake: Timer | None = None
-        self._send: Timer | None = None
+        self._wake = Alarm(self._clock)
+        self._send = Alarm(self._clock)
         link.on_receive(self._on_response, ())
 
     def on_bytes(self, data: bytes) -> None:
@@ -38,19 +38,17 @@ class LineSession:
         self._take()
 
     def close(self) -> None:
-        for timer in (self._wake, self._send):
-            if timer is not None:
-                timer.cancel()
+        self._wake.stop()
+        self._send.stop()
 
     def _take(self) -> None:
         framer = self._framer
         for unit, pdu in framer.take(self._clock.now_ns()):
             line = LineState(framer.messages, framer.errors, self._timing.mode == "ascii")
             self._link.send(ModbusRequest(unit, pdu, 0, line))
-        if self._wake is not None:
-            self._wake.cancel()
+        self._wake.stop()
         next_ns = framer.next_ns()
-        self._wake = None if next_ns is None else self._clock.call_at(next_ns, self._take)
+        self._wake.at(next_ns, self._take)
 
     def _on_response(self, response: ModbusResponse) -> None:
         pdu = response.pdu
@@ -65,10 +63,10 @@ class LineSession:
         self._free_ns = end_ns + self._timing.silence_ns
         self._outbound.append((end_ns, frame))
         if len(self._outbound) == 1:
-            self._send = self._clock.call_at(end_ns, self._on_sent)
+            self._send.at(end_ns, self._on_sent)
 
     def _on_sent(self) -> None:
         _, frame = self._outbound.popleft()
         self._write(frame)
         if self._outbound:
-            self._send = self._clock.call_at(self._outbound[0][0], self._on_sent)
+            self._send.at(self._outbound[0][0], self._on_sent)

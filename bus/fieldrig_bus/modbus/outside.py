@@ -15,7 +15,7 @@ from typing import Annotated, Any, Final
 from pydantic import AfterValidator, Field
 
 from fieldrig.bus import Hub, Port
-from fieldrig.clock import MS, Timer
+from fieldrig.clock import MS, Alarm
 from fieldrig.link import Link
 from fieldrig.net import split_address
 from fieldrig.settings import Settings
@@ -118,7 +118,7 @@ class _Session:
         self._transactions = Transactions(timeout_ns)
         self._waiting: deque[tuple[int, ModbusRequest]] = deque()  # by deadline
         self._silence = 0
-        self._wake: Timer | None = None
+        self._wake = Alarm(self._clock)
         self._dialler = Dialler(
             bus, address, Handlers(self._go_on, self._on_bytes, self._on_close, lambda: bool(self._in_time()))
         )
@@ -126,8 +126,7 @@ class _Session:
 
     async def close(self) -> None:
         self._waiting.clear()
-        if self._wake is not None:
-            self._wake.cancel()
+        self._wake.stop()
         await self._dialler.close()
 
     def _on_request(self, request: ModbusRequest) -> None:
@@ -169,12 +168,7 @@ class _Session:
         self._wake_up()
 
     def _wake_up(self) -> None:
-        next_ns = self._transactions.next_ns()
-        if self._wake is not None:
-            if self._wake.action is not None and self._wake.when_ns == next_ns:
-                return
-            self._wake.cancel()
-        self._wake = None if next_ns is None else self._clock.call_at(next_ns, self._on_late)
+        self._wake.at(self._transactions.next_ns(), self._on_late)
 
     def _on_late(self) -> None:
         self._silence += self._transactions.expire(self._clock.now_ns())

@@ -23,7 +23,7 @@ from typing import Any, ClassVar, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from fieldrig.bus import Port, Time
-from fieldrig.clock import S, Timer
+from fieldrig.clock import Alarm, S
 from fieldrig.device import WayIn
 from fieldrig.link import Link
 from fieldrig.net import split_address
@@ -120,7 +120,7 @@ class TcpMaster(Master):
         self._framer = MbapFramer()
         self._waiting: deque[ModbusRequest] = deque()  # at most those of one portion
         self._asked: deque[tuple[int, int]] = deque()  # instant and unit of what has no answer yet
-        self._timer: Timer | None = None
+        self._timer = Alarm(self.hub.clock)
         self._is_going_on = self._is_stopped = False
         self._send, self._write = link.send, self.transport.write
         link.on_receive(self._on_response, ())
@@ -175,8 +175,8 @@ class TcpMaster(Master):
             self.server.turns.end(asked.popleft()[1])
         if len(asked) < MOST_TRANSACTIONS:
             return True
-        if self._timer is None or self._timer.action is None:
-            self._timer = self.hub.clock.call_at(asked[0][0] + PATIENCE_NS, self.go_on)
+        if not self._timer.is_set:
+            self._timer.at(asked[0][0] + PATIENCE_NS, self.go_on)
         return False
 
     def _on_response(self, response: ModbusResponse) -> None:
@@ -198,5 +198,4 @@ class TcpMaster(Master):
         self._stop_or_read()
 
     def _stop_timer(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()

@@ -7,7 +7,7 @@ Source: the order of ITU-T V.25 and V.8, without their signals.
 from collections.abc import Callable
 from typing import Final
 
-from fieldrig.clock import Clock, S, Timer
+from fieldrig.clock import Alarm, Clock, S
 from fieldrig.link import Link
 from fieldrig_bus.telephone.message import Carrier, Offer, TelephoneMessage, agreed
 from fieldrig_bus.telephone.modulation import Agreed
@@ -35,16 +35,15 @@ class Handshake:
         self._agreed: Agreed | None = None
         self._ours: Carrier | None = None
         self._theirs: Carrier | None = None
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
 
     def answer(self) -> None:
         """Speak first, as the modem that answers."""
         self._offer_again()
-        self._timer = self._clock.call_at(self._clock.now_ns() + REPEAT_NS, self.answer)
+        self._timer.after(REPEAT_NS, self.answer)
 
     def stop(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
 
     def hear(self, message: Offer | Carrier) -> None:
         if isinstance(message, Carrier):
@@ -66,7 +65,7 @@ class Handshake:
         if self._agreed is None:
             self._on_failed()
         else:
-            self._timer = self._clock.call_at(self._clock.now_ns() + self._training_ns, self._on_trained)
+            self._timer.after(self._training_ns, self._on_trained)
 
     def _on_trained(self) -> None:
         assert self._agreed is not None

@@ -5,7 +5,7 @@ It calls a number at once, or answers the calls to its own number.
 
 from collections.abc import Callable
 
-from fieldrig.clock import MS, Clock, S, Timer
+from fieldrig.clock import MS, Alarm, Clock, S
 from fieldrig.link import Link
 from fieldrig_bus.sending_ahead import AHEAD_NS
 from fieldrig_bus.telephone.handshake import Handshake
@@ -33,7 +33,7 @@ class OutsideModem:
         self._number = ""
         self._handshake: Handshake | None = None
         self._is_off = False
-        self._limit: Timer | None = None
+        self._limit = Alarm(self._clock)
 
     def call(self, number: str) -> None:
         self._number = number
@@ -88,7 +88,7 @@ class OutsideModem:
         self._handshake = Handshake(
             self._clock, self._link, Offer(everything(), OPTIONAL), TRAINING_NS, self._on_connected, self.hang_up
         )
-        self._limit = self._clock.call_at(self._clock.now_ns() + PATIENCE_NS, self.hang_up)
+        self._limit.after(PATIENCE_NS, self.hang_up)
         self._link.send(Hook(True))
 
     def _on_connected(self, agreed: Agreed, theirs: Carrier) -> None:
@@ -96,5 +96,4 @@ class OutsideModem:
         self.pump.start(Carrier(agreed.bps, agreed.is_corrected, theirs.is_paced))
 
     def _stop_limit(self) -> None:
-        if self._limit is not None:
-            self._limit.cancel()
+        self._limit.stop()

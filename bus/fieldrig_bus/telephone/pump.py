@@ -53,4 +53,4 @@ class Pump(SendingAhead):
         if self._free_ns <= self._clock.now_ns():
             self.on_empty()
         else:
-            self._timer = self._clock.call_at(self._free_ns, self._feed)
+            self._timer.at(self._free_ns, self._feed)

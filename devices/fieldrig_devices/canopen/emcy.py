@@ -8,10 +8,9 @@ import logging
 from collections import deque
 from enum import IntEnum
 
-from fieldrig.clock import US, Clock
+from fieldrig.clock import US, Alarm, Clock
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.cob_id import can_key, guard, is_valid
-from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.port import Port
 from fieldrig_devices.canopen.service import ALLOWED, Object, Reset, Service, State
@@ -49,7 +48,7 @@ class Emcy(Service):
 
     def __init__(self, clock: Clock, port: Port, dictionary: Dictionary) -> None:
         self._clock, self._port = clock, port
-        self._inhibited = Deadline(clock, self._send_waiting)
+        self._inhibited = Alarm(clock)
         self._active: dict[tuple[int, int], int] = {}
         self._waiting: deque[bytes] = deque()
         self._history: deque[bytes] = deque(maxlen=max(1, len(dictionary.members(HISTORY))))
@@ -90,7 +89,7 @@ class Emcy(Service):
 
     def reset(self, scope: Reset) -> None:
         """Clear communication errors; errors of the application are cleared by a reset of the node only."""
-        self._inhibited.cancel()
+        self._inhibited.stop()
         self._waiting.clear()
         if scope is Reset.NODE:
             self._active.clear()
@@ -120,12 +119,12 @@ class Emcy(Service):
     def _send_waiting(self) -> None:
         if self._cob_id is None or not is_valid(self._cob_id.number):
             self._waiting.clear()
-        while self._waiting and self._inhibited.when_ns is None and Object.EMCY in ALLOWED[self._port.state]:
+        while self._waiting and not self._inhibited.is_set and Object.EMCY in ALLOWED[self._port.state]:
             assert self._cob_id is not None
             self._port.send(can_key(self._cob_id.number), self._waiting.popleft())
             inhibit = 0 if self._inhibit_time is None else self._inhibit_time.number
             if inhibit > 0:
-                self._inhibited.set(self._clock.now_ns() + inhibit * INHIBIT_UNIT_NS)
+                self._inhibited.after(inhibit * INHIBIT_UNIT_NS, self._send_waiting)
 
     def _show(self) -> None:
         """Write register and history into the dictionary."""

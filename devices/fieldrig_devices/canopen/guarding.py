@@ -6,9 +6,8 @@ there is no guarding.  A life time of 0 only disables life guarding; the node st
 
 from collections.abc import Callable
 
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import MS, Alarm, Clock
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.heartbeat import PRODUCER_TIME
 from fieldrig_devices.canopen.nmt import ERROR_CONTROL_ID
@@ -26,7 +25,7 @@ class NodeGuarding(Service):
         self._clock, self._port, self._on_change = clock, port, on_change
         self._guard_time, self._factor = dictionary.get(GUARD_TIME), dictionary.get(LIFE_TIME_FACTOR)
         self._heartbeat_time = dictionary.get(PRODUCER_TIME)
-        self._life = Deadline(clock, self._on_life_over)
+        self._life = Alarm(clock)
         self._toggle = 0
         self._is_lost = False
         for variable in (self._guard_time, self._factor, self._heartbeat_time):
@@ -36,7 +35,7 @@ class NodeGuarding(Service):
     def reset(self, scope: Reset) -> None:
         self._toggle = 0
         self._is_lost = False
-        self._life.cancel()
+        self._life.stop()
         self._configure()
 
     @property
@@ -52,11 +51,10 @@ class NodeGuarding(Service):
             self, Object.ERROR_CONTROL, ERROR_CONTROL_ID + self._port.node_id if is_enabled else None, self._on_frame
         )
         if not is_enabled or self._life_time_ns == 0:
-            self._life.cancel()
+            self._life.stop()
             self._judge(False)
-        elif self._life.when_ns is not None:
-            self._life.cancel()
-            self._life.set(self._clock.now_ns() + self._life_time_ns)
+        elif self._life.is_set:
+            self._life.after(self._life_time_ns, self._on_life_over)
 
     def _on_frame(self, frame: CanFrame) -> None:
         if not frame.is_remote:
@@ -65,7 +63,7 @@ class NodeGuarding(Service):
         self._toggle ^= TOGGLE
         life_time_ns = self._life_time_ns
         if life_time_ns > 0:  # supervision starts with the first request
-            self._life.set(self._clock.now_ns() + life_time_ns)
+            self._life.after(life_time_ns, self._on_life_over)
             self._judge(False)
 
     def _on_life_over(self) -> None:

@@ -5,10 +5,9 @@ Source: CiA 301 7.2.8.2.2.3, 7.5.2.19, 7.5.2.20.
 
 from collections.abc import Callable
 
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import MS, Alarm, Clock
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.abort import Abort, Code
-from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.nmt import ERROR_CONTROL_ID
 from fieldrig_devices.canopen.port import UNCONFIGURED, Port
@@ -24,30 +23,30 @@ class HeartbeatProducer(Service):
 
     def __init__(self, clock: Clock, port: Port, dictionary: Dictionary) -> None:
         self._clock, self._port = clock, port
-        self._due = Deadline(clock, self._on_due)
+        self._due = Alarm(clock)
         self._time = dictionary.get(PRODUCER_TIME)
         if self._time is not None:
             self._time.watchers.append(self._on_time)
 
     def reset(self, scope: Reset) -> None:
-        self._due.cancel()
+        self._due.stop()
         if (
             self._period_ns > 0 and self._port.node_id != UNCONFIGURED
         ):  # the boot-up message counts as the first heartbeat
-            self._due.set(self._clock.now_ns() + self._period_ns)
+            self._due.after(self._period_ns, self._on_due)
 
     @property
     def _period_ns(self) -> int:
         return 0 if self._time is None else self._time.number * MS
 
     def _on_time(self) -> None:
-        self._due.cancel()
+        self._due.stop()
         if self._period_ns > 0:
             self._on_due()
 
     def _on_due(self) -> None:
         self._port.send(ERROR_CONTROL_ID + self._port.node_id, bytes((self._port.state,)))
-        self._due.set(self._clock.now_ns() + self._period_ns)
+        self._due.after(self._period_ns, self._on_due)
 
 
 class HeartbeatConsumer(Service):
@@ -99,19 +98,19 @@ class _Watch:
 
     def __init__(self, clock: Clock, port: Port, node_id: int, time_ns: int, on_change: Callable[[], None]) -> None:
         self._clock, self._port, self._time_ns, self._on_change = clock, port, time_ns, on_change
-        self._due = Deadline(clock, self._on_due)
+        self._due = Alarm(clock)
         self.is_lost = False
         port.listen(self, Object.ERROR_CONTROL, ERROR_CONTROL_ID + node_id, self._on_frame)
 
     def end(self) -> None:
-        self._due.cancel()
+        self._due.stop()
         self._port.listen(self, Object.ERROR_CONTROL, None, self._on_frame)
 
     def _on_frame(self, frame: CanFrame) -> None:
         # A boot-up message is not a heartbeat: supervision starts with the first heartbeat.
         if frame.is_remote or len(frame.data) != 1 or frame.data[0] == State.INITIALISING:
             return
-        self._due.set(self._clock.now_ns() + self._time_ns)
+        self._due.after(self._time_ns, self._on_due)
         if self.is_lost:
             self.is_lost = False
             self._on_change()

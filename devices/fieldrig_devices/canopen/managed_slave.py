@@ -17,13 +17,12 @@ from enum import Enum, auto
 from functools import partial
 from typing import Final
 
-from fieldrig.clock import MS, Clock, S
+from fieldrig.clock import MS, Alarm, Clock, S
 from fieldrig.link import Link
 from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
-from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.canopen.heartbeat import CONSUMER_TIME, PRODUCER_TIME
 from fieldrig_devices.canopen.nmt import BOOT_UP, ERROR_CONTROL_ID, NMT_ID, Command
 from fieldrig_devices.canopen.sdo.client import SdoClient
@@ -89,8 +88,8 @@ class ManagedSlave:
         shared = SharedLink(can)
         self._can = shared.share()
         self.sdo = SdoClient(clock, shared.share(), node_id, sdo_timeout_ns)
-        self._silence = Deadline(clock, self._lose)
-        self._retry = Deadline(clock, self._boot)
+        self._silence = Alarm(clock)
+        self._retry = Alarm(clock)
         self._is_reported_lost = False
         self.presence = Presence.OFF
         self.state: State | None = None
@@ -119,8 +118,8 @@ class ManagedSlave:
 
     def _forget(self) -> None:
         self.sdo.cancel()
-        self._silence.cancel()
-        self._retry.cancel()
+        self._silence.stop()
+        self._retry.stop()
 
     def _boot(self) -> None:
         self.command(Command.ENTER_PRE_OPERATIONAL)
@@ -157,13 +156,13 @@ class ManagedSlave:
 
     def _watch(self) -> None:
         if self._limit_ns:
-            self._silence.set(self._clock.now_ns() + self._limit_ns)
+            self._silence.after(self._limit_ns, self._lose)
 
     def _lose(self) -> None:
         self._forget()
         self.presence = Presence.ABSENT
         self.state = None
-        self._retry.set(self._clock.now_ns() + RETRY_NS)
+        self._retry.after(RETRY_NS, self._boot)
         self._report_lost()
 
     def _report_lost(self) -> None:

@@ -6,12 +6,11 @@ of 1007h applies to RPDOs only.
 
 from collections.abc import Callable
 
-from fieldrig.clock import US, Clock
+from fieldrig.clock import US, Alarm, Clock
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen import emcy
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.cob_id import BIT_30, can_key, guard
-from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.port import Port
 from fieldrig_devices.canopen.service import ALLOWED, Object, Reset, Service, State
@@ -36,7 +35,7 @@ class Sync(Service):
         self._cob_id, self._period = dictionary.get(COB_ID), dictionary.get(PERIOD)
         self._window, self._overflow = dictionary.get(WINDOW), dictionary.get(OVERFLOW)
         self._last_ns: int | None = None
-        self._due = Deadline(clock, self._on_due)
+        self._due = Alarm(clock)
         self._subscribers: dict[Order, Handler] = {}
         self._handlers: tuple[Handler, ...] = ()
         self._length = 0
@@ -69,8 +68,8 @@ class Sync(Service):
         """Stop production where SYNC isn't allowed; the counter restarts afterwards (7.2.5.2.1)."""
         if Object.SYNC not in ALLOWED[state]:
             self._counter = 0
-            self._due.cancel()
-        elif self._due.when_ns is None:
+            self._due.stop()
+        elif not self._due.is_set:
             self._start()
 
     def _connect(self) -> None:
@@ -86,9 +85,9 @@ class Sync(Service):
         key = None if self._cob_id is None else can_key(self._cob_id.number)
         self._length = 1 if self._overflow is not None and self._overflow.number > 0 else 0
         self._port.listen(self, Object.SYNC, key, self._on_frame)
-        self._due.cancel()
+        self._due.stop()
         self._start()
-        if self._due.when_ns is None:
+        if not self._due.is_set:
             self._counter = 0  # a producer that was stopped starts with 1 (7.2.5.2.1, as in CiA's own log)
 
     @property
@@ -98,7 +97,7 @@ class Sync(Service):
     def _start(self) -> None:
         is_producer = self._cob_id is not None and is_produced(self._cob_id.number)
         if is_producer and self._period_ns > 0 and Object.SYNC in ALLOWED[self._port.state]:
-            self._due.set(self._clock.now_ns() + self._period_ns)
+            self._due.after(self._period_ns, self._on_due)
 
     def _on_due(self) -> None:
         assert self._cob_id is not None
@@ -107,7 +106,7 @@ class Sync(Service):
             self._counter = self._counter % self._overflow.number + 1
             data = bytes((self._counter,))
         self._port.send(can_key(self._cob_id.number), data)
-        self._due.set(self._clock.now_ns() + self._period_ns)
+        self._due.after(self._period_ns, self._on_due)
         self._pass_on(data)
 
     def _on_frame(self, frame: CanFrame) -> None:

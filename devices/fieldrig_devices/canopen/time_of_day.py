@@ -7,11 +7,10 @@ period of a producer: here it is a setting.
 from datetime import datetime, timedelta
 from struct import Struct
 
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import MS, Alarm, Clock
 from fieldrig.device import Value
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.cob_id import BIT_30, INVALID, can_key, guard
-from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.port import Port
 from fieldrig_devices.canopen.service import ALLOWED, Object, Reset, Service, State
@@ -30,7 +29,7 @@ class TimeOfDay(Service):
     def __init__(self, clock: Clock, port: Port, dictionary: Dictionary, period_ns: int) -> None:
         self._clock, self._port, self._period_ns = clock, port, period_ns
         self._cob_id = dictionary.get(COB_ID)
-        self._due = Deadline(clock, self._on_due)
+        self._due = Alarm(clock)
         self._at_zero_ms = -(clock.now_ns() // MS)
         if self._cob_id is not None:
             guard(self._cob_id, lambda cob_id: bool(cob_id & (CONSUMES | PRODUCES)), is_idle_checked=True)
@@ -71,15 +70,15 @@ class TimeOfDay(Service):
     def _start(self) -> None:
         is_producer = self._cob_id is not None and bool(self._cob_id.number & PRODUCES)
         if not is_producer or Object.TIME not in ALLOWED[self._port.state]:
-            self._due.cancel()
-        elif self._due.when_ns is None:
-            self._due.set(self._clock.now_ns() + self._period_ns)
+            self._due.stop()
+        elif not self._due.is_set:
+            self._due.after(self._period_ns, self._on_due)
 
     def _on_due(self) -> None:
         assert self._cob_id is not None
         days, milliseconds = divmod(self.milliseconds, DAY_MS)
         self._port.send(can_key(self._cob_id.number), TIME_OF_DAY.pack(milliseconds, days & 0xFFFF))
-        self._due.set(self._clock.now_ns() + self._period_ns)
+        self._due.after(self._period_ns, self._on_due)
 
     def _on_frame(self, frame: CanFrame) -> None:
         if frame.is_remote or len(frame.data) != TIME_OF_DAY.size:

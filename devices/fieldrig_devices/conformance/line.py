@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Alarm, Clock
 from fieldrig.link import Link
 from fieldrig_bus.can.frame import CanFrame
 
@@ -41,7 +41,7 @@ class Line:
         self.seen: list[Seen] = []
         self._steps: Steps[None] | None = None
         self._wait: Wait | None = None
-        self._timer: Timer | None = None
+        self._timer = Alarm(self.clock)
         self._on_end: Callable[[Exception | None], None] = _forget
         link.on_receive(self._on_frame)
 
@@ -64,9 +64,8 @@ class Line:
         self._resume(None)
 
     def _resume(self, frame: CanFrame | None) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-        steps, self._wait, self._timer = self._steps, None, None
+        self._timer.stop()
+        steps, self._wait = self._steps, None
         if steps is None:
             return
         try:
@@ -77,7 +76,7 @@ class Line:
             self._end(fault)
         else:
             self._wait = wait
-            self._timer = self.clock.call_at(wait.until_ns, self._on_time)
+            self._timer.at(wait.until_ns, self._on_time)
 
     def _end(self, fault: Exception | None) -> None:
         self._steps = None

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fieldrig.clock import MS, S, Timer, VirtualClock
+from fieldrig.clock import MS, Alarm, S, VirtualClock
 
 LONGEST_LINE: Final = 256
 """Bytes without an end of line that are kept."""
@@ -72,7 +72,7 @@ class Chat:
         self._dial_ns, self._transmit, self._say = dial_ns, transmit, say
         self._on_connected, self._on_failed = on_connected, on_failed
         self._clock = VirtualClock()
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._line = bytearray()
         self._place = -1
         self._tries = 0
@@ -127,7 +127,7 @@ class Chat:
         self._wait(self._dial_ns if self._is_dialling else ANSWER_NS, self._on_silence)
 
     def _on_line(self, word: str) -> None:
-        if self._timer is None or not word:
+        if not self._timer.is_set or not word:
             return
         if self._is_dialling:
             self._on_dialled(word)
@@ -161,6 +161,4 @@ class Chat:
         self._on_failed(failure)
 
     def _wait(self, wait_ns: int, then: Callable[[], None]) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-        self._timer = self._clock.call_at(self._clock.now_ns() + wait_ns, then)
+        self._timer.after(wait_ns, then)

@@ -13,7 +13,7 @@ from collections import deque
 from functools import partial
 from typing import Final
 
-from fieldrig.clock import Clock, S, Timer
+from fieldrig.clock import Alarm, Clock, S
 from fieldrig_bus.browsers import is_request
 from fieldrig_devices.connections.connection import Connection, Serve
 from fieldrig_devices.ftp.commands import Command, FileCommands
@@ -52,8 +52,8 @@ class FtpSession:
         self._user_name: str | None = None
         self._is_logged_in = self._is_closed = False
         self._failures = 0
-        self._idle: Timer | None = None
-        self._delay: Timer | None = None
+        self._idle = Alarm(self._clock)
+        self._delay = Alarm(self._clock)
         self._free: dict[str, Command] = {
             "USER": self._user,
             "PASS": self._pass,
@@ -76,7 +76,7 @@ class FtpSession:
             return
         *lines, self._partial = (self._partial + data).split(b"\n")
         self._lines += lines
-        if len(self._lines) > MOST_LINES and self._delay is not None:
+        if len(self._lines) > MOST_LINES and self._delay.is_set:
             self._close(Reply.CLOSING)
         elif len(self._partial) > LONGEST_LINE:
             self._close(Reply.TOO_LONG)
@@ -97,7 +97,7 @@ class FtpSession:
     # ---- commands
 
     def _run(self) -> None:
-        while self._lines and self._delay is None and not self._is_closed:
+        while self._lines and not self._delay.is_set and not self._is_closed:
             self._wait()
             self._on_line(self._lines.popleft())
 
@@ -140,12 +140,11 @@ class FtpSession:
         is_right = self._guard.is_right(name, password)
         delay_ns = 0 if is_right else self._guard.delay_ns
         if delay_ns:
-            self._delay = self._clock.call_at(self._clock.now_ns() + delay_ns, partial(self._answer_login, is_right))
+            self._delay.after(delay_ns, partial(self._answer_login, is_right))
         else:
             self._answer_login(is_right)
 
     def _answer_login(self, is_right: bool) -> None:
-        self._delay = None
         self._is_logged_in = is_right
         self._failures += not is_right
         if is_right:
@@ -193,9 +192,7 @@ class FtpSession:
                 self._connection.close()
 
     def _wait(self) -> None:
-        if self._idle is not None:
-            self._idle.cancel()
-        self._idle = self._clock.call_at(self._clock.now_ns() + IDLE_NS, self._on_idle)
+        self._idle.after(IDLE_NS, self._on_idle)
 
     def _on_idle(self) -> None:
         if self._data.is_busy:
@@ -212,9 +209,8 @@ class FtpSession:
     def _end(self) -> None:
         self._is_closed = True
         self._data.abort()
-        for timer in (self._idle, self._delay):
-            if timer is not None:
-                timer.cancel()
+        self._idle.stop()
+        self._delay.stop()
 
 
 ALIASES: Final = {"XPWD": "PWD", "XCWD": "CWD", "XCUP": "CDUP", "XMKD": "MKD", "XRMD": "RMD"}

@@ -8,7 +8,7 @@ breaks, the old file stays.
 from collections.abc import Callable
 from typing import Final, Protocol
 
-from fieldrig.clock import Clock, S, Timer
+from fieldrig.clock import Alarm, Clock, S
 from fieldrig_devices.connections.connection import Connection
 from fieldrig_devices.ftp.replies import Reply
 
@@ -38,7 +38,7 @@ class DataPort:
         self._clock, self._on_reply = clock, on_reply
         self._transfer: _Transfer | None = None
         self._job: Job | None = None
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._connect: Callable[[], None] | None = None
         self.is_open = False
         """True after a PASV, EPSV, PORT or EPRT that has not been used."""
@@ -118,11 +118,10 @@ class DataPort:
 
     def _watch(self, delay_ns: int) -> None:
         self._stop_watching()
-        self._timer = self._clock.call_at(self._clock.now_ns() + delay_ns, self._on_timer)
+        self._timer.after(delay_ns, self._on_timer)
 
     def _stop_watching(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
 
     def _on_timer(self) -> None:
         if self._transfer is not None and self._transfer.has_moved():

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol
 
-from fieldrig.clock import MS, Clock, Timer
+from fieldrig.clock import MS, Alarm, Clock
 from fieldrig.link import Link
 from fieldrig_bus.serial.message import Format, SerialMessage
 from fieldrig_bus.serial.model import SerialModel
@@ -20,7 +20,7 @@ class InternalLine:
     def __init__(self, clock: Clock, form: Format = FORM) -> None:
         self._clock = clock
         self._model = SerialModel(form, CHUNK_NS)
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self.ends: tuple[Link[SerialMessage], Link[SerialMessage]] = (_End(self, "a"), _End(self, "b"))
 
     def join(self, member: str) -> None:
@@ -35,13 +35,11 @@ class InternalLine:
         self._arm()
 
     def _arm(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
         next_ns = self._model.next_ns()
-        self._timer = None if next_ns is None else self._clock.call_at(next_ns, self._deliver)
+        self._timer.at(next_ns, self._deliver)
 
     def _deliver(self) -> None:
-        self._timer = None
         for delivery in self._model.collect(self._clock.now_ns()):
             for end in self.ends:
                 assert isinstance(end, _End)
@@ -79,20 +77,18 @@ class StationPort:
 
     def __init__(self, clock: Clock, link: Link[SerialMessage], station: Station) -> None:
         self._clock, self._link, self._station = clock, link, station
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         link.on_receive(self._on_receive)
 
     def wake(self) -> None:
         """Call this when the station has changed: send what is due, and set the timer."""
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._timer.stop()
         now_ns = self._clock.now_ns()
         if sent := self._station.due(now_ns):
             self._link.send(sent)
         next_ns = self._station.next_ns()
         if next_ns is not None:
-            self._timer = self._clock.call_at(next_ns, self.wake)
+            self._timer.at(next_ns, self.wake)
 
     def _on_receive(self, message: SerialMessage) -> None:
         if isinstance(message, bytes):

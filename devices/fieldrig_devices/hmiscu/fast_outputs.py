@@ -7,7 +7,7 @@ the other one (SCU-012).  A PWM channel sends its signal whenever frequency, dut
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final, Protocol
 
-from fieldrig.clock import MS, NEVER_NS, Clock, Timer
+from fieldrig.clock import MS, Alarm, Clock
 from fieldrig.device import Point
 from fieldrig.link import Link
 from fieldrig_bus.signals.pulse_train import PulseTrain
@@ -47,21 +47,16 @@ class Timed(Protocol):
     def advance(self, now_ns: int) -> None: ...
 
 
-class Alarm:
-    """The timer of one channel."""
+class Waker:
+    """Advances one channel at its instants."""
 
     def __init__(self, clock: Clock, channel: Timed) -> None:
         self._clock, self._channel = clock, channel
-        self._timer: Timer | None = None
+        self._alarm = Alarm(clock)
 
     def set(self) -> None:
         """Wake the channel at its next instant; call this after everything that may have changed it."""
-        next_ns = self._channel.next_ns
-        if self._timer is not None and self._timer.action is not None:
-            if self._timer.when_ns == next_ns:
-                return
-            self._timer.cancel()
-        self._timer = self._clock.call_at(next_ns, self._on_time) if next_ns < NEVER_NS else None
+        self._alarm.at(self._channel.next_ns, self._on_time)
 
     def _on_time(self) -> None:
         self._channel.advance(self._clock.now_ns())
@@ -99,7 +94,7 @@ class FastOutputs:
             elif isinstance(channel, PwmSettings):
                 self._pwm[number] = PwmChannel(channel, self._send, name=settings.wire_of(FAST_OUTPUTS[number]))
         channels: list[Timed] = [*([] if self._pto is None else [self._pto]), *self._pwm.values()]
-        self._alarms = [Alarm(clock, channel) for channel in channels]
+        self._wakers = [Waker(clock, channel) for channel in channels]
         self._aliases = _aliases(settings)
 
     def _make_pto(self, channel: PtoSettings) -> PtoChannel:
@@ -149,8 +144,8 @@ class FastOutputs:
         """Show the direction, and set the timers, after something may have changed a channel."""
         if self._pto is not None:
             self._send_direction()
-        for alarm in self._alarms:
-            alarm.set()
+        for waker in self._wakers:
+            waker.set()
 
     # ---- inputs and the controller
 

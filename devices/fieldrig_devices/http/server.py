@@ -13,7 +13,7 @@ from typing import Final
 
 import h11
 
-from fieldrig.clock import Clock, S, Timer
+from fieldrig.clock import Alarm, Clock, S
 from fieldrig_devices.connections.connection import Connection, Serve
 from fieldrig_devices.http.host import is_host
 from fieldrig_devices.http.messages import Answer, Request, Response, refusal
@@ -56,7 +56,7 @@ class HttpSession:
         self._request: h11.Request | None = None
         self._is_closed = self._has_ended = False
         self._unsent = 0
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._wait()
 
     # ---- events
@@ -189,11 +189,10 @@ class HttpSession:
         self._stop_waiting()
         self._unsent = self._connection.unsent
         if not self._is_closed:
-            self._timer = self._clock.call_at(self._clock.now_ns() + IDLE_NS, self._on_timer)
+            self._timer.after(IDLE_NS, self._on_timer)
 
     def _stop_waiting(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
 
     def _on_timer(self) -> None:
         """Close the connection, unless the client goes on taking its response."""

@@ -12,7 +12,7 @@ from functools import partial
 from math import tau
 from typing import Any, ClassVar, Final
 
-from fieldrig.clock import MS, Clock, Timer
+from fieldrig.clock import MS, Alarm, Clock
 from fieldrig.device import Device, Point
 from fieldrig.link import Link
 from fieldrig_bus.ring.sercos.message import RingMessage
@@ -64,7 +64,7 @@ class Mc4(Device):
         table = idns.idn_table()
         self._fill(table)
         plate = load_plate(settings.motor.name_plate) if settings.motor is not None else None
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._side: RingSide | None = None
         self.machine = Machine(clock, settings, table, self._on_change, None if plate is None else motor_data(plate))
         self.injected = self.machine.faults
@@ -124,7 +124,6 @@ class Mc4(Device):
     # ---- time without the ring
 
     def _on_tick(self) -> None:
-        self._timer = None
         machine = self.machine
         if not machine.is_cyclic:  # in operation the ring advances the drive; `_on_change` is called when that ends
             machine.catch_up()
@@ -135,11 +134,8 @@ class Mc4(Device):
         return not (self.machine.is_settled and self.machine.axis.is_at_rest)
 
     def _wake_at(self, when_ns: int) -> None:
-        if self._timer is not None:
-            if self._timer.when_ns <= when_ns:
-                return
-            self._timer.cancel()
-        self._timer = self._clock.call_at(when_ns, self._on_tick)
+        if when_ns < self._timer.when_ns:
+            self._timer.at(when_ns, self._on_tick)
 
     def _on_change(self) -> None:
         side = self._side

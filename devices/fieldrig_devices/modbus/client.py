@@ -11,10 +11,9 @@ import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final
 
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import MS, Alarm, Clock
 from fieldrig.link import Link
 from fieldrig_bus.modbus.message import ModbusEvent, ModbusRequest, ModbusResponse
-from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.modbus.client_settings import (
     ClientUnitSettings,
     ModbusClientSettings,
@@ -181,8 +180,8 @@ class ModbusClient:
         self._units: Sequence[ClientUnit] = ()
         self._pending: _Exchange | None = None
         self._number = 0
-        self._late = Deadline(clock, self._on_timeout)
-        self._wake = Deadline(clock, self.go_on)
+        self._late = Alarm(clock)
+        self._wake = Alarm(clock)
 
     def make_units(self, pack: Callable[[str], Pack]) -> Mapping[str, ClientUnit]:
         """Return a new unit for each one of the settings; `pack` returns what makes the values of a unit."""
@@ -196,8 +195,8 @@ class ModbusClient:
     def stop(self) -> None:
         self._pending = None
         self._units = ()
-        self._late.cancel()
-        self._wake.cancel()
+        self._late.stop()
+        self._wake.stop()
 
     def hear(self, message: ModbusEvent) -> None:
         exchange = self._pending
@@ -206,7 +205,7 @@ class ModbusClient:
         unit, pdu = exchange.unit, message.pdu
         if message.unit != unit.settings.unit:
             return
-        self._late.cancel()
+        self._late.stop()
         self._pending = None
         if len(pdu) == EXCEPTION_SIZE and pdu[0] == exchange.function | EXCEPTION:
             unit.exceptions += 1
@@ -225,13 +224,13 @@ class ModbusClient:
             return
         waiting = [(exchange.due_ns, exchange) for exchange in self._exchanges() if exchange.due_ns is not None]
         if not waiting:
-            self._wake.cancel()
+            self._wake.stop()
             return
         due_ns, exchange = min(waiting, key=lambda timed: timed[0])
         if due_ns <= self.clock.now_ns():
             self._send(exchange)
         else:
-            self._wake.set(due_ns)
+            self._wake.at(due_ns, self.go_on)
 
     def _exchanges(self) -> Iterator[_Exchange]:
         return (exchange for unit in self._units for exchange in unit.exchanges)
@@ -241,7 +240,7 @@ class ModbusClient:
         unit.requests += 1
         self._pending = exchange
         self._number = self._number + 1 & 0xFFFF
-        self._late.set(self.clock.now_ns() + self._settings.timeout_ms * MS)
+        self._late.after(self._settings.timeout_ms * MS, self._on_timeout)
         self._link.send(ModbusRequest(unit.settings.unit, exchange.request(), self._number))
 
     def _on_answer(self, exchange: _Exchange) -> None:

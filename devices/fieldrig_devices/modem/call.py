@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Final
 
-from fieldrig.clock import MS, Clock, S, Timer
+from fieldrig.clock import MS, Alarm, Clock, S
 from fieldrig.link import Link
 from fieldrig_bus.telephone.handshake import Handshake
 from fieldrig_bus.telephone.message import Carrier, Dial, Heard, Hook, Offer, Ready, TelephoneMessage, Tone
@@ -70,8 +70,8 @@ class Call:
         self._stays = self._is_answering = False
         self._tone = Tone.SILENCE
         self._handshake: Handshake | None = None
-        self._limit: Timer | None = None
-        self._next: Timer | None = None
+        self._limit = Alarm(self._clock)
+        self._next = Alarm(self._clock)
 
     @property
     def is_establishing(self) -> bool:
@@ -148,7 +148,7 @@ class Call:
         elif tone is Tone.BUSY and rules.detects_busy:
             self._then(BUSY_TONE_NS, lambda: self.fail(results.BUSY))
         elif self._awaits(Wait.TONE):
-            self._stop(self._next)
+            self._next.stop()
             if tone is Tone.DIAL:
                 self._then(DIAL_TONE_NS, self._step_past_wait)
         elif self._awaits(Wait.QUIET) and before is Tone.RINGING and tone is Tone.SILENCE:
@@ -158,7 +158,7 @@ class Call:
         assert self._rules is not None
         lost_ns = self._rules.register(10) * 100 * MS
         if carrier.bps:
-            self._stop(self._next)
+            self._next.stop()
         elif self._rules.register(10) != NEVER:
             self._then(lost_ns, lambda: self.fail(results.NO_CARRIER))
 
@@ -191,7 +191,7 @@ class Call:
         self._step()
 
     def _step_past_wait(self) -> None:
-        self._stop(self._limit)
+        self._limit.stop()
         self._step_past()
 
     def _send_digits(self) -> None:
@@ -244,18 +244,11 @@ class Call:
     # ---- time
 
     def _then(self, pause_ns: int, action: Callable[[], None]) -> None:
-        self._stop(self._next)
-        self._next = self._clock.call_at(self._clock.now_ns() + pause_ns, action)
+        self._next.after(pause_ns, action)
 
     def _limit_to(self, limit_ns: int, result: Result) -> None:
-        self._stop(self._limit)
-        self._limit = self._clock.call_at(self._clock.now_ns() + limit_ns, lambda: self.fail(result))
+        self._limit.after(limit_ns, lambda: self.fail(result))
 
     def _stop_timers(self) -> None:
-        self._stop(self._limit)
-        self._stop(self._next)
-
-    @staticmethod
-    def _stop(timer: Timer | None) -> None:
-        if timer is not None:
-            timer.cancel()
+        self._limit.stop()
+        self._next.stop()

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Final
 
-from fieldrig.clock import MS, Clock, Timer
+from fieldrig.clock import MS, Alarm, Clock
 from fieldrig.link import Link
 from fieldrig_bus.serial.message import ControlLines, Format, SerialMessage
 from fieldrig_bus.telephone.message import Carrier, Heard, Offer, Ready, Ring, TelephoneMessage
@@ -61,8 +61,8 @@ class Engine:
         self._reader = CommandReader(self._speaker.echo, self._register)
         self._escape = Escape()
         self._idle = IdleWatch(clock, lambda: self._register(30), lambda: self.call.fail(results.NO_CARRIER))
-        self._escape_timer: Timer | None = None
-        self._dtr_timer: Timer | None = None
+        self._escape_timer = Alarm(self._clock)
+        self._dtr_timer = Alarm(self._clock)
         self._deaf_until_ns = 0
         self._held = bytearray()
         """Data of the other end that arrived in the online command state."""
@@ -128,9 +128,9 @@ class Engine:
     def _send_data(self, data: bytes) -> None:
         now_ns, guard_ns = self._clock.now_ns(), self._register(12) * UNIT_NS
         self._idle.last_ns = now_ns
-        self._stop(self._escape_timer)
+        self._escape_timer.stop()
         if self._escape.hear(now_ns, data, self._register(2), guard_ns):
-            self._escape_timer = self._clock.call_at(now_ns + guard_ns, self._on_escape)
+            self._escape_timer.at(now_ns + guard_ns, self._on_escape)
         self.call.pump.send(data)
 
     def _on_escape(self) -> None:
@@ -140,11 +140,9 @@ class Engine:
             self._tell(results.OK)
 
     def _on_dtr(self, is_on: bool) -> None:
-        self._stop(self._dtr_timer)
+        self._dtr_timer.stop()
         if not is_on and self.mode is not Mode.OFF:
-            self._dtr_timer = self._clock.call_at(
-                self._clock.now_ns() + self._register(25) * 10 * MS, self._on_dtr_lost
-            )
+            self._dtr_timer.after(self._register(25) * 10 * MS, self._on_dtr_lost)
 
     def _on_dtr_lost(self) -> None:
         reaction = self._setting("&D")
@@ -198,7 +196,7 @@ class Engine:
             self._say_ready(False)
 
     def _on_over(self) -> None:
-        self._stop(self._escape_timer)
+        self._escape_timer.stop()
         self._idle.stop()
         self._held.clear()
         if self.mode is not Mode.OFF:
@@ -291,10 +289,5 @@ class Engine:
 
     def _stop_timers(self) -> None:
         self._idle.stop()
-        for timer in (self._escape_timer, self._dtr_timer):
-            self._stop(timer)
-
-    @staticmethod
-    def _stop(timer: Timer | None) -> None:
-        if timer is not None:
-            timer.cancel()
+        self._escape_timer.stop()
+        self._dtr_timer.stop()

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Final
 
-from fieldrig.clock import Clock, S, Timer
+from fieldrig.clock import Alarm, Clock, S
 
 UNIT_NS: Final = 10 * S
 
@@ -14,15 +14,14 @@ class IdleWatch:
         self._clock, self._limit, self._on_idle = clock, limit, on_idle
         self.last_ns = 0
         """The instant of the last data."""
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
 
     def start(self) -> None:
         self.last_ns = self._clock.now_ns()
         self._look()
 
     def stop(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
 
     def _look(self) -> None:
         limit_ns = self._limit() * UNIT_NS
@@ -32,4 +31,4 @@ class IdleWatch:
         if due_ns <= self._clock.now_ns():
             self._on_idle()
         else:
-            self._timer = self._clock.call_at(due_ns, self._look)
+            self._timer.at(due_ns, self._look)

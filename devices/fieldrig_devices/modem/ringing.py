@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Final
 
-from fieldrig.clock import Clock, S, Timer
+from fieldrig.clock import Alarm, Clock, S
 from fieldrig_devices.modem.profile import Profile
 
 FORGOTTEN_NS: Final = 8 * S
@@ -16,15 +16,13 @@ class Ringing:
         self._clock, self._profile = clock, profile
         self.is_on = False
         """The ringing voltage is there."""
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
 
     def begin(self) -> None:
         """Count a ring that begins."""
         registers = self._profile().registers
         registers[1] = min(registers[1] + 1, MOST_RINGS)
-        if self._timer is not None:
-            self._timer.cancel()
-        self._timer = self._clock.call_at(self._clock.now_ns() + FORGOTTEN_NS, self.forget)
+        self._timer.after(FORGOTTEN_NS, self.forget)
 
     def is_enough(self) -> bool:
         """Return whether the modem answers by itself after the rings so far."""

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any, ClassVar, Final
 
 from fieldrig.background import Background
-from fieldrig.clock import MS, US, Clock, Timer
+from fieldrig.clock import MS, US, Alarm, Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
@@ -93,7 +93,7 @@ class Pam(Device):
         self._panel = PanelPart({"PAMDISPLAY": [PamDisplay(self._show, self._monitor)]})
         self._volts = {0: 0.0, 1: 0.0}
         self._cycle: PowerCycle | None = None
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._begin_ns = self._cycles = 0
         self._debuggee = MachineDebuggee(
             background,
@@ -155,9 +155,7 @@ class Pam(Device):
 
     def _power_off(self) -> None:
         self._cycle = None
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._timer.stop()
 
     def reset(self) -> None:
         """Carry out a hardware reset: everything begins again, and the DualPort keeps its contents."""
@@ -169,7 +167,7 @@ class Pam(Device):
     def _wait(self) -> None:
         self._cycles += 1
         passed_ns = self._cycles * self._compiled.thirds * MS // 3
-        self._timer = self._clock.call_at(self._begin_ns + passed_ns, self._on_cycle)
+        self._timer.at(self._begin_ns + passed_ns, self._on_cycle)
 
     def _on_cycle(self) -> None:
         cycle = self._cycle
@@ -178,9 +176,7 @@ class Pam(Device):
         cycle.cycle()
         if cycle.state is State.RUNNING and not was_running:
             self._debuggee.attach(cycle.runtime)
-        if cycle.state is State.FATAL:
-            self._timer = None
-        else:
+        if cycle.state is not State.FATAL:
             self._wait()
 
     # ---- for the debugger

@@ -10,7 +10,7 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Alarm, Clock
 from fieldrig.device import Device, Point
 from fieldrig.link import Link
 from fieldrig.settings import Claim
@@ -62,7 +62,7 @@ class CamSwitches(Device):
         }
         self._drive = Signal(settings.position_wire, 0.0)
         self._closed: dict[str, bool] = {}
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         wires.on_receive(self._on_signal, (settings.position_wire,))
 
     def start(self) -> None:
@@ -91,10 +91,9 @@ class CamSwitches(Device):
             if self._closed.get(switch.wire) is not is_closed:
                 self._closed[switch.wire] = is_closed
                 self._wires.send(Signal(switch.wire, is_closed))
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
         when_ns = next_instant(self._drive, self._clock.now_ns(), self._way) if self._drive.is_moving else None
-        self._timer = None if when_ns is None else self._clock.call_at(when_ns, self._look)
+        self._timer.at(when_ns, self._look)
 
     def _way(self, side: int) -> float:
         """Return the way to the next edge in this direction."""

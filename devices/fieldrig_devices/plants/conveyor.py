@@ -10,7 +10,7 @@ from functools import partial
 from math import isfinite
 from typing import Any, ClassVar, Final
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Alarm, Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
@@ -46,7 +46,7 @@ class Conveyor(Device):
         """Position of the roller's wire at which the belt began."""
         self._is_feeding = False
         self._published: dict[str, bool | int] = {}
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         wires.on_receive(self._on_signal, (settings.drive_wire, self._feed_wire))
 
     def start(self) -> None:
@@ -107,7 +107,6 @@ class Conveyor(Device):
         self._look()
 
     def _on_timer(self) -> None:
-        self._timer = None
         self._look()
 
     def _look(self) -> None:
@@ -117,15 +116,13 @@ class Conveyor(Device):
         self._wait()
 
     def _wait(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._timer.stop()
         drive, now_ns, radius_m = self._drive, self._clock.now_ns(), self._settings.roller_radius_m
         if drive is None or not drive.is_moving or abs(drive.at(now_ns)) * radius_m >= LONGEST_WAY_M:
             return
         when_ns = next_instant(drive, now_ns, self._belt.way_to_change, radius_m)
         if when_ns is not None:
-            self._timer = self._clock.call_at(when_ns, self._on_timer)
+            self._timer.at(when_ns, self._on_timer)
 
     # ---- products, sensors, faults
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fieldrig.clock import NEVER_NS, Clock, Timer
+from fieldrig.clock import NEVER_NS, Alarm, Clock
 from fieldrig.device import Device, Point
 from fieldrig.faults import Fault, Faults, Timed, models_of
 from fieldrig.injected_faults import InjectedFaults
@@ -127,7 +127,7 @@ class DcMotorPlant(Device):
         self._shown: dict[str, bool] = {}
         self._train: PulseTrain | None = None
         """The last pulse, if pulses are segments."""
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         wires.on_receive(self._on_signal, tuple(self._contacts))
 
     def start(self) -> None:
@@ -171,7 +171,6 @@ class DcMotorPlant(Device):
         self._switch()
 
     def _on_timer(self) -> None:
-        self._timer = None
         self._model.advance(self._clock.now_ns())
         self._look()
 
@@ -184,11 +183,9 @@ class DcMotorPlant(Device):
         if self._faults.first(NoPulses) is None:
             self._show("pulse_wire", self._model.is_high)
         self._show("zero_wire", self._is_zero())
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._timer.stop()
         if self._model.next_ns < NEVER_NS:
-            self._timer = self._clock.call_at(self._model.next_ns, self._on_timer)
+            self._timer.at(self._model.next_ns, self._on_timer)
 
     def _show(self, key: str, level: bool) -> None:
         if self._shown.get(key) is level:

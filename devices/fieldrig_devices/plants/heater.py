@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fieldrig.clock import NEVER_NS, Clock, S, Timer
+from fieldrig.clock import NEVER_NS, Alarm, Clock, S
 from fieldrig.device import Device, Point, Value
 from fieldrig.faults import Fault, Faults, Timed, models_of
 from fieldrig.injected_faults import InjectedFaults
@@ -98,7 +98,7 @@ class Heater(Device):
         self._power_wire = settings.power_wire or f"{name}.power"
         self._is_over: bool | None = None
         self._published: Motion | None = None
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         wires.on_receive(self._on_signal, (self._power_wire, settings.load_wire or f"{name}.load"))
 
     def start(self) -> None:
@@ -149,10 +149,9 @@ class Heater(Device):
         rise_k = (self._power_w() - self._load_w) * settings.resistance_k_per_w
         self._final_degc = max(settings.ambient_degc + rise_k, ABSOLUTE_ZERO_DEGC)
         self._publish()
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
         wait_ns = self._wait_ns()
-        self._timer = self._clock.call_at(self._since_ns + wait_ns, self._on_change) if wait_ns < NEVER_NS else None
+        self._timer.at(self._since_ns + wait_ns, self._on_change)
 
     def _publish(self) -> None:
         ahead_k, constant_s = self._final_degc - self._begin_degc, self._settings.time_constant_s

@@ -15,7 +15,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import Field
 
-from fieldrig.clock import Clock, S, Timer
+from fieldrig.clock import Alarm, Clock, S
 from fieldrig.device import Device, Point
 from fieldrig.faults import Fault, Faults, Timed, models_of
 from fieldrig.injected_faults import InjectedFaults
@@ -110,7 +110,7 @@ class PulseServo(Device):
         self._is_enabled, self._is_alarm, self._is_reset = settings.enable_wire is None, False, False
         self._names = settings.outputs(name)
         self._published: dict[str, Signal] = {}
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._handlers = {settings.reset_wire or f"{name}.reset": self._on_reset}
         for wire, handler in ((settings.enable_wire, self._on_enable), (settings.direction_wire, self._on_direction)):
             if wire is not None:
@@ -224,9 +224,7 @@ class PulseServo(Device):
             self._place, self._following = place, None
         self._publish()
         due_ns = self._next_ns()
-        if self._timer is not None:
-            self._timer.cancel()
-        self._timer = None if due_ns is None else self._clock.call_at(due_ns, self._look)
+        self._timer.at(due_ns, self._look)
 
     def _look(self) -> None:
         self._on_change(self._now())

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import ceil, floor, inf, isfinite, tau
 
-from fieldrig.clock import Clock, S, Timer
+from fieldrig.clock import Alarm, Clock, S
 from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
 from fieldrig.point_values import number_in, truth_in
@@ -44,7 +44,7 @@ class Servo(Device):
         self._is_blocked, self._is_braked = False, settings.brake_torque_nm is not None
         self._since_ns = clock.now_ns()
         self._state = State(settings.initial_position_rad * settings.gear_ratio)
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._due_ns = 0
         self._encoder_wire = settings.encoder_wire or f"{name}.encoder"
         self._published: Motion | None = None
@@ -185,14 +185,10 @@ class Servo(Device):
     def _wake_at(self, when_ns: int) -> None:
         """Wake at this instant or earlier: a timer that expires early is cheaper than a new one each time."""
         self._due_ns = when_ns
-        if self._timer is not None:
-            if self._timer.when_ns <= when_ns:
-                return
-            self._timer.cancel()
-        self._timer = self._clock.call_at(when_ns, self._on_timer)
+        if when_ns < self._timer.when_ns:
+            self._timer.at(when_ns, self._on_timer)
 
     def _on_timer(self) -> None:
-        self._timer = None
         if self._clock.now_ns() < self._due_ns:
             self._wake_at(self._due_ns)
             return

@@ -17,7 +17,7 @@ from dataclasses import replace
 from math import isfinite, tau
 from typing import Any, ClassVar, Final
 
-from fieldrig.clock import MS, Clock, Timer
+from fieldrig.clock import MS, Alarm, Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.faults import Fault, Faults
 from fieldrig.injected_faults import InjectedFaults
@@ -73,7 +73,7 @@ class Stepper(Device):
         """The segments that the motor turned with."""
         self._names = settings.outputs(name)
         self._published: dict[str, Signal] = {}
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._handlers = {
             settings.load_torque_wire or f"{name}.load_torque": self._on_load_torque,
             settings.reset_wire or f"{name}.reset": self._on_reset,
@@ -239,9 +239,7 @@ class Stepper(Device):
         self._followed |= {train.name: train for _, train in self._trains() if self._is_following}
         self._publish()
         due = [when_ns for when_ns in self._changes() if when_ns > now_ns]
-        if self._timer is not None:
-            self._timer.cancel()
-        self._timer = self._clock.call_at(min(due), self._look) if due else None
+        self._timer.at(min(due), self._look) if due else None
 
     def _judge_stops(self, now_ns: int) -> None:
         """Lose steps on each wire whose pulses have stopped too fast."""

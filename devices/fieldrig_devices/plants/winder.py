@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from copy import copy
 from math import ceil, floor, isfinite
 
-from fieldrig.clock import US, Clock, S, Timer
+from fieldrig.clock import US, Alarm, Clock, S
 from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
 from fieldrig.point_values import number_in, truth_in
@@ -40,7 +40,8 @@ class Winder(Device):
         self._step_ns = settings.step_us * US
         self._volt = 0.0
         self._looked_ns = clock.now_ns()
-        self._timer: Timer | None = None
+        self._timer = Alarm(clock)
+        self._is_moving = False
         self._motion: Motion | None = None
         self._published: dict[str, bool | float] = {}
         self._encoder_wire = settings.encoder_wire or f"{name}.encoder"
@@ -86,7 +87,7 @@ class Winder(Device):
     def _now(self) -> WinderModel:
         """Return roll and web at this instant; between two steps, as a copy that is ahead of the model."""
         now_ns = self._clock.now_ns()
-        if now_ns <= self._looked_ns or self._timer is None:
+        if now_ns <= self._looked_ns or not self._is_moving:
             return self._model
         ahead = copy(self._model)
         self._step(ahead, (now_ns - self._looked_ns) / S, copy(self._line).passed_m(now_ns))
@@ -143,7 +144,7 @@ class Winder(Device):
             return  # the web that passes at this instant is counted with the next step
         seconds, passed_m = (now_ns - self._looked_ns) / S, self._line.passed_m(now_ns)
         self._looked_ns = now_ns
-        if self._timer is None:
+        if not self._is_moving:
             return
         self._step(self._model, seconds, passed_m)
 
@@ -183,19 +184,18 @@ class Winder(Device):
     def _go_on(self) -> None:
         self._look_at_model()
         self._publish()
-        if self._timer is not None and (self._is_still or self._timer.when_ns > self._looked_ns + self._step_ns):
-            self._timer.cancel()
-            self._timer = None
-        if not self._is_still and self._timer is None:
-            self._timer = self._clock.call_at(self._looked_ns + self._step_ns, self._on_timer)
+        self._is_moving = not self._is_still
+        if not self._is_moving:
+            self._timer.stop()
+        elif self._looked_ns + self._step_ns < self._timer.when_ns:
+            self._timer.at(self._looked_ns + self._step_ns, self._on_timer)
 
     def _on_timer(self) -> None:
         due_ns = self._looked_ns + self._step_ns
         if self._clock.now_ns() < due_ns:  # an input came first, and has taken a part of the step
-            self._timer = self._clock.call_at(due_ns, self._on_timer)
+            self._timer.at(due_ns, self._on_timer)
             return
         self._look()
-        self._timer = None
         self._go_on()
 
     def _publish(self) -> None:

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Final, Protocol
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Alarm, Clock
 from fieldrig_devices.ppp.packets import Packet
 from fieldrig_devices.ppp.transitions import TRANSITIONS, Action, Event, State
 
@@ -39,7 +39,7 @@ class Automaton:
         self._clock, self._layer = clock, layer
         self._restart_ns, self._most_requests = restart_ns, most_requests
         self._count = 0
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._waiting: deque[tuple[Event, Packet | None, Packet | None]] = deque()
         self._is_busy = False
 
@@ -63,9 +63,8 @@ class Automaton:
         for action in actions:
             self._act(action, event, actions, cause, answer)
         self.state = state
-        if state not in TIMED and self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        if state not in TIMED:
+            self._timer.stop()
 
     def _act(
         self,
@@ -94,12 +93,9 @@ class Automaton:
             self._layer.send_answer(answer)
 
     def _start_timer(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-        self._timer = self._clock.call_at(self._clock.now_ns() + self._restart_ns, self._on_time)
+        self._timer.after(self._restart_ns, self._on_time)
 
     def _on_time(self) -> None:
-        self._timer = None
         self.handle(Event.TIMEOUT if self._count > 0 else Event.LAST_TIMEOUT)
 
 

@@ -12,7 +12,7 @@ from functools import partial
 from ipaddress import IPv4Address
 from typing import Final, Protocol
 
-from fieldrig.clock import Timer, VirtualClock
+from fieldrig.clock import Alarm, VirtualClock
 from fieldrig_devices.ppp.framing import ALL_CONTROLS, Deframer, FrameCounts, FrameFormat, framed, unpacked
 from fieldrig_devices.ppp.ipcp import Ipcp
 from fieldrig_devices.ppp.lcp import Lcp
@@ -89,7 +89,7 @@ class Call:
         self._compressor: Compressor | None = None
         self._decompressor: Decompressor | None = None
         self._frames_lost = 0
-        self._setup_timer: Timer | None = None
+        self._setup_timer = Alarm(self.clock)
         self._takers: Mapping[int, Callable[[bytes], None]] = {
             ProtocolNumber.PAP: self._logins.receive,
             ProtocolNumber.IPCP: self._ipcp.receive,
@@ -190,12 +190,11 @@ class Call:
         state.phase = phase
         is_running = phase is Phase.RUNNING
         state.local_address, state.peer_address = self._ipcp.addresses if is_running else (UNSET, UNSET)
-        if phase is Phase.ESTABLISH and self._setup_timer is None:
+        if phase is Phase.ESTABLISH and not self._setup_timer.is_set:
             limit_ns = self.clock.now_ns() + self._settings.setup_limit_ns
-            self._setup_timer = self.clock.call_at(limit_ns, self._on_setup_limit)
-        elif phase in (Phase.RUNNING, Phase.DEAD) and self._setup_timer is not None:
-            self._setup_timer.cancel()
-            self._setup_timer = None
+            self._setup_timer.at(limit_ns, self._on_setup_limit)
+        elif phase in (Phase.RUNNING, Phase.DEAD):
+            self._setup_timer.stop()
         self._user.on_phase(phase)
 
     def _on_setup_limit(self) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Final, Protocol
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Alarm, Clock
 from fieldrig_devices.ppp.framing import FrameFormat
 from fieldrig_devices.ppp.lcp_options import LcpOptions
 from fieldrig_devices.ppp.negotiation import Negotiation, Owner
@@ -49,7 +49,7 @@ class Lcp:
             clock, settings, self.options, self, self._send, lambda: self.options.peer_mru, more_codes
         )
         self.automaton = self._negotiation.automaton
-        self._echo_timer: Timer | None = None
+        self._echo_timer = Alarm(self._clock)
         self._unanswered = 0
 
     def open(self) -> None:
@@ -86,8 +86,7 @@ class Lcp:
         self._owner.layer_up(event)
 
     def layer_down(self, event: Event) -> None:
-        if self._echo_timer is not None:
-            self._echo_timer.cancel()
+        self._echo_timer.stop()
         self._owner.layer_down(event)
 
     def layer_finished(self, event: Event) -> None:
@@ -97,9 +96,7 @@ class Lcp:
 
     def _set_echo_timer(self) -> None:
         if self._settings.echo_period_ns:
-            self._echo_timer = self._clock.call_at(
-                self._clock.now_ns() + self._settings.echo_period_ns, self._send_echo
-            )
+            self._echo_timer.after(self._settings.echo_period_ns, self._send_echo)
 
     def _send_echo(self) -> None:
         if self._unanswered >= self._settings.most_echoes:

@@ -5,7 +5,7 @@ from enum import IntEnum
 from hmac import compare_digest
 from typing import Final
 
-from fieldrig.clock import Clock, S, Timer
+from fieldrig.clock import Alarm, Clock, S
 from fieldrig_devices.ppp.packets import Packet
 from fieldrig_devices.ppp.settings import Login
 
@@ -52,7 +52,7 @@ class PapPeer:
         self._clock, self._restart_ns, self._most_requests = clock, restart_ns, most_requests
         self._send, self._on_result = send, on_result
         self._login: Login | None = None
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._identifier = self._count = 0
 
     def begin(self, login: Login) -> None:
@@ -62,8 +62,7 @@ class PapPeer:
 
     def stop(self) -> None:
         self._login = None
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
 
     def _request(self) -> None:
         assert self._login is not None, "a timer of a login that has stopped"
@@ -73,7 +72,7 @@ class PapPeer:
             return
         self._count -= 1
         self._identifier = (self._identifier + 1) & 0xFF
-        self._timer = self._clock.call_at(self._clock.now_ns() + self._restart_ns, self._request)
+        self._timer.after(self._restart_ns, self._request)
         self._send(Packet(PapCode.REQUEST, self._identifier, encode_login(self._login)).encode())
 
     def receive(self, packet: Packet) -> None:
@@ -111,7 +110,7 @@ class PapAuthenticator:
         self._demanded: Login | None = None
         self._answer: PapCode | None = None
         self._attempt: tuple[int, Login] | None = None
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
 
     def begin(self, demanded: Login) -> None:
         self.stop()
@@ -119,8 +118,7 @@ class PapAuthenticator:
 
     def stop(self) -> None:
         self._demanded = self._answer = self._attempt = None
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
 
     def receive(self, packet: Packet) -> None:
         """Take an Authenticate-Request.  ValueError for a malformed one."""
@@ -134,7 +132,7 @@ class PapAuthenticator:
         if is_waiting:
             return  # the answer is for the latest request
         if self._guard.delay_ns:
-            self._timer = self._clock.call_at(self._clock.now_ns() + self._guard.delay_ns, self._decide)
+            self._timer.after(self._guard.delay_ns, self._decide)
         else:
             self._decide()
 

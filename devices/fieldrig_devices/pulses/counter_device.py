@@ -9,7 +9,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Alarm, Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
 from fieldrig.point_values import whole_in
@@ -57,7 +57,7 @@ class CounterModule(Device):
         self._output_wire = settings.compare_wire or f"{name}.reached"
         self._is_reached: bool | None = None
         self._is_reset = False
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._inputs: dict[str, Input] = {settings.a_wire: "a"}
         if settings.b_wire is not None:
             self._inputs[settings.b_wire] = "b"
@@ -123,8 +123,6 @@ class CounterModule(Device):
         if is_reached is not self._is_reached:
             self._is_reached = is_reached
             self._wires.send(Signal(self._output_wire, is_reached))
-        if self._timer is not None:
-            self._timer.cancel()
         now_ns = self._clock.now_ns()
         when_ns = self._counter.reaches_ns(compare - 1 if is_reached else compare, now_ns)
-        self._timer = None if when_ns is None or when_ns <= now_ns else self._clock.call_at(when_ns, self._look)
+        self._timer.at(None if when_ns is None or when_ns <= now_ns else when_ns, self._look)

@@ -10,7 +10,7 @@ from functools import partial
 from itertools import chain
 from typing import Final, Literal
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Alarm, Clock
 from fieldrig.link import Link
 from fieldrig_bus.signals.parabola import Exact
 from fieldrig_bus.signals.pulse_train import PulseTrain
@@ -27,14 +27,13 @@ class EdgePlayer:
     def __init__(self, clock: Clock, wires: Link[Signal], wire: str) -> None:
         self._clock, self._wires, self._wire = clock, wires, wire
         self._edges: Iterator[tuple[int, bool]] = iter(())
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._level: bool | None = None
         self._waveform: PulseTrain | Pwm | None = None
 
     def play(self, waveform: PulseTrain | Pwm) -> None:
         """Play a waveform when it begins, instead of the one before.  Edges of the past are not repeated."""
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
         now_ns, start_ns, before = self._clock.now_ns(), waveform.start_ns, self._waveform
         begin_ns = max(start_ns, now_ns)
         rest = () if before is None else before.edges(max(now_ns, before.start_ns) + 1, begin_ns)
@@ -43,10 +42,9 @@ class EdgePlayer:
         self._next()
 
     def _next(self) -> None:
-        self._timer = None
         for instant_ns, level in self._edges:
             if instant_ns > self._clock.now_ns():
-                self._timer = self._clock.call_at(instant_ns, partial(self._on_time, level))
+                self._timer.at(instant_ns, partial(self._on_time, level))
                 return
             self._drive(level)
 
@@ -55,7 +53,7 @@ class EdgePlayer:
 
         An edge at that instant is the other waveform's; driven, it would be a pulse of no width.
         """
-        self._timer = self._clock.call_at(self._clock.now_ns(), partial(self._on_edge, level))
+        self._timer.at(self._clock.now_ns(), partial(self._on_edge, level))
 
     def _on_edge(self, level: bool) -> None:
         self._drive(level)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final
 
-from fieldrig.clock import MS, US, Clock, Timer
+from fieldrig.clock import MS, US, Alarm, Clock
 from fieldrig.link import Link, patience_of
 from fieldrig_bus.ring.sercos.message import BROADCAST, Answers, Mdt, Mst, RingMessage
 from fieldrig_devices.sercos import standard_idns as std
@@ -78,7 +78,7 @@ class SercosMaster:
         self._mdt_record = struct.Struct("<B")
         self._values: list[int] = []
         self._busy: list[Drive] = []
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._next_ns = 0
         self.missed_cycles = 0
         """Cycles that the master itself missed because it was late."""
@@ -93,8 +93,7 @@ class SercosMaster:
         self._tick()
 
     def stop(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
 
     def request_phase(self, phase: int) -> None:
         """Go to a phase, 0 to 4.  A lower phase is reached through CP0."""
@@ -166,7 +165,7 @@ class SercosMaster:
         late = (self._clock.now_ns() + self._clock.late_ns() - self._next_ns) // period_ns
         self.missed_cycles += late
         self._next_ns += period_ns * (1 + late)
-        self._timer = self._clock.call_at(self._next_ns, self._tick)
+        self._timer.at(self._next_ns, self._tick)
         self._link.send(Mst(self._number, bytes((BROADCAST, self.phase))))
 
     def _on_message(self, message: RingMessage) -> None:

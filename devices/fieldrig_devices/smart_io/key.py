@@ -8,7 +8,7 @@ PERIOD.  A program may write the value, which holds until the key changes it (G-
 
 from collections.abc import Callable
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Alarm, Clock
 from fieldrig_devices.pamring.frames import KeyMode
 
 
@@ -34,7 +34,7 @@ class Key:
         self._delay_ns, self._repeat_ns = max(delay_ns, 2 * gap_ns), max(repeat_ns, 2 * gap_ns)
         self._repeats = mode is KeyMode.AUTOREPEAT and repeat_ns > 0
         self._is_pulsed = is_pulsed and mode is KeyMode.AUTOREPEAT
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self.value = False
 
     def start(self, is_pressed: bool) -> None:
@@ -42,9 +42,7 @@ class Key:
         self.value = is_pressed and self._mode is not KeyMode.TOGGLE and not self._is_pulsed
 
     def stop(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._timer.stop()
 
     def put(self, is_pressed: bool) -> None:
         """Take a change of the key."""
@@ -71,18 +69,18 @@ class Key:
         """Begin a pulse; the next one follows after `next_ns` if the key repeats."""
         self._change(True)
         now_ns = self._clock.now_ns()
-        self._timer = self._clock.call_at(now_ns + self._gap_ns, lambda: self._end_pulse(now_ns + next_ns))
+        self._timer.at(now_ns + self._gap_ns, lambda: self._end_pulse(now_ns + next_ns))
 
     def _end_pulse(self, next_ns: int) -> None:
         self._change(False)
-        self._timer = self._clock.call_at(next_ns, lambda: self._pulse(self._repeat_ns)) if self._repeats else None
+        self._timer.at(next_ns, lambda: self._pulse(self._repeat_ns)) if self._repeats else None
 
     def _repeat_at(self, when_ns: int) -> None:
-        self._timer = self._clock.call_at(when_ns - self._gap_ns, self._on_gap)
+        self._timer.at(when_ns - self._gap_ns, self._on_gap)
 
     def _on_gap(self) -> None:
         self._change(False)
-        self._timer = self._clock.call_at(self._clock.now_ns() + self._gap_ns, self._on_repeat)
+        self._timer.after(self._gap_ns, self._on_repeat)
 
     def _on_repeat(self) -> None:
         self._change(True)

@@ -3,7 +3,7 @@
 A blinking LED blinks whether it is set or not; `no_blink` brings its steady state back.
 """
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Alarm, Clock
 from fieldrig_devices.smart_io.terminals import Terminals
 
 
@@ -12,7 +12,7 @@ class Lamp:
         """A blinking LED is on for `half_ns`, and off as long."""
         self._clock, self._terminals, self._terminal, self._half_ns = clock, terminals, terminal, half_ns
         self._since_ns: int | None = None
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self.value = False
         """The steady state."""
 
@@ -38,9 +38,8 @@ class Lamp:
         self._show()
         if on:
             self._wait()
-        elif self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        else:
+            self._timer.stop()
 
     def clear(self) -> None:
         """Switch it off."""
@@ -52,7 +51,7 @@ class Lamp:
 
     def _wait(self) -> None:
         if self._terminals.has_wire(self._terminal):  # without one, the state is computed when it is read
-            self._timer = self._clock.call_at(self._clock.now_ns() + self._half_ns, self._on_half)
+            self._timer.after(self._half_ns, self._on_half)
 
     def _on_half(self) -> None:
         self._show()

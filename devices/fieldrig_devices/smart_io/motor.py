@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Final
 
-from fieldrig.clock import Clock, Timer
+from fieldrig.clock import Alarm, Clock
 from fieldrig_devices.pamring.frames import Motor
 from fieldrig_devices.smart_io.troubles import MOTOR_BITS, FaultCode
 
@@ -103,7 +103,7 @@ class DcMotor:
         self._stray = 0
         """Pulses at rest."""
         self._off_ns = 0
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
 
     @property
     def error_word(self) -> int:
@@ -277,8 +277,7 @@ class DcMotor:
     def close(self) -> None:
         """End permanently."""
         self._drive(0)
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
 
     def _switch_off(self) -> None:
         self._drive(0)
@@ -287,12 +286,10 @@ class DcMotor:
         self._wait(self._own.rest_ns, self._on_rest)
 
     def _on_timeout(self) -> None:
-        self._timer = None
         self._tell(more=(FaultCode.TIMEOUT,))
         self._switch_off()
 
     def _on_rest(self) -> None:
-        self._timer = None
         self.state = State.REST
         if self._is_zero_due:
             self._name(0)
@@ -302,9 +299,7 @@ class DcMotor:
             self._tell(is_ready=True)
 
     def _wait(self, time_ns: int, action: Callable[[], None]) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-        self._timer = self._clock.call_at(self._clock.now_ns() + time_ns, action)
+        self._timer.after(time_ns, action)
 
     def _tell(
         self, *, is_ready: bool | None = None, more: Sequence[FaultCode] = (), less: Sequence[FaultCode] = ()

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final
 
-from fieldrig.clock import Clock, S, Timer
+from fieldrig.clock import Alarm, Clock, S
 from fieldrig_devices.smart_io.terminals import Terminals
 
 LATEST_NS: Final = 1 * S
@@ -37,7 +37,7 @@ class InputScan:
         self._origin_ns = self._sampled_ns = self._due_ns = 0
         self.edge_ns = 0
         """Instant of the last edge."""
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self.value = 0
         """The levels that were accepted."""
 
@@ -55,15 +55,13 @@ class InputScan:
             self._terminals.unwatch(name, watcher)
         self._changing.clear()
         self._counts = [0] * len(self._inputs)
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._timer.stop()
 
     def _on_edge(self, place: int) -> None:
         self.edge_ns = max(self._terminals.began_ns(self._inputs[place]), self._origin_ns)
         if place not in self._changing and self._is_changing(place, self.edge_ns):
             self._changing.add(place)
-            if self._timer is None:
+            if not self._timer.is_set:
                 self._go_on(self.edge_ns)
 
     def _is_changing(self, place: int, now_ns: int) -> bool:
@@ -78,13 +76,12 @@ class InputScan:
         while self._changing and due_ns < self._clock.now_ns():
             self._take(due_ns)
             due_ns += self._period_ns
-        if self._changing and self._timer is None:
+        if self._changing and not self._timer.is_set:
             self._due_ns = due_ns
-            self._timer = self._clock.call_at(due_ns, self._on_sample)
+            self._timer.at(due_ns, self._on_sample)
 
     def _on_sample(self) -> None:
         """Take the sample that is due; that of a level which does not say since when it holds is one of now."""
-        self._timer = None
         has_instants = all(self._terminals.has_instants(self._inputs[place]) for place in self._changing)
         self._take(self._due_ns if has_instants else self._clock.now_ns())
         self._go_on(self._sampled_ns)

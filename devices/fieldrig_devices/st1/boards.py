@@ -9,7 +9,7 @@ reports flood the PAM (11928).
 from collections.abc import Callable
 from typing import Final
 
-from fieldrig.clock import MS, NEVER_NS, US, Clock, Timer
+from fieldrig.clock import MS, NEVER_NS, US, Alarm, Clock
 from fieldrig_devices.pamring.frames import InputChanged, InputItem, OutputItem
 from fieldrig_devices.st1.addresses import INPUT_ADDRESSES, OUTPUT_ADDRESSES
 from fieldrig_devices.st1.readings import St1Readings
@@ -71,7 +71,7 @@ class Boards:
         self._input_items: dict[int, InputItem] = {}
         self._output_items: dict[int, OutputItem] = {}
         self._running: dict[int, list[Input]] = {}
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
 
     def start(self) -> None:
         for number, level in self.outputs.items() if self._has_oio else ():
@@ -139,7 +139,6 @@ class Boards:
                 self._drive(number, level)
 
     def _on_timer(self) -> None:
-        self._timer = None
         now_ns = self._clock.now_ns()
         for inputs in self._running.values():
             for running in inputs:
@@ -149,8 +148,4 @@ class Boards:
 
     def _wait(self) -> None:
         when_ns = min((one.next_ns for inputs in self._running.values() for one in inputs), default=NEVER_NS)
-        if self._timer is not None:
-            if self._timer.when_ns == when_ns:
-                return
-            self._timer.cancel()
-        self._timer = None if when_ns >= NEVER_NS else self._clock.call_at(when_ns, self._on_timer)
+        self._timer.at(when_ns, self._on_timer)

@@ -9,7 +9,7 @@ off is refused with POWER_STAGE_DISABLED, which another setting shows as long as
 from collections.abc import Callable
 from typing import Final
 
-from fieldrig.clock import NEVER_NS, Clock, Timer
+from fieldrig.clock import Alarm, Clock
 from fieldrig.shortcuts import Shortcut
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.motion.profile import Limits
@@ -58,7 +58,7 @@ class Servo:
         self._is_off_due = self._is_ring_dead = False
         self._postponed: SetPoint | None = None
         """The last set-point that came during a stop."""
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self.set.hold(clock.now_ns(), round(settings.initial_turns * TURN))
         self.shaft.place(clock.now_ns(), round(settings.initial_turns * TURN))
 
@@ -123,7 +123,7 @@ class Servo:
             before = pipe.speed
             pipe.set_position(now_ns, point.value)
             speed = pipe.speed
-            is_short = self._may_be_steady and speed and self._timer is not None
+            is_short = self._may_be_steady and speed and self._timer.is_set
             if is_short and shaft.keeps_up(before, speed, pipe.interval_ns):
                 self.on_steady(now_ns)
                 return
@@ -261,7 +261,6 @@ class Servo:
     # ---- time
 
     def _on_timer(self) -> None:
-        self._timer = None
         now_ns, pipe = self._clock.now_ns(), self.set.pipe
         if now_ns >= pipe.lost_ns:
             self.shaft.leave(now_ns)
@@ -303,11 +302,7 @@ class Servo:
         when_ns = self.shaft.next_ns
         if self.set.is_moving:
             when_ns = min(when_ns, self.set.next_change_ns(now_ns), self.set.pipe.lost_ns)
-        if self._timer is not None:
-            if self._timer.when_ns == when_ns:
-                return
-            self._timer.cancel()
-        self._timer = None if when_ns >= NEVER_NS else self._clock.call_at(when_ns, self._on_timer)
+        self._timer.at(when_ns, self._on_timer)
 
     # ---- the report
 

@@ -3,12 +3,11 @@
 Source: CiA 301 7.2.2, 7.5.2.35 (1400h).  The event timer (sub-index 5) supervises from the first reception on.
 """
 
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import MS, Alarm, Clock
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen import emcy
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.cob_id import INVALID, can_key, guard, is_valid
-from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.pdo import mpdo
 from fieldrig_devices.canopen.pdo.mapping import Direction, Mapping, Mode, Unpack
@@ -35,7 +34,7 @@ class Rpdo(Service):
         self._cob_id = dictionary.get(COMMUNICATION + number, 1)
         self._type = dictionary.get(COMMUNICATION + number, 2)
         self._event_time = dictionary.get(COMMUNICATION + number, 5)
-        self._overdue = Deadline(clock, self._on_overdue)
+        self._overdue = Alarm(clock)
         self._mapping = Mapping(dictionary, MAPPING + number, Direction.RECEIVE, self._is_valid)
         self._order = 0, number
         self._size = 0
@@ -50,12 +49,12 @@ class Rpdo(Service):
     def reset(self, scope: Reset) -> None:
         self._mapping.reset()
         self._problem = None
-        self._overdue.cancel()
+        self._overdue.stop()
         self._configure()
 
     def enter(self, state: State) -> None:
         self._waiting = None
-        self._overdue.cancel()
+        self._overdue.stop()
         self._configure()
 
     def _connect(self) -> None:
@@ -91,11 +90,11 @@ class Rpdo(Service):
             self._waiting = None  # the PDO may have another mapping when it is synchronous again
 
     def _watch_time(self, is_there: bool) -> None:
-        was_watched = self._overdue.when_ns is not None
-        self._overdue.cancel()
+        was_watched = self._overdue.is_set
+        self._overdue.stop()
         if self._timeout_ns > 0 and is_there:
             if was_watched:
-                self._overdue.set(self._clock.now_ns() + self._timeout_ns)
+                self._overdue.after(self._timeout_ns, self._on_overdue)
         elif self._problem is emcy.Error.RPDO_TIMEOUT:
             self._report(None)
 
@@ -105,7 +104,7 @@ class Rpdo(Service):
         if size != self._size and not self._is_length_good(frame):
             return
         if self._timeout_ns > 0:
-            self._overdue.set(self._clock.now_ns() + self._timeout_ns)
+            self._overdue.after(self._timeout_ns, self._on_overdue)
         if self._problem is not None and size == self._size:
             self._report(None)
         if not self._is_synchronous:

@@ -6,11 +6,10 @@ is also sent when it becomes active (valid and operational), so that its consume
 
 from collections.abc import Callable
 
-from fieldrig.clock import MS, US, Clock
+from fieldrig.clock import MS, US, Alarm, Clock
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.cob_id import BIT_30, INVALID, can_key, guard, is_valid
-from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.pdo import mpdo
 from fieldrig_devices.canopen.pdo.mapping import Direction, Mapping, Mode, Pack
@@ -50,8 +49,8 @@ class Tpdo(Service):
         self._is_waiting_for_start = False
         self._syncs = 0
         self._sample: bytes | None = None
-        self._inhibited = Deadline(clock, self._send_due)
-        self._event_timer = Deadline(clock, self._on_event)
+        self._inhibited = Alarm(clock)
+        self._event_timer = Alarm(clock)
         self._watches: list[tuple[Variable, Callable[[], None]]] = []
         self.reads_when_sent = False
         """True if sending calls the readers; otherwise the application keeps the variables up to date."""
@@ -111,8 +110,8 @@ class Tpdo(Service):
         self._is_active = self._is_due = False
         self.watched = []
         self.on_change()
-        self._inhibited.cancel()
-        self._event_timer.cancel()
+        self._inhibited.stop()
+        self._event_timer.stop()
         self._sync.subscribe((1, self._number), None)
         for variable, on_event in self._watches:
             variable.events.remove(on_event)
@@ -197,14 +196,14 @@ class Tpdo(Service):
 
     def _on_asked(self) -> None:
         self._is_asked = False
-        if self._inhibited.when_ns is None:
+        if not self._inhibited.is_set:
             self._send_due()
 
     def _send_due(self) -> None:
         while self._is_due and self._is_active and self._has_data:
             self._send(self._sampled())
             self._is_due = self._scanner is not None and self._scanner.is_waiting
-            if self._inhibited.when_ns is not None:
+            if self._inhibited.is_set:
                 return
 
     def _on_sync_acyclic(self, counter: int | None) -> None:
@@ -231,12 +230,12 @@ class Tpdo(Service):
         self._is_due = False
         self._port.send(self._key, data)
         if self._inhibit_ns > 0 and self._type in EVENT_DRIVEN:
-            self._inhibited.set(self._clock.now_ns() + self._inhibit_ns)
+            self._inhibited.after(self._inhibit_ns, self._send_due)
         self._start_event_timer()
 
     def _start_event_timer(self) -> None:
         if self._event_ns > 0:
-            self._event_timer.set(self._clock.now_ns() + self._event_ns)
+            self._event_timer.after(self._event_ns, self._on_event)
 
 
 def _carried(mapping: Mapping) -> list[Variable]:

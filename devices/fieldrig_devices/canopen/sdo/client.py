@@ -11,12 +11,11 @@ from collections.abc import Callable
 from struct import Struct
 from typing import Final
 
-from fieldrig.clock import Clock, S
+from fieldrig.clock import Alarm, Clock, S
 from fieldrig.link import Link
 from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
-from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.canopen.sdo.segmented import LAST, SEGMENT, TOGGLE
 from fieldrig_devices.canopen.sdo.server import ABORTED, REQUEST_ID, RESPONSE_ID
 
@@ -157,7 +156,7 @@ class SdoClient:
     def __init__(self, clock: Clock, can: Link[CanFrame], node_id: int, timeout_ns: int = TIMEOUT_NS) -> None:
         self._clock, self._can, self._timeout_ns = clock, can, timeout_ns
         self._request_id = REQUEST_ID + node_id
-        self._timeout = Deadline(clock, self._on_timeout)
+        self._timeout = Alarm(clock)
         self._waiting: deque[_Transfer] = deque()
         self._transfer: _Transfer | None = None
         can.on_receive(self._on_frame, [[RESPONSE_ID + node_id, EXTENDED_KEY | STANDARD_MASK]])
@@ -177,7 +176,7 @@ class SdoClient:
         """Drop all transfers without notifying the server or the callers, because the server was reset or is lost."""
         self._waiting.clear()
         self._transfer = None
-        self._timeout.cancel()
+        self._timeout.stop()
 
     @property
     def is_busy(self) -> bool:
@@ -193,7 +192,7 @@ class SdoClient:
             self._send(self._transfer.first())
 
     def _send(self, request: bytes) -> None:
-        self._timeout.set(self._clock.now_ns() + self._timeout_ns)
+        self._timeout.after(self._timeout_ns, self._on_timeout)
         self._can.send(CanFrame(self._request_id, request))
 
     def _on_frame(self, frame: CanFrame) -> None:
@@ -223,7 +222,7 @@ class SdoClient:
 
     def _end(self, abort: Abort | None) -> None:
         transfer, self._transfer = self._transfer, None
-        self._timeout.cancel()
+        self._timeout.stop()
         if transfer is not None:
             transfer.finish(abort)
         self._go_on()

@@ -8,11 +8,10 @@ received so far are confirmed after half of that time.
 from functools import partial
 from struct import Struct
 
-from fieldrig.clock import Clock
+from fieldrig.clock import Alarm, Clock
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.cob_id import INVALID, can_key, guard, is_valid
-from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.port import Port
 from fieldrig_devices.canopen.sdo import block as sdo_block
@@ -49,7 +48,7 @@ class SdoServer(Service):
         self._clock, self._port, self._dictionary = clock, port, dictionary
         self._half_timeout_ns, self._block_size = timeout_ns // 2, block_size
         self._is_prompted = False
-        self._timeout = Deadline(clock, self._on_timeout)
+        self._timeout = Alarm(clock)
         self._transfer: Transfer | None = None
         self._multiplexer = NO_MULTIPLEXER
         self._cob_ids = [dictionary.get(index, 1), dictionary.get(index, 2)]
@@ -158,7 +157,7 @@ class SdoServer(Service):
 
     def _wait(self) -> None:
         self._is_prompted = False
-        self._timeout.set(self._clock.now_ns() + self._half_timeout_ns)
+        self._timeout.after(self._half_timeout_ns, self._on_timeout)
 
     def _go_on(self, transfer: Transfer, request: bytes) -> bytes | None:
         if request[0] & transfer.abort_mask == ABORTS:
@@ -174,12 +173,12 @@ class SdoServer(Service):
     def _end(self) -> None:
         if self._transfer is not None:
             self._transfer = None
-            self._timeout.cancel()
+            self._timeout.stop()
 
     def _on_timeout(self) -> None:
         if self._transfer is not None and not self._is_prompted:
             self._is_prompted = True
-            self._timeout.set(self._clock.now_ns() + self._half_timeout_ns)
+            self._timeout.after(self._half_timeout_ns, self._on_timeout)
             reminder = self._transfer.prompt()
             if reminder is not None:
                 self._port.send(self._response_key, reminder)

@@ -14,7 +14,7 @@ from typing import Final, Protocol
 
 from fieldrig import progress
 from fieldrig.background import Background, Coarse
-from fieldrig.clock import MS, Clock, Timer
+from fieldrig.clock import MS, Alarm, Clock
 from fieldrig.device import Point, Value
 from fieldrig.errors import ConfigError, Mistake
 from fieldrig.point_values import choice_in
@@ -104,7 +104,7 @@ class Plc:
         self.downloads = Downloads(clock, background, self, settings, owner.on_program)
         self.on_stop: Callable[[Task], None] = lambda task: None
         """Called when a task has reached a breakpoint or has been stopped by a fault."""
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._due_ns = 0
         self._cycles = 0
         self.program = self._loaded() if settings.program else None
@@ -192,7 +192,7 @@ class Plc:
             self.program.scheduler.start()
         else:
             self._due_ns = self._clock.now_ns()
-            self._timer = self._clock.call_at(self._due_ns, self._on_mast)
+            self._timer.at(self._due_ns, self._on_mast)
 
     def stop(self) -> None:
         """Go to STOP, which stops all moves and switches the outputs off."""
@@ -237,8 +237,7 @@ class Plc:
     def _leave(self, state: PlcState) -> None:
         if self.program is not None:
             self.program.scheduler.stop()
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
         self._terminals.fall()
         self._enter(state)
 
@@ -252,7 +251,7 @@ class Plc:
     def _on_mast(self) -> None:
         cycle_ns, now_ns = self._settings.mast.cycle_ms * MS, self._clock.now_ns()
         self._due_ns += max((now_ns - self._due_ns) // cycle_ns, 1) * cycle_ns
-        self._timer = self._clock.call_at(self._due_ns, self._on_mast)
+        self._timer.at(self._due_ns, self._on_mast)
         self._read()
         self._owner.call_blocks()
         self._cycles += 1

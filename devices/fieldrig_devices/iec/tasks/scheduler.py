@@ -17,7 +17,7 @@ from functools import partial
 from heapq import heappop, heappush
 from typing import Final, Protocol
 
-from fieldrig.clock import MS, NEVER_NS, Clock, Timer
+from fieldrig.clock import MS, NEVER_NS, Alarm, Clock
 from fieldrig_devices.iec.host import Pending
 from fieldrig_devices.iec.program import TaskKind
 from fieldrig_devices.iec.tasks.task import SERIOUS, TICK_NS, Phase, Task, WorkState
@@ -72,8 +72,8 @@ class Scheduler:
         """The instant since which there has been such a task."""
         self._is_ended = False
         """True if the present chunk ends a cycle."""
-        self._free_ns = 0
-        self._timer: Timer | None = None
+        self._free_ns = self._due_ns = 0
+        self._timer = Alarm(self._clock)
         self._order = 0
         self._stopped_ns = 0
         self._on_quiet: list[Callable[[], None]] = []
@@ -128,9 +128,7 @@ class Scheduler:
         self.reset()
         self._ready.clear()
         self.current = None
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._timer.stop()
 
     def _delay(self, pause_ns: int) -> None:
         """Leave time out of the measurement of the present cycles."""
@@ -214,19 +212,14 @@ class Scheduler:
         self._wake_at(max(self._clock.now_ns(), self._free_ns))
 
     def _wake_at(self, when_ns: int) -> None:
-        timer = self._timer
-        if timer is not None:
-            if timer.when_ns <= when_ns:
-                return
-            timer.cancel()
-        self._timer = self._clock.call_at(when_ns, self._on_time)
+        if when_ns < self._timer.when_ns:
+            self._due_ns = when_ns
+            self._timer.at(when_ns, self._on_time)
 
     def _on_time(self) -> None:
-        assert self._timer is not None
         now_ns = self._clock.now_ns()
-        if now_ns > self._timer.when_ns:  # a blocked host has left time out
-            self._delay(now_ns - self._timer.when_ns)
-        self._timer = None
+        if now_ns > self._due_ns:  # a blocked host has left time out
+            self._delay(now_ns - self._due_ns)
         if now_ns < self._free_ns:  # the real-time process has taken time
             self._wake_at(self._free_ns)
             return

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final, NamedTuple
 
-from fieldrig.clock import MS, Clock, S, Timer
+from fieldrig.clock import MS, Alarm, Clock, S
 from fieldrig_devices.max4.com1.results import Result
 from fieldrig_devices.max4.com1.states import ModemState
 
@@ -43,7 +43,7 @@ class Initialisation:
         self._clock, self._send, self._on_state, self._on_end = clock, send, on_state, on_end
         self._strings: Sequence[str] = ()
         self._place = 0
-        self._timer: Timer | None = None
+        self._timer = Alarm(self._clock)
         self._is_waiting = False
 
     def begin(self, strings: Sequence[str]) -> None:
@@ -53,8 +53,7 @@ class Initialisation:
 
     def cancel(self) -> None:
         self._is_waiting = False
-        if self._timer is not None:
-            self._timer.cancel()
+        self._timer.stop()
 
     def on_result(self, result: Result) -> None:
         """Take a result code; only OK and ERROR are answers."""
@@ -84,4 +83,4 @@ class Initialisation:
         self._on_end(False)
 
     def _after(self, delay_ns: int, action: Callable[[], None]) -> None:
-        self._timer = self._clock.call_at(self._clock.now_ns() + delay_ns, action)
+        self._timer.after(delay_ns, action)

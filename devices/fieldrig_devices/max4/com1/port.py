@@ -11,7 +11,7 @@ import logging
 from collections.abc import Callable
 from typing import Final, Protocol
 
-from fieldrig.clock import MS, Clock, S, Timer
+from fieldrig.clock import MS, Alarm, Clock, S
 from fieldrig.link import Link
 from fieldrig_bus.serial.end import OFF, LineEnd
 from fieldrig_bus.serial.message import ControlLines, Format, ModemInputs, SerialMessage, inputs_from
@@ -81,9 +81,9 @@ class Com1:
         self._inputs = ModemInputs(cts=False, dsr=False, dcd=False, ri=False)
         self._reader = ResultReader()
         self._initialisation = Initialisation(clock, self._send, self._set_modem_state, self._on_initialised)
-        self._timer: Timer | None = None
-        self._call_timer: Timer | None = None
-        self._hang_up_timer: Timer | None = None
+        self._timer = Alarm(self._clock)
+        self._call_timer = Alarm(self._clock)
+        self._hang_up_timer = Alarm(self._clock)
         self._next_search_ns = 0
         self._parameters: Com1Parameters | None = None
         self._user = User.EPAS_4
@@ -135,14 +135,12 @@ class Com1:
         """Stop all that goes on, and drop the lines."""
         self.state = state
         self._stop()
-        if self._hang_up_timer is not None:
-            self._hang_up_timer.cancel()
+        self._hang_up_timer.stop()
         self._set_lines(is_on=False)
 
     def _stop(self) -> None:
-        for timer in (self._timer, self._call_timer):
-            if timer is not None:
-                timer.cancel()
+        self._timer.stop()
+        self._call_timer.stop()
         self._initialisation.cancel()
         if self._line is not None:
             self._line.purge()
@@ -182,8 +180,7 @@ class Com1:
         if inputs.dcd and not before.dcd:
             self._await_connect()
         elif before.dcd and not inputs.dcd:
-            if self._call_timer is not None:
-                self._call_timer.cancel()
+            self._call_timer.stop()
             self._happen(Event.CALL_ENDED)
 
     def _on_gone(self) -> None:
@@ -261,7 +258,7 @@ class Com1:
     def _await_connect(self) -> None:
         """Take DCD for a call if no CONNECT follows."""
         if self.state in OFFLINE and self._inputs.dcd:
-            self._call_timer = self._clock.call_at(self._clock.now_ns() + CONNECT_NS, lambda: self._happen(Event.CALL))
+            self._call_timer.after(CONNECT_NS, lambda: self._happen(Event.CALL))
 
     def _send_in_call(self, data: bytes) -> None:
         if self.state in ONLINE:
@@ -282,7 +279,7 @@ class Com1:
     def _drop_later(self, limit_ns: int) -> None:
         sent_ns = self._line.sent_ns if self._line is not None else 0
         when_ns = min(max(sent_ns, self._clock.now_ns()) + PASSED_NS, limit_ns)
-        self._hang_up_timer = self._clock.call_at(when_ns, lambda: self._drop(limit_ns))
+        self._hang_up_timer.at(when_ns, lambda: self._drop(limit_ns))
 
     def _drop(self, limit_ns: int) -> None:
         """Drop DTR, on which a modem ends its call, unless the modem has held the line in the meantime."""
@@ -290,11 +287,11 @@ class Com1:
             self._drop_later(limit_ns)
         elif self.state in ONLINE:
             self._set_lines(is_on=False)
-            self._hang_up_timer = self._clock.call_at(self._clock.now_ns() + CLEAR_NS, self._on_hung_up)
+            self._hang_up_timer.after(CLEAR_NS, self._on_hung_up)
 
     def _on_hung_up(self) -> None:
         self._set_lines(is_on=True)
         self._happen(Event.CALL_ENDED)
 
     def _after(self, delay_ns: int, action: Callable[[], None]) -> None:
-        self._timer = self._clock.call_at(self._clock.now_ns() + delay_ns, action)
+        self._timer.after(delay_ns, action)

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from enum import Enum, auto
 from typing import Final, Protocol
 
-from fieldrig.clock import MS, Clock, Timer
+from fieldrig.clock import MS, Alarm, Clock
 from fieldrig.link import Link
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_devices.max4.axes.axis import Axis
@@ -91,7 +91,7 @@ class RealTimeBus:
         self._master: SercosMaster | None = None
         self._is_quitting = self._has_been_up = False
         self._unread = 0
-        self._wait: Timer | None = None
+        self._wait = Alarm(self._clock)
         self._lost: dict[int, int] = {}
 
     @property
@@ -123,7 +123,7 @@ class RealTimeBus:
         self._master = master = self._made_master()
         master.start()
         master.request_phase(4)
-        self._wait = self._clock.call_at(self._clock.now_ns() + self._wait_ns, self._on_wait_over)
+        self._wait.after(self._wait_ns, self._on_wait_over)
 
     def _made_master(self) -> SercosMaster:
         """A master with as many set and actual values as fit into the cycle; if none fit, the master reports that."""
@@ -171,8 +171,7 @@ class RealTimeBus:
         return code % 1000 == Code.RING_OPEN % 1000 and self.is_open and self.state is State.DOWN
 
     def _drop_master(self) -> None:
-        if self._wait is not None:
-            self._wait.cancel()
+        self._wait.stop()
         if self._master is not None:
             self._master.stop()
             for address, drive in self._master.drives.items():
@@ -187,7 +186,7 @@ class RealTimeBus:
             if self.state is State.RISING:
                 self.bring_up(is_quitting=is_quitting)
 
-        self._wait = self._clock.call_at(self._clock.now_ns() + RETRY_NS, again)
+        self._wait.after(RETRY_NS, again)
 
     def _on_wait_over(self) -> None:
         if self.state is State.RISING and self.phase == 0 and self.is_open and self._master is not None:

@@ -4,10 +4,9 @@ import struct
 from collections.abc import Callable
 from typing import Any, Final
 
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import MS, Alarm, Clock
 from fieldrig.link import Link
 from fieldrig_bus.modbus.message import ModbusEvent, ModbusRequest, ModbusResponse
-from fieldrig_devices.canopen.deadline import Deadline
 from fieldrig_devices.pam.ports.masters.script import Access, MasterError, Pause, Read, Script, Write
 
 TIMEOUT_NS: Final = 1_000 * MS
@@ -24,14 +23,14 @@ class ModbusScript:
         self._clock, self._link, self._unit, self._script, self._on_end = clock, link, unit, script, on_end
         self._exchange = 0
         self._access: Access | None = None
-        self._late = Deadline(clock, lambda: self._fail("the PAM does not answer"))
+        self._late = Alarm(clock)
 
     def begin(self) -> None:
         self._step(())
 
     def stop(self) -> None:
         self._access = None
-        self._late.cancel()
+        self._late.stop()
 
     def on_message(self, message: ModbusEvent) -> None:
         access = self._access
@@ -71,5 +70,5 @@ class ModbusScript:
                 pdu = _HEAD.pack(16, word, len(values)) + bytes((len(data),)) + data
         self._access = access
         self._exchange = self._exchange + 1 & 0xFFFF
-        self._late.set(self._clock.now_ns() + TIMEOUT_NS)
+        self._late.after(TIMEOUT_NS, lambda: self._fail("the PAM does not answer"))
         self._link.send(ModbusRequest(self._unit, pdu, self._exchange))
