@@ -12,10 +12,11 @@ from fieldrig.build import build_device
 from fieldrig.bus import Bus
 from fieldrig.clock import VirtualClock
 from fieldrig.config import DeviceEntry
-from fieldrig.device import Device, Point, Value
-from fieldrig.errors import ControlError, RigError, refusals
+from fieldrig.device import Device, Value
+from fieldrig.errors import RigError, refusals
 from fieldrig.link import Link
 from fieldrig.nearest import closest
+from fieldrig.point_access import read_point, write_point
 from fieldrig.sending import uninteresting, unsendable
 from fieldrig.store import Store
 
@@ -197,26 +198,3 @@ class LocalNode(EventNode):
 
     def stop(self) -> None:
         self.device.stop()
-
-
-def read_point(device: str, points: Mapping[str, Point], key: str) -> Value:
-    """Return the value of a point.  ControlError, with the nearest key, if the device has no such point."""
-    return _point(device, points, key).read()
-
-
-def write_point(device: str, points: Mapping[str, Point], key: str, value: Value) -> None:
-    """Write a point.  ControlError for an unknown or read-only key, or a value that is refused."""
-    point = _point(device, points, key)
-    if point.write is None:
-        raise ControlError(f"{key} can only be read")
-    try:
-        point.write(value)
-    except ValueError as cause:
-        raise ControlError(f"{key} can't be {value!r}: {cause}") from cause
-
-
-def _point(device: str, points: Mapping[str, Point], key: str) -> Point:
-    try:
-        return points[key]
-    except KeyError:
-        raise ControlError(f"{device} has no value {key!r}", closest(key, list(points))) from None

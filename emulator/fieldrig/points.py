@@ -11,7 +11,7 @@ from fieldrig.control import Answer
 from fieldrig.device import Device, Value
 from fieldrig.errors import ControlError, refusals
 from fieldrig.fault_questions import VERBS, Faulty, answer_of_faults
-from fieldrig.node import read_point, write_point
+from fieldrig.point_access import read_point, write_point
 from fieldrig.real_clock import RealClock
 from fieldrig.troubles import Troubles
 from fieldrig.untrusted import items, shown

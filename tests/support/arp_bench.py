@@ -8,7 +8,7 @@ from typing import Any
 from fieldrig.background import VirtualBackground
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.device import Value
-from fieldrig.node import read_point, write_point
+from fieldrig.point_access import read_point, write_point
 from fieldrig.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.serial.message import SerialMessage

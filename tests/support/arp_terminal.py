@@ -9,7 +9,7 @@ from canopen_bench import parse, show
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.config import from_dict
 from fieldrig.device import Value
-from fieldrig.node import read_point, write_point
+from fieldrig.point_access import read_point, write_point
 from fieldrig.rig import Rig
 from fieldrig.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
