@@ -25,7 +25,7 @@ devices:
   scu:
     kind: hmiscu
     links: {{modbus: [tcp, com1], wires: wires}}
-    channel_0: {{mode: pto, aux: drive_ready, ramps: smooth}}
+    channel_0: {{mode: pto, aux: drive_ready}}
     terminals: {{FQ0: pulse, FQ1: direction, DI2: axis.ready}}
   axis:
     kind: plant.stepper

@@ -15,6 +15,7 @@ A segment has the running totals before it, so a receiver that comes late, or lo
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Final, Self
 
 from fieldrig.clock import S
@@ -28,6 +29,9 @@ FASTEST_HZ: Final = 10_000_000
 STEEPEST_HZ_PER_S: Final = 10**12
 FINEST_PHASE: Final = 10**18
 """`phase_at` is rounded up to a multiple of one part in this many of a period, and never down to a rising edge."""
+
+_curve = lru_cache(maxsize=1024)(Parabola.of)
+"""A receiver asks a segment some twenty times for its curve, which is most of what a segment costs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +80,7 @@ class PulseTrain(Signal):
         return 1 if self.phase else 0
 
     def _curve(self) -> Parabola:
-        return Parabola.of(self.phase, self.frequency, self.rate)
+        return _curve(self.phase, self.frequency, self.rate)
 
     def pulses_at(self, now_ns: int) -> int:
         """Return how many pulses of this segment have risen up to and including `now_ns`."""
@@ -98,6 +102,8 @@ class PulseTrain(Signal):
         end_ns = self.end_ns
         if now_ns < self.start_ns or (end_ns is not None and now_ns >= end_ns):
             return Fraction(0)
+        if not self.rate:
+            return Fraction(self.frequency)
         return max(Fraction(0), self.frequency + Fraction(self.rate) * (now_ns - self.start_ns) / S)
 
     def speed_at(self, now_ns: int) -> float:

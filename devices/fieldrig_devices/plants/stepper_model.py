@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil, inf, tau
+from typing import NamedTuple
 
 from fieldrig.clock import S
 from fieldrig_bus.signals.pulse_train import PulseTrain
@@ -72,32 +73,50 @@ def falls_to_ns(train: PulseTrain, hz: float, now_ns: int) -> int | None:
     return _crosses_ns(train, hz, now_ns) if train.rate < 0 else train.end_ns
 
 
-def jump_hz(before: PulseTrain | None, train: PulseTrain) -> float:
-    """Return how far the frequency jumps at the beginning of a train, up or down; a reversal jumps by both frequencies.
+class Followed(NamedTuple):
+    """A segment that a motor turned with, and the instant at which another one replaced it or None if none did."""
 
-    The train before it counts up to one period after its end, because senders round its end.
+    train: PulseTrain
+    replaced_ns: int | None = None
+
+    def cut(self, now_ns: int) -> "Followed":
+        """Return the same, replaced at this instant unless it was over before."""
+        return Followed(self.train, now_ns) if self.replaced_ns is None else self
+
+    @property
+    def end_ns(self) -> int | None:
+        """The end of the last pulse, or of the part of it that the train had time for; None if it goes on."""
+        ends = [end_ns for end_ns in (self.train.end_ns, self.replaced_ns) if end_ns is not None]
+        return min(ends, default=None)
+
+    def last_hz(self) -> float:
+        """Return the frequency with which it ended; of a train that goes on, that of its beginning."""
+        end_ns = self.end_ns
+        return _hz(self.train, self.train.start_ns if end_ns is None else end_ns - 1)
+
+    def stops_short_ns(self, start_hz: float) -> int | None:
+        """Return when it has stopped too fast, if no other train follows; None if it has not.
+
+        A next pulse before this instant would be a frequency that is lower by `start_hz` at most.
+        """
+        end_ns, last_hz = self.end_ns, self.last_hz()
+        return end_ns + ceil(S / (last_hz - start_hz)) if end_ns is not None and last_hz > start_hz else None
+
+
+def jump_hz(before: Followed | None, train: PulseTrain, now_ns: int) -> float:
+    """Return how far the frequency jumps when a train begins at an instant, up or down.
+
+    A reversal jumps by both frequencies.  The train before counts up to one period after its end, because senders
+    round its end.
     """
-    after_hz = float(train.frequency)
-    if before is None:
+    after_hz = _hz(train, now_ns)
+    end_ns = None if before is None else before.end_ns
+    if before is None or end_ns is None:
         return after_hz
-    end_ns = before.end_ns
-    last_ns = train.start_ns - 1 if end_ns is None or end_ns > train.start_ns else end_ns - 1
-    before_hz = _hz(before, last_ns)
-    if before_hz and train.start_ns - last_ns > S / before_hz + 1:
+    before_hz = before.last_hz()
+    if before_hz and train.start_ns - (end_ns - 1) > S / before_hz + 1:
         before_hz = 0.0
-    return abs(after_hz - before_hz) if train.direction == before.direction else after_hz + before_hz
-
-
-def stops_short_ns(train: PulseTrain, start_hz: float) -> int | None:
-    """Return when a train that has ended, and that no other one follows, has stopped too fast; None if it has not.
-
-    A next pulse before this instant would be a frequency that is lower by `start_hz` at most.
-    """
-    end_ns = train.end_ns
-    if end_ns is None or train.count == 0:
-        return None
-    last_hz = _hz(train, end_ns - 1)
-    return end_ns + ceil(S / (last_hz - start_hz)) if last_hz > start_hz else None
+    return abs(after_hz - before_hz) if train.direction == before.train.direction else after_hz + before_hz
 
 
 def _hz(train: PulseTrain, now_ns: int) -> float:

@@ -10,8 +10,9 @@ says that it did not send it.  A sender that starts again begins with totals of 
 `unconfirmed` has the pulses of its last segment, as no message says how many of them it sent.
 """
 
+from copy import copy
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Self
 
 from fieldrig.clock import NEVER_NS
 from fieldrig_bus.signals.pulse_train import PulseTrain
@@ -58,6 +59,12 @@ class PulseInput:
         """Number of pulses that counted although they were not sent."""
         self.restarts = 0
         self.unconfirmed = 0
+
+    def copy(self) -> Self:
+        """Return the same input, independent of this one."""
+        other = copy(self)
+        other._segments = [copy(segment) for segment in self._segments]
+        return other
 
     @property
     def present(self) -> PulseTrain | Pwm | None:
