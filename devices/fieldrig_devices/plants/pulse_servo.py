@@ -16,10 +16,11 @@ from typing import Annotated, Any, ClassVar, Final, Literal
 from pydantic import Field
 
 from fieldrig.clock import Alarm, Clock, S
-from fieldrig.device import Device, Point
+from fieldrig.device import Device, Point, Value
 from fieldrig.faults import Fault, Faults, Timed, models_of
 from fieldrig.injected_faults import InjectedFaults
 from fieldrig.link import Link
+from fieldrig.point_values import truth_in
 from fieldrig.settings import Claim
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.wires import Motion, Signal
@@ -138,6 +139,9 @@ class PulseServo(Device):
             "enabled": Point(lambda: self._is_enabled, None, "", "by its input"),
             "alarm": Point(lambda: self._is_alarm, None, "", "of the drive"),
             "ready": Point(self._is_ready, None, "", "the ready contact"),
+            "reset": Point(
+                lambda: self._is_reset, self._write_reset, "", "the reset input; its rising edge clears the alarm"
+            ),
         }  # fmt: skip
 
     # ---- inputs
@@ -162,6 +166,12 @@ class PulseServo(Device):
     def _on_reset(self, level: bool) -> None:
         self._is_alarm = self._is_alarm and not (level and not self._is_reset)
         self._is_reset = level
+
+    def _write_reset(self, value: Value) -> None:
+        """Press the reset button of the drive, or release it."""
+        place = self._now()
+        self._on_reset(truth_in(value))
+        self._on_change(place)
 
     def _on_faults(self) -> None:
         place = self._now()

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from fieldrig.clock import MS, S, VirtualClock
+from fieldrig.device import Value
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.plants.following_model import Following
@@ -43,6 +44,11 @@ class Bench:
 
     def point(self, key: str) -> Any:
         return self.plant.points()[key].read()
+
+    def write(self, key: str, value: Value) -> None:
+        write = self.plant.points()[key].write
+        assert write is not None
+        write(value)
 
     def last(self, wire: str) -> Signal:
         return [signal for signal in self.wires.sent if signal.name == wire][-1]
@@ -114,6 +120,26 @@ def test_a_jammed_motor_gives_an_alarm_by_its_following_error() -> None:
     bench.wait(0.003)
     assert bench.point("alarm") is True
     assert bench.point("position") == 0
+
+
+def test_a_person_at_the_bench_clears_the_alarm_of_a_fault() -> None:
+    bench = Bench()
+    number = bench.plant.add_fault({"what": "trip"})
+    bench.plant.clear_fault(number)
+    assert (bench.point("alarm"), bench.point("ready"), bench.point("reset")) == (True, False, False)
+    bench.write("reset", True)
+    assert (bench.point("alarm"), bench.point("reset")) == (False, True)
+    assert (bench.last("axis.ready").value, bench.last("axis.alarm").value) == (True, False)
+    bench.plant.clear_fault(bench.plant.add_fault({"what": "trip"}))
+    bench.write("reset", True)
+    assert bench.point("alarm") is True, "only a rising edge clears it"
+    bench.write("reset", False)
+    bench.write("reset", True)
+    bench.output.send(1_000, count=100)
+    bench.wait(1)
+    assert bench.point("position") == pytest.approx(0.1 * tau)
+    with pytest.raises(ValueError, match="expected"):
+        bench.write("reset", "often")
 
 
 def test_a_drive_without_enable_does_not_move() -> None:
