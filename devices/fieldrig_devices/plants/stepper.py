@@ -148,7 +148,7 @@ class Stepper(Device):
 
     def _on_segment(self, train: PulseTrain) -> None:
         now_ns, before = self._clock.now_ns(), self._silent.pop(train.name, None)
-        if before is not None and before.when_ns < train.start_ns:
+        if before is not None and before.when_ns < train.start_ns and before.when_ns <= now_ns:
             self._replay.happen(before.when_ns, StepperState.silence)
         self._replay.begin(min(train.start_ns, now_ns), partial(StepperState.segment, train=train), train.name)
         stopped_ns = Followed(train).stops_short_ns(self._settings.start_hz) if train.count != 0 else None

@@ -70,7 +70,7 @@ class StepperState:
         if before is not None:
             before = before.cut(train.start_ns)
             self._followed = self._followed | {train.name: before}
-        self._judge_ends(train.start_ns)
+        self._judge_ends(min(train.start_ns, self.now_ns))  # an end in the future is not over yet
         if train.count != 0 and jump_hz(before, train, self.now_ns) > start_hz:
             self._fall_out()
         self._receive(train)

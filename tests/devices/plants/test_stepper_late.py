@@ -107,6 +107,25 @@ def test_an_abrupt_stop_costs_a_pole_pair_however_late_it_arrives(late_ns: int, 
     assert (found["steps"], found["lost"], found["alarm"]) == (34, 1_000 // 50, True)
 
 
+@pytest.mark.parametrize("late_ns", [0, 150 * US, 30 * MS, 300 * MS])
+def test_a_stop_that_nothing_told_of_is_before_a_reset_and_the_next_move(late_ns: int) -> None:
+    """The last message before the silence is so late that the next one arrives while the first is still news."""
+    train = PulseTrain("cw", 0, start_ns=MS, frequency=400, count=4)
+    fast = train.then(train.end_ns or 0, 900, count=50)
+    slow = fast.then(450 * MS, 400, count=10)
+    messages = [Message(MS + late_ns, train), Message(fast.start_ns + late_ns, fast), Message(450 * MS, slow)]
+    found = played([*messages, Message(400 * MS, Signal("axis.reset", True))])
+    assert (found["steps"], found["lost"], found["alarm"]) == (44, 20, False)
+
+
+def test_segments_that_are_announced_before_they_begin() -> None:
+    train = PulseTrain("cw", 0, start_ns=S, frequency=400, count=4)
+    fast = train.then(train.end_ns or 0, 900, count=50)
+    slow = fast.then(fast.end_ns or 0, 450, count=4)
+    found = played([Message(number, one) for number, one in enumerate((train, fast, slow))])
+    assert (found["received"], found["steps"], found["lost"]) == (58, 58, 0)
+
+
 class Run(NamedTuple):
     frequency: int
     rate: int
