@@ -104,6 +104,8 @@ def _compiled(
         unit, found = read_source(file.name, file.text, dialect)
         units.append(unit)
         mistakes += found
+        if not unit.declarations and not found:
+            mistakes.append(_nothing_in(file))
     on_progress("parse", len(files), len(files))
     libraries = needed(libraries, units, (file.text for file in files))
     program, found = check(
@@ -119,6 +121,11 @@ def _compiled(
     if any(not mistake.is_note for mistake in mistakes):
         raise CompileError(sorted(mistakes, key=lambda mistake: (mistake.file, mistake.line, mistake.column)))
     return build(program, host, costs, limits, previous, tuple(files), tuple(mistakes), on_progress)
+
+
+def _nothing_in(file: SourceFile) -> Mistake:
+    hint = "write PROGRAM PLC_PRG ... END_PROGRAM, for example"
+    return Mistake(1, 1, "there is nothing in this file", file=file.name, hint=hint, is_note=True)
 
 
 def build(

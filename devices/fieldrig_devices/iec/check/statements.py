@@ -200,13 +200,22 @@ class Statements:
     def _while(self, node: tree.While) -> AnyStatement | None:
         condition = self._condition(node.condition)
         body = self._looped(node.body)
+        self._note_endless(node.condition, condition, node.body, ends_at=False)
         return program.Loop(body, condition=condition, line=node.place.line) if condition is not None else None
 
     def _repeat(self, node: tree.Repeat) -> AnyStatement | None:
         """REPEAT ends when the condition is TRUE (X8)."""
         body = self._looped(node.body)
         until = self._condition(node.until)
+        self._note_endless(node.until, until, node.body, ends_at=True)
         return program.Loop(body, until=until, line=node.place.line) if until is not None else None
+
+    def _note_endless(
+        self, node: tree.Expression, condition: Expression | None, body: Sequence[tree.AnyStatement], *, ends_at: bool
+    ) -> None:
+        """Note a loop with a constant condition that is never the value `ends_at`, and nothing in it that leaves it."""
+        if isinstance(condition, Constant) and condition.value is not ends_at and not _has_way_out(body):
+            self.context.note(node, "the loop never ends", "EXIT or RETURN leaves it")
 
     def _exit(self, node: tree.Exit) -> AnyStatement | None:
         return program.Exit(line=node.place.line) if self._is_in_loop(node, "EXIT") else None

@@ -197,3 +197,29 @@ def test_a_pragma_gets_no_note(pragma: str) -> None:
     text = program(NAMES, f"{pragma} i := 1;")
     found = compile_project([SourceFile("a.st", text)], StandaloneHost(VirtualClock()))
     assert not [note for note in found.notes if "braces" in note.what]
+
+
+@pytest.mark.parametrize(
+    ("loop", "is_noted"),
+    [
+        ("WHILE TRUE DO n := 1; END_WHILE;", True),
+        ("WHILE (1 = 1) DO ; END_WHILE;", True),
+        ("REPEAT n := 1; UNTIL FALSE END_REPEAT;", True),
+        ("WHILE NOT FALSE DO WHILE b DO EXIT; END_WHILE; END_WHILE;", True),
+        ("WHILE TRUE DO IF b THEN EXIT; END_IF; END_WHILE;", False),
+        ("REPEAT FOR i := 0 TO 3 DO RETURN; END_FOR; UNTIL FALSE END_REPEAT;", False),
+        ("WHILE FALSE DO n := 1; END_WHILE;", False),
+        ("REPEAT n := 1; UNTIL TRUE END_REPEAT;", False),
+        ("WHILE b DO n := 1; END_WHILE;", False),
+    ],
+)
+def test_a_loop_with_a_constant_condition_gets_a_note(loop: str, is_noted: bool) -> None:
+    found = compile_project([SourceFile("a.st", program(NAMES, loop))], StandaloneHost(VirtualClock()))
+    assert ("the loop never ends" in [note.what for note in found.notes]) is is_noted
+
+
+@pytest.mark.parametrize("text", ["", "\n\n", "(* only a comment *)\n"])
+def test_a_file_with_nothing_in_it_gets_a_note(text: str) -> None:
+    files = [SourceFile("a.st", program(NAMES, "i := 1;")), SourceFile("b.st", text)]
+    found = compile_project(files, StandaloneHost(VirtualClock()))
+    assert [note.file for note in found.notes if note.what == "there is nothing in this file"] == ["b.st"]
