@@ -21,8 +21,10 @@ from fieldrig_devices.iec.symbols import Symbol, parts
 from fieldrig_devices.iec.tasks.programs import Programs
 from fieldrig_devices.iec.tasks.task import Phase, Task, TaskState
 from fieldrig_devices.iec.thread import Thread
+from fieldrig_devices.iec.tokens import KEYWORDS, tokens
 from fieldrig_devices.iec.types import Elementary, EnumType, Family, StringType, Type
 from fieldrig_devices.iec.watch import evaluate, expression_of, path_of
+from fieldrig_devices.languages.debugging import spans
 from fieldrig_devices.languages.debugging.debuggee import (
     Frame,
     ProgramState,
@@ -34,6 +36,8 @@ from fieldrig_devices.languages.debugging.debuggee import (
 from fieldrig_devices.languages.resumable import Code
 
 LANGUAGE = "IEC 61131-3"
+_ENDS = frozenset({";", ":", "THEN", "DO", "OF", "ELSE", "REPEAT"} | {word for word in KEYWORDS if word[:4] == "END_"})
+"""The ends of statements, of the heads of compound ones, and of blocks."""
 _BETWEEN = "the task is between two cycles: expected a breakpoint first"
 
 
@@ -124,6 +128,12 @@ class IecDebuggee:
         if any(found.values()):
             self._prepare(runtime)
         return found
+
+    def goes_on(self, file: str, first: int, last: int) -> bool:
+        lines = self.files.get(file, "").splitlines()[first - 1 : last]
+        found = tokens("\n".join(lines), file, self._loaded().compiled.program.dialect, first)
+        places = [place.line for place in found.places[:-1]]
+        return spans.goes_on(list(zip(found.kinds, places, strict=False)), last, _ENDS)
 
     def _prepare(self, runtime: Runtime) -> None:
         """Make what breakpoints and steps need beside the device, so that its cycles go on."""

@@ -5,7 +5,7 @@ and it is removed where there is none.
 """
 
 from bisect import bisect_left
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from fieldrig_devices.languages.debugging.debuggee import Debuggee
@@ -30,12 +30,15 @@ class Breakpoints:
         return self.lines(file)
 
     def next_lines(self, debuggee: Debuggee, file: str, wanted: Collection[int]) -> dict[int, int | None]:
-        """Return for each of these lines the first one with an instruction from it on; None behind the last one."""
+        """Return for each of these lines the one where its breakpoint is; None for one behind the last instruction.
+
+        That is the line itself if it has an instruction, the line where a statement begins that goes over several
+        lines, or else the next line with an instruction.
+        """
         count = len(debuggee.files.get(file, "").splitlines())
-        every = self._by_file(self.conditions) | {file: set(range(max(min(wanted, default=1), 1), count + 1))}
+        every = self._by_file(self.conditions) | {file: set(range(1, count + 1))}
         found = sorted(debuggee.break_at(every).get(file, ()))
-        places = {line: bisect_left(found, line) for line in wanted}
-        return {line: found[place] if place < len(found) else None for line, place in places.items()}
+        return {line: _place(debuggee, file, found, line) for line in wanted}
 
     def lines(self, file: str) -> set[int]:
         return {line for name, line in self.conditions if name == file}
@@ -68,6 +71,15 @@ class Breakpoints:
         for file, line in places:
             found.setdefault(file, set()).add(line)
         return found
+
+
+def _place(debuggee: Debuggee, file: str, found: Sequence[int], line: int) -> int | None:
+    after = bisect_left(found, line)
+    if after < len(found) and found[after] == line:
+        return line
+    if after > 0 and debuggee.goes_on(file, found[after - 1], line):
+        return found[after - 1]
+    return found[after] if after < len(found) else None
 
 
 def nearest(lines: list[str], text: str, line: int) -> int:

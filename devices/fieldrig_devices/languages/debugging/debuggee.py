@@ -110,6 +110,9 @@ class Debuggee(Protocol):
     def break_at(self, places: Mapping[str, set[int]]) -> Mapping[str, set[int]]:
         """Set the breakpoints of all files; return those lines that have an instruction to stop at."""
 
+    def goes_on(self, file: str, first: int, last: int) -> bool:
+        """Return True if the statement that begins in the line `first` goes on in the line `last`."""
+
     def start(self) -> None: ...
 
     def stop(self) -> None: ...

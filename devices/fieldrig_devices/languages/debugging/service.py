@@ -109,8 +109,9 @@ class DebugService:
     def _breakpoints(self, message: Mapping[str, Any]) -> Answer:
         """Replace the breakpoints of one file, or only say where they are; without a file, those of all.
 
-        A line without an instruction is not in `lines`.  With `move`, its breakpoint is at the next line that has one:
-        `places` are the lines in the order of the question, null for one behind the last instruction.  `moves` are the
+        A line without an instruction is not in `lines`.  With `move`, its breakpoint is at the line where its statement
+        begins, or else at the next line with an instruction: `places` are the lines in the order of the question, null
+        for one behind the last instruction.  `moves` are the
         lines after the last load by those before.
         """
         if "file" not in message:

@@ -8,6 +8,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 
 from fieldrig.device import Value
+from fieldrig_devices.languages.debugging import spans
 from fieldrig_devices.languages.debugging.debuggee import (
     Frame,
     ProgramState,
@@ -18,12 +19,15 @@ from fieldrig_devices.languages.debugging.debuggee import (
 )
 from fieldrig_devices.languages.debugging.stepping import Goal
 from fieldrig_devices.languages.task import TaskState
+from fieldrig_devices.pam.language.tokens import split
 from fieldrig_devices.pam.runtime.debug_values import Values
 from fieldrig_devices.pam.runtime.reactions import Runner
 from fieldrig_devices.pam.runtime.runtime import Runtime
 from fieldrig_devices.pam.runtime.sequence import TaskItem
 
 LANGUAGE = "PAM"
+_ENDS = frozenset({";", "THEN", "ELSE", "LOOP", "OF", "BEGIN", "END_IF", "END_CASE"})
+"""The ends of statements, of the heads of compound ones, and of blocks."""
 
 
 class PamDebuggee:
@@ -132,6 +136,12 @@ class PamDebuggee:
         for program in runtime.programs:
             program.task.is_watched = bool(found)
         return {file: {line for name, line in found if name == file} for file in places}
+
+    def goes_on(self, file: str, first: int, last: int) -> bool:
+        lines = self.files.get(file, "").splitlines()[first - 1 : last]
+        found = split("\n".join(lines), file).tokens
+        places = [(token.text.upper(), token.place.line + first - 1) for token in found if token.kind != "end"]
+        return spans.goes_on(places, last, _ENDS)
 
     # ---- going on
 

@@ -70,6 +70,17 @@ def session() -> Session:
     return Session()
 
 
+def test_a_breakpoint_inside_a_statement_is_where_it_begins() -> None:
+    body = ["n <- 1 +", "  2;", "IF n = 3", "THEN", "  n <-", "    4;", "END_IF", "n <- 5;"]
+    text = OBJECTS + sequence("\n".join(body))
+    first = text.splitlines().index(body[0]) + 1
+    service = DebugService(VirtualClock(), Solo(compile_application(text, "a.pam")))
+    places = [{"line": first + place} for place in range(len(body))]
+    question = {"command": "breakpoints", "file": "a.pam", "breakpoints": places, "move": True}
+    found = service.answer(question)["places"]
+    assert [line - first + 1 for line in found] == [1, 1, 3, 3, 5, 5, 8, 8]
+
+
 def test_a_breakpoint_stops_one_task_and_the_others_go_on(session: Session) -> None:
     assert session.breakpoints(line("n <- n + 1;"), 1) == [line("n <- n + 1;")]
     session.run(5)
