@@ -22,10 +22,11 @@ END_FUNCTION
 PROGRAM PLC_PRG
 VAR a : INT; b : INT; END_VAR
 a := a + 1;
-b := Twice(a);
+b := Twice(
+  a);
 END_PROGRAM
 """
-CALL, IN_FUNCTION = 8, 3
+CALL, INSIDE_CALL, IN_FUNCTION = 8, 9, 3
 
 
 class Controller(RunningRig):
@@ -48,7 +49,7 @@ def test_visual_studio_codes_own_client_debugs_a_program() -> None:
     with Controller() as rig:
         rig.until_ready()
         done = subprocess.run(
-            [node, CLIENT, rig.folder / "adapter.sh", rig.folder / "count.st", str(CALL), "a > 20"],
+            [node, CLIENT, rig.folder / "adapter.sh", rig.folder / "count.st", str(INSIDE_CALL), str(CALL), "a > 20"],
             env=rig.environment,
             capture_output=True,
             text=True,
@@ -62,6 +63,7 @@ def test_visual_studio_codes_own_client_debugs_a_program() -> None:
     assert seen == {
         "conditions": True,
         "verified": [True],
+        "lines": [CALL],
         "thread": "PLC_PRG",
         "reason": "step",
         "stack": [["Twice", IN_FUNCTION], ["PLC_PRG", CALL]],

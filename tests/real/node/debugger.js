@@ -1,9 +1,10 @@
-// A debugger of Visual Studio Code's own test support: node debugger.js ADAPTER SOURCE LINE CONDITION
-// ADAPTER is a shell script that starts the debug adapter; prints what it has seen as JSON.
+// A debugger of Visual Studio Code's own test support: node debugger.js ADAPTER SOURCE ASKED LINE CONDITION
+// ADAPTER is a shell script that starts the debug adapter, and a breakpoint that is asked for at line ASKED stops at LINE;
+// prints what it has seen as JSON.
 
 const { DebugClient } = require("@vscode/debugadapter-testsupport");
 
-async function main([adapter, source, line, condition]) {
+async function main([adapter, source, asked, line, condition]) {
   const client = new DebugClient("/bin/sh", adapter, "fieldrig");
   client.defaultTimeout = 60000;
   await client.start();
@@ -13,7 +14,7 @@ async function main([adapter, source, line, condition]) {
   await client.attachRequest({ sources: source.replace(/\/[^/]*$/, "") });
   // The running program can stop as soon as the breakpoint is there.
   const stopped = client.assertStoppedLocation("breakpoint", { path: source, line: +line });
-  const set = await client.setBreakpointsRequest({ source: { path: source }, breakpoints: [{ line: +line, condition }] });
+  const set = await client.setBreakpointsRequest({ source: { path: source }, breakpoints: [{ line: +asked, condition }] });
   await client.configurationDoneRequest();
   const stack = (await stopped).body.stackFrames;
   const thread = (await client.threadsRequest()).body.threads[0];
@@ -30,6 +31,7 @@ async function main([adapter, source, line, condition]) {
   return {
     conditions: can.supportsConditionalBreakpoints,
     verified: set.body.breakpoints.map((breakpoint) => breakpoint.verified),
+    lines: set.body.breakpoints.map((breakpoint) => breakpoint.line),
     thread: thread.name,
     above: Number(value.body.result),
     reason,
