@@ -23,8 +23,13 @@ class Backlog:
         read_on: Callable[[bool], None],
         on_full: Callable[[], None],
         most: int = MOST_WAITING,
+        ahead: Callable[[], int] = lambda: 0,
     ) -> None:
-        """`read_on` stops the client or lets it go on; `on_full` is called whenever it is stopped."""
+        """`read_on` stops the client or lets it go on; `on_full` is called whenever it is stopped.
+
+        `ahead` returns how many of its messages are not on the medium yet, as they were read ahead of its time.
+        """
+        self._ahead = ahead
         self._hub, self._member, self._read_on, self._on_full, self._most = hub, member, read_on, on_full, most
         self._timer = Alarm(hub.clock)
         self._was_full = False
@@ -32,7 +37,7 @@ class Backlog:
     @property
     def is_full(self) -> bool:
         """True while the client sends more than the medium carries."""
-        return self._hub.waiting(self._member) >= self._most
+        return self._hub.waiting(self._member) + self._ahead() >= self._most
 
     def look(self) -> None:
         was_full, is_full = self._was_full, self.is_full
@@ -48,10 +53,12 @@ class Backlog:
         self._timer.stop()
 
 
-def backlog_of(client: Connection, hub: Hub, member: str, most: int = MOST_WAITING) -> Backlog:
+def backlog_of(
+    client: Connection, hub: Hub, member: str, most: int = MOST_WAITING, ahead: Callable[[], int] = lambda: 0
+) -> Backlog:
     """Return the backlog of a connection, which counts in the figures of its service."""
 
     def note() -> None:
         client.server.door.reached.note("clients that had to wait", f"{member} has {most} messages waiting")
 
-    return Backlog(hub, member, client.read_on, note, most)
+    return Backlog(hub, member, client.read_on, note, most, ahead)

@@ -71,9 +71,12 @@ class Connection(Portions):
         self.server.door.leave(self)
         if self.pace is not None:
             self.pace.leave(self)
+            self.pace = None
         self.lost.set_result(None)
 
     def take(self, data: bytes) -> None:
+        if self.transport.is_closing():  # something in the same portion was the reason
+            return
         if self._first_line is not None:
             if self._first_line.is_request(data):
                 self.server.door.reached.note("requests of HTTP", "a client sends HTTP; its connection is closed")

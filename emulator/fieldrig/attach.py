@@ -192,7 +192,8 @@ class OutsidersLink(Portions, RemoteLink):
 
     def connection_made(self, transport: Any) -> None:
         super().connection_made(transport)
-        self.read_from_now(not self._holds)
+        self._unseen = b""  # of a former hub
+        self.read_from_now(self._is_reading)
 
     def read_from_now(self, is_wanted: bool) -> None:
         if self._line is None or self._line.is_closing():

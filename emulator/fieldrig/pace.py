@@ -2,9 +2,13 @@
 
 Whatever handles bytes of outsiders reports the time that it took.  After a slice of that time, all readers of the
 process wait: until the timers that are due have had their turn, or, where a cycle has to be kept, until the outsiders
-have had no more than their share.  Then they go on in turn.  A device does part of the work later, when it is the turn
-of its emulated processor, so beside a cycle the readers also wait while the whole process takes too much of a core.
-What outsiders send meanwhile stays in the buffers of the system, whose flow control stops them.
+have had no more than their share.  Then they go on in turn, first the one whose latest turn was the longest ago: a
+client that asks now and then hardly waits for those that always want something, and a new one waits for a turn of each
+of them.
+
+A device does part of the work later, when it is the turn of its emulated processor, so beside a cycle the readers also
+wait while the whole process takes too much of a core.  What outsiders send meanwhile stays in the buffers of the
+system, whose flow control stops them.
 """
 
 import time
@@ -66,7 +70,10 @@ class Pace:
         self._clock, self._share, self._slice_ns, self._load = clock, share, slice_ns, load
         self.portion_ns = slice_ns // 2
         """The time that one portion of bytes should take at most."""
-        self._waiting: dict[Reader, None] = {}  # in the order of their turns
+        self._waiting: dict[Reader, int] = {}
+        """The readers that wait, each with the number of its latest turn; who had none joins as if it just had one."""
+        self._turns: dict[Reader, int] = {}
+        self._turn = 0
         self._taken_ns = 0.0
         self._latest_ns = self._answered_ns = self._answered_cpu_ns = 0
         self._began_ns = 0
@@ -81,14 +88,20 @@ class Pace:
     def is_free(self, reader: Reader) -> bool:
         """Return whether the reader may handle something now; if not, its `take_turn` is called when it is its turn."""
         if self._timer is None and not self._waiting:
+            self._note_turn(reader)
             return True
-        self._waiting[reader] = None
+        self._waiting[reader] = self._turns.setdefault(reader, self._turn)
         if self._timer is None:
             self._timer = self._clock.call_at(time.monotonic_ns(), self._go_on)
         return False
 
     def leave(self, reader: Reader) -> None:
         self._waiting.pop(reader, None)
+        self._turns.pop(reader, None)
+
+    def _note_turn(self, reader: Reader) -> None:
+        self._turn += 1
+        self._turns[reader] = self._turn
 
     def spent(self, began_ns: int) -> int:
         """Note that something of outsiders was handled since `began_ns`, and return the time that it took."""
@@ -163,8 +176,9 @@ class Pace:
         for _ in range(TURNS_AT_ONCE):
             if self._timer is not None or not self._waiting:
                 return
-            reader = next(iter(self._waiting))
+            reader = min(self._waiting, key=self._waiting.__getitem__)
             del self._waiting[reader]
+            self._note_turn(reader)
             reader.take_turn()
         if self._timer is None and self._waiting:  # other events have their turn first
             self._timer = self._clock.call_at(now_ns, self._go_on)

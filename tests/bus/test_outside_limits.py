@@ -22,7 +22,7 @@ from strangers import Stranger, hello, hub_of
 from fieldrig.hub import LocalHub
 from fieldrig.hub_wire import Kind, pack
 from fieldrig_bus.modbus.message import ClientConnected
-from fieldrig_bus.net import ServingPort, TcpServer
+from fieldrig_bus.net import Connection, ServingPort, TcpServer
 from fieldrig_bus.serial import outside
 from fieldrig_bus.serial.message import ControlLines
 from fieldrig_bus.tcp.message import Connected, Ended
@@ -32,7 +32,8 @@ pytestmark = [pytest.mark.system, pytest.mark.long]
 HERE, ELSEWHERE = "127.0.0.1", "127.0.0.2"
 MOST_SENT = 24 << 20
 """Bytes that the system may keep of a client: its own buffer and that of the port, which grow to some MB each."""
-QUIET_S = 1.0
+QUIET = 50
+"""Attempts to send in a row that fail while the port reads nothing, after which the client counts as stopped."""
 PATIENCE_S = 20.0
 
 READ = bytes.fromhex("0001 0000 0006 01 03 0000 000a")  # Modbus TCP: ten registers of unit 1
@@ -40,6 +41,10 @@ READ_ASCII = b":01030000000AF2\r\n"  # the same on a line (Modbus over serial li
 HELLO = bytes.fromhex("48454c46 20000000 00000000 ffff0000 ffff0000 00000000 00000000 ffffffff")
 """OPC 10000-6, table 54: the first message, without an endpoint."""
 GET = b"GET / HTTP/1.1\r\n\r\n"
+ISO_CONNECT = bytes.fromhex("03 00 00 16 11 e0 00 00 00 01 00 c1 02 01 00 c2 02 01 02 c0 01 0a")  # RFC 1006, ISO 8073
+S7_READ = bytes.fromhex("03 00 00 1f 02 f0 80 32 01 00 00 00 01 00 0e 00 00 04 01 12 0a 10 02 00 01 00 01 84 00 00 00")
+WORDS_READ = bytes.fromhex("52 0000 000a")
+"""Ten words of a DualPort memory (`word_service`)."""
 
 
 @dataclass(frozen=True)
@@ -57,26 +62,40 @@ class Row:
     may_only_listen: bool = False
     heard_by_device: bool = False
     """True if only the device knows when a message is complete."""
+    has_turns: bool = True
+    """True if clients take turns message by message; otherwise by portions, or by what the line carries."""
     port: int = 0
     """The place of the port among those of the bus."""
+
+
+def of_service(service: str, first: bytes, flood: bytes, *, has_turns: bool = True) -> Row:
+    """Return the row of a service of a device by TCP."""
+    settings = {"listen": {service: "127.0.0.1:0"}}
+    return Row("tcp.server", settings, first, flood, [service], heard_by_device=True, has_turns=has_turns)
+
+
+def of_line(kind: str) -> Row:
+    """Return the row of a serial line, on which one client at a time is."""
+    return Row(kind, {"listen": "127.0.0.1:0"}, b"x", b"text\r\n", is_line=True, may_only_listen=True, has_turns=False)
 
 
 CAN = {"socketcand": "127.0.0.1:0", "slcan": {"listen": "127.0.0.1:0"}, "bitrate": 125_000}
 ROWS = {
     "modbus tcp": Row("modbus.tcp", {"listen": "127.0.0.1:0"}, READ, READ, [1]),
-    "modbus line": Row("modbus.ascii", {"listen": "127.0.0.1:0"}, READ_ASCII, READ_ASCII, [1]),
+    "modbus line": Row("modbus.ascii", {"listen": "127.0.0.1:0"}, READ_ASCII, READ_ASCII, [1], has_turns=False),
     "socketcand": Row("can.hub", CAN, b"< open bus0 >", b"< send 123 8 1 2 3 4 5 6 7 8 >"),
     "lawicel": Row("can.hub", CAN, b"V\r", b"O\rt12381122334455667788\r", port=1),
-    "http": Row(
-        "tcp.server", {"listen": {"http": "127.0.0.1:0"}}, GET, GET, ["http"], heard_by_device=True,
-    ),
-    "opc ua": Row("opcua.server", {"listen": "127.0.0.1:0"}, HELLO, HELLO, heard_by_device=True),
-    "serial tcp": Row("serial.tcp", {"listen": "127.0.0.1:0"}, b"x", b"text\r\n", is_line=True, may_only_listen=True),
-    "rfc 2217": Row("serial.rfc2217", {"listen": "127.0.0.1:0"}, b"x", b"text\r\n", is_line=True, may_only_listen=True),
+    "http": of_service("http", GET, GET),
+    "ftp": of_service("ftp", b"USER a\r\n", b"DELE A.HTM\r\n"),
+    "s7": of_service("s7", ISO_CONNECT, S7_READ, has_turns=False),
+    "dualport": of_service("dualport", WORDS_READ, WORDS_READ, has_turns=False),
+    "opc ua": Row("opcua.server", {"listen": "127.0.0.1:0"}, HELLO, HELLO, heard_by_device=True, has_turns=False),
+    "serial tcp": of_line("serial.tcp"),
+    "rfc 2217": of_line("serial.rfc2217"),
     "telephone": Row(
         "telephone.exchange",
         {"numbers": {"device": "7"}, "incoming": [{"listen": "127.0.0.1:0", "number": "7"}]},
-        b"x", b"text\r\n", may_only_listen=True,
+        b"x", b"text\r\n", may_only_listen=True, has_turns=False,
     ),
 }  # fmt: skip
 
@@ -101,13 +120,17 @@ def connected(server: TcpServer, host: str = HERE) -> socket.socket:
     return client
 
 
-def is_there(server: TcpServer, client: socket.socket) -> bool:
-    """Return whether the port has let this client in, and has not closed it."""
+def end_of(server: TcpServer, client: socket.socket) -> Connection | None:
+    """Return the port's end of this connection, if the port has let it in and has not closed it."""
     name = client.getsockname()
-    return any(
-        each.transport.get_extra_info("peername") == name and not each.transport.is_closing()
-        for each in server.connections
-    )
+    for each in server.connections:
+        if each.transport.get_extra_info("peername") == name and not each.transport.is_closing():
+            return each
+    return None
+
+
+def is_there(server: TcpServer, client: socket.socket) -> bool:
+    return end_of(server, client) is not None
 
 
 async def until(condition: Any) -> None:
@@ -121,10 +144,9 @@ async def speak(row: Row, server: TcpServer, client: socket.socket) -> None:
     await asyncio.get_running_loop().sock_sendall(client, row.first)
     if row.heard_by_device:  # no device here: say it in its place
         await until(lambda: is_there(server, client))
-        name = client.getsockname()
-        for each in server.connections:
-            if each.transport.get_extra_info("peername") == name:
-                each.heard()
+        end = end_of(server, client)
+        assert end is not None
+        end.heard()
 
 
 @pytest.mark.parametrize("name", ROWS)
@@ -191,20 +213,16 @@ async def test_the_first_message_has_its_time(name: str, tmp_path: Path, monkeyp
         speaking.close()
 
 
-FTP = Row("tcp.server", {"listen": {"ftp": "127.0.0.1:0"}}, b"USER a\r\n", b"DELE A.HTM\r\n", ["ftp"])
 STATES = (ClientConnected, ControlLines, Connected, Ended)
 """What a device hears of a client that has not sent a message yet."""
-TEXT_PORTS = {**{name: row for name, row in ROWS.items() if name != "http"}, "ftp": FTP}
-
-
 REQUESTS = (b"POST / HTTP/1.1", b"post / http/1.1", b"QUERY /a HTTP/1.1")
 
 
-@pytest.mark.parametrize("name", TEXT_PORTS)
+@pytest.mark.parametrize("name", [name for name in ROWS if name != "http"])
 @in_loop
 async def test_a_browser_that_was_sent_here_is_not_obeyed(name: str, tmp_path: Path) -> None:
     """A page of any site can make a browser send a header of its own, and behind it what the page likes."""
-    row = TEXT_PORTS[name]
+    row = ROWS[name]
     async with opened(row, tmp_path) as (hub, server):
         heard: list[Any] = []
         hub.on_delivery = heard.append
@@ -233,20 +251,43 @@ async def test_a_flood_of_valid_messages_waits_in_the_client(name: str, tmp_path
         await until(lambda: "device" in hub._members)
         client = connected(server)
         client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1 << 16)
-        sent, quiet_s = client.send(row.first), time.monotonic()
-        flood = memoryview(row.flood * (1 + (1 << 16) // len(row.flood)))
-        place = 0
-        while time.monotonic() - quiet_s < QUIET_S and sent <= MOST_SENT:
-            try:
-                taken = client.send(flood[place : place + (1 << 15)])
-            except BlockingIOError:
-                await asyncio.sleep(0.001)
-            else:
-                place = (place + taken) % len(row.flood)
-                sent, quiet_s = sent + taken, time.monotonic()
-                await asyncio.sleep(0)
-        assert sent <= MOST_SENT
+        await until(lambda: is_there(server, client))
+        assert await sent_until_stopped(row, server, client) <= MOST_SENT
         assert "device" in hub._members
         assert is_there(server, client)
         client.close()
         device.close()
+
+
+async def sent_until_stopped(row: Row, server: TcpServer, client: socket.socket) -> int:
+    """Send messages until the port stops the client, or more than the system may keep; return how many bytes."""
+    flood = memoryview(row.flood * (1 + (1 << 16) // len(row.flood)))
+    sent, place, quiet = client.send(row.first), 0, 0
+    while quiet < QUIET and sent <= MOST_SENT:
+        end = end_of(server, client)
+        try:
+            taken = client.send(flood[place : place + (1 << 15)])
+        except BlockingIOError:
+            quiet = 0 if end is None or end.transport.is_reading() else quiet + 1
+            await asyncio.sleep(0.001)
+        else:
+            place = (place + taken) % len(row.flood)
+            sent, quiet = sent + taken, 0
+            await asyncio.sleep(0)
+    return sent
+
+
+@pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row.has_turns])
+@in_loop
+async def test_a_turn_of_a_client_is_for_one_message(name: str, tmp_path: Path) -> None:
+    """Others wait for no more; `tests/kernel/test_portions.py` shows the turns."""
+    row = ROWS[name]
+    async with opened(row, tmp_path) as (_, server):
+        client = connected(server)
+        await until(lambda: is_there(server, client))
+        end = end_of(server, client)
+        assert end is not None
+        message = row.flood.removeprefix(b"O\r")
+        assert end.end_of_first(message * 3) == len(message)
+        assert end.end_of_first(message[:-1]) == len(message) - 1
+        client.close()

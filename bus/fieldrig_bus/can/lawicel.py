@@ -304,6 +304,9 @@ class _Client(Connection):
         self._adapter = Adapter(self._hub.clock, link, self.write, self._bus_name)
         self._backlog = backlog_of(self, self._hub, self._member)
 
+    def end_of_first(self, data: bytes) -> int:
+        return data.find(CR) + 1 or len(data)
+
     def data_received(self, data: bytes) -> None:
         self._adapter.receive(data)
         if self._adapter.is_used:

@@ -344,6 +344,9 @@ class _Client(Connection):
         self._session = Session(clock, link, self._channel, self.write, self.transport.close, epoch_ns)
         self._backlog = backlog_of(self, self._hub, self._member)
 
+    def end_of_first(self, data: bytes) -> int:
+        return data.find(b">") + 1 or len(data)
+
     def data_received(self, data: bytes) -> None:
         self._session.receive(data)
         if self._session.is_open:

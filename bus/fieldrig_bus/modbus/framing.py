@@ -46,6 +46,10 @@ class LineFramer(Protocol):
     messages: int
     errors: int
 
+    @property
+    def ahead(self) -> int:
+        """How many frames were read that have not ended on the line yet."""
+
     def feed(self, now_ns: int, data: bytes) -> None:
         """Accept bytes that were read at `now_ns`."""
 

@@ -39,6 +39,10 @@ class AsciiFramer:
         self.delimiter = LF
         self.messages = self.errors = 0
 
+    @property
+    def ahead(self) -> int:
+        return len(self._done)
+
     def feed(self, now_ns: int, data: bytes) -> None:
         if self._digits is not None and now_ns - self._heard_ns > TIMEOUT_NS:
             self._give_up()

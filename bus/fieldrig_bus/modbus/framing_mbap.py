@@ -25,6 +25,14 @@ class MbapFramer:
         self.is_lost = False
         """True if the stream is out of step; no more messages follow."""
 
+    def end_of_first(self, data: bytes) -> int:
+        """Return how many bytes of `data` complete the first message; all of them if none is complete."""
+        start = self._rest + data[: HEADER.size]
+        if len(start) < HEADER.size:
+            return len(data)
+        length: int = _unpack(start)[2]
+        return min(max(6 + length - len(self._rest), 1), len(data))
+
     def feed(self, data: bytes) -> list[tuple[int, int, bytes]]:
         """Transaction, unit and PDU of every message that `data` completes."""
         if self._rest:

@@ -104,6 +104,10 @@ class RtuFramer:
         self._done: list[tuple[int, bytes]] = []
         self.messages = self.errors = 0
 
+    @property
+    def ahead(self) -> int:
+        return len(self._done)
+
     def feed(self, now_ns: int, data: bytes) -> None:
         if not data:
             return

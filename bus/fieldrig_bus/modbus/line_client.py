@@ -35,6 +35,10 @@ class LineClient:
     def close(self) -> None:
         self._wake.stop()
 
+    @property
+    def ahead(self) -> int:
+        return self._framer.ahead
+
     def _on_request(self, request: ModbusRequest) -> None:
         self._asked = None if request.unit == BROADCAST else request
         self._write(self._framer.frame(request.unit, request.pdu))

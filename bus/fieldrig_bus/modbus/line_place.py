@@ -21,6 +21,10 @@ class Session(Protocol):
 
     def close(self) -> None: ...
 
+    @property
+    def ahead(self) -> int:
+        """How many messages were read ahead of the line's time."""
+
 
 MakeSession = Callable[[Hub, Link[Any], Callable[[bytes], None]], Session]
 

@@ -15,6 +15,8 @@ from fieldrig_bus.pty import Pty
 
 MOST_WAITING: Final = 16
 """Requests of a master on TCP that may wait for the line."""
+MOST_OF_A_LINE: Final = 256
+"""Bytes that are read from one at a time: the longest frame of RTU."""
 
 
 class PtyPort(Port):
@@ -58,13 +60,13 @@ class TcpLinePort(MastersPort):
 
 class _LineMaster(Master):
     def __init__(self, server: Masters, hub: Hub, make_session: MakeSession) -> None:
-        super().__init__(server, hub)
+        super().__init__(server, hub, MOST_OF_A_LINE)
         self._make_session = make_session
         self._session: Session | None = None
 
     def on_open(self, link: Link[Any]) -> None:
-        self._session = self._make_session(self.hub, link, self.transport.write)
-        self._backlog = backlog_of(self, self.hub, self.member, MOST_WAITING)
+        session = self._session = self._make_session(self.hub, link, self.transport.write)
+        self._backlog = backlog_of(self, self.hub, self.member, MOST_WAITING, lambda: session.ahead)
 
     def on_bytes(self, data: bytes) -> None:
         self.heard()  # every character is valid on a line

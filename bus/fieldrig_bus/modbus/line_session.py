@@ -41,6 +41,10 @@ class LineSession:
         self._wake.stop()
         self._send.stop()
 
+    @property
+    def ahead(self) -> int:
+        return self._framer.ahead
+
     def _take(self) -> None:
         framer = self._framer
         for unit, pdu in framer.take(self._clock.now_ns()):

@@ -9,6 +9,7 @@ from fieldrig.limits import Limits
 from fieldrig.link import Link
 from fieldrig.net import split_address
 from fieldrig.pace import Pace
+from fieldrig.portions import MOST_AT_ONCE
 from fieldrig_bus.modbus.turns import Turns
 from fieldrig_bus.net import Connection, ServingPort, TcpServer, join_as_client
 
@@ -21,8 +22,9 @@ class Master(Connection):
 
     server: "Masters"
 
-    def __init__(self, server: "Masters", hub: Hub) -> None:
-        super().__init__(server)
+    def __init__(self, server: "Masters", hub: Hub, most: int = MOST_AT_ONCE) -> None:
+        """`most` is the size of a portion, in bytes."""
+        super().__init__(server, most)
         self.hub = hub
         self.member = ""
         self.used = 0

@@ -118,7 +118,7 @@ class TcpMaster(Master):
 
     def on_open(self, link: Link[Any]) -> None:
         self._framer = MbapFramer()
-        self._waiting: deque[ModbusRequest] = deque()  # at most those of one portion
+        self._waiting: deque[ModbusRequest] = deque()  # one, as what was read waits for its turn (`portions`)
         self._asked: deque[tuple[int, int]] = deque()  # instant and unit of what has no answer yet
         self._timer = Alarm(self.hub.clock)
         self._is_going_on = self._is_stopped = False
@@ -127,6 +127,9 @@ class TcpMaster(Master):
         peer = self.transport.get_extra_info("peername")
         if peer is not None:  # None: the connection is closed already
             link.send(ClientConnected(peer[0]))
+
+    def end_of_first(self, data: bytes) -> int:
+        return self._framer.end_of_first(data)
 
     def on_bytes(self, data: bytes) -> None:
         requests = self._framer.feed(data)

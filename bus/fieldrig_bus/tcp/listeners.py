@@ -37,6 +37,8 @@ MOST_OF_A_REQUEST: Final = 256
 takes."""
 HTTP: Final = "http"
 """The service that browsers may reach."""
+ENDS: Final[Mapping[str, bytes]] = {HTTP: b"\r\n\r\n", "ftp": b"\n"}
+"""The end of a message of a client, where that is known: of the head of a request, or of a command."""
 EXTRA_LIMITS: Final = Limits(connections=4, first_message_s=None)
 """An extra port is for one data connection of one client; it may only listen."""
 CONNECT_S: Final = 30.0
@@ -206,6 +208,7 @@ class _Client(Connection):
         """The number of the connection; 0 before it has one, and if it was refused."""
         self.peer = self.local = "0.0.0.0"
         self._unhandled = 0
+        self._most_unhandled = WINDOW if origin else 1  # a service has one message of each client at a time
         self._asked_ns = 0
         """The time at which the device received something that it has not answered yet; 0 if there is nothing."""
         self._untold = 0  # bytes written whose `Taken` waits until the client reads
@@ -221,20 +224,25 @@ class _Client(Connection):
         if not self.number:
             self.transport.abort()
 
+    def end_of_first(self, data: bytes) -> int:
+        end = ENDS.get(self._service)
+        place = -1 if end is None else data.find(end)
+        return len(data) if end is None or place < 0 else place + len(end)
+
     def data_received(self, data: bytes) -> None:
         self._has_spoken = True
         self._unhandled += len(data)
         self._asked_ns = self._asked_ns or time.monotonic_ns()
-        if self._unhandled >= WINDOW:
+        if self._unhandled >= self._most_unhandled:
             self.read_on(False)
         for part in _parts(data):
             self._port.send(Data(self.number, part))
 
     def handled(self, count: int) -> None:
-        """Read on when the device has handled most of what was read."""
+        """Read on when the device has handled what was read."""
         self._note_answer()
         self._unhandled = max(0, self._unhandled - count)
-        self.read_on(self._unhandled < WINDOW)
+        self.read_on(self._unhandled < self._most_unhandled)
 
     def eof_received(self) -> bool:
         """The client has finished sending, as `nc -N` does; the device may still answer."""

@@ -120,3 +120,11 @@ def test_garbage_never_raises(chunks: list[tuple[int, str]]) -> None:
         now_ns += pause_ns
         framer.feed(now_ns, text.encode())
         framer.take(now_ns)
+
+
+def test_frames_that_are_read_ahead_of_the_line_are_counted() -> None:
+    framer = AsciiFramer(TIMING)
+    framer.feed(0, READ * 20)
+    assert framer.ahead == 20
+    framer.take(TIMING.characters_ns(5 * len(READ)))
+    assert framer.ahead == 15

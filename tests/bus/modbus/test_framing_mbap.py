@@ -72,3 +72,22 @@ def test_cuts_make_no_difference_to_garbage(chunks: list[bytes]) -> None:
     in_parts = [message for chunk in chunks for message in cut.feed(chunk)]
     assert in_parts == at_once
     assert (whole.is_lost, whole.dropped) == (cut.is_lost, cut.dropped)
+
+
+@pytest.mark.long
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.one_of(messages.map(lambda message: tcp_frame(*message)), st.binary(max_size=20)), max_size=5),
+       st.lists(st.integers(1, 40), max_size=20))  # fmt: skip
+def test_one_turn_is_for_one_message(parts: list[bytes], cuts: list[int]) -> None:
+    framer, whole, data = MbapFramer(), MbapFramer(), b"".join(parts)
+    got, expected = [], whole.feed(data)
+    for size in [*cuts, len(data)]:
+        portion, data = data[:size], data[size:]
+        while portion:
+            size = framer.end_of_first(portion)
+            found = framer.feed(portion[:size])
+            assert size > 0
+            assert len(found) <= 1
+            got += found
+            portion = portion[size:]
+    assert (got, framer.dropped, framer.is_lost) == (expected, whole.dropped, whole.is_lost)

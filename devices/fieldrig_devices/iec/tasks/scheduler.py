@@ -275,6 +275,8 @@ class Scheduler:
         task.slice_ns -= used_ns
         self.busy_ns += used_ns
         self._free_ns = max(self._free_ns, now_ns) + used_ns
+        if task.is_system:  # work that takes the host longer than the processor comes after a cycle that is due
+            self._free_ns = max(self._free_ns, now_ns + self._clock.late_ns())
         self._is_ended = self.current is task and not task.debt_ns and task.work.state is WorkState.ENDED
         if self._is_ended:
             self._leave(task)

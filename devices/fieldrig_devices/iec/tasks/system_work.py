@@ -39,17 +39,13 @@ class SystemWork:
         """A cycle has no begin of its own."""
 
     def run(self, budget_ns: int) -> int:
-        """Spend time on the jobs in their order, and return the rest."""
-        while budget_ns > 0:
-            if not self._left_ns:
-                if not self._jobs:
-                    break
-                self._left_ns, action = self._jobs.popleft()
-                action()
-            spent_ns = min(self._left_ns, budget_ns)
-            self._left_ns -= spent_ns
-            budget_ns -= spent_ns
-        return budget_ns
+        """Spend time on one job at most, and return the rest, so that other events have their turn before the next."""
+        if not self._left_ns and self._jobs:
+            self._left_ns, action = self._jobs.popleft()
+            action()
+        spent_ns = min(self._left_ns, budget_ns)
+        self._left_ns -= spent_ns
+        return budget_ns - spent_ns
 
     def clear(self) -> None:
         self._jobs.clear()

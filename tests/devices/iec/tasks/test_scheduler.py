@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
 
 import pytest
@@ -16,6 +17,22 @@ from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, SystemWork
 from fieldrig_devices.iec.tasks.task import Task, TaskState, WorkState
 
 ENDLESS = 1 << 60
+
+
+class BusyHost(VirtualClock):
+    """The clock of a host that takes time for what it does."""
+
+    __slots__ = ("_free_ns",)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._free_ns = 0
+
+    def work(self, duration_ns: int) -> None:
+        self._free_ns = max(self._free_ns, self.now_ns()) + duration_ns
+
+    def late_ns(self) -> int:
+        return max(self._free_ns - self.now_ns(), 0)
 
 
 @dataclass
@@ -424,6 +441,40 @@ def test_a_job_that_arrives_during_the_last_chunk_is_done_next(bench: Bench) -> 
         bench.clock.call_at(at_us * US, ask)
     bench.run_to(3)
     assert done == [1_000, 1_100, 1_500]
+
+
+def test_other_events_have_their_turn_between_two_jobs(bench: Bench) -> None:
+    scheduler = bench.start()
+    system = SystemWork()
+    tcp = Task("TCP/IP", system, priority=5, is_system=True)
+    done: list[str] = []
+    for number in range(3):
+        system.add(100 * US, partial(done.append, f"job {number}"))
+    bench.clock.call_at(150 * US, lambda: done.append("cycle"))
+    scheduler.release(tcp)
+    bench.run_to(3)
+    assert done == ["job 0", "job 1", "cycle", "job 2"]
+
+
+def test_a_job_that_takes_the_host_longer_comes_after_a_cycle_that_is_due() -> None:
+    """In real time an event has the instant at which it was due, and `late_ns` grows while the host works on it."""
+    host = BusyHost()
+    bench = Bench(clock=host)
+    scheduler = bench.start()
+    system = SystemWork()
+    tcp = Task("TCP/IP", system, priority=5, is_system=True)
+    done: list[str] = []
+
+    def job(number: int) -> None:
+        done.append(f"job {number}")
+        host.work(2 * MS)
+
+    for number in range(3):
+        system.add(100 * US, partial(job, number))
+    bench.clock.call_at(1500 * US, lambda: done.append("cycle"))
+    scheduler.release(tcp)
+    bench.run_to(10)
+    assert done == ["job 0", "cycle", "job 1", "job 2"]
 
 
 def test_a_breakpoint_holds_the_task_and_the_time_there_does_not_count(bench: Bench) -> None:
