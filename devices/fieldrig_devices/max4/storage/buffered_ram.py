@@ -8,6 +8,7 @@ same reason (`retained.py`).
 
 import struct
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Final
 
 from fieldrig_devices.max4.messages.diagnosis import Sender
@@ -114,9 +115,8 @@ class LogRing:
         return start % ENTRIES, min(count, ENTRIES)
 
     def _at(self, place: int) -> Entry:
-        stamp_ms, type, code, *texts = _RECORD.unpack_from(self._ram, _LOG_AT + place * _RECORD.size)
-        object, instance, ext, text = (_text(field) for field in texts)
-        return Entry(stamp_ms, type, Sender(object, instance), code, ext, text)
+        at = _LOG_AT + place * _RECORD.size
+        return _entry(bytes(self._ram[at : at + _RECORD.size]))
 
 
 _SIZES: Final = (16, 32, 48, 80)
@@ -129,3 +129,10 @@ def _packed(text: str, size: int) -> bytes:
 
 def _text(field: bytes) -> str:
     return field.rstrip(b"\0").decode("utf-8", "replace")
+
+
+@lru_cache(maxsize=2 * ENTRIES)  # a page of the controller shows all of them, which took a quarter of its time
+def _entry(record: bytes) -> Entry:
+    stamp_ms, type, code, *texts = _RECORD.unpack(record)
+    object, instance, ext, text = (_text(field) for field in texts)
+    return Entry(stamp_ms, type, Sender(object, instance), code, ext, text)
