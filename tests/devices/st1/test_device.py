@@ -1,6 +1,7 @@
 """The ST1 as a device: on a ring with a PAM's end, on wires, its registers, points and faults."""
 
 import pytest
+from device_of import device_of
 from st1_device_bench import DeviceBench
 
 from fieldrig.clock import MS
@@ -16,6 +17,7 @@ from fieldrig_devices.pamring.frames import (
     SetOutput,
 )
 from fieldrig_devices.pamring.registers import Parameter, Variable
+from fieldrig_devices.st1.device import St1
 from fieldrig_devices.st1.shaft import TURN
 
 BANK = 0x100
@@ -205,3 +207,4 @@ def test_the_time_until_the_ring_is_inactive_is_a_setting(inactive_ms: int, seen
     assert found == seen
     bench.run(200)
     assert bench.get("ring") == "inactive"
+    assert device_of(bench.rig, "axis", St1).troubles()["ring"] == "inactive"

@@ -4,11 +4,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from device_of import device_of
 
 from fieldrig.clock import MS, S
 from fieldrig.errors import ConfigError
 from fieldrig.pytest_plugin import RigMaker
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.hmiscu.device import Hmiscu
 
 CONFIGS = Path(__file__).parents[4] / "configs"
 PROGRAM = """
@@ -114,7 +116,9 @@ def test_a_lost_unit_gives_zeros_and_the_program_knows(tmp_path: Path, fieldrig_
     rig.set("scu", "g_uiLevel", 7)
     rig.run_until(1 * S)
     assert (rig.get("scu", "g_bPump"), rig.get("scu", "g_uiLevel")) == (False, 0)
-    assert int(rig.get("scu", "modbus_client/Pump/errors")) >= 3
+    errors = rig.get("scu", "modbus_client/Pump/errors")
+    assert int(errors) >= 3
+    assert device_of(rig, "scu", Hmiscu).troubles()["modbus_client/Pump/errors"] == errors
 
 
 def test_the_master_starts_a_node_and_exchanges_its_pdos(tmp_path: Path, fieldrig_rig: RigMaker) -> None:

@@ -228,6 +228,7 @@ def test_drive_whose_telegrams_fail_twice_brings_the_ring_down() -> None:
     assert bench.get("ring.state") == "down"
     assert bench.codes()[-1] == 2561
     assert (bench.get("knife.DiagCode"), bench.get("belt.DiagCode")) == (2561, 0)
+    assert bench.max4.troubles() == {"DiagCode": bench.get("DiagCode"), "belt.DiagCode": 0, "knife.DiagCode": 2561}
     bench.do("quit").run(6_000)
     assert (bench.get("ring.state"), bench.get("DiagCode"), bench.get("knife.ATErrors")) == ("up", 0, 3)
 
