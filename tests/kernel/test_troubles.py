@@ -1,12 +1,17 @@
 """Troubles of devices, with words beside them about a host that was late when they began."""
 
+import asyncio
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import pytest
 
+from fieldrig.cli.points import _echo
+from fieldrig.cli.status import _lateness
 from fieldrig.clock import S
 from fieldrig.device import Device, Point, Value
+from fieldrig.points import RealPoints
+from fieldrig.real_clock import RealClock
 from fieldrig.troubles import LATER_NS, Troubles
 
 WORDS = "the host was up to 1,240 ms late in the last seconds, load 30 on 2 cores"
@@ -76,3 +81,26 @@ def test_a_trouble_that_follows_from_the_first_keeps_its_words(bench: Bench) -> 
 def test_a_device_without_reports_has_no_troubles(bench: Bench) -> None:
     assert Device().troubles() == {}
     assert bench.drive.troubles() == {"code": 0}
+
+
+def test_the_words_stand_beside_the_value_and_in_the_status(capsys: pytest.CaptureFixture[str]) -> None:
+    beside = f"at 14:03:22 {WORDS}"
+    _echo({"belt/code": 2560, "belt/speed": 1.5}, {"belt/code": {"unit": "", "host": beside}}, as_json=False)
+    assert capsys.readouterr().out == f"belt/code = 2560 ({beside})\nbelt/speed = 1.5\n"
+    assert list(_lateness({"processes": {"io": {}, "belt": {"troubles": {"belt/code": beside}}}})) == [
+        f"belt/code reports a fault; {beside}"
+    ]
+
+
+def test_the_facts_of_a_point_have_the_words(bench: Bench) -> None:
+    async def facts() -> Mapping[str, Any]:
+        clock = RealClock(asyncio.get_running_loop())
+        points = RealPoints("belt", bench.drive, clock, lambda: WORDS)
+        bench.drive.code = 2560
+        found = points.facts()
+        clock.close()
+        return found
+
+    found = asyncio.run(facts())
+    assert found["code"]["host"] == f"at 14:03:22 {WORDS}"
+    assert "host" not in found["speed"]
