@@ -40,7 +40,9 @@ class RigKeys(Settings):
         examples=[DEFAULT_ENDPOINT],
         description="Zenoh endpoint of the control service",
     )
-    run: str | None = Field(None, description="folder for sockets, ptys, logs and memories; without it run/NAME")
+    run: str | None = Field(
+        None, min_length=1, description="folder for sockets, ptys, logs and memories; without it run/NAME"
+    )
     start_timeout_s: float = Field(10.0, gt=0, description="how long a process may make no progress while it starts")
 
 

@@ -57,6 +57,18 @@ def test_fmt_writes_one_layout(tmp_path: Path) -> None:
     assert run("fmt", file, "--check") == (0, "")
 
 
+@pytest.mark.parametrize(
+    ("data", "said"), [(b"\x00\xf7NODE\x10", "has no meaning here"), (b"time: real\nname: a\n", "no text of a PAM")]
+)
+def test_fmt_leaves_a_file_of_another_kind_as_it_is(data: bytes, said: str, tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_bytes(data)
+    code, output = run("fmt", file)
+    assert code == 2
+    assert said in output
+    assert file.read_bytes() == data
+
+
 @pytest.mark.manual("PAMS-073")
 def test_headers_writes_the_include_files_of_a_vme_master(tmp_path: Path) -> None:
     file = tmp_path / "printer.pam"

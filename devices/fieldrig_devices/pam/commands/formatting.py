@@ -20,16 +20,23 @@ def fmt(
 ) -> None:
     """Write source files in one layout, with their comments and directives.
 
+    A file with signs that have no meaning in a program, or with none of the words of a PAM, stays as it is.
+
     \b
         fieldrig pam fmt packer.pam
         fieldrig pam fmt *.pam --check
     """
     from fieldrig.store import replace_file
-    from fieldrig_devices.pam.language.formatter import formatted
+    from fieldrig_devices.pam.language.formatter import formatted, strangers
 
     is_wrong = False
     for file in files:
         text = read_text(file)
+        if found := strangers(text, str(file)):
+            for mistake in found:
+                typer.echo(str(mistake), err=True)
+            is_wrong = True
+            continue
         printed = formatted(text)
         if printed == text:
             continue

@@ -7,6 +7,7 @@ be formatted as well.  A line goes a level deeper behind what END or a word such
 from collections.abc import Sequence
 from typing import Final
 
+from fieldrig_devices.languages.mistakes import Mistake
 from fieldrig_devices.pam.language.objects import KINDS
 from fieldrig_devices.pam.language.reserved import declared_names
 from fieldrig_devices.pam.language.tokens import Token, split
@@ -49,6 +50,17 @@ def formatted(text: str) -> str:
         comment = comments.get(number, "")
         written.append(f"{' ' * indent}{code}{'  ' if code and comment else ''}{comment}".rstrip())
     return "\n".join(_without_double_gaps(written)).strip("\n") + "\n"
+
+
+def strangers(text: str, file: str) -> list[Mistake]:
+    """Return why this is no text of a PAM: signs without a meaning, or neither a semicolon nor a word of it."""
+    found = split(text, file)
+    known = STRUCTURE | _OPENING | {";"}
+    is_known = any(token.kind == "directive" or token.text in known for token in found.tokens)
+    if found.mistakes or is_known or not found.tokens[:-1]:
+        return found.mistakes
+    place = found.tokens[0].place
+    return [Mistake(place.line, place.column, "this is no text of a PAM", "words such as NODE or IF", file=file)]
 
 
 def _directives(lines: Sequence[str], tokens: Sequence[Token]) -> set[int]:
