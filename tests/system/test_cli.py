@@ -164,7 +164,7 @@ def test_traces_are_recorded_shown_and_converted(rig: RunningRig) -> None:
     assert not (rig.folder / "less.jsonl").exists()
     drawn = rig.tool("draw", "some.jsonl", "some.svg", "lamp.n")
     assert (drawn.returncode, "did you mean lamp.on?" in drawn.stderr) == (2, True), drawn.stderr
-    unknown = rig.tool("trace", "show", "some.doc")
+    unknown = rig.tool("trace", "show", rig.file.name)
     assert (unknown.returncode, ".jsonl" in unknown.stderr) == (2, True)
 
 
