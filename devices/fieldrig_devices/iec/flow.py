@@ -163,7 +163,8 @@ class Flow:
         for place, value in call.outputs:
             self._read(value)
             self._write(place, always=condition is None)
-        self._enabled(call.enable)
+        if call.enable.ok is not None:
+            self._write(call.enable.ok)
 
     def _evaluated(self, value: ir.Expression) -> None:
         """Read the value of a statement.  A call that it consists of always happens."""
@@ -172,10 +173,6 @@ class Flow:
             self._called(value.pou, is_own=value.instance is None)
             for _, place, _ in value.outputs:
                 self._write(place)
-
-    def _enabled(self, enable: ir.Enable) -> None:
-        if enable.ok is not None:
-            self._write(enable.ok)
 
     def _called(self, pou: ir.Pou, *, is_own: bool, always: bool = True) -> None:
         effects = (self._known if is_own else self._outside).get(pou)
@@ -217,10 +214,12 @@ class Flow:
                     waiting.extend(argument for _, argument in node.inputs)
                     waiting.extend(_indices(node.instance) if node.instance is not None else ())
                     self._called(node.pou, is_own=node.instance is None, always=False)
-                    self._found.targets.extend((self._pou, place) for _, place, _ in node.outputs)
+                    for _, place, _ in node.outputs:
+                        self._write(place, always=False)
                 case ir.Enabled():
                     waiting += [node.value, node.enable.condition]
-                    self._enabled(node.enable)
+                    if node.enable.ok is not None:
+                        self._write(node.enable.ok, always=False)
                 case ir.Unary() | ir.Binary() | ir.Convert() | ir.Intrinsic():
                     waiting.extend(getattr(node, part.name) for part in fields(node) if part.name != "type")
                 case _ if isinstance(node, ir.Place):

@@ -131,10 +131,14 @@ SCRIPTS: Final[dict[str, list[tuple[Event, int]]]] = {
     "a stopped node, no voltage": [STEADY, (write(0x6007, 2), 3), (send("000#02 05"), 30)],
     "a stopped node, a quick stop": [STEADY, (write(0x6007, 3), 3), (send("000#02 05"), 60)],
     "a quick stop": [STEADY, (write(0x6040, 0x02), 60), (write(0x6040, 0x0F), 20)],
+    "a quick stop that is taken back at once": [
+        *WIDE, STEADY, (write(0x605A, 6), 0), (write(0x6040, 0x02), 1), (write(0x6040, 0x0F), 80)
+    ],
     "a shutdown and on again": [STEADY, OFF, (write(0x6040, 0x07), 5), (write(0x6040, 0x0F), 60)],
     "a halt and on again": [STEADY, (write(0x6040, 0x10F), 60), (write(0x6040, 0x0F), 80)],
     "a halt within a wide window": [*WIDE, STEADY, (write(0x6040, 0x10F), 3), (write(0x60FF, 3_000), 80)],
     "a fault and its reset": [STEADY, (fail(0x4310), 20), (write(0x6040, 0x80), 20)],
+    "a fault of an axis that is off": [OFF, (fail(0x4310), 10), (fail(0), 3), (write(0x6040, 0x80), 5)],
     "a warning": [STEADY, (warn(True), 5), (warn(False), 5)],
     "an armed probe": [STEADY, (write(0x60B8, 0x13), 10), (switches(0x1_0000), 3), (switches(0), 10), (lag(0), 20)],
     "a probe at the zero of each turn": [STEADY, (write(0x60B8, 0x17), 300)],
@@ -142,6 +146,9 @@ SCRIPTS: Final[dict[str, list[tuple[Event, int]]]] = {
     "a switch behind": [STEADY, (switches(0x1), 40), (switches(0), 60)],
     "a lag": [STEADY, (lag(3_000), 30), (lag(0), 30)],
     "a lag that is a following error": [(write(0x6065, 1_000), 0), STEADY, (write(0x6066, 20), 5), (lag(9_000), 40)],
+    "a following error in a whole cycle": [
+        (write(0x6065, 1_000), 0), (write(0x6066, 0), 0), STEADY, (lag(9_000), 1), (warn(True), 10)
+    ],
     "a window for the following error": [NO_FOLLOWING_WINDOW, STEADY, (lag(500), 4), (write(0x6065, 100), 60)],
     "a new target": [STEADY, (write(0x60FF, 400_000), 80), (write(0x60FF, -400_000), 200)],
     "a target within the window": [*WIDE, STEADY, (write(0x60FF, 1_010_000), 40)],

@@ -33,6 +33,7 @@ END_FUNCTION
 PROGRAM PLC_PRG
 VAR
     l0, l1, i : INT;
+    ok : BOOL;
     fb : Block;
 END_VAR
 {body}
@@ -65,6 +66,7 @@ OVERWRITTEN = [
     ("row[1] := 1;", "row[1]"),
     ("g0 := 1; g0 := g0 + 1;", "g0"),
     ("fb(p := 3, q => g0);", "g0"),
+    ("fb(EN := g1 > 0, p := 3, ENO => ok);", "PLC_PRG.ok"),
     ("g1 := Double(p := g2); g0 := g1;", "g1"),
     ("fb(p := 3);", "PLC_PRG.fb.p"),
     ("IF g1 > 0 THEN fb(p := 3); END_IF;", "PLC_PRG.fb.p"),
@@ -90,6 +92,8 @@ TAKEN = [
     ("fb(p := 3);", "PLC_PRG.fb.free"),
     ("fb();", "PLC_PRG.fb.kept"),
     ("fb(p := 3);", "inst.p"),
+    ("fb(EN := g1 > 0, p := 3, q => g0);", "g0"),
+    ("fb(p := 3, q => row[LIMIT(0, g0, 2)]); g0 := 1;", "g0"),
     ("l0 := 1;", "nothing"),
 ]
 

@@ -172,14 +172,14 @@ def test_a_comparator_misses_no_value_of_the_flow() -> None:
     """It evaluates every value, so one that is there for a single period starts both routines (5007)."""
     bench = running("CMP_Full", speed=0)
     bench.item("CMP_Full").set_parameter("REVERSE_ROUTINE", RoutineRef("RTN_Down"))
-    flow: tuple[tuple[float, list[str]], ...] = (
+    flow: list[tuple[float, list[str]]] = [
         (200, ["RTN_Up"]),
         (210, []),
         (0, ["RTN_Down"]),
         (1, []),
         (180, ["RTN_Up"]),
         (179.999, ["RTN_Down"]),
-    )
+    ]
     for position, routines in flow:
         bench.do("TMP_Belt", "position", position)
         bench.kernel.routines.clear()
