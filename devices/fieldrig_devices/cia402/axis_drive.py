@@ -200,8 +200,7 @@ class AxisDrive:
             self.set_value = round(motion.position)
         else:
             self.step()
-            has_band = self.kind is Kind.POSITION and not self._context.has_following_window
-            pace.low, pace.high = self.mode.band if has_band else NO_BAND
+            pace.low, pace.high = NO_BAND if self._context.has_following_window else self.mode.band
 
     def _watch_following(self) -> None:
         window = self._numbers[objects.FOLLOWING_WINDOW]

@@ -75,7 +75,7 @@ class Mode:
     def band(self) -> tuple[float, float]:
         """Open interval of actual velocities at which `step` does no more than `Mode.step`.
 
-        It is valid until an object is written or an input switches on.
+        It is valid until an object is written or an input switches on.  Only a mode that gives positions has one.
         """
         return NO_BAND
 
