@@ -145,7 +145,14 @@ SCRIPTS: Final[dict[str, list[tuple[Event, int]]]] = {
     "a probe at the zero of each turn": [STEADY, (write(0x60B8, 0x17), 300)],
     "a switch ahead": [STEADY, (switches(0x2), 40), (switches(0), 60)],
     "a switch behind": [STEADY, (switches(0x1), 40), (switches(0), 60)],
+    "a switch that the axis overruns": [
+        *WIDE, (write(0x6085, 1_000_000), 0), STEADY, (switches(0x2), 2), (switches(0), 300)
+    ],
     "a lag": [STEADY, (lag(3_000), 30), (lag(0), 30)],
+    "a velocity beyond the window": [STEADY, (lag(60), 6), (lag(0), 6)],
+    "a velocity backwards below the threshold": [
+        (write(0x606D, 60_000), 0), (write(0x60FF, -20_000), 100), (lag(-60), 6), (lag(0), 6)
+    ],
     "a lag within a wide window": [*WIDE, STEADY, (lag(100), 10), (lag(50), 10)],
     "a lag that is a following error": [(write(0x6065, 1_000), 0), STEADY, (write(0x6066, 20), 5), (lag(9_000), 40)],
     "a following error in a whole cycle": [
@@ -155,6 +162,8 @@ SCRIPTS: Final[dict[str, list[tuple[Event, int]]]] = {
     "a new target": [STEADY, (write(0x60FF, 400_000), 80), (write(0x60FF, -400_000), 200)],
     "a target within the window": [*WIDE, STEADY, (write(0x60FF, 1_010_000), 40)],
     "a target below the threshold": [(write(0x606F, 5_000), 0), STEADY, (write(0x60FF, 1_000), 300)],
+    "a threshold that takes its time": [(write(0x6070, 200), 0), STEADY],
+    "a window that takes its time": [(write(0x606E, 200), 0), STEADY],
     "no target": [STEADY, (write(0x60FF, 0), 300)],
     "another mode": [STEADY, (write(0x6060, 9), 30), (write(0x6060, 3), 60)],
     "a mode of torque": [STEADY, (write(0x6060, 4), 30), (write(0x6060, 3), 60)],

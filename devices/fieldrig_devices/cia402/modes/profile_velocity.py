@@ -83,11 +83,11 @@ class ProfileVelocity(Mode):
     def band(self) -> tuple[float, float]:
         """The inner half of the velocity window, so that rounding at its ends has no effect.
 
-        The band is empty unless the speed is reached and above the threshold, both for long enough, without limits.
+        The band is empty unless the speed is reached and above the threshold, both for long enough, without software
+        limits.  A halt, and a switch that holds the axis, only follow their ramp.
         """
-        context, travel = self.context, self.context.travel
-        is_settled = self._reached.is_held and self._faster.is_held and not self.is_halted
-        if not is_settled or self._is_stopped or travel.held or travel.range is not None:
+        context = self.context
+        if not (self._reached.is_held and self._faster.is_held) or context.travel.range is not None:
             return NO_BAND
         low, high = self._asked - context.velocity_window / 2, self._asked + context.velocity_window / 2
         return (max(low, context.threshold), high) if self._asked > 0 else (low, min(high, -context.threshold))
