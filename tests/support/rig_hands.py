@@ -48,6 +48,12 @@ class CanMaster:
         assert answer[0] & 0xE2 == 0x42, f"node {node} refuses {index:04X}h: {answer.hex(' ')}"
         return int.from_bytes(answer[4 : 8 - (answer[0] >> 2 & 3)], "little")
 
+    def reset(self, node: int, axis: int) -> None:
+        """Send a fault reset to an axis of a CiA 402 node."""
+        for word in (0x00, 0x80, 0x00):
+            self.write(node, 0x6040 + 0x800 * axis, 0, word, 2)
+            self._rig.run_until(self._rig.now_ns + 20 * MS)
+
     def run_at(self, node: int, axis: int, speed: int) -> None:
         """Enable an axis of a CiA 402 node in profile velocity mode, and let it run (increments/s)."""
         base = 0x800 * axis

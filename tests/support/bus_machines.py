@@ -1,0 +1,62 @@
+"""The lab in tests of faults: its work is on CAN."""
+
+from typing import ClassVar, Final
+
+from fault_choices import Injected
+from faulted_machine import Effect, Machine, Table, goes_on, waits
+from rig_hands import START_ALL
+
+from fieldrig_bus.can.frame import CanFrame
+
+SILENT: Final[Table] = {
+    "can drop": waits(),
+    "can delay": goes_on(),
+    "can duplicate": goes_on(),
+    "can replace": waits(),
+    "can corrupt": waits(),
+    "can error_frame": waits(),
+    "can short": waits(),
+    "can wrong_bit_rate": goes_on(),  # that of the other node
+    "can babble": waits(),
+}
+"""A master hears nothing that is right while the fault lasts, and hears it again afterwards without a further step."""
+
+
+class Lab(Machine):
+    """docs/lab.md: the pump fills the tank, and the sensor sends the level; without CAN the pump goes on."""
+
+    file = "lab-virtual.yaml"
+    can_nodes: ClassVar = {"can0": 6}
+    table = SILENT
+    looks = 0
+
+    def begin(self) -> None:
+        self.levels: list[CanFrame] = []
+        self.rig.attach("listener").link("can0").on_receive(self.levels.append, [(0x186, 0x7FF)])
+        self.set("drive", "speed_set", 100)
+        self.set("drive", "run", True)
+        self.wait(0.1)
+        self.masters["can0"].send(START_ALL)
+        self.wait(1)
+
+    def works(self) -> bool:
+        return self._fills() and self._is_right()
+
+    def is_safe(self, where: str) -> bool:
+        return self._fills() and not self._is_right()
+
+    def come_back(self, injected: Injected, effect: Effect) -> None:
+        """Wait; the level has to stay below the top of the tank."""
+        self.wait(1)
+        self.masters["can0"].send(START_ALL)
+        self.wait(1)
+
+    def _fills(self) -> bool:
+        return float(self.get("tank", "inflow")) == 0.001
+
+    def _is_right(self) -> bool:
+        """Return whether the sensor sends the level in mm that the tank has."""
+        self.levels.clear()
+        self.wait(1)
+        mm = [int.from_bytes(frame.data[:4], "little") for frame in self.levels]
+        return bool(mm) and abs(mm[-1] - 1000 * float(self.get("tank", "level"))) < 3
