@@ -16,24 +16,12 @@ from fieldrig.bus import Bus, BusModel, Delivery, ModelBus, Time, words_of
 from fieldrig.settings import Settings
 from fieldrig_bus.net import HubSettings
 from fieldrig_bus.signals.codec import LONGEST_NAME, check_sent, check_text, decode, encode, show
+from fieldrig_bus.signals.pulse_train import PulseTrain
+from fieldrig_bus.signals.pwm import Pwm
 from fieldrig_bus.signals.signal import Motion, Signal
 
-__all__ = [
-    "LONGEST_NAME",
-    "MOST_OF_A_MEMBER",
-    "MOST_WIRES",
-    "Motion",
-    "Signal",
-    "WiresFamily",
-    "WiresHub",
-    "WiresHubSettings",
-    "WiresModel",
-    "WiresSettings",
-    "WiresVirtual",
-    "decode",
-    "encode",
-    "show",
-]
+__all__ = ["Motion", "PulseTrain", "Pwm", "Signal"]
+"""The public names; buses of this module are named by their kind."""
 
 log = logging.getLogger(__name__)
 

@@ -17,7 +17,8 @@ from pydantic import Field
 
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.settings import Settings
-from fieldrig_bus.wires import ALARMS, MOST_WIRES, Alarm, Signal, WiresFamily, decode, encode, raised
+from fieldrig_bus.signals.codec import decode, encode
+from fieldrig_bus.wires import ALARMS, MOST_WIRES, Alarm, Signal, WiresFamily, raised
 
 log = logging.getLogger(__name__)
 

@@ -1,1 +1,84 @@
-"""fieldrig: the kernel.  It knows no bus and no device; it finds both by their `kind`."""
+"""The public names of fieldrig: rigs, time, and what a device, a bus or a test of your own needs.
+
+The package is the kernel: it knows no bus and no device, and finds both by their `kind`.  Messages are in the package
+of their family (`fieldrig_bus.can`), tools in that of their device (`fieldrig_devices.conformance`).  Everything that
+docs/reference.md does not list is private and may move.
+"""
+
+from typing import TYPE_CHECKING
+
+from fieldrig.lazy import lazy_names
+
+__all__ = [
+    "MS",
+    "US",
+    "Background",
+    "Bus",
+    "BusError",
+    "BusModel",
+    "Claim",
+    "Clock",
+    "ConfigError",
+    "ConfigFile",
+    "ControlError",
+    "Delivery",
+    "Device",
+    "DirectBus",
+    "EventNode",
+    "Link",
+    "LiveRig",
+    "LiveRigMaker",
+    "MemoryStore",
+    "Mistake",
+    "ModelBus",
+    "Point",
+    "Rig",
+    "RigConfig",
+    "RigError",
+    "RigMaker",
+    "S",
+    "Settings",
+    "Store",
+    "StoreError",
+    "Timer",
+    "Value",
+    "VirtualClock",
+    "WrongKey",
+    "from_dict",
+    "load",
+    "restore",
+]
+
+if TYPE_CHECKING:
+    from fieldrig.background import Background
+    from fieldrig.bus import Bus, BusModel, Delivery, DirectBus, ModelBus
+    from fieldrig.clock import MS, US, Clock, S, Timer, VirtualClock
+    from fieldrig.config import RigConfig, from_dict, load
+    from fieldrig.device import Device, Point, Value
+    from fieldrig.errors import BusError, ConfigError, ControlError, Mistake, RigError
+    from fieldrig.link import Link
+    from fieldrig.live_rig import LiveRig
+    from fieldrig.node import EventNode
+    from fieldrig.pytest_plugin import LiveRigMaker, RigMaker
+    from fieldrig.rig import Rig
+    from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey
+    from fieldrig.store import MemoryStore, Store, StoreError, restore
+else:
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "fieldrig.background": "Background",
+            "fieldrig.bus": "Bus BusModel Delivery DirectBus ModelBus",
+            "fieldrig.clock": "MS S US Clock Timer VirtualClock",
+            "fieldrig.config": "RigConfig from_dict load",
+            "fieldrig.device": "Device Point Value",
+            "fieldrig.errors": "BusError ConfigError ControlError Mistake RigError",
+            "fieldrig.link": "Link",
+            "fieldrig.live_rig": "LiveRig",
+            "fieldrig.node": "EventNode",
+            "fieldrig.pytest_plugin": "LiveRigMaker RigMaker",
+            "fieldrig.rig": "Rig",
+            "fieldrig.settings": "Claim ConfigFile Settings WrongKey",
+            "fieldrig.store": "MemoryStore Store StoreError restore",
+        },
+    )

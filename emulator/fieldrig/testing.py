@@ -16,6 +16,8 @@ except ImportError:  # Windows: ports are free, but only this process keeps them
 else:
     HAS_LOCKS = True
 
+__all__ = ["RecordedLink", "free_port", "plain_forms", "return_port"]
+
 M = TypeVar("M")
 
 

@@ -4,18 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig_bus.wires import (
-    LONGEST_NAME,
-    MOST_OF_A_MEMBER,
-    MOST_WIRES,
-    Alarm,
-    Motion,
-    Signal,
-    WiresModel,
-    decode,
-    encode,
-    show,
-)
+from fieldrig_bus.signals.codec import LONGEST_NAME, decode, encode, show
+from fieldrig_bus.wires import MOST_OF_A_MEMBER, MOST_WIRES, Alarm, Motion, Signal, WiresModel
 
 
 def test_a_signal_reaches_the_listeners_of_its_name() -> None:

@@ -13,9 +13,10 @@ import pytest
 
 from fieldrig.trace import TraceEntry
 from fieldrig.trace_files import write
+from fieldrig_bus.signals.codec import encode
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm
-from fieldrig_bus.wires import Motion, Signal, encode
+from fieldrig_bus.wires import Motion, Signal
 
 pytestmark = pytest.mark.real
 

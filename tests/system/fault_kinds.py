@@ -10,8 +10,8 @@ from fieldrig.injected_faults import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig.testing import RecordedLink
-from fieldrig_bus import wires
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.signals import codec
 from fieldrig_bus.wires import Signal
 
 
@@ -53,9 +53,9 @@ class Soil(DirectBus[Signal]):
     def __init__(self, name: str, settings: SoilSettings) -> None:
         super().__init__(name, settings)
 
-    encode = staticmethod(wires.encode)
-    decode = staticmethod(wires.decode)
-    show = staticmethod(wires.show)
+    encode = staticmethod(codec.encode)
+    decode = staticmethod(codec.decode)
+    show = staticmethod(codec.show)
 
     async def open(self, at: Attachment) -> Link[Signal]:
         at.heard(at.member, Signal("seed", at.seed))

@@ -13,9 +13,10 @@ from typing import Final
 
 from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry, is_time_of_day
+from fieldrig_bus.signals.codec import decode
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm
-from fieldrig_bus.wires import Signal, WiresFamily, decode
+from fieldrig_bus.wires import Signal, WiresFamily
 
 Value = bool | int | float
 Waveform = PulseTrain | Pwm

@@ -9,7 +9,8 @@ from fieldrig.cli.trace import app
 from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry
 from fieldrig.trace_files import read, write
-from fieldrig_bus.wires import Signal, encode
+from fieldrig_bus.signals.codec import encode
+from fieldrig_bus.wires import Signal
 
 ENTRIES = [
     TraceEntry(0, "wires", "wires", "plc", encode(Signal("cell.valve", True))),

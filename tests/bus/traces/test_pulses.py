@@ -11,12 +11,13 @@ from vcd_reader import VCDVCD
 from fieldrig.clock import MS, S
 from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry
+from fieldrig_bus.signals.codec import encode
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm
 from fieldrig_bus.traces import vcd
 from fieldrig_bus.traces.timing_diagram import RIGHT, Window, steps_in
 from fieldrig_bus.traces.waves import waves_of
-from fieldrig_bus.wires import Signal, encode
+from fieldrig_bus.wires import Signal
 
 DAY_NS = 1_700_000_000_123_456_789
 

@@ -13,10 +13,11 @@ from fieldrig.clock import MS, S
 from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry
 from fieldrig.trace_files import write
+from fieldrig_bus.signals.codec import encode
 from fieldrig_bus.traces.draw_command import draw
 from fieldrig_bus.traces.timing_diagram import RIGHT, Window, steps_in, ticks, timing_diagram
 from fieldrig_bus.traces.waves import Wave
-from fieldrig_bus.wires import Signal, encode
+from fieldrig_bus.wires import Signal
 
 SVG = "{http://www.w3.org/2000/svg}"
 DAY_NS = 1_700_000_000_000_000_000

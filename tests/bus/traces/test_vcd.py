@@ -14,9 +14,10 @@ from vcd_reader import VCDVCD
 
 from fieldrig.errors import RigError
 from fieldrig.trace import TraceEntry
+from fieldrig_bus.signals.codec import encode
 from fieldrig_bus.traces import vcd
 from fieldrig_bus.traces.vcd_names import legal_paths
-from fieldrig_bus.wires import Motion, Signal, encode
+from fieldrig_bus.wires import Motion, Signal
 
 DAY_NS = 1_700_000_000_123_456_789
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_$]*")

@@ -9,9 +9,9 @@ from fieldrig.clock import MS, S
 from fieldrig.rig import Rig
 from fieldrig.trace import TraceEntry
 from fieldrig.yaml_source import read
+from fieldrig_bus.signals.codec import encode
 from fieldrig_bus.traces.timing_diagram import Window, timing_diagram
 from fieldrig_bus.traces.waves import waves_of
-from fieldrig_bus.wires import encode
 
 SHOWN: Final = ("pump.run", "pump.speed", "tank.inflow", "tank.level")
 END_NS: Final = 60 * S
