@@ -12,6 +12,7 @@ from fieldrig.lazy import lazy_names
 __all__ = [
     "MS",
     "US",
+    "ArgumentError",
     "Background",
     "Bus",
     "BusError",
@@ -41,6 +42,7 @@ __all__ = [
     "Store",
     "StoreError",
     "Timer",
+    "UnmetError",
     "Value",
     "VirtualClock",
     "WrongKey",
@@ -55,7 +57,7 @@ if TYPE_CHECKING:
     from fieldrig.clock import MS, US, Clock, S, Timer, VirtualClock
     from fieldrig.config import RigConfig, from_dict, load
     from fieldrig.device import Device, Point, Value
-    from fieldrig.errors import BusError, ConfigError, ControlError, Mistake, RigError
+    from fieldrig.errors import ArgumentError, BusError, ConfigError, ControlError, Mistake, RigError, UnmetError
     from fieldrig.link import Link
     from fieldrig.live_rig import LiveRig
     from fieldrig.node import EventNode
@@ -72,7 +74,7 @@ else:
             "fieldrig.clock": "MS S US Clock Timer VirtualClock",
             "fieldrig.config": "RigConfig from_dict load",
             "fieldrig.device": "Device Point Value",
-            "fieldrig.errors": "BusError ConfigError ControlError Mistake RigError",
+            "fieldrig.errors": "ArgumentError BusError ConfigError ControlError Mistake RigError UnmetError",
             "fieldrig.link": "Link",
             "fieldrig.live_rig": "LiveRig",
             "fieldrig.node": "EventNode",

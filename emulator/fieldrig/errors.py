@@ -3,6 +3,8 @@
 RigError              anything that a user can fix; printed without a traceback
 ├── ConfigError       wrong configuration, with every mistake found
 ├── UsageError        a command was called with a wrong request, or with a file of the wrong kind
+├── ArgumentError     a call from Python has a wrong argument; a TypeError and a ValueError as well
+├── UnmetError        a condition did not hold in time
 ├── BusError          a port, a path or a network device that is not available
 ├── RefusedError      a device outside, such as an encoder at a serial port, refuses what a command asks for
 └── ControlError      no rig answers, or it refuses
@@ -48,6 +50,14 @@ class ConfigError(RigError):
 
 class UsageError(RigError):
     """A command was called with a wrong request, or with a file of the wrong kind."""
+
+
+class ArgumentError(RigError, TypeError, ValueError):
+    """A call from Python has an argument that it can't take.  Python's own calls raise TypeError or ValueError then."""
+
+
+class UnmetError(RigError):
+    """A condition did not hold in time; `remedy` has the values that it saw."""
 
 
 class BusError(RigError):

@@ -12,12 +12,13 @@ import time
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Final, Self, overload
 
 from fieldrig.control import Client
 from fieldrig.device import Value
 from fieldrig.errors import ControlError, RigError
 from fieldrig.net import ENDPOINT_VARIABLE
+from fieldrig.point_names import split_point, written_point
 from fieldrig.testing import free_port
 
 FIELDRIG: Final = (sys.executable, "-m", "fieldrig")
@@ -107,13 +108,27 @@ class LiveRig(UpProcess):
             self.close()
             raise
 
-    def get(self, device: str, key: str) -> Value:
-        """Return the present value of a point.  ControlError if there is none of that name."""
+    def get(self, point: str, key: str | None = None) -> Value:
+        """Return the present value of a point: `get("tank/level")`, or `get("tank", "level")`.
+
+        ControlError if there is none of that name.
+        """
+        device, key = split_point(point, key)
         value: Value = self.ask(f"device/{device}/get", {"keys": [key]})[key]
         return value
 
-    def set(self, device: str, key: str, value: Value) -> None:
-        """Write a point.  ControlError, with what was expected, if it refuses the value."""
+    @overload
+    def set(self, point: str, value: Value, /) -> None: ...
+
+    @overload
+    def set(self, device: str, key: str, value: Value, /) -> None: ...
+
+    def set(self, point: str, *key_and_value: Value) -> None:
+        """Write a point: `set("tank/level", 1.25)`, or `set("tank", "level", 1.25)`.
+
+        ControlError, with what was expected, if it refuses the value.
+        """
+        device, key, value = written_point(point, *key_and_value)
         self.ask(f"device/{device}/set", {"values": {key: value}})
 
     def _wait_until_ready(self) -> None:

@@ -10,21 +10,28 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from random import Random
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Final, Self, TypeVar, overload
 
 from fieldrig.bus import Bus, BusModel, Delivery, ModelBus
-from fieldrig.clock import NEVER_NS, whole_ns
+from fieldrig.clock import MS, NEVER_NS, whole_ns
 from fieldrig.config import RigConfig
 from fieldrig.device import Value
-from fieldrig.errors import ControlError, RigError, refusals
+from fieldrig.errors import ArgumentError, ControlError, RigError, UnmetError, refusals
 from fieldrig.nearest import closest
 from fieldrig.node import Deliveries, EventNode, LocalNode, Node, Outbox
+from fieldrig.point_names import split_point, written_point
+from fieldrig.readings import Readings, seconds
 from fieldrig.remote_node import RemoteNode
 from fieldrig.store import MemoryStore, Store
+from fieldrig.untrusted import shown
 
 LONGEST_INSTANT = 10_000
 """Rounds of reactions at one instant after which the rig reports an endless exchange between devices."""
 
+LOOK_NS: Final = 1 * MS
+"""Longest time between two looks at a condition; values such as the level of a tank change without an event."""
+
+T = TypeVar("T")
 OnDelivery = Callable[[Bus[Any], Delivery[Any]], None]
 
 
@@ -57,6 +64,8 @@ class Rig:
         """The instant at which each member acts next, or `NEVER_NS`."""
         self._earliest_ns = NEVER_NS
         """The earliest of these instants."""
+        self._readings: Readings | None = None
+        """The record of points that are read, while a condition is looked at."""
         try:
             self._build(stores or {})
         except BaseException:
@@ -86,6 +95,27 @@ class Rig:
         for node in self._outside.values():
             node.clock.instant_ns = self.now_ns
 
+    def run_for(self, duration_ns: int) -> None:
+        """Let everything happen that happens in the next `duration_ns`, such as `10 * MS`."""
+        self.run_until(self.now_ns + _duration(duration_ns, "run_for"))
+
+    def until(self, condition: Callable[[], T], within: int) -> T:
+        """Run until `condition()` is true, at most for `within` nanoseconds, and return what it returned.
+
+        It is called now, after each instant at which something happens, and at least once in a millisecond.
+        UnmetError, with the points that it read and their last changes, if it is never true.
+        """
+        begin_ns, readings = self.now_ns, Readings()
+        end_ns = begin_ns + _duration(within, "until")
+        while not (met := self._looked_at(condition, readings)):
+            if self.now_ns >= end_ns:
+                times = f"within {seconds(within)}, from {seconds(begin_ns)} to {seconds(end_ns)}"
+                raise UnmetError(f"the condition did not hold {times}", readings.text())
+            next_ns = self.next_ns()
+            look_ns = self.now_ns + LOOK_NS
+            self.run_until(min(end_ns, look_ns if next_ns is None else max(min(next_ns, look_ns), self.now_ns + 1)))
+        return met
+
     def attach(self, member: str) -> EventNode:
         """Add a member from outside, such as a test, with a `clock` and a `link(bus)` to any bus of the rig."""
         if member in self._nodes or member in self._outside:
@@ -101,15 +131,26 @@ class Rig:
         """Return the keys of a device's points, each with its unit."""
         return self._node(device).keys()
 
-    def get(self, device: str, key: str) -> Value:
-        """Return the value of a point at the present instant.
+    def get(self, point: str, key: str | None = None) -> Value:
+        """Return the value of a point at the present instant: `get("tank/level")`, or `get("tank", "level")`.
 
         Reading is not an event and changes nothing that follows.
         """
-        return self._node(device).get(self.now_ns, key)
+        device, key = split_point(point, key)
+        value = self._node(device).get(self.now_ns, key)
+        if self._readings is not None:
+            self._readings.note(device, key, self.now_ns, value)
+        return value
 
-    def set(self, device: str, key: str, value: Value) -> None:
-        """Write a point at the present instant."""
+    @overload
+    def set(self, point: str, value: Value, /) -> None: ...
+
+    @overload
+    def set(self, device: str, key: str, value: Value, /) -> None: ...
+
+    def set(self, point: str, *key_and_value: Value) -> None:
+        """Write a point at the present instant: `set("tank/level", 1.25)`, or `set("tank", "level", 1.25)`."""
+        device, key, value = written_point(point, *key_and_value)
         with self._present(device) as node:
             node.set(key, value)
 
@@ -171,6 +212,13 @@ class Rig:
             for bus in dict.fromkeys(bus for buses in entry.links.values() for bus in buses):
                 self._models[bus].join(name)
         self._step(self._nodes, 0, {})
+
+    def _looked_at(self, condition: Callable[[], T], readings: Readings) -> T:
+        self._readings = readings
+        try:
+            return condition()
+        finally:
+            self._readings = None
 
     def _node(self, device: str) -> Node:
         try:
@@ -314,3 +362,12 @@ class Rig:
                 self._gather(node.outbox)
             self._earliest_ns = min(self._next_of.values())
             self._hand_in(self.now_ns)
+
+
+def _duration(duration_ns: int, call: str) -> int:
+    """Return a duration of a call.  ArgumentError for a negative one, or anything but whole nanoseconds."""
+    if type(duration_ns) is not int or duration_ns < 0:
+        raise ArgumentError(
+            f"{call} can't take {shown(duration_ns)}", "expected a duration in whole nanoseconds, such as 10 * MS"
+        )
+    return duration_ns

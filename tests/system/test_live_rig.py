@@ -38,7 +38,9 @@ def file(tmp_path: Path) -> Path:
 
 def test_points_are_read_and_written_and_the_rig_ends_in_order(file: Path) -> None:
     with LiveRig(file, "devices.tank.initial_level_m=1.25") as rig:
-        assert rig.get("tank", "level") == 1.25
+        assert rig.get("tank", "level") == rig.get("tank/level") == 1.25
+        rig.set("tank/level", 1.5)
+        assert rig.get("tank/level") == 1.5
         assert rig.status()["processes"]["tank"]["state"] == "ready"
         assert (rig.run / "log" / "tank.log").exists()
     assert rig.process.returncode == 0
