@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from fieldrig_bus.can import notices
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
-from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame, check, check_frame
+from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame
 from fieldrig_bus.can.notices import NOTICE, Notice
 
 CanMessage = CanFrame | Notice
@@ -56,7 +56,9 @@ def decode(data: bytes) -> CanMessage:
     if word & ~EXTENDED_MASK == NOTICE:
         return notices.decode(data)
     is_remote = bool(word & REMOTE)
-    frame = CanFrame(
+    if not is_remote and length & ~_SWITCHED != len(payload):
+        raise ValueError(f"not a CAN frame, because its length is wrong: {data.hex(' ')}")
+    return CanFrame(
         word & EXTENDED_MASK,
         payload,
         is_extended=bool(word & EXTENDED),
@@ -65,16 +67,11 @@ def decode(data: bytes) -> CanMessage:
         is_fd=bool(word & _FD),
         is_bit_rate_switched=length >= _SWITCHED,
     )
-    if not is_remote and length & ~_SWITCHED != len(payload):
-        raise ValueError(f"not a CAN frame, because its length is wrong: {data.hex(' ')}")
-    return check(frame)
 
 
 def check_sent(message: Any) -> None:
     """Raise TypeError or ValueError for what a member can't send, such as a notice that only its controller sends."""
-    if type(message) is CanFrame:
-        check_frame(message)
-    else:
+    if type(message) is not CanFrame:  # a frame is right since it was made
         notices.check_sent(message)
 
 

@@ -152,6 +152,12 @@ class Babble(Timed):
     period_ms: float = Field(default=0, ge=0, le=LONGEST_MS, description="period; 0: one frame directly after another")
     count: int | None = Field(default=None, ge=1, description="number of frames; left out: any number")
 
+    @model_validator(mode="after")
+    def _check_identifier(self) -> "Babble":
+        if self.extended is False and self.identifier > STANDARD_MASK:
+            raise ValueError(f"identifier {self.identifier:#x} has 29 bits: expected at most 0x7ff, or extended: true")
+        return self
+
     def frame(self) -> CanFrame:
         """The frame that the member sends."""
         is_extended = self.identifier > STANDARD_MASK if self.extended is None else self.extended

@@ -24,7 +24,7 @@ from fieldrig.clock import MS, Clock
 from fieldrig.link import Link
 from fieldrig_bus.backlog import Backlog, backlog_of
 from fieldrig_bus.can.acceptance import ERRORS, EVERYTHING, STATE
-from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame, check
+from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame
 from fieldrig_bus.can.notices import BusState, CanControl, CanError, CanState, ErrorKind, Notice
 from fieldrig_bus.can.sja1000 import AcceptanceFilter
 from fieldrig_bus.net import Connection, ServingPort, TcpServer, join_as_client
@@ -90,7 +90,7 @@ def decode(command: bytes) -> CanFrame:
     size = FD_LENGTHS[unhexlify(b"0" + length)[0]]
     if len(data) != (0 if form.is_remote else size):
         raise ValueError("the length is not the length of the data")
-    return check(CanFrame(identifier, data, form.is_extended, form.is_remote, size * form.is_remote, *form[2:]))
+    return CanFrame(identifier, data, form.is_extended, form.is_remote, size * form.is_remote, *form[2:])
 
 
 class When(Flag):

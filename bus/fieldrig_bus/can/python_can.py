@@ -94,7 +94,11 @@ class PythonCanEnd:
     def _deliver(self, message: "can.Message") -> None:
         if message.is_error_frame or not message.is_rx or self._handler is None:
             return
-        frame = from_python_can(message)
+        try:
+            frame = from_python_can(message)
+        except ValueError as fault:  # the driver of an adapter is from outside, too
+            log.debug("%s: %s", self._at.member, fault)
+            return
         if passes(received(frame), self._filters):
             self._at.deliver(self._handler, frame)
 
@@ -147,15 +151,16 @@ def to_python_can(frame: CanFrame) -> "can.Message":
 
 
 def from_python_can(message: "can.Message") -> CanFrame:
-    is_remote = message.is_remote_frame
+    """Return the frame of a message.  ValueError for one that no bus carries."""
+    is_remote = bool(message.is_remote_frame)
     return CanFrame(
         message.arbitration_id,
         b"" if is_remote else bytes(message.data),
-        message.is_extended_id,
+        bool(message.is_extended_id),
         is_remote,
         message.dlc if is_remote else 0,
-        message.is_fd,
-        message.bitrate_switch,
+        bool(message.is_fd),
+        bool(message.bitrate_switch),
     )
 
 

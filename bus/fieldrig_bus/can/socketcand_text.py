@@ -9,7 +9,7 @@ from typing import Final
 
 from fieldrig.clock import US, S
 from fieldrig_bus.can.acceptance import received
-from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame, check
+from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame
 from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH
 
 LONGEST_INTERVAL_NS: Final = 1_000_000_000 * S  # fits every timer
@@ -35,7 +35,7 @@ def interval_ns(seconds: bytes, microseconds: bytes) -> int:
 
 def key(identifier: bytes) -> int:
     """The identifier as `received` gives it for a data frame."""
-    return received(check(CanFrame(number(identifier, 16), is_extended=len(identifier) == 8)))
+    return received(CanFrame(number(identifier, 16), is_extended=len(identifier) == 8))
 
 
 def data_frame(words: Sequence[bytes]) -> CanFrame:
@@ -43,13 +43,13 @@ def data_frame(words: Sequence[bytes]) -> CanFrame:
     identifier, length, *data = words
     if len(data) != number(length):
         raise ValueError("the length is not the length of the data")
-    return check(CanFrame(number(identifier, 16), bytes_of(data), len(identifier) == 8))
+    return CanFrame(number(identifier, 16), bytes_of(data), len(identifier) == 8)
 
 
 def remote_frame(words: Sequence[bytes]) -> CanFrame:
     """The remote frame of the words `can_id can_dlc`."""
     identifier, length = words
-    return check(CanFrame(number(identifier, 16), b"", len(identifier) == 8, True, number(length)))
+    return CanFrame(number(identifier, 16), b"", len(identifier) == 8, True, number(length))
 
 
 def fd_frame(words: Sequence[bytes]) -> CanFrame:
@@ -58,14 +58,13 @@ def fd_frame(words: Sequence[bytes]) -> CanFrame:
     if len(data) != number(length) or len(data) > FD_LENGTHS[-1]:
         raise ValueError("the length is not the length of the data")
     size = next(each for each in FD_LENGTHS if each >= len(data))
-    frame = CanFrame(
+    return CanFrame(
         number(identifier, 16),
         bytes_of(data).ljust(size, b"\0"),
         is_extended=len(identifier) == 8,
         is_fd=True,
         is_bit_rate_switched=bool(number(flags, 16) & BIT_RATE_SWITCH),
     )
-    return check(frame)
 
 
 def masks(words: Sequence[bytes]) -> list[bytes]:

@@ -24,7 +24,7 @@ from fieldrig.device import Tool, WayIn
 from fieldrig.errors import BusError
 from fieldrig_bus.can.acceptance import Filters, passes, received
 from fieldrig_bus.can.direct import CanDirectBus, CanDirectSettings, DirectEnd
-from fieldrig_bus.can.frame import CanFrame, check
+from fieldrig_bus.can.frame import CanFrame
 
 log = logging.getLogger(__name__)
 
@@ -100,10 +100,9 @@ def from_wire(datagram: bytes) -> CanFrame | None:
             "bitrate_switch": bool(is_switched),
         }:
             data = data or b""
-            frame = CanFrame(identifier, data, is_extended, is_remote, length * is_remote, is_fd, is_switched)
             if not is_remote and length != len(data):
                 raise ValueError("the length is not the length of the data")
-            return check(frame)
+            return CanFrame(int(identifier), data, is_extended, is_remote, length * is_remote, is_fd, is_switched)
     raise ValueError("not a message of python-can")
 
 

@@ -16,7 +16,7 @@ from typing import Final, NamedTuple
 
 from fieldrig.values import counted
 from fieldrig_bus.can.codec import encode
-from fieldrig_bus.can.frame import EXTENDED_MASK, CanFrame, check
+from fieldrig_bus.can.frame import EXTENDED_MASK, CanFrame
 from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR
 from fieldrig_bus.can.socketcan_errors import notice_of
 
@@ -118,15 +118,13 @@ def _encoded(
         notice = notice_of(word & EXTENDED_MASK, data)
         return None if notice is None else encode(notice)
     return encode(
-        check(
-            CanFrame(
-                word,
-                data,
-                is_extended=len(digits) == EXTENDED_DIGITS,
-                is_remote=remote_length is not None,
-                remote_length=remote_length or 0,
-                is_fd=is_fd,
-                is_bit_rate_switched=is_switched,
-            )
+        CanFrame(
+            word,
+            data,
+            is_extended=len(digits) == EXTENDED_DIGITS,
+            is_remote=remote_length is not None,
+            remote_length=remote_length or 0,
+            is_fd=is_fd,
+            is_bit_rate_switched=is_switched,
         )
     )

@@ -23,7 +23,7 @@ from fieldrig.errors import UsageError
 from fieldrig.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
-from fieldrig_bus.can.frame import CanFrame, check
+from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR
 from fieldrig_bus.can.notices import BusState, CanError
 from fieldrig_bus.can.socketcan_errors import LENGTH, error_frame
@@ -215,17 +215,17 @@ def _can_frame(packet: bytes) -> CanFrame | None:
     is_remote = bool(word & REMOTE)
     if word & ERROR or not (is_remote or len(packet) >= _CAN.size + length):
         return None
-    frame = CanFrame(
-        word & 0x1FFF_FFFF,
-        b"" if is_remote else packet[_CAN.size : _CAN.size + length],
-        is_extended=bool(word & EXTENDED),
-        is_remote=is_remote,
-        remote_length=length if is_remote else 0,
-        is_fd=(is_fd := bool(flags & _FD) or len(packet) == _FD_MTU),
-        is_bit_rate_switched=is_fd and bool(flags & BIT_RATE_SWITCH),
-    )
+    is_fd = bool(flags & _FD) or len(packet) == _FD_MTU
     try:
-        return check(frame)
+        return CanFrame(
+            word & 0x1FFF_FFFF,
+            b"" if is_remote else packet[_CAN.size : _CAN.size + length],
+            is_extended=bool(word & EXTENDED),
+            is_remote=is_remote,
+            remote_length=length if is_remote else 0,
+            is_fd=is_fd,
+            is_bit_rate_switched=is_fd and bool(flags & BIT_RATE_SWITCH),
+        )
     except ValueError:
         return None
 

@@ -124,6 +124,14 @@ def test_a_babbling_idiot_holds_up_higher_identifiers() -> None:
     assert frames[-1][0] > 1000
 
 
+def test_a_babbling_idiot_has_an_identifier_of_its_format() -> None:
+    model = bus()
+    with pytest.raises(ValueError, match="identifier 0x900 has 29 bits: expected at most 0x7ff, or extended: true"):
+        model.add_fault(0, {"what": "babble", "node": "b", "identifier": 0x900, "extended": False})
+    model.add_fault(0, {"what": "babble", "node": "b", "identifier": 0x900, "count": 1})
+    assert [(frame.identifier, frame.is_extended) for _, _, frame, _ in heard(model)] == [(0x900, True)]
+
+
 def test_a_babbling_idiot_has_a_period_and_a_count() -> None:
     model = bus({"what": "babble", "node": "b", "identifier": 0, "period_ms": 1, "count": 3})
     assert [at for at, _, _, _ in heard(model)] == [50, 1050, 2050]

@@ -53,6 +53,15 @@ def test_python_can_is_heard_and_hears(bench: DirectBench, peer: can.BusABC) -> 
     assert bench.at["node"].traced == [("node", FRAMES[2])]
 
 
+def test_a_message_of_a_driver_that_no_bus_carries_is_dropped(bench: DirectBench, peer: can.BusABC) -> None:
+    heard: list[CanFrame] = []
+    bench.join("node").on_receive(heard.append)
+    peer.send(can.Message(arbitration_id=0x900, is_extended_id=False, check=False))
+    peer.send(can.Message(arbitration_id=0x123, data=[1, 2], is_extended_id=False))
+    bench.pump(lambda: bool(heard))
+    assert heard == [FRAMES[0]]
+
+
 def test_only_what_is_of_interest_is_heard(bench: DirectBench, peer: can.BusABC) -> None:
     heard: list[CanFrame] = []
     bench.join("node").on_receive(heard.append, [[0x124, 0x7FF | EXTENDED]])
