@@ -24,13 +24,14 @@ from fieldrig.config_links import wrong_links
 from fieldrig.config_source import TYPED, gather
 from fieldrig.conflicts import conflicts
 from fieldrig.device import Device
-from fieldrig.errors import ConfigError, Mistake, RigError
+from fieldrig.errors import ArgumentError, ConfigError, Mistake, RigError
 from fieldrig.homes import homes, linked, names_of_part, rules_of, unmatched
 from fieldrig.nearest import closest
 from fieldrig.net import UNIX_SOCKET
 from fieldrig.own_files import OUTSIDE_REMEDY, is_outside_allowed, leaves
 from fieldrig.settings import Settings, WrongKey, WrongSettingsError
 from fieldrig.settings_file import validated
+from fieldrig.untrusted import shown
 from fieldrig.wording import show
 from fieldrig.yaml_source import NOWHERE, KeyPath, Mark, Source, key_text
 
@@ -80,13 +81,19 @@ class RigConfig:
     devices: dict[str, DeviceEntry]
 
 
-def load(path: Path, overrides: Sequence[str] = (), only: Collection[str] | None = None) -> RigConfig:
+def load(path: str | Path, overrides: Sequence[str] = (), only: Collection[str] | None = None) -> RigConfig:
     """Load a rig file with `overrides` such as "buses.can0.bitrate=250000".  ConfigError with every mistake.
 
     A process that runs only some devices and buses names them in `only`.  The rest of the file is then neither imported
     nor checked, except the buses that those devices are linked to.
     """
-    return _Loader(gather(path, overrides), path, only).rig()
+    if not isinstance(path, str | Path):
+        raise ArgumentError(f"a rig file can't be {shown(path)}", 'expected a path, such as load("rig.yaml")')
+    if isinstance(overrides, str) or not all(isinstance(setting, str) for setting in overrides):
+        raise ArgumentError(
+            f"overrides can't be {shown(overrides)}", 'expected a list of texts, such as ["buses.can0.bitrate=250000"]'
+        )
+    return _Loader(gather(Path(path), overrides), Path(path), only).rig()
 
 
 def load_part(path: Path, overrides: Sequence[str], name: str) -> RigConfig:
@@ -113,9 +120,11 @@ def look_through(
     return config, loader.right, []
 
 
-def from_dict(data: Mapping[str, Any], folder: Path | None = None) -> RigConfig:
+def from_dict(data: Mapping[str, Any], folder: str | Path | None = None) -> RigConfig:
     """Load a rig from data in memory.  Its files are relative to `folder`, or to the current folder."""
-    folder = folder if folder is not None else Path.cwd()
+    if not isinstance(data, Mapping):
+        raise ArgumentError(f"a rig can't be {shown(data)}", 'expected a mapping with "time" and "devices"')
+    folder = Path(folder) if folder is not None else Path.cwd()
     source = Source(json.loads(json.dumps(data, default=str)), folders=[folder.absolute()])
     return _Loader(source, folder / "rig.yaml", None).rig()
 

@@ -16,10 +16,11 @@ from typing import Any, Final, Self, overload
 
 from fieldrig.control import Client
 from fieldrig.device import Value
-from fieldrig.errors import ControlError, RigError
+from fieldrig.errors import ArgumentError, ControlError, RigError
 from fieldrig.net import ENDPOINT_VARIABLE
 from fieldrig.point_names import split_point, written_point
 from fieldrig.testing import free_port
+from fieldrig.untrusted import shown
 
 FIELDRIG: Final = (sys.executable, "-m", "fieldrig")
 POLL_S: Final = 0.05
@@ -93,15 +94,18 @@ class UpProcess:
 class LiveRig(UpProcess):
     """A rig that is ready.  Use it in a `with` statement, or close it, to end the rig."""
 
-    def __init__(self, file: Path, *overrides: str) -> None:
+    def __init__(self, file: str | Path, *overrides: str) -> None:
         """Start `file` with `overrides` such as "buses.mb_tcp.listen=127.0.0.1:5021", and wait until it is ready.
 
         RigError, with everything that the rig printed, if it ends before that.
         """
+        if not isinstance(file, str | Path) or not all(isinstance(setting, str) for setting in overrides):
+            given = ", ".join(map(shown, (file, *overrides)))
+            raise ArgumentError(f"a rig can't be started from {given}", "expected a path, and overrides as texts")
         super().__init__()
         self.run = self.folder / "run"
         """The run folder, with ptys and log/."""
-        self.process = self.start_up(file, *(f"--set={setting}" for setting in (f"run={self.run}", *overrides)))
+        self.process = self.start_up(Path(file), *(f"--set={setting}" for setting in (f"run={self.run}", *overrides)))
         try:
             self._wait_until_ready()
         except BaseException:

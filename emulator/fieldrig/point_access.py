@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from fieldrig.device import Point, Value
 from fieldrig.errors import ControlError
 from fieldrig.nearest import closest
+from fieldrig.untrusted import shown
 
 
 def read_point(device: str, points: Mapping[str, Point], key: str) -> Value:
@@ -14,6 +15,8 @@ def read_point(device: str, points: Mapping[str, Point], key: str) -> Value:
 
 def write_point(device: str, points: Mapping[str, Point], key: str, value: Value) -> None:
     """Write a point.  ControlError for an unknown or read-only key, or a value that is refused."""
+    if not isinstance(value, bool | int | float | str):
+        raise ControlError(f"{key} can't be {shown(value)}", "expected a number, a text, true or false")
     point = _point(device, points, key)
     if point.write is None:
         raise ControlError(f"{key} can only be read")

@@ -42,7 +42,7 @@ def fieldrig_rig() -> Iterator[RigMaker]:
     with ExitStack() as rigs:
 
         def make(source: str | Path | dict[str, Any], *overrides: str) -> Rig:
-            config = from_dict(source) if isinstance(source, dict) else load(Path(source), overrides)
+            config = from_dict(source) if isinstance(source, dict) else load(source, overrides)
             return rigs.enter_context(Rig(config))
 
         yield make
@@ -59,6 +59,6 @@ def fieldrig_up() -> Iterator[LiveRigMaker]:
     with ExitStack() as rigs:
 
         def start(file: str | Path, *overrides: str) -> LiveRig:
-            return rigs.enter_context(LiveRig(Path(file), *overrides))
+            return rigs.enter_context(LiveRig(file, *overrides))
 
         yield start

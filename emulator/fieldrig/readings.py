@@ -34,8 +34,9 @@ class Readings:
 
 def seconds(time_ns: int) -> str:
     """Return a time with its unit and all of its digits, such as `2.0005 s`."""
-    whole, rest = divmod(time_ns, S)
-    return f"{whole}.{rest:09}".rstrip("0").rstrip(".") + " s"
+    whole, rest = divmod(abs(time_ns), S)
+    sign = "-" if time_ns < 0 else ""
+    return f"{sign}{whole}.{rest:09}".rstrip("0").rstrip(".") + " s"
 
 
 def _line(point: str, changes: list[tuple[int, Value]]) -> str:

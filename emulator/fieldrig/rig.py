@@ -42,7 +42,13 @@ class Rig:
         self, config: RigConfig, on_delivery: OnDelivery | None = None, stores: Mapping[str, Store] | None = None
     ) -> None:
         """RigError if a device can't be built.  `stores` keeps the memories of devices, by name, over a power cycle."""
+        if not isinstance(config, RigConfig):
+            raise ArgumentError(f"a rig can't be made of {shown(config)}", 'write Rig(load("rig.yaml"))')
+        for name in stores or {}:
+            if name not in config.devices:
+                raise ControlError(f"the rig has no device {name!r}", closest(name, list(config.devices)))
         self.config = config
+        self._is_closed = False
         self.now_ns = 0
         self.on_delivery = on_delivery
         self.buses: dict[str, ModelBus[Any]] = {}
@@ -74,6 +80,7 @@ class Rig:
 
     def next_ns(self) -> int | None:
         """Return the instant at which something happens next; None if nothing ever will."""
+        self._check_open()
         self._take_from_outside()
         earliest = min(self._earliest_ns, self._arrival_ns())
         return None if earliest == NEVER_NS else max(earliest, self.now_ns)
@@ -86,8 +93,12 @@ class Rig:
         return next_ns is not None
 
     def run_until(self, until_ns: int) -> None:
-        """Let everything happen up to and including `until_ns`, and stop there.  TypeError for anything but an int."""
-        until_ns = whole_ns(until_ns)
+        """Let everything happen up to and including `until_ns`, and stop there.
+
+        ArgumentError for anything but whole nanoseconds, and for an instant that has passed.
+        """
+        self._check_open()
+        until_ns = self._instant(until_ns)
         while (next_ns := self.next_ns()) is not None and next_ns <= until_ns:
             if self._outside or not self._run_alone(until_ns):
                 self._run_instant(next_ns)
@@ -105,6 +116,11 @@ class Rig:
         It is called now, after each instant at which something happens, and at least once in a millisecond.
         UnmetError, with the points that it read and their last changes, if it is never true.
         """
+        if not callable(condition):
+            raise ArgumentError(
+                f"until can't take {shown(condition)}",
+                'expected a function, such as until(lambda: rig.get("tank/level") > 1.5, within=60 * S)',
+            )
         begin_ns, readings = self.now_ns, Readings()
         end_ns = begin_ns + _duration(within, "until")
         while not (met := self._looked_at(condition, readings)):
@@ -118,6 +134,9 @@ class Rig:
 
     def attach(self, member: str) -> EventNode:
         """Add a member from outside, such as a test, with a `clock` and a `link(bus)` to any bus of the rig."""
+        self._check_open()
+        if not isinstance(member, str) or not member:
+            raise ArgumentError(f"a member can't be called {shown(member)}", 'expected a name, such as "master"')
         if member in self._nodes or member in self._outside:
             raise RigError(f"the rig already has a member {member!r}", "choose another name")
         node = EventNode(member, self.now_ns, Outbox(self.buses))
@@ -160,17 +179,21 @@ class Rig:
             return node.answer(question, message)
 
     def statistics(self, bus: str) -> dict[str, float]:
-        return self._models[bus].statistics(self.now_ns)
+        """Return frames, load and other figures of a bus, by name.  ControlError if there is no such bus."""
+        return self._model(bus).statistics(self.now_ns)
 
     def conditions(self, bus: str) -> Mapping[str, str]:
         """Return the states of a bus that are reported to a person, by a name of their own."""
-        return self._models[bus].conditions(self.now_ns)
+        return self._model(bus).conditions(self.now_ns)
 
     def add_fault(self, where: str, fault: Mapping[str, Any]) -> int:
         """Add a fault of a bus or a device from now on, and return its number.
 
         ControlError for one that it refuses.
         """
+        self._check_part(where)
+        if not isinstance(fault, Mapping):
+            raise ArgumentError(f"a fault can't be {shown(fault)}", 'expected a mapping, such as {"what": "drop"}')
         if where in self._models:
             with refusals(where):
                 return self._models[where].add_fault(self.now_ns, fault)
@@ -178,6 +201,10 @@ class Rig:
             return node.add_fault(fault)
 
     def clear_fault(self, where: str, number: int) -> None:
+        """Remove a fault of a bus or a device.  ControlError if there is none of this number."""
+        self._check_part(where)
+        if type(number) is not int:
+            raise ArgumentError(f"a fault can't have the number {shown(number)}", "expected what add_fault returned")
         if where in self._models:
             with refusals(where):
                 self._models[where].clear_fault(self.now_ns, number)
@@ -186,12 +213,15 @@ class Rig:
             node.clear_fault(number)
 
     def faults(self, where: str) -> Mapping[int, Mapping[str, Any]]:
+        """Return the faults of a bus or a device that were added and not cleared, by number."""
+        self._check_part(where)
         if where in self._models:
             return self._models[where].all_faults(self.now_ns)
         return self._node(where).faults(self.now_ns)
 
     def close(self) -> None:
-        """Stop every device; the last one started is the first to stop."""
+        """Stop every device; the last one started is the first to stop.  Closing twice does no harm."""
+        self._is_closed = True
         while self._nodes:
             self._nodes.popitem()[1].stop()
 
@@ -220,11 +250,40 @@ class Rig:
         finally:
             self._readings = None
 
-    def _node(self, device: str) -> Node:
+    def _check_open(self) -> None:
+        if self._is_closed:
+            raise RigError("the rig is closed", "use it inside its `with` statement, or build another one")
+
+    def _instant(self, until_ns: int) -> int:
+        """Return an instant that has not passed.  ArgumentError for anything else."""
         try:
-            return self._nodes[device]
-        except KeyError:
-            raise ControlError(f"the rig has no device {device!r}", closest(device, list(self._nodes))) from None
+            instant_ns = whole_ns(until_ns)
+        except TypeError as wrong:
+            raise ArgumentError(str(wrong)) from None
+        if instant_ns < self.now_ns:
+            raise ArgumentError(
+                f"run_until can't go back to {seconds(instant_ns)}: the rig is at {seconds(self.now_ns)}",
+                "run_for(10 * MS) goes on by a duration",
+            )
+        return instant_ns
+
+    def _node(self, device: str) -> Node:
+        self._check_open()
+        if not isinstance(device, str) or device not in self._nodes:
+            raise _unknown("device", device, self._nodes, "bus", self._models)
+        return self._nodes[device]
+
+    def _model(self, bus: str) -> BusModel[Any]:
+        self._check_open()
+        if not isinstance(bus, str) or bus not in self._models:
+            raise _unknown("bus", bus, self._models, "device", self._nodes)
+        return self._models[bus]
+
+    def _check_part(self, name: str) -> None:
+        """ControlError for what is neither a bus nor a device."""
+        self._check_open()
+        if not isinstance(name, str) or (name not in self._models and name not in self._nodes):
+            raise ControlError(f"the rig has no bus or device {name!r}", closest(name, [*self._models, *self._nodes]))
 
     @contextmanager
     def _present(self, device: str) -> Iterator[Node]:
@@ -362,6 +421,13 @@ class Rig:
                 self._gather(node.outbox)
             self._earliest_ns = min(self._next_of.values())
             self._hand_in(self.now_ns)
+
+
+def _unknown(sort: str, name: str, known: Iterable[str], other_sort: str, others: Iterable[str]) -> ControlError:
+    """Return the error for a name that is no device, or no bus, with what it may be instead."""
+    if isinstance(name, str) and name in others:
+        return ControlError(f"{name!r} is a {other_sort}, not a {sort}", closest("", list(known)))
+    return ControlError(f"the rig has no {sort} {name!r}", closest(name, list(known)))
 
 
 def _duration(duration_ns: int, call: str) -> int:

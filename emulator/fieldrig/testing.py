@@ -7,7 +7,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Generic, TypeVar
 
+from fieldrig.errors import ArgumentError
+from fieldrig.nearest import closest
 from fieldrig.shortcuts import SHORTCUTS
+from fieldrig.untrusted import shown
 
 try:
     import fcntl
@@ -51,6 +54,9 @@ def plain_forms(*names: str) -> Iterator[None]:
 
     Build and run the object in the same context, because some of its parts may be built while it runs.
     """
+    unknown = [name for name in names if name not in SHORTCUTS]
+    if unknown:
+        raise ArgumentError(f"there is no shortcut {shown(unknown[0])}", closest(unknown[0], list(SHORTCUTS)))
     places = [SHORTCUTS[name] for name in names]
     before = [place.is_taken for place in places]
     try:
@@ -84,6 +90,8 @@ def free_port() -> int:
 
 def return_port(port: int) -> None:
     """Give a port of `free_port` back, for programs that need many of them one after another."""
+    if port not in _kept:
+        raise ArgumentError(f"port {shown(port)} can't be returned", "expected a port that free_port has given")
     _kept.pop(port).close()
 
 

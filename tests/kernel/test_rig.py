@@ -174,7 +174,7 @@ def test_a_bus_takes_faults_at_run_time_or_says_that_it_takes_none() -> None:
             rig.clear_fault("can0", number)
         with pytest.raises(ControlError, match="wires: this bus takes no faults"):
             rig.add_fault("wires", {"what": "drop"})
-        with pytest.raises(ControlError, match="no device 'can1'"):
+        with pytest.raises(ControlError, match="no bus or device 'can1'"):
             rig.faults("can1")
 
 

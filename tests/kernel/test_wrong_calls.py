@@ -1,0 +1,174 @@
+"""Mistakes in calls from Python: each is refused with its name and a remedy, and changes nothing."""
+
+import inspect
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fieldrig import MS, ArgumentError, ControlError, LiveRig, Rig, RigError, S, from_dict, load
+from fieldrig.testing import free_port, plain_forms, return_port
+
+RIG: dict[str, Any] = {
+    "time": "virtual",
+    "buses": {"wires": {"kind": "wires.virtual"}, "can0": {"kind": "can.virtual", "bitrate": 500_000}},
+    "devices": {"dice": {"kind": "rig_kinds:Dice", "links": {"wires": "wires"}}},
+}
+FILE = Path(__file__).parents[2] / "configs" / "lab-virtual.yaml"
+_any: Any = lambda value: value  # noqa: E731  what mypy would find at once is what is called here
+
+
+def rig_of() -> Rig:
+    return Rig(from_dict(RIG, Path(__file__).parent))
+
+
+@pytest.fixture
+def rig() -> Iterator[Rig]:
+    """A rig at 20 ms."""
+    with rig_of() as rig:
+        rig.run_until(20 * MS)
+        yield rig
+
+
+NO_DEVICE = (r"the rig has no device 'dise'", r"did you mean dice\?")
+NO_BUS = (r"the rig has no bus 'can'", r"did you mean can0\?")
+NO_PART = (r"the rig has no bus or device 'can'", r"did you mean can0\?")
+A_BUS = (r"'can0' is a bus, not a device", "there are: dice")
+A_DEVICE = (r"'dice' is a device, not a bus", "there are: wires, can0")
+DURATION = "expected a duration in whole nanoseconds, such as 10 \\* MS"
+
+WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
+    "run_until": [
+        ((5 * MS,), (r"run_until can't go back to 0.005 s: the rig is at 0.02 s", r"run_for\(10 \* MS\)")),
+        ((-1,), (r"run_until can't go back to -0.000000001 s", r"run_for\(10 \* MS\)")),
+        ((1.5,), ("time is a whole number of nanoseconds, not 1.5", r"round\(seconds")),
+        (("10",), ("time is a whole number of nanoseconds, not '10'", r"round\(seconds")),
+    ],
+    "run_for": [((-1,), (r"run_for can't take -1", DURATION)), ((0.5,), (r"run_for can't take 0.5", DURATION))],
+    "until": [
+        ((False, S), (r"until can't take False", "expected a function, such as until\\(lambda: rig")),
+        ((lambda: True, -1), (r"until can't take -1", DURATION)),
+    ],
+    "attach": [
+        (("dice",), ("the rig already has a member 'dice'", "choose another name")),
+        ((5,), (r"a member can't be called 5", "expected a name")),
+        (("",), (r"a member can't be called ''", "expected a name")),
+    ],
+    "keys": [
+        (("dise",), NO_DEVICE),
+        (("can0",), A_BUS),
+        ((["dice"],), (r"has no device \['dice'\]", "there are|did you")),
+    ],
+    "get": [
+        (("dise/throws",), NO_DEVICE),
+        (("dise", "throws"), NO_DEVICE),
+        (("can0/load",), A_BUS),
+        (("dice/throw",), ("dice has no value 'throw'", "did you mean throws")),
+        (("dice",), ("'dice' is not a point", "expected DEVICE/KEY")),
+    ],
+    "set": [
+        (("dise/throws", 1), NO_DEVICE),
+        (("can0/load", 1), A_BUS),
+        (("dice/throw", 1), ("dice has no value 'throw'", "did you mean throws")),
+        (("dice/throws", None), (r"throws can't be None", "expected a number, a text, true or false")),
+        (("dice/throws", [1]), (r"throws can't be \[1\]", "expected a number, a text, true or false")),
+        (("dice/throws", -1), (r"throws can't be -1", "throws are counted from 0")),
+        (("dice/throws",), (r"'dice/throws' can't be set to nothing", "expected a value")),
+    ],
+    "answer": [
+        (("dise", "rethrow", None), NO_DEVICE),
+        (("can0", "rethrow", None), A_BUS),
+        (("dice", "dance", None), (r"this device can't answer dance", "")),
+    ],
+    "statistics": [(("can",), NO_BUS), (("dice",), A_DEVICE), (([],), (r"the rig has no bus \[\]", "there are"))],
+    "conditions": [(("can",), NO_BUS), (("dice",), A_DEVICE)],
+    "add_fault": [
+        (("can", {"what": "drop"}), NO_PART),
+        (("can0", "drop"), (r"a fault can't be 'drop'", "expected a mapping")),
+        (("can0", {"what": "drip"}), ("can0: .*drip", "")),
+        (("dice", {"what": "loadet"}), ("dice: .*loadet", "loaded")),
+        (("wires", {"what": "drop"}), ("wires: this bus takes no faults", "kinds that do")),
+    ],
+    "clear_fault": [
+        (("can", 1), NO_PART),
+        (("can0", 1), ("can0: there is no fault 1", "")),
+        (("dice", "1"), (r"a fault can't have the number '1'", "expected what add_fault returned")),
+    ],
+    "faults": [(("can",), NO_PART), ((None,), ("the rig has no bus or device None", "there are"))],
+}
+"""Wrong arguments of each call of a rig, with what is said and what would be right."""
+
+TAKE_NOTHING = {"next_ns", "step", "close"}
+
+
+def public_calls() -> set[str]:
+    return {name for name, call in inspect.getmembers(Rig, inspect.isfunction) if not name.startswith("_")}
+
+
+def test_every_call_of_a_rig_has_its_mistakes() -> None:
+    assert set(WRONG) == public_calls() - TAKE_NOTHING
+
+
+@pytest.mark.parametrize(
+    ("call", "arguments", "what", "remedy"),
+    [(call, arguments, *said) for call, rows in WRONG.items() for arguments, said in rows],
+)
+def test_a_wrong_argument_is_answered(rig: Rig, call: str, arguments: tuple[Any, ...], what: str, remedy: str) -> None:
+    with pytest.raises(RigError, match=f"(?s){what}.*{remedy}") as wrong:
+        getattr(rig, call)(*arguments)
+    assert isinstance(wrong.value, ArgumentError | ControlError) or call == "attach"
+    assert (rig.now_ns, rig.get("dice/throws"), rig.faults("can0"), rig.faults("dice")) == (20 * MS, 3, {}, {})
+
+
+def test_an_error_of_an_argument_is_also_one_of_python() -> None:
+    assert issubclass(ArgumentError, TypeError) and issubclass(ArgumentError, ValueError)  # noqa: PT018
+
+
+@pytest.mark.parametrize("call", sorted(public_calls() - {"close"}))
+def test_a_closed_rig_does_nothing_any_more(call: str) -> None:
+    with rig_of() as rig:
+        pass
+    right: dict[str, tuple[Any, ...]] = {
+        "run_until": (S,), "run_for": (S,), "until": (lambda: False, S), "attach": ("bench",), "keys": ("dice",),
+        "get": ("dice/throws",), "set": ("dice/throws", 1), "answer": ("dice", "rethrow", {"times": 1}),
+        "statistics": ("can0",), "conditions": ("can0",), "add_fault": ("can0", {"what": "drop"}),
+        "clear_fault": ("can0", 1), "faults": ("can0",),
+    }  # fmt: skip
+    with pytest.raises(RigError, match="the rig is closed\n  use it inside its `with` statement"):
+        getattr(rig, call)(*right.get(call, ()))
+    rig.close()
+
+
+@pytest.mark.parametrize(
+    ("call", "what"),
+    [
+        (lambda: load(_any(5)), r"a rig file can't be 5\n  expected a path, such as load"),
+        (lambda: load(_any(None)), r"a rig file can't be None"),
+        (lambda: load(FILE, "seed=3"), r"overrides can't be 'seed=3'\n  expected a list"),
+        (lambda: load(FILE, [_any(5)]), r"overrides can't be \[5\]"),
+        (lambda: from_dict(_any("rig.yaml")), r"a rig can't be 'rig.yaml'"),
+        (lambda: Rig(_any("rig.yaml")), r"a rig can't be made of 'rig.yaml'\n  write Rig\(load"),
+        (lambda: Rig(from_dict({"time": "virtual"}), stores={"dice": _any(None)}), "the rig has no device 'dice'"),
+        (lambda: LiveRig(_any(5)), r"a rig can't be started from 5\n  expected a path"),
+        (
+            lambda: LiveRig(FILE, _any(3)),
+            "a rig can't be started from .*, 3\n  expected a path, and overrides as texts",
+        ),
+        (lambda: plain_forms("can.clam").__enter__(), r"there is no shortcut 'can.clam'"),
+        (lambda: return_port(-1), r"port -1 can't be returned\n  expected a port that free_port has given"),
+    ],
+)
+def test_a_rig_is_not_made_of_anything_else(call: Callable[[], object], what: str) -> None:
+    with pytest.raises(RigError, match=what):
+        call()
+
+
+def test_a_path_may_be_a_text() -> None:
+    assert load(str(FILE)).devices.keys() == load(FILE).devices.keys()
+    return_port(free_port())
+
+
+def test_a_file_that_is_not_there_is_named() -> None:
+    with pytest.raises(RigError, match=r"lab-virtaul\.yaml: .*\n.*did you mean .*lab-virtual.yaml"):
+        load(str(FILE).replace("virtual", "virtaul"))
