@@ -14,11 +14,8 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from fieldrig.clock import MS, Clock, S, Timer
-from fieldrig.device import Device, Point
-from fieldrig.link import Link
-from fieldrig.settings import Settings
-from fieldrig_bus.can.frame import CanFrame
+from fieldrig import MS, Clock, Device, Link, Point, S, Settings, Timer
+from fieldrig_bus.can import CanFrame
 from fieldrig_bus.wires import Signal
 
 COMMAND, REPORT = 0x201, 0x181

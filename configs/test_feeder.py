@@ -5,10 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from fieldrig.clock import MS, S
-from fieldrig.pytest_plugin import RigMaker
-from fieldrig.rig import Rig
-from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig import MS, Rig, RigMaker, S
+from fieldrig_bus.modbus import ModbusRequest, ModbusResponse
 
 RIG = Path(__file__).with_name("feeder-virtual.yaml")
 FEEDER, SEALER = 1, 2
@@ -26,7 +24,7 @@ def master_of(rig: Rig, bus: str = "labels") -> Ask:
 
     def ask(unit: int, pdu: str) -> str:
         link.send(ModbusRequest(unit, bytes.fromhex(pdu), next(exchanges)))
-        rig.run_until(rig.now_ns + 50 * MS)
+        rig.run_for(50 * MS)
         return answers[-1]
 
     return ask
@@ -35,9 +33,7 @@ def master_of(rig: Rig, bus: str = "labels") -> Ask:
 def hot(fieldrig_rig: RigMaker) -> Rig:
     """The rig with a bar that has its temperature."""
     rig = fieldrig_rig(RIG)
-    while not rig.get("feeder", "g_bHot"):
-        rig.run_until(rig.now_ns + S)
-    assert rig.now_ns < 100 * S
+    rig.until(lambda: rig.get("feeder/g_bHot"), within=100 * S)
     return rig
 
 
@@ -51,26 +47,26 @@ def test_a_master_sets_the_recipe_and_each_feed_has_its_pulses(fieldrig_rig: Rig
         assert ask(FEEDER, START) == STARTED
         assert ask(FEEDER, "02 0000 0001") == "020101"  # busy
         ask(FEEDER, "05 0000 0000")
-        rig.run_until(rig.now_ns + S)
+        rig.run_for(S)
     assert ask(FEEDER, "04 0000 0004") == "0408" + "00000004" + "00000002"  # feeds, labels at the barrier
-    assert rig.get("feeder", "PTO00.Position") == 4 * 2_000
-    assert rig.get("web", "position") == pytest.approx(0.4, abs=1e-6)
+    assert rig.get("feeder/PTO00.Position") == 4 * 2_000
+    assert rig.get("web/position") == pytest.approx(0.4, abs=1e-6)
 
 
 def test_requests_of_several_sources_do_not_hide_each_other(fieldrig_rig: RigMaker) -> None:
     rig = hot(fieldrig_rig)
-    rig.set("feeder", "g_bStart", True)  # a master that never takes its request back
-    rig.run_until(rig.now_ns + 2 * S)
-    rig.set("feeder", "panel.key1", True)
-    rig.run_until(rig.now_ns + 2 * S)
-    assert rig.get("feeder", "g_udiFeeds") == 2
+    rig.set("feeder/g_bStart", True)  # a master that never takes its request back
+    rig.run_for(2 * S)
+    rig.set("feeder/panel.key1", True)
+    rig.run_for(2 * S)
+    assert rig.get("feeder/g_udiFeeds") == 2
 
 
 def test_a_recipe_beyond_the_limits_of_the_table_is_refused(fieldrig_rig: RigMaker) -> None:
     rig = fieldrig_rig(RIG)
     ask = master_of(rig)
     assert ask(FEEDER, "10 0002 0002 04 0000c351") == "9004"  # 50001 Hz
-    assert rig.get("feeder", "g_udiSpeed") == 10_000
+    assert rig.get("feeder/g_udiSpeed") == 10_000
 
 
 def test_a_ramp_that_is_too_short_is_an_error_of_the_block_until_the_reset(fieldrig_rig: RigMaker) -> None:
@@ -79,41 +75,41 @@ def test_a_ramp_that_is_too_short_is_an_error_of_the_block_until_the_reset(field
     ask(FEEDER, "10 0004 0002 04 00000005")  # 5 ms, below the 20 ms of the channel
     ask(FEEDER, START)
     assert ask(FEEDER, "04 0008 0002") == "0404" + "0003" + "0004"  # PTO_INVALID_PARAMETER, ErrorStop
-    assert rig.get("feeder", "panel.line1") == "drive error: reset"
+    assert rig.get("feeder/panel.line1") == "drive error: reset"
     ask(FEEDER, "10 0004 0002 04 000000c8")
     ask(FEEDER, "05 0000 0000")
     ask(FEEDER, "05 0001 ff00")
     assert ask(FEEDER, "02 0001 0001") == "020100"
     ask(FEEDER, START)
-    rig.run_until(rig.now_ns + 2 * S)
-    assert rig.get("feeder", "g_udiFeeds") == 1
+    rig.run_for(2 * S)
+    assert rig.get("feeder/g_udiFeeds") == 1
 
 
 def test_a_lost_ready_contact_stops_the_feed(fieldrig_rig: RigMaker) -> None:
     rig = hot(fieldrig_rig)
-    rig.set("feeder", "g_bStart", True)
-    rig.run_until(rig.now_ns + 150 * MS)
+    rig.set("feeder/g_bStart", True)
+    rig.run_for(150 * MS)
     rig.add_fault("stepper", {"what": "trip"})
-    rig.run_until(rig.now_ns + S)
-    assert (rig.get("feeder", "g_bError"), rig.get("feeder", "PTO00.State")) == (True, 4)
-    assert int(rig.get("feeder", "PTO00.Position")) < 2_000
+    rig.run_for(S)
+    assert (rig.get("feeder/g_bError"), rig.get("feeder/PTO00.State")) == (True, 4)
+    assert int(rig.get("feeder/PTO00.Position")) < 2_000
 
 
 def test_the_bar_follows_its_set_point(fieldrig_rig: RigMaker) -> None:
     rig = hot(fieldrig_rig)
     ask = master_of(rig)
     assert ask(SEALER, "06 0000 0708") == "0600000708"  # 180.0 degC
-    rig.run_until(rig.now_ns + 50 * S)
-    assert rig.get("heater", "temperature") == pytest.approx(180.0, abs=1.0)
+    rig.run_for(50 * S)
+    assert rig.get("heater/temperature") == pytest.approx(180.0, abs=1.0)
     assert ask(SEALER, "02 0000 0001") == "020101"
     ask(SEALER, "06 0000 0000")
-    rig.run_until(rig.now_ns + S)
-    assert rig.get("heater", "power") == 0
-    assert rig.get("feeder", "panel.line1") == "sealer is heating"
+    rig.run_for(S)
+    assert rig.get("heater/power") == 0
+    assert rig.get("feeder/panel.line1") == "sealer is heating"
 
 
 def test_without_heat_there_is_no_feed(fieldrig_rig: RigMaker) -> None:
     rig = fieldrig_rig(RIG)
-    rig.set("feeder", "g_bStart", True)
+    rig.set("feeder/g_bStart", True)
     rig.run_until(5 * S)
-    assert (rig.get("feeder", "PTO00.Position"), rig.get("feeder", "g_bBusy")) == (0, False)
+    assert (rig.get("feeder/PTO00.Position"), rig.get("feeder/g_bBusy")) == (0, False)

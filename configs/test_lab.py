@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from fieldrig.clock import MS, S
-from fieldrig.pytest_plugin import RigMaker
-from fieldrig_bus.can.frame import CanFrame
+from fieldrig import MS, RigMaker, S
+from fieldrig_bus.can import CanFrame
 
 RIG = Path(__file__).with_name("lab-virtual.yaml")
 START_ALL_NODES = CanFrame(0x000, bytes.fromhex("01 00"))
@@ -15,11 +14,11 @@ SENSOR_TPDO1 = 0x186
 
 def test_the_pump_raises_the_level_by_4_mm_a_second(fieldrig_rig: RigMaker) -> None:
     rig = fieldrig_rig(RIG)
-    rig.set("drive", "speed_set", 100)
-    rig.set("drive", "run", True)
+    rig.set("drive/speed_set", 100)
+    rig.set("drive/run", True)
     rig.run_until(100 * S)
-    assert rig.get("tank", "level") == pytest.approx(0.5 + 100 * 0.001 / 0.25)
-    assert rig.get("io", "6401:01") == 9000  # 0.1 mm a digit
+    assert rig.get("tank/level") == pytest.approx(0.5 + 100 * 0.001 / 0.25)
+    assert rig.get("io/6401:01") == 9000  # 0.1 mm a digit
 
 
 def test_the_level_transmitter_reports_once_it_is_started(fieldrig_rig: RigMaker) -> None:

@@ -2,20 +2,18 @@
 
 from pathlib import Path
 
-from fieldrig.clock import S
-from fieldrig.pytest_plugin import RigMaker
-from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig import RigMaker, S
+from fieldrig_bus.modbus import ModbusRequest, ModbusResponse
 
 RIG = Path(__file__).with_name("machine-virtual.yaml")
 
 
 def test_the_ring_comes_up_beside_the_film_and_the_glue(fieldrig_rig: RigMaker) -> None:
     rig = fieldrig_rig(RIG)
-    while not rig.get("max4", "booted"):
-        rig.run_until(rig.now_ns + S)
-    rig.run_until(rig.now_ns + 2 * S)
-    assert (rig.get("max4", "ring.state"), rig.get("max4", "DiagCode")) == ("up", 0)
-    assert rig.get("tank", "level") == 0.5
+    rig.until(lambda: rig.get("max4/booted"), within=60 * S)
+    rig.run_for(2 * S)
+    assert (rig.get("max4/ring.state"), rig.get("max4/DiagCode")) == ("up", 0)
+    assert rig.get("tank/level") == 0.5
 
 
 def test_a_modbus_client_starts_the_wrapper_and_reads_its_packs(fieldrig_rig: RigMaker) -> None:
@@ -24,12 +22,12 @@ def test_a_modbus_client_starts_the_wrapper_and_reads_its_packs(fieldrig_rig: Ri
     answers: list[bytes] = []
     client.on_receive(lambda message: answers.append(message.pdu) if isinstance(message, ModbusResponse) else None)
     rig.run_until(5 * S)
-    rig.set("line", "F33", True)  # the film starts
+    rig.set("line/F33", True)  # the film starts
     rig.run_until(8 * S)
     client.send(ModbusRequest(1, bytes.fromhex("05 8000 ff00")))  # coil 32768
     rig.run_until(13 * S)
     client.send(ModbusRequest(1, bytes.fromhex("03 8001 0003")))  # registers 32769 to 32771
-    rig.run_until(rig.now_ns + S)
+    rig.run_for(S)
     started, shown = answers
     assert started == bytes.fromhex("05 8000 ff00")
     state, packs = int.from_bytes(shown[2:4]), int.from_bytes(shown[4:6])

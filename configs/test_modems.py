@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from fieldrig.clock import S
-from fieldrig.pytest_plugin import RigMaker
+from fieldrig import RigMaker, S
 
 RIG = Path(__file__).with_name("modems-virtual.yaml")
 
@@ -22,7 +21,7 @@ def test_the_office_calls_the_machine(fieldrig_rig: RigMaker) -> None:
     machine.send(b"Hello")
     rig.run_until(13 * S)
     assert heard["office"].endswith(b"Hello")
-    assert rig.get("office", "dcd") is True
+    assert rig.get("office/dcd") is True
 
 
 def test_a_poor_line_slows_the_call(fieldrig_rig: RigMaker) -> None:
@@ -32,4 +31,4 @@ def test_a_poor_line_slows_the_call(fieldrig_rig: RigMaker) -> None:
     machine.send(b"ATS0=1\r")
     office.send(b"ATDT200\r")
     rig.run_until(12 * S)
-    assert rig.get("office", "rate") == rig.get("machine", "rate") == 9600
+    assert rig.get("office/rate") == rig.get("machine/rate") == 9600

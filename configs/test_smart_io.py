@@ -5,11 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from fieldrig.clock import MS, S
-from fieldrig.pytest_plugin import RigMaker
-from fieldrig.rig import Rig
-from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig import MS, Rig, RigMaker, S
+from fieldrig_bus.can import CanFrame
+from fieldrig_bus.modbus import ModbusRequest, ModbusResponse
 
 RIG = Path(__file__).with_name("smart-io-virtual.yaml")
 TIMEOUT, UNEXPECTED, LOST, DOES_NOT_STOP = 0x1, 0x4000, 0x2000, 0x8000
@@ -25,7 +23,7 @@ def client_of(rig: Rig) -> Ask:
 
     def ask(pdu: str) -> str:
         link.send(ModbusRequest(1, bytes.fromhex(pdu), next(exchanges)))
-        rig.run_until(rig.now_ns + 20 * MS)
+        rig.run_for(20 * MS)
         return answers[-1]
 
     return ask
@@ -37,20 +35,20 @@ def zeroed(fieldrig_rig: RigMaker) -> tuple[Rig, Ask]:
     ask = client_of(rig)
     ask("10 0011 0004 08 ffff ffff 0001 0000")
     assert ask("06 0010 0006") == "0600100006"
-    rig.run_until(rig.now_ns + S)
-    assert rig.get("io", "motor1.ready")
+    rig.run_for(S)
+    assert rig.get("io/motor1.ready")
     return rig, ask
 
 
 def test_the_motor_finds_its_zero_and_moves_to_a_position(fieldrig_rig: RigMaker) -> None:
     rig, ask = zeroed(fieldrig_rig)
-    assert rig.get("io", "motor1.position") == pytest.approx(-2, abs=1), "it coasts"
+    assert rig.get("io/motor1.position") == pytest.approx(-2, abs=1), "it coasts"
     ask("10 0011 0002 04 0064 0000")
     ask("06 0010 0001")
-    rig.run_until(rig.now_ns + 2 * S)
+    rig.run_for(2 * S)
     assert ask("02 0140 0001") == "020101", "ready"
     assert ask("04 0010 0004") == "0408" + "00640000" + "00000000"
-    assert rig.get("rail", "position") == pytest.approx(100, abs=1.5)
+    assert rig.get("rail/position") == pytest.approx(100, abs=1.5)
 
 
 def test_a_canopen_master_moves_it_too(fieldrig_rig: RigMaker) -> None:
@@ -59,9 +57,9 @@ def test_a_canopen_master_moves_it_too(fieldrig_rig: RigMaker) -> None:
     seen: list[str] = []
     master.on_receive(lambda frame: seen.append(frame.data.hex()) if frame.identifier == 0x49F else None)
     master.send(CanFrame(0x000, b"\x01\x1f"))
-    rig.run_until(rig.now_ns + 10 * MS)
+    rig.run_for(10 * MS)
     master.send(CanFrame(0x51F, bytes.fromhex("3200000001")))  # 50, absolute move
-    rig.run_until(rig.now_ns + 2 * S)
+    rig.run_for(2 * S)
     assert seen[-1] == "3200000001"
 
 
@@ -80,8 +78,8 @@ def test_what_is_wrong_with_the_motor_is_in_its_error_word(
     rig.add_fault("rail", fault)
     ask("10 0011 0002 04 0001 0000")
     ask(f"06 0010 000{order}")
-    rig.run_until(rig.now_ns + 2 * S)
-    assert rig.get("io", "motor1.error") == error
+    rig.run_for(2 * S)
+    assert rig.get("io/motor1.error") == error
 
 
 def test_a_welded_contact_is_a_motor_that_does_not_stop(fieldrig_rig: RigMaker) -> None:
@@ -89,6 +87,6 @@ def test_a_welded_contact_is_a_motor_that_does_not_stop(fieldrig_rig: RigMaker) 
     rig.add_fault("rail", {"what": "welded"})
     ask("10 0011 0002 04 0005 0000")
     ask("06 0010 0001")
-    rig.run_until(rig.now_ns + 2 * S)
-    assert rig.get("io", "motor1.error") == DOES_NOT_STOP | LOST
-    assert rig.get("io", "error_word") == DOES_NOT_STOP | LOST
+    rig.run_for(2 * S)
+    assert rig.get("io/motor1.error") == DOES_NOT_STOP | LOST
+    assert rig.get("io/error_word") == DOES_NOT_STOP | LOST

@@ -2,11 +2,8 @@
 
 from pathlib import Path
 
-from fieldrig.clock import MS, S
-from fieldrig.pytest_plugin import RigMaker
-from fieldrig.rig import Rig
-from fieldrig_devices.dial.caller import Caller, Plan
-from fieldrig_devices.ppp.settings import Login
+from fieldrig import MS, Rig, RigMaker, S
+from fieldrig_devices.dial import Caller, Login, Plan
 
 RIG = Path(__file__).with_name("teleservice-virtual.yaml")
 MODEM_OFFLINE, MODEM_ONLINE = 6, 7  # Com1UserState
@@ -56,20 +53,19 @@ class Laptop:
 
 def ready(make: RigMaker) -> Laptop:
     rig = make(RIG)
-    while rig.get("max4", "Com1UserState") != MODEM_OFFLINE:
-        rig.run_until(rig.now_ns + S)
+    rig.until(lambda: rig.get("max4/Com1UserState") == MODEM_OFFLINE, within=60 * S)
     return Laptop(rig)
 
 
 def test_a_laptop_dials_and_reads_a_page(fieldrig_rig: RigMaker) -> None:
     laptop = ready(fieldrig_rig).call()
-    assert laptop.rig.get("max4", "Com1UserState") == MODEM_ONLINE
+    assert laptop.rig.get("max4/Com1UserState") == MODEM_ONLINE
     page = laptop.page("/AXES.HTM")
     assert page.startswith(b"HTTP/1.1 200 OK\r\n")
     assert all(b">%s</td>" % axis in page for axis in (b"infeed", b"film", b"jaw", b"outfeed"))
     laptop.caller.hang_up(laptop.rig.now_ns)
     laptop.run(8000)
-    assert laptop.rig.get("max4", "Com1UserState") == MODEM_OFFLINE
+    assert laptop.rig.get("max4/Com1UserState") == MODEM_OFFLINE
 
 
 def test_a_wrong_password_is_refused(fieldrig_rig: RigMaker) -> None:
@@ -82,8 +78,8 @@ def test_a_line_that_is_cut_can_be_dialled_again(fieldrig_rig: RigMaker) -> None
     laptop = ready(fieldrig_rig).call()
     fault = laptop.rig.add_fault("machine_modem", {"what": "power_off"})
     laptop.run(3000)
-    assert laptop.rig.get("max4", "Com1UserState") != MODEM_ONLINE
+    assert laptop.rig.get("max4/Com1UserState") != MODEM_ONLINE
     laptop.rig.clear_fault("machine_modem", fault)
-    while laptop.rig.get("max4", "Com1UserState") != MODEM_OFFLINE:
+    while laptop.rig.get("max4/Com1UserState") != MODEM_OFFLINE:
         laptop.run(1000)
     assert laptop.call().page("/").startswith(b"HTTP/1.1 200 OK\r\n")

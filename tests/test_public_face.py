@@ -1,13 +1,24 @@
-"""The public names of the packages: all there, known to mypy and editors, and free until they are used."""
+"""The public names of the packages: all there, known to mypy and editors, and free until they are used.
+
+Whatever a user is shown (docs, examples, and what `fieldrig new` writes) imports nothing else.
+"""
 
 import ast
+import re
 import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
 
 import pytest
+from doc_pages import PAGES, ROOT
 from public_face import LAZY, PUBLIC, imported_names
+
+from fieldrig_devices.begin.eds_rig import content_for
+
+SHOWN = [*PAGES, *sorted((ROOT / "configs").rglob("*.py"))]
+IMPORT = re.compile(r"\bfrom +(fieldrig[\w.]*) +import +((?:\w+(?: as \w+)?(?:, *)?)+)|\bimport +(fieldrig[\w.]*)")
+DOTTED = re.compile(r"`(fieldrig(?:_bus|_devices)[\w.]+)\b")
 
 
 @pytest.mark.parametrize("package", LAZY)
@@ -42,3 +53,45 @@ def test_public_packages_import_nothing_until_a_name_is_used() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     parents = {"fieldrig_bus", "fieldrig_bus.ring", "fieldrig_devices", "fieldrig.lazy"}
     assert set(done.stdout.split()) == {*LAZY, *parents}
+
+
+def hidden_names(text: str) -> list[str]:
+    """Return what a text in Python, in the shell or in English imports or names that is not public."""
+    wrong = []
+    for module, names, whole in IMPORT.findall(text):
+        listed = import_module(module).__all__ if module in PUBLIC else []
+        bare = [name.split(" as ")[0].strip() for name in names.split(",")]
+        wrong += [f"{module}.{name}" for name in bare if name and name not in listed]
+        wrong += [whole] if whole and whole not in PUBLIC else []
+    for name in DOTTED.findall(text):
+        module, _, last = name.rpartition(".")
+        if name not in PUBLIC and not (module in PUBLIC and last in import_module(module).__all__):
+            wrong.append(name)
+    return wrong
+
+
+@pytest.mark.parametrize("file", SHOWN, ids=lambda file: file.name)
+def test_what_users_read_imports_public_names_only(file: Path) -> None:
+    assert hidden_names(file.read_text(encoding="utf-8")) == []
+
+
+def test_a_fresh_project_imports_public_names_only() -> None:
+    files = content_for(ROOT / "configs" / "eds" / "io32.eds")
+    texts = [data.decode() for path, data in files.items() if path.suffix == ".py"]
+    assert texts
+    assert [hidden_names(text) for text in texts] == [[]] * len(texts)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "from fieldrig.clock import S",
+        "from fieldrig import Supervisor",
+        "from fieldrig_bus.can import CanFrame, check",
+        "    import fieldrig.rig",
+        'python -c "from fieldrig_devices.arp.can.face import EDS as CARD; print(CARD)"',
+        "give the link to `fieldrig_devices.sercos.master.SercosMaster`",
+    ],
+)
+def test_a_private_name_is_found(text: str) -> None:
+    assert len(hidden_names(text)) == 1

@@ -4,9 +4,9 @@ In virtual time, in the test's own process, ready in milliseconds:
 
     def test_level_rises(fieldrig_rig):
         rig = fieldrig_rig("rigs/tank.yaml")
-        rig.set("drive", "run", True)
+        rig.set("drive/run", True)
         rig.run_until(10 * S)
-        assert rig.get("tank", "level") > 0.1
+        assert rig.get("tank/level") > 0.1
 
 In real time, in processes of their own, for masters with a clock of their own:
 

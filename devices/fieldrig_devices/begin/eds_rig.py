@@ -58,9 +58,8 @@ TEST = Template('''\
 
 from pathlib import Path
 
-from fieldrig.clock import S
-from fieldrig.pytest_plugin import RigMaker
-from fieldrig_bus.can.frame import CanFrame
+from fieldrig import RigMaker, S
+from fieldrig_bus.can import CanFrame
 
 RIG = Path(__file__).with_name("$name-virtual.yaml")
 NODE_ID = $node_id
