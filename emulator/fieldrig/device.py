@@ -78,6 +78,9 @@ class Device:
     """Keys of points by which the device itself reports that something is wrong; 0, False and "" are no trouble."""
     injected: "InjectedFaults[Any] | None" = None
     """The faults of this device.  A device with `fault_models` sets it in its constructor."""
+    look: Callable[[], None] | None = None
+    """Set while points of the device are watched.  A device whose points change several times in one reaction, such as
+    one that runs a program, calls it after each change; it reads points, and changes nothing."""
 
     def start(self) -> None:
         """Power on.  Called once, when every link is up."""

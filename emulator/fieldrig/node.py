@@ -19,6 +19,7 @@ from fieldrig.nearest import closest
 from fieldrig.point_access import read_point, write_point
 from fieldrig.sending import uninteresting, unsendable
 from fieldrig.store import Store
+from fieldrig.watched_points import Change, WatchedPoints
 
 BusName = str
 Deliveries = Sequence[tuple[BusName, Any]]
@@ -58,6 +59,15 @@ class Node(Protocol):
 
     def faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:
         """Return the faults of the device, as they are at `now_ns`."""
+
+    def watch(self, now_ns: int, key: str) -> None:
+        """Watch a point from `now_ns` on.  ControlError for an unknown key."""
+
+    def unwatch(self, key: str) -> None:
+        """End the watch of a point."""
+
+    def changes(self) -> list[Change]:
+        """Return the changes of watched points since the last call, in their order."""
 
     def stop(self) -> None: ...
 
@@ -163,6 +173,7 @@ class LocalNode(EventNode):
         with blamed(self.name, 0):
             self.device: Device = build_device(entry, clock=self.clock, links=links, store=store, seed=seed)
             self.device.start()
+        self._watched = WatchedPoints(self.device)
 
     def keys(self) -> dict[str, str]:
         return {key: point.unit for key, point in self.device.points().items()}
@@ -191,6 +202,17 @@ class LocalNode(EventNode):
     def faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:
         self._look_at(now_ns)
         return self.device.faults()
+
+    def watch(self, now_ns: int, key: str) -> None:
+        self.get(now_ns, key)
+        self._watched.watch(key)
+
+    def unwatch(self, key: str) -> None:
+        self._watched.unwatch(key)
+
+    def changes(self) -> list[Change]:
+        with blamed(self.name, self.clock.now_ns()):
+            return self._watched.take()
 
     def _look_at(self, now_ns: int) -> None:
         """Show the device the present instant.  The clock of a node without events stays behind until it is needed."""

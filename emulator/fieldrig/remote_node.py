@@ -15,6 +15,7 @@ from fieldrig.device import Value
 from fieldrig.errors import RigError
 from fieldrig.node import BusName, Deliveries, LocalNode, Outbox, Stepped
 from fieldrig.store import Store
+from fieldrig.watched_points import Change
 
 
 class RemoteNode:
@@ -70,6 +71,15 @@ class RemoteNode:
 
     def faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:
         return dict(self._ask("faults", now_ns))
+
+    def watch(self, now_ns: int, key: str) -> None:
+        self._ask("watch", now_ns, key)
+
+    def unwatch(self, key: str) -> None:
+        self._ask("unwatch", key)
+
+    def changes(self) -> list[Change]:
+        return list(self._ask("changes"))
 
     def stop(self) -> None:
         if self._process.is_alive():
@@ -128,6 +138,9 @@ def _serve(pipe: Connection, entry: DeviceEntry, seed: int, store: Store, buses:
         "add_fault": node.add_fault,
         "clear_fault": node.clear_fault,
         "faults": node.faults,
+        "watch": node.watch,
+        "unwatch": node.unwatch,
+        "changes": node.changes,
         "stop": node.stop,
     }
     while True:

@@ -32,6 +32,7 @@ LOOK_NS: Final = 1 * MS
 """Longest time between two looks at a condition; values such as the level of a tank change without an event."""
 
 T = TypeVar("T")
+OnChange = Callable[[Value], None]
 OnDelivery = Callable[[Bus[Any], Delivery[Any]], None]
 
 
@@ -70,6 +71,10 @@ class Rig:
         """The instant at which each member acts next, or `NEVER_NS`."""
         self._earliest_ns = NEVER_NS
         """The earliest of these instants."""
+        self._watches: dict[str, dict[str, list[OnChange]]] = {}
+        """The calls for changes of points, by device and key."""
+        self._is_telling = False
+        """True while such a call is made."""
         self._readings: Readings | None = None
         """The record of points that are read, while a condition is looked at."""
         try:
@@ -87,6 +92,7 @@ class Rig:
 
     def step(self) -> bool:
         """Go to the next instant at which something happens, and let it happen.  False if nothing ever will."""
+        self._check_may_run()
         next_ns = self.next_ns()
         if next_ns is not None:
             self._run_instant(next_ns)
@@ -97,7 +103,7 @@ class Rig:
 
         ArgumentError for anything but whole nanoseconds, and for an instant that has passed.
         """
-        self._check_open()
+        self._check_may_run()
         until_ns = self._instant(until_ns)
         while (next_ns := self.next_ns()) is not None and next_ns <= until_ns:
             if self._outside or not self._run_alone(until_ns):
@@ -172,6 +178,29 @@ class Rig:
         device, key, value = written_point(point, *key_and_value)
         with self._present(device) as node:
             node.set(key, value)
+
+    def on_change(self, point: str, call: OnChange) -> Callable[[], None]:
+        """Call `call(value)` at each change of a point from now on; `now_ns` is the instant of the change.
+
+        The device is looked at after each of its reactions, and a card that runs a program also between its
+        instructions.  `call` may read and write points, but not run the rig.  Returns a function that ends the watch.
+        """
+        device, key = split_point(point)
+        node = self._node(device)
+        if not callable(call):
+            raise ArgumentError(f"on_change can't call {shown(call)}", "expected a function that takes the value")
+        if not self._watches.get(device, {}).get(key):
+            node.watch(self.now_ns, key)
+        calls = self._watches.setdefault(device, {}).setdefault(key, [])
+        calls.append(call)
+
+        def end() -> None:
+            if call in calls:
+                calls.remove(call)
+                if not calls and not self._is_closed:
+                    node.unwatch(key)
+
+        return end
 
     def answer(self, device: str, question: str, message: Any) -> Any:
         """Return the answer of a device to a question of its kind.  ControlError if the device refuses."""
@@ -254,6 +283,24 @@ class Rig:
         if self._is_closed:
             raise RigError("the rig is closed", "use it inside its `with` statement, or build another one")
 
+    def _check_may_run(self) -> None:
+        self._check_open()
+        if self._is_telling:
+            raise RigError(
+                "a call of on_change can't run the rig", "it may read and write points; run the rig after it"
+            )
+
+    def _tell(self, names: Iterable[str]) -> None:
+        """Tell the changes of watched points of these devices."""
+        for name in [name for name in names if name in self._watches]:
+            for key, value in self._nodes[name].changes():
+                for call in list(self._watches[name].get(key, ())):
+                    was_telling, self._is_telling = self._is_telling, True
+                    try:
+                        call(value)
+                    finally:
+                        self._is_telling = was_telling
+
     def _instant(self, until_ns: int) -> int:
         """Return an instant that has not passed.  ArgumentError for anything else."""
         try:
@@ -314,7 +361,7 @@ class Rig:
                 name, next_ns, limit_ns = member, at_ns, min(next_ns, limit_ns)
             elif at_ns < limit_ns:
                 limit_ns = at_ns
-        if not self.now_ns <= next_ns < limit_ns or name not in self._here:
+        if not self.now_ns <= next_ns < limit_ns or name not in self._here or name in self._watches:
             return False
         react, outbox = self._here[name].react, self._outbox
         while next_ns < limit_ns and not outbox.sent and not outbox.listens:
@@ -381,6 +428,8 @@ class Rig:
                 if name in self._outside:
                     self._gather(self._outside[name].outbox)
         self._hand_in(now_ns)
+        if self._watches:
+            self._tell(names)
 
     def _fetch(self, names: Iterable[str]) -> None:
         """Take the results of nodes in other processes."""

@@ -50,6 +50,13 @@ WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
         ((False, S), (r"until can't take False", "expected a function, such as until\\(lambda: rig")),
         ((lambda: True, -1), (r"until can't take -1", DURATION)),
     ],
+    "on_change": [
+        (("dise/throws", print), NO_DEVICE),
+        (("can0/load", print), A_BUS),
+        (("dice/throw", print), ("dice has no value 'throw'", "did you mean throws")),
+        (("dice", print), ("'dice' is not a point", "expected DEVICE/KEY")),
+        (("dice/throws", None), (r"on_change can't call None", "expected a function")),
+    ],
     "attach": [
         (("dice",), ("the rig already has a member 'dice'", "choose another name")),
         ((5,), (r"a member can't be called 5", "expected a name")),
@@ -131,6 +138,7 @@ def test_a_closed_rig_does_nothing_any_more(call: str) -> None:
         pass
     right: dict[str, tuple[Any, ...]] = {
         "run_until": (S,), "run_for": (S,), "until": (lambda: False, S), "attach": ("bench",), "keys": ("dice",),
+        "on_change": ("dice/throws", print),
         "get": ("dice/throws",), "set": ("dice/throws", 1), "answer": ("dice", "rethrow", {"times": 1}),
         "statistics": ("can0",), "conditions": ("can0",), "add_fault": ("can0", {"what": "drop"}),
         "clear_fault": ("can0", 1), "faults": ("can0",),

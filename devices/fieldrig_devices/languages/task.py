@@ -4,6 +4,7 @@
 `resumable`), so that they cost nothing while a program isn't being debugged.
 """
 
+from collections.abc import Callable
 from enum import Enum, auto
 
 from fieldrig_devices.languages import faults
@@ -43,6 +44,8 @@ class Task:
         """True if the last run ended at a place that waits."""
         self.is_waiting = False
         """True if the last step was an instruction that waits."""
+        self.look: Callable[[], None] | None = None
+        """Called after each instruction, for a watch that misses no change; the task stops at the same places."""
         self.unused = 0
         """Budget that was left when it began to wait."""
         self._limit = 0
@@ -83,6 +86,8 @@ class Task:
         slice, so the result is 0 or less then too.
         """
         self.has_waited = False
+        if self.look is not None:
+            return self._run_and_look(budget, self.look)
         code = self._code
         code.limit[0] = self._limit
         build = Build.WATCHED if self.is_watched else Build.FAST
@@ -171,6 +176,27 @@ class Task:
             if self._code.is_leader(self.routine, self.pc, build):
                 self._is_between = False
                 break
+        return budget
+
+    def _run_and_look(self, budget: int, look: Callable[[], None]) -> int:
+        """Do the same as `run` by single instructions: a slice ends only where the fast build can be entered."""
+        build = Build.WATCHED if self.is_watched else Build.FAST
+        self._code.limit[0] = self._limit
+        while self.state is TaskState.READY and (budget > 0 or self._is_between):
+            if self._is_stop():
+                self.state = TaskState.STOPPED
+                break
+            why, cost = self._step()
+            self._is_between = not self._code.is_leader(self.routine, self.pc, build)
+            budget -= cost
+            look()
+            if why != WAIT:
+                self._passed = None
+                continue
+            if (self.routine, self.pc) != self._passed:
+                self._passed = None
+            self.has_waited, self.unused = True, budget
+            return min(budget, 0)
         return budget
 
     def _is_stop(self) -> bool:

@@ -184,6 +184,7 @@ class ArpCard(Device):
         program = self.operation.program
         assert program is not None, "a card without a program does not run"
         program.tick()
+        program.look = self.look
         self._slices.give(program.run)
         if program.state is ProgramState.ENDED:
             self.operation.look_at_program()

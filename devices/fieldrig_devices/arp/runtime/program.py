@@ -81,6 +81,8 @@ class ArpProgram:
         self.breakpoints: frozenset[int] = frozenset()
         self.on_stop: Callable[[], None] = lambda: None
         """Called when the program pauses at a breakpoint or after a step to another line, and when it fails."""
+        self.look: Callable[[], None] | None = None
+        """Called after each instruction while points of the card are watched."""
         self._goal: Goal | None = None
 
     # ---- run
@@ -117,7 +119,10 @@ class ArpProgram:
             if self._goal is not None:
                 thread.task.step()
                 budget -= 1
+                if self.look is not None:
+                    self.look()
             else:
+                thread.task.look = self.look
                 budget = thread.task.run(budget)
             self._look_at(thread)
         return budget

@@ -1,0 +1,48 @@
+"""The points of a device that are watched, and their changes: all of them, as the device looks between its steps."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from fieldrig.device import Device, Point, Value
+
+
+class Change(NamedTuple):
+    """A new value of a point."""
+
+    key: str
+    value: Value
+
+
+class WatchedPoints:
+    """The watched points of one device.  Looking reads points, so it changes nothing that follows."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._last: dict[str, Value] = {}
+        self._changes: list[Change] = []
+
+    def watch(self, key: str) -> None:
+        """Watch a point from now on, beginning with its present value."""
+        self._last[key] = self._device.points()[key].read()
+        self._device.look = self._look
+
+    def unwatch(self, key: str) -> None:
+        self._last.pop(key, None)
+        if not self._last:
+            self._device.look = None
+
+    def take(self) -> list[Change]:
+        """Return the changes since the last call."""
+        if self._last:
+            self._look()
+        taken, self._changes = self._changes, []
+        return taken
+
+    def _look(self) -> None:
+        points: Mapping[str, Point] = self._device.points()
+        for key, last in self._last.items():
+            if key in points:  # a point of a program may go with the program
+                value = points[key].read()
+                if value != last and not (value != value and last != last):  # two NaN are the same
+                    self._last[key] = value
+                    self._changes.append(Change(key, value))
