@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 
 
 def points(max4: "Max4") -> dict[str, Point]:
-    """The points of the present configuration."""
-    return {**dict(_parameters(max4)), **dict(_inputs(max4)), **dict(_states(max4)), **dict(max4.plc.points())}
+    """The points of the present configuration.  A variable of the program has its path, unless a parameter has it."""
+    own = {**dict(_parameters(max4)), **dict(_inputs(max4)), **dict(_states(max4)), **dict(max4.plc.points())}
+    return own | {path: point for path, point in max4.plc.variables() if path not in own}
 
 
 def _parameters(max4: "Max4") -> Iterator[tuple[str, Point]]:

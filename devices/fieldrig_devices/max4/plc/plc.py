@@ -27,6 +27,7 @@ from fieldrig_devices.iec.task_points import state_of, task_forms, task_points
 from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY, TCP_PRIORITY, SystemWork
 from fieldrig_devices.iec.tasks.task import Task
 from fieldrig_devices.iec.thread import Fault, call_hierarchy
+from fieldrig_devices.iec.variable_points import Variables
 from fieldrig_devices.languages.beside import Beside, text_of
 from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.languages.refusal import refused
@@ -65,6 +66,7 @@ class Plc:
         self._is_changing = False
         """True while a compiled program waits for the end of a cycle."""
         self.program: RetainingProgram | None = None
+        self._variables = Variables(lambda: self.program)
         self.problem = ""
         """Why the stored program is not loaded, or the loaded one not stored; empty if it is, or if there is none."""
         self.last_fault: Fault | None = None
@@ -375,6 +377,10 @@ class Plc:
         yield "plc/code_size", Point(lambda: self.program.compiled.code_size if self.program else 0, unit="Byte")
         yield "plc/data_size", Point(lambda: self.program.compiled.data_size if self.program else 0, unit="Byte")
         yield from task_points(program, lambda: self.program)
+
+    def variables(self) -> Iterator[tuple[str, Point]]:
+        """The variables of the program: those of the project, then those of its programs."""
+        return self._variables.points(self._variables.programs())
 
     def _fault(self) -> str:
         return "" if self.last_fault is None else "\n".join(call_hierarchy(self.last_fault))

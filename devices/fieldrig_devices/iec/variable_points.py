@@ -1,4 +1,4 @@
-"""The variables of the program as points, for faces and tools.
+"""The variables of a controller's program as points, for faces, tools and tests.
 
 A point finds its variable again after a download or an online change.  One whose variable is gone reads as 0, and
 refuses to be set.
@@ -61,6 +61,13 @@ class Variables:
         if found is None:
             return None
         return Point(variable.read, variable.write if found[1].is_writable else None, about=found[1].comment)
+
+    def programs(self) -> list[str]:
+        """Return the names of the instances of programs."""
+        program = self._present()
+        return (
+            [] if program is None else [root.path for root in program.runtime.symbols.children() if _is_program(root)]
+        )
 
     def points(self, instances: Iterable[str]) -> Iterator[tuple[str, Point]]:
         """Yield the values of the global variables of the project and of `instances`, up to MOST_SHOWN."""
