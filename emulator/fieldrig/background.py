@@ -78,6 +78,8 @@ class Job(Protocol):
 
 
 class Background(Protocol):
+    """Work that takes longer than a reaction may, beside the device."""
+
     def run(
         self,
         function: Function[A, R],

@@ -9,9 +9,12 @@ from collections.abc import Callable
 from operator import index
 from typing import Protocol
 
-US = 1_000  # ns
-MS = 1_000_000  # ns
-S = 1_000_000_000  # ns
+US = 1_000
+"""Nanoseconds of a microsecond."""
+MS = 1_000_000
+"""Nanoseconds of a millisecond: `10 * MS` is a time."""
+S = 1_000_000_000
+"""Nanoseconds of a second."""
 NEVER_NS = 1 << 62
 """Later than every timer; stands for "never" where instants are compared."""
 
@@ -56,6 +59,8 @@ class Watchdog:
 
 
 class Clock(Protocol):
+    """The time as a device knows it: the present instant, and calls at later ones."""
+
     def now_ns(self) -> int:
         """Return the instant of the event that is being handled: the same value throughout one reaction.
 

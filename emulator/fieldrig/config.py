@@ -67,6 +67,8 @@ class DeviceEntry:
 
 @dataclass(frozen=True)
 class RigConfig:
+    """A rig file that was loaded and checked."""
+
     name: str
     path: Path
     time: Time

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from fieldrig.injected_faults import InjectedFaults
 
 Value = bool | int | float | str
+"""The value of a point."""
 
 NO_FAULTS = "this device takes no faults\n`fieldrig devices KIND` shows the faults of a kind"
 

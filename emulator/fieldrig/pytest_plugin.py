@@ -29,7 +29,9 @@ if TYPE_CHECKING:
     from fieldrig.rig import Rig
 
 RigMaker = Callable[..., "Rig"]
+"""The fixture `fieldrig_rig`: makes a rig in virtual time of a file with overrides, or of a dict."""
 LiveRigMaker = Callable[..., "LiveRig"]
+"""The fixture `fieldrig_up`: starts a rig file with overrides in real time."""
 
 
 @pytest.fixture

@@ -130,3 +130,4 @@ ConfigFile = Annotated[
     PlainValidator(_existing_file, json_schema_input_type=str),
     Field(description="a file, relative to the folder of the configuration"),
 ]
+"""A file that a rig file names, relative to the folder of the rig file; it exists and can be read."""

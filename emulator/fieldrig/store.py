@@ -48,6 +48,8 @@ class Version(NamedTuple):
 
 
 class Store(Protocol):
+    """The non-volatile memory of one device."""
+
     def load(self) -> bytes | None:
         """Return the newest version that is not damaged; None without one."""
 

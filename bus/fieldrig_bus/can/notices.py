@@ -28,6 +28,8 @@ NOTICE: Final = 0x6000_0000
 
 
 class ErrorKind(IntEnum):
+    """The kind of an error that a controller has seen; the codes are those of FMI-LS-BUS 1.0."""
+
     BIT = 1
     STUFF = 2
     FORM = 3

@@ -61,12 +61,14 @@ class ClientConnected:
 
 
 CONNECTIONS = "connections"
+"""The word in the interest of a member that wants to know of TCP connections."""
 
 LONGEST_PDU = 253
 """Longest PDU, in bytes (application protocol V1.1b3, chapter 4.1)."""
 _HIGHEST_EXCHANGE = 0xFFFF_FFFF
 
 ModbusMessage = ModbusRequest | ModbusResponse
+"""A request or a response."""
 ModbusEvent = ModbusMessage | ClientConnected
 """Every message that a Modbus bus carries."""
 

@@ -173,5 +173,6 @@ class Outcomes:
 Request = Browse | Find | Read | Write | Call
 Answer = Nodes | Outcomes
 OpcUaMessage = Offer | Request | Answer
+"""Every message that an OPC UA bus carries."""
 REQUESTS: Final = (Browse, Find, Read, Write, Call)
 ANSWERS: Final = (Nodes, Outcomes)

@@ -60,6 +60,7 @@ class Break:
 
 
 SerialMessage = bytes | ControlLines | Format | Break
+"""Every message that a serial line carries; bytes are characters."""
 
 KINDS: Final[dict[type, str]] = {bytes: "data", ControlLines: "lines", Format: "format", Break: "break"}
 """The word of an interest for each kind of message."""

@@ -91,6 +91,8 @@ class Entry:
 
 
 class Description:
+    """The description of a node to test: its EDS or DCF file, with a node-ID."""
+
     def __init__(self, path: Path, node_id: int) -> None:
         """Read the file.  Raises UsageError if it is refused."""
         self.path, self.node_id = path, node_id

@@ -21,6 +21,8 @@ TRIES = 3
 
 
 class Verdict(Enum):
+    """The result of a case of the conformance suite."""
+
     PASSED = "passed"
     WARNING = "warning"
     """The case passed, with a doubt."""

@@ -14,6 +14,8 @@ _DINT = range(-(2**31), 2**31)
 
 
 class PointsTree:
+    """The tree of nodes that offers the points of a device."""
+
     def __init__(self, points: Callable[[], Mapping[str, Point]], types: Callable[[str], str] = lambda _: "") -> None:
         """`types` returns the IEC type of the point with this key, if it has one of its own."""
         self._points, self._types = points, types

@@ -16,6 +16,8 @@ BROADCAST = 0
 
 
 class NodeType(IntEnum):
+    """The kind of a node on the ring of a PAM."""
+
     ST1 = 1
     SMART_IO = 2
 

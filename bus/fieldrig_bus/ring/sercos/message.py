@@ -61,6 +61,7 @@ At = bytes
 """A drive's AT for its chip: address and data, sent once, after the next MST."""
 
 RingMessage = Mst | Mdt | Cycle | Answers | bytes
+"""Every message that a SERCOS ring carries; bytes are the AT of a drive."""
 
 _CYCLE, _ANSWERS, _AT, _MST, _MDT = range(5)
 _HEAD: Final = struct.Struct("<BIBH")  # kind, number, length of the MST, length of the MDT

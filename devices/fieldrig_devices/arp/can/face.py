@@ -24,6 +24,7 @@ from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
 from fieldrig_devices.canopen.variable import Variable
 
 EDS: Final = Path(__file__).with_name("arp-card.eds")
+"""The EDS file of the card, for a CANopen master."""
 
 
 class CanFace:

@@ -91,6 +91,8 @@ WRONG: Final = {
 
 
 class ArpPort:
+    """A client of the USER port of a card, emulated or not: values, commands, programs and parameters."""
+
     def __init__(self, line: CardLine) -> None:
         """Create a client of an open line.  Call `hello` first, or use `open` instead."""
         self._line = line

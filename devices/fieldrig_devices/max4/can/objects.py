@@ -12,6 +12,7 @@ from fieldrig_devices.cia402.node_objects import NodeFacts, communication, head
 from fieldrig_devices.cia402.objects import AXES, EMPTY_PDOS, I32, RECEIVED, TRANSMITTED, U8, U16, U32, Row
 
 EDS: Final = Path(__file__).with_name("max4-axes.eds")
+"""The EDS file of the axes of the controller, for a CANopen master."""
 REAL64: Final = 0x11
 
 CONTROLLER: Final = 0x2000

@@ -23,6 +23,8 @@ _Conversation = Generator[Message, Message, None]
 
 
 class Rs422Master:
+    """The master at the RS422 line of a PAM: it reads and writes the variables of the port."""
+
     def __init__(
         self,
         variables: Iterable[PortVariable],

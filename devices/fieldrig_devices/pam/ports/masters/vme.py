@@ -49,6 +49,8 @@ class Header(NamedTuple):
 
 
 class VmeMaster:
+    """The master at the VME DualPort of a PAM: its scripts read and write words of the memory."""
+
     def __init__(
         self, variables: Iterable[PortVariable], options: PortOptions | None = None, patience_ns: int = 5_000_000_000
     ) -> None:
