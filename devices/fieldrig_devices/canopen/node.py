@@ -7,7 +7,7 @@ This file assembles the services; each has a file of its own and knows only its 
 """
 
 from collections.abc import Callable, Collection, Mapping
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -95,7 +95,6 @@ class CanopenNode(Device):
         self._watched: list[tuple[Variable, Callable[[], bytes]]] | None = None
         """Cache of `watched`; None after a change."""
         self._services = self._make_services(clock, settings)
-        self._points = _points(self.dictionary) | self._own_points()
 
     def start(self) -> None:
         if self._signals is not None:
@@ -108,6 +107,11 @@ class CanopenNode(Device):
 
     def points(self) -> Mapping[str, Point]:
         return self._points
+
+    @cached_property
+    def _points(self) -> Mapping[str, Point]:
+        """Made when somebody asks: a controller's node has 2,300 of them."""
+        return _points(self.dictionary) | self._own_points()
 
     def _make_signals(self, clock: Clock, wires: Link[Signal] | None, bindings: list[Binding]) -> WireSignals | None:
         if wires is None:
