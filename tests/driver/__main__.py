@@ -7,7 +7,6 @@ something out is a failure.
 
 import argparse
 import os
-import subprocess
 import sys
 import time
 from collections.abc import Mapping, MutableMapping, Sequence
@@ -19,9 +18,11 @@ from tempfile import TemporaryFile
 from typing import TextIO
 
 from tests.driver import needs
+from tests.driver.commands import INTERRUPTED, Commands
 from tests.driver.outcome import Outcome, Tally, summary
 from tests.driver.stages import BYTECODE, PLANS, REPORTS, STAGES, Stage
 
+COMMANDS = Commands()
 PYTEST_FAILED = 1  # pytest's exit code for tests that failed, as opposed to a run that broke off
 AGAIN_LIMIT = 5  # more than a busy host explains
 
@@ -37,13 +38,15 @@ def main() -> int:
     os.environ["PATH"] = f"{Path(sys.prefix) / 'bin'}{os.pathsep}{os.environ['PATH']}"
     keep_bytecode(os.environ)
     REPORTS.mkdir(parents=True, exist_ok=True)
+    COMMANDS.install()
     _install(plan)
     began = time.monotonic()
     outcomes = list[Outcome]()
     for is_apart, group in groupby(plan, key=lambda stage: stage.is_apart):
         stages = [*group]
         outcomes += run_side_by_side(stages) if is_apart else [run_stage(stage) for stage in stages]
-    return summary(outcomes, time.monotonic() - began, in_ci)
+    code = summary(outcomes, time.monotonic() - began, in_ci)
+    return INTERRUPTED if COMMANDS.is_interrupted else code
 
 
 def keep_bytecode(environment: MutableMapping[str, str]) -> None:
@@ -87,37 +90,38 @@ def run_stage(stage: Stage, output: TextIO | None = None) -> Outcome:
     lacking = [f"{stage.name} needs {need.name}: {need.remedy}" for need in (*missing, *needs.missing(stage.wants))]
     if missing:
         return Outcome(stage.name, None, 0.0, left_out=lacking)
+    if COMMANDS.is_interrupted:
+        return Outcome(stage.name, None, 0.0, left_out=[f"{stage.name}: the run was interrupted before"])
     say(f"{stage.name}: {stage.about}", output)
     if stage.report is not None:
         stage.report.unlink(missing_ok=True)
     began = time.monotonic()
     try:
         with stage.around() as environment:
-            is_ok, tally, unsteady = _tried(stage, {**os.environ, **environment}, output)
+            outcome = _tried(stage, {**os.environ, **environment}, output)
     except RuntimeError as fault:
         say(f"{stage.name}: {fault}", output)
-        is_ok, tally, unsteady = False, Tally(), ()
-    return Outcome(stage.name, is_ok, time.monotonic() - began, tally, [*lacking, *tally.skipped], unsteady)
+        outcome = Outcome(stage.name, False)
+    skipped = [*lacking, *outcome.tally.skipped]
+    outcome = replace(outcome, seconds=time.monotonic() - began, left_out=skipped)
+    say(f"{stage.name}: {outcome.word} after {outcome.times}", output)
+    return outcome
 
 
-def _tried(stage: Stage, environment: Mapping[str, str], output: TextIO | None) -> tuple[bool, Tally, Sequence[str]]:
-    """Run the stage, and what failed of a stage in real time once more, if it is little.
-
-    Returns whether all passed, the results, and the tests that passed only the second time.
-    """
-
-    def run(command: Sequence[str]) -> int:
-        errors = None if output is None else subprocess.STDOUT
-        return subprocess.run(command, env=environment, stdout=output, stderr=errors, check=False).returncode
-
-    code = run(stage.command())
+def _tried(stage: Stage, environment: Mapping[str, str], output: TextIO | None) -> Outcome:
+    """Run the stage, and what failed of a stage in real time once more, if it is little."""
+    code, cpu_s = COMMANDS.run(stage.command(), environment, output)
     tally = Tally.of(stage.report) if stage.report is not None else Tally()
+    outcome = Outcome(stage.name, code == 0, cpu_s=cpu_s, tally=tally)
     if code != PYTEST_FAILED or stage.again is None or not 0 < tally.failed <= AGAIN_LIMIT:
-        return code == 0, tally, ()
+        return outcome
     say(f"{stage.name}: {tally.failed} failed and run again, alone: {', '.join(tally.failures)}", output)
-    if run(stage.again()) != 0:
-        return False, tally, ()
-    return True, replace(tally, passed=tally.passed + tally.failed, failed=0, failures=()), tally.failures
+    code, more_s = COMMANDS.run(stage.again(), environment, output)
+    outcome = replace(outcome, cpu_s=cpu_s + more_s)
+    if code != 0:
+        return outcome
+    passed = replace(tally, passed=tally.passed + tally.failed, failed=0, failures=())
+    return replace(outcome, is_ok=True, tally=passed, unsteady=tally.failures)
 
 
 def say(text: str, output: TextIO | None = None) -> None:

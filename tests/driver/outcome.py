@@ -39,11 +39,18 @@ class Outcome:
     stage: str
     is_ok: bool | None
     """None: it was left out."""
-    seconds: float
+    seconds: float = 0.0
     tally: Tally = Tally()
     left_out: Sequence[str] = field(default_factory=tuple)
     unsteady: Sequence[str] = field(default_factory=tuple)
     """Tests that failed beside the others and passed when they ran again, alone."""
+    cpu_s: float = 0.0
+    """CPU time of its processes in seconds, without what a daemon or a guest did for it."""
+
+    @property
+    def times(self) -> str:
+        cpu = f", {self.cpu_s:.1f} s of CPU time" if self.cpu_s else ""
+        return f"{self.seconds:.1f} s{cpu}"
 
     @property
     def word(self) -> str:
@@ -72,7 +79,8 @@ def summary(outcomes: Sequence[Outcome], seconds: float, in_ci: bool) -> int:
 
 
 def _row(outcome: Outcome) -> str:
-    return f"{outcome.stage:<8} {outcome.word:<8} {outcome.seconds:6.1f} s  {_counts([outcome])}".rstrip()
+    cpu = f"{outcome.cpu_s:6.1f} s CPU  " if outcome.cpu_s else ""
+    return f"{outcome.stage:<8} {outcome.word:<8} {outcome.seconds:6.1f} s  {cpu}{_counts([outcome])}".rstrip()
 
 
 def _closing(outcomes: Sequence[Outcome], seconds: float) -> str:

@@ -47,10 +47,11 @@ def test_leaving_something_out_fails_only_in_ci(outcome: Outcome, code: int, cod
 def test_summary_says_what_was_left_out_and_ends_like_pytest(capsys: pytest.CaptureFixture[str]) -> None:
     outcomes = [
         Outcome("vcan", None, 0.0, left_out=["vcan needs a kernel with vcan: apt-get install user-mode-linux"]),
-        Outcome("unit", True, 2.0, Tally(passed=3)),
+        Outcome("unit", True, 2.0, Tally(passed=3), cpu_s=3.25),
         Outcome("real", False, 2.0, Tally(passed=1, failed=1)),
     ]
     summary(outcomes, 12.3456, in_ci=False)
     said = capsys.readouterr().out
     assert "  vcan needs a kernel with vcan: apt-get install user-mode-linux\n" in said
+    assert "\nunit     ok          2.0 s     3.2 s CPU  3 passed\n" in said
     assert said.endswith("\n1 failed, 4 passed in 12.35s\n")

@@ -1,0 +1,64 @@
+"""The commands of the stages, which end in order when the run is interrupted.
+
+Ctrl-C reaches every process of the terminal: the tests end what they started, and the driver only waits for them, as
+its daemon and its guests are needed until then.  SIGTERM reaches the driver alone, and so it interrupts the tests.
+Either a second time, later, kills them.  Afterwards no command starts any more.
+"""
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Mapping, Sequence
+from threading import Lock
+from types import FrameType
+from typing import Final, NamedTuple, TextIO
+
+INTERRUPTED: Final = 130
+"""Exit code of what SIGINT ended, as shells give it."""
+ONE_INTERRUPTION_S = 1.0
+"""Signals that come within this time are one: timeout(1) sends two, to its child and to the process group."""
+
+
+class Ended(NamedTuple):
+    code: int
+    cpu_s: float
+    """CPU time of the command with all processes that it waited for, in seconds."""
+
+
+class Commands:
+    """All commands that this program runs; threads may share it."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._running: set[int] = set()
+        self._interrupted_at = 0.0
+        self.is_interrupted = False
+
+    def install(self) -> None:
+        """Let Ctrl-C and SIGTERM end the commands instead of this program."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._on_signal)
+
+    def run(self, command: Sequence[str], environment: Mapping[str, str], output: TextIO | None = None) -> Ended:
+        """Run a command to its end, or nothing after an interruption."""
+        errors = None if output is None else subprocess.STDOUT
+        with self._lock:
+            if self.is_interrupted:
+                return Ended(INTERRUPTED, 0.0)
+            process = subprocess.Popen(command, env=environment, stdout=output, stderr=errors)
+            self._running.add(process.pid)
+        _, status, used = os.wait4(process.pid, 0)
+        self._running.discard(process.pid)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        return Ended(process.returncode, used.ru_utime + used.ru_stime)
+
+    def _on_signal(self, number: int, _frame: FrameType | None) -> None:
+        is_first, now = not self.is_interrupted, time.monotonic()
+        if is_first:
+            self.is_interrupted, self._interrupted_at = True, now
+        for pid in tuple(self._running):
+            if is_first and number == signal.SIGTERM:
+                os.kill(pid, signal.SIGINT)
+            elif now - self._interrupted_at > ONE_INTERRUPTION_S:
+                os.kill(pid, signal.SIGKILL)
