@@ -28,6 +28,8 @@ TIME_LIMIT_S = 120
 """Time limit of a test that states none."""
 MOST_BYTES = 1 << 30
 """Memory of a process with all tests that it has run: what tests leave behind was once 6.8 GB."""
+SEARCHES = 10_000, 10, 10
+"""Thresholds of Python's search for circles: new objects until it looks, and looks until it looks further."""
 
 pytest.register_assert_rewrite("can_link_laws")  # a suite of tests that has its place in tests/support
 
@@ -43,7 +45,7 @@ def pytest_collection() -> Iterator[None]:
     """Keep the search for circles out of what is collected, which stays to the end.
 
     The 19,000 tests and their modules are 690,000 objects: a full search took a second of CPU time, and came with
-    every sixth bench.
+    every sixth bench.  Without them Python would search the little that is left all the more often.
     """
     gc.disable()
     try:
@@ -51,6 +53,7 @@ def pytest_collection() -> Iterator[None]:
     finally:
         gc.collect()
         gc.freeze()
+        gc.set_threshold(*SEARCHES)
         gc.enable()
 
 
