@@ -110,7 +110,7 @@ class CanopenNode(Device):
 
     @cached_property
     def _points(self) -> Mapping[str, Point]:
-        """Made when somebody asks: a controller's node has 2,300 of them."""
+        """Made when they are asked for: a controller's node has 2,300 of them."""
         return _points(self.dictionary) | self._own_points()
 
     def _make_signals(self, clock: Clock, wires: Link[Signal] | None, bindings: list[Binding]) -> WireSignals | None:
