@@ -43,7 +43,7 @@ class Portions(asyncio.BufferedProtocol):
         self._is_reading = True
         self._is_handling = False
         self._unseen = b""
-        """What was read and waits for its turn; at most a portion."""
+        """The bytes that were read and wait for their turn; at most a portion."""
         self.pace: Pace | None = None
         """How this process shares its time; None where it has nothing else to do."""
 

@@ -214,7 +214,7 @@ async def test_the_first_message_has_its_time(name: str, tmp_path: Path, monkeyp
 
 
 STATES = (ClientConnected, ControlLines, Connected, Ended)
-"""What a device hears of a client that has not sent a message yet."""
+"""The messages to a device about a client that has not sent one yet."""
 REQUESTS = (b"POST / HTTP/1.1", b"post / http/1.1", b"QUERY /a HTTP/1.1")
 
 

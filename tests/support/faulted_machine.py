@@ -1,4 +1,4 @@
-"""What the tests of faults know about a shipped rig: how it works, what is safe in it, and its documented way back."""
+"""The knowledge of the tests of faults about a shipped rig: how it works, what is safe in it, and its documented way back."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +16,7 @@ from fieldrig.rig import Rig
 
 
 class Effect(Enum):
-    """What a fault does to the work of a machine."""
+    """The effect of a fault on the work of a machine."""
 
     STOPS = "it is safe at once, and when the fault is over it waits for a person"
     WAITS = "it is safe as long as the fault lasts, and then goes on by itself, as its page says"
@@ -38,7 +38,7 @@ class Sign(NamedTuple):
 
 
 class Expected(NamedTuple):
-    """What is expected of a fault, and the signs of it."""
+    """The expected effect of a fault, and the signs of it."""
 
     effect: Effect
     signs: tuple[Sign, ...] = ()
@@ -57,7 +57,7 @@ def goes_on(*signs: Sign) -> Expected:
 
 
 Table = Mapping[str, Expected]
-"""By the words of a fault: its kind, `what`, and choices of its keys, or only the first of these words."""
+"""The expectations by the words of a fault: its kind, `what`, and choices of its keys, or only the first of these words."""
 
 CAN_STAYS_ASIDE: Final[Table] = {
     f"can {what}": goes_on()
@@ -113,7 +113,7 @@ class Machine(ABC):
         """Go the way that its page says after a fault that is over."""
 
     def wait_for_power(self) -> None:
-        """Wait until each controller that has lost its power has started again; nobody has touched anything yet."""
+        """Wait until each controller that has lost its power has started again; no hand has touched anything yet."""
         self.wait(3)
 
     # ---- helpers
