@@ -1,4 +1,4 @@
-"""The rigs with modems in tests of faults: whether somebody can call, and whether data get through."""
+"""The rigs with modems in tests of faults: whether a caller can call, and whether data get through."""
 
 from functools import partial
 from typing import ClassVar
@@ -41,7 +41,7 @@ class Modems(Machine):
         "no_ringing": b"NO CARRIER",
         "cut": b"NO DIALTONE",
     }
-    """What the modem that calls says about a fault."""
+    """The result that the calling modem shows for a fault."""
     safe_within_s = 200.0
     looks = 0
 
