@@ -7,7 +7,7 @@ import hypothesis
 import pytest
 
 from fieldrig import testing
-from fieldrig.this_process import resident_bytes
+from fieldrig.system.this_process import resident_bytes
 
 # A shell or nohup ignores these signals for background jobs, and rigs would read that as the choice of the user.
 for name, handler in (("SIGINT", signal.default_int_handler), ("SIGHUP", signal.SIG_DFL)):

@@ -16,13 +16,14 @@ import pytest
 import typer
 from doc_pages import PAGES, ROOT, Row, anchor, code_in, headings, links, links_in, prose, rows
 
-from fieldrig import faults, kinds
 from fieldrig.cli.app import app
-from fieldrig.config import RigConfig, load
-from fieldrig.config_keys import SECTIONS, BusKeys, DeviceKeys, RigKeys
+from fieldrig.config import kinds
+from fieldrig.config.keys import SECTIONS, BusKeys, DeviceKeys, RigKeys
+from fieldrig.config.rig_file import RigConfig, load
 from fieldrig.device import Device
-from fieldrig.exits import ABOUT, Exit
+from fieldrig.faults import faults
 from fieldrig.settings import Settings
+from fieldrig.system.exits import ABOUT, Exit
 from fieldrig_bus.can.faults import CanFault
 from fieldrig_bus.can.member import Controller
 from fieldrig_bus.modbus.identification import Identification, ServerId

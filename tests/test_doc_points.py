@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 from doc_pages import PAGES, ROOT, code_in, rows
 
-from fieldrig.config import from_dict
-from fieldrig.node import LocalNode
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.node import LocalNode
+from fieldrig.virtual.rig import Rig
 
 BUSES = {
     "can": "can.virtual",

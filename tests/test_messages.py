@@ -11,12 +11,12 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from fieldrig import kinds
 from fieldrig.cli.app import app
 from fieldrig.cli.rigfile import _facts as facts_of
-from fieldrig.schema import SCHEMAS, names, schema_of
+from fieldrig.config import kinds
+from fieldrig.config.schema import SCHEMAS, names, schema_of
+from fieldrig.config.wording import explain
 from fieldrig.settings import Settings
-from fieldrig.wording import explain
 
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted(path for folder in ("emulator", "bus", "devices") for path in (ROOT / folder).rglob("*.py"))

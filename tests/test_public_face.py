@@ -42,9 +42,10 @@ def test_public_names_exist_and_nothing_else_is_found(package: str) -> None:
 
 
 def test_submodules_are_found_beside_public_names() -> None:
-    from fieldrig import S, kinds
+    from fieldrig import S
+    from fieldrig.config import kinds
 
-    assert (S, kinds.__name__) == (1_000_000_000, "fieldrig.kinds")
+    assert (S, kinds.__name__) == (1_000_000_000, "fieldrig.config.kinds")
 
 
 @pytest.mark.long
@@ -88,7 +89,7 @@ def test_a_fresh_project_imports_public_names_only() -> None:
         "from fieldrig.clock import S",
         "from fieldrig import Supervisor",
         "from fieldrig_bus.can import CanFrame, check",
-        "    import fieldrig.rig",
+        "    import fieldrig.virtual.rig",
         'python -c "from fieldrig_devices.arp.can.face import EDS as CARD; print(CARD)"',
         "give the link to `fieldrig_devices.sercos.master.SercosMaster`",
     ],

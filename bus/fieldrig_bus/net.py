@@ -11,11 +11,11 @@ from pydantic import AfterValidator, Field
 
 from fieldrig.bus import Hub, Port
 from fieldrig.errors import BusError
-from fieldrig.limits import Door, Limits
 from fieldrig.link import Link
-from fieldrig.net import bind_remedy, split_address
-from fieldrig.pace import Pace
-from fieldrig.portions import MOST_AT_ONCE, Hold, Portions
+from fieldrig.loop.pace import Pace
+from fieldrig.outside.addresses import bind_remedy, split_address
+from fieldrig.outside.limits import Door, Limits
+from fieldrig.outside.portions import MOST_AT_ONCE, Hold, Portions
 from fieldrig.settings import Settings
 from fieldrig_bus.browsers import FirstLine
 

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fieldrig.errors import BusError
-from fieldrig.own_files import open_own
+from fieldrig.system.own_files import open_own
 from fieldrig_bus.open_watch import OpenWatch
 
 try:

@@ -52,35 +52,35 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from fieldrig.background import Background
     from fieldrig.bus import Bus, BusModel, Delivery, DirectBus, ModelBus
     from fieldrig.clock import MS, US, Clock, S, Timer, VirtualClock
-    from fieldrig.config import RigConfig, from_dict, load
+    from fieldrig.config.rig_file import RigConfig, from_dict, load
     from fieldrig.device import Device, Point, Value
     from fieldrig.errors import ArgumentError, BusError, ConfigError, ControlError, Mistake, RigError, UnmetError
     from fieldrig.link import Link
-    from fieldrig.live_rig import LiveRig
-    from fieldrig.node import EventNode
+    from fieldrig.loop.background import Background
     from fieldrig.pytest_plugin import LiveRigMaker, RigMaker
-    from fieldrig.rig import Rig
+    from fieldrig.real.live_rig import LiveRig
     from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey
-    from fieldrig.store import MemoryStore, Store, StoreError, restore
+    from fieldrig.storage.store import MemoryStore, Store, StoreError, restore
+    from fieldrig.virtual.node import EventNode
+    from fieldrig.virtual.rig import Rig
 else:
     __getattr__, __dir__ = lazy_names(
         __name__,
         {
-            "fieldrig.background": "Background",
+            "fieldrig.loop.background": "Background",
             "fieldrig.bus": "Bus BusModel Delivery DirectBus ModelBus",
             "fieldrig.clock": "MS S US Clock Timer VirtualClock",
-            "fieldrig.config": "RigConfig from_dict load",
+            "fieldrig.config.rig_file": "RigConfig from_dict load",
             "fieldrig.device": "Device Point Value",
             "fieldrig.errors": "ArgumentError BusError ConfigError ControlError Mistake RigError UnmetError",
             "fieldrig.link": "Link",
-            "fieldrig.live_rig": "LiveRig",
-            "fieldrig.node": "EventNode",
+            "fieldrig.real.live_rig": "LiveRig",
+            "fieldrig.virtual.node": "EventNode",
             "fieldrig.pytest_plugin": "LiveRigMaker RigMaker",
-            "fieldrig.rig": "Rig",
+            "fieldrig.virtual.rig": "Rig",
             "fieldrig.settings": "Claim ConfigFile Settings WrongKey",
-            "fieldrig.store": "MemoryStore Store StoreError restore",
+            "fieldrig.storage.store": "MemoryStore Store StoreError restore",
         },
     )

@@ -16,9 +16,9 @@ from fieldrig.clock import Clock
 from fieldrig.link import Link
 
 if TYPE_CHECKING:
-    from fieldrig.bus_questions import Subject
+    from fieldrig.control.bus_questions import Subject
     from fieldrig.device import Tool, WayIn
-    from fieldrig.pace import Pace
+    from fieldrig.loop.pace import Pace
 
 M = TypeVar("M")
 Time = Literal["real", "virtual"]

@@ -1,7 +1,7 @@
 """Time as an interface: what a device may know of it, and a clock that a test or a rig moves by hand.
 
 Time is an integer of nanoseconds.  Two clocks fulfil this contract: `VirtualClock` here, and
-`fieldrig.real_clock.RealClock`, which follows the system's clock.
+`fieldrig.loop.real_clock.RealClock`, which follows the system's clock.
 """
 
 import heapq

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 from fieldrig.bus import Bus
 
 if TYPE_CHECKING:
-    from fieldrig.injected_faults import InjectedFaults
+    from fieldrig.faults.injected import InjectedFaults
 
 Value = bool | int | float | str
 """The value of a point."""

@@ -25,8 +25,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from fieldrig.live_rig import LiveRig
-    from fieldrig.rig import Rig
+    from fieldrig.real.live_rig import LiveRig
+    from fieldrig.virtual.rig import Rig
 
 RigMaker = Callable[..., "Rig"]
 """The fixture `fieldrig_rig`: makes a rig in virtual time of a file with overrides, or of a dict."""
@@ -38,8 +38,8 @@ LiveRigMaker = Callable[..., "LiveRig"]
 def fieldrig_rig() -> Iterator[RigMaker]:
     """Makes rigs of files (`str`, `Path`, with overrides such as "seed=3") or of dicts; closes them after the test."""
     # Imported here: every pytest run on the machine loads this file, few use it.
-    from fieldrig.config import from_dict, load
-    from fieldrig.rig import Rig
+    from fieldrig.config.rig_file import from_dict, load
+    from fieldrig.virtual.rig import Rig
 
     with ExitStack() as rigs:
 
@@ -56,7 +56,7 @@ def fieldrig_up() -> Iterator[LiveRigMaker]:
 
     Each has a control endpoint and a run folder of its own, so parallel workers don't meet; they end with the session.
     """
-    from fieldrig.live_rig import LiveRig
+    from fieldrig.real.live_rig import LiveRig
 
     with ExitStack() as rigs:
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, ValidationInfo
 
 from fieldrig.errors import Mistake
-from fieldrig.own_files import checked_path
+from fieldrig.system.own_files import checked_path
 
 RunPath = Annotated[str, Field(min_length=1), AfterValidator(checked_path)]
 """A path of a rig file that stays in its run folder."""

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import IO, Generic, TypeVar
 
 from fieldrig.errors import ArgumentError
-from fieldrig.nearest import closest
+from fieldrig.outside.untrusted import shown
 from fieldrig.shortcuts import SHORTCUTS
-from fieldrig.untrusted import shown
+from fieldrig.text.nearest import closest
 
 try:
     import fcntl

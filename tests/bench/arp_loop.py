@@ -14,8 +14,8 @@ from report import COMPARED, Report, progress
 from running_rig import RunningRig, until
 
 from fieldrig.clock import MS, S
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 
 WALL_S = 3.0
 REAL_S = 10.0

@@ -17,11 +17,11 @@ from typing import Any
 import uvloop
 from report import COMPARED, Report, progress
 
-from fieldrig.attach import attach
 from fieldrig.bus import Delivery
-from fieldrig.hub import LocalHub
+from fieldrig.hub.attach import attach
+from fieldrig.hub.hub import LocalHub
 from fieldrig.link import Link
-from fieldrig.real_clock import RealClock
+from fieldrig.loop.real_clock import RealClock
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.hub import CanHub, CanHubSettings
 from fieldrig_bus.can.length import classical_bits
@@ -141,7 +141,7 @@ class SdoClient(Member):
 
 def sdo_server(link: Link[CanFrame], clock: RealClock, eds: str) -> Member:
     """Our CANopen node, as the lab runs it."""
-    from fieldrig.store import MemoryStore
+    from fieldrig.storage.store import MemoryStore
     from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
 
     settings = CanopenSettings.model_validate({"node_id": 5, "eds": eds}, context={"folder": "."})

@@ -27,10 +27,10 @@ from report import COMPARED, Report, percentile, progress
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, S
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.link import Link
-from fieldrig.real_clock import RealClock
-from fieldrig.rig import Rig
+from fieldrig.loop.real_clock import RealClock
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.length import classical_bits
 

@@ -109,7 +109,7 @@ os._exit(0)
 ASKER = """
 import os, sys, time
 os.nice(10)
-from fieldrig.control import Client, key
+from fieldrig.control.messages import Client, key
 end_s = time.monotonic() + float(sys.argv[2])
 with Client(sys.argv[1]) as client:
     while time.monotonic() < end_s:

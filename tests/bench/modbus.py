@@ -38,9 +38,9 @@ class Measured(NamedTuple):
 
 
 async def serve_fieldrig() -> None:
-    from fieldrig.hub import LocalHub
-    from fieldrig.real_clock import RealClock
-    from fieldrig.store import MemoryStore
+    from fieldrig.hub.hub import LocalHub
+    from fieldrig.loop.real_clock import RealClock
+    from fieldrig.storage.store import MemoryStore
     from fieldrig_bus.modbus.tcp import ModbusTcp, ModbusTcpSettings, TcpPort
     from fieldrig_devices.modbus.device import ModbusDevice, ModbusDeviceSettings
 

@@ -27,8 +27,8 @@ from shipped_rigs import in_turn  # noqa: E402
 from turns import shown  # noqa: E402
 
 from fieldrig.clock import S  # noqa: E402
-from fieldrig.config import from_dict  # noqa: E402
-from fieldrig.rig import Rig  # noqa: E402
+from fieldrig.config.rig_file import from_dict  # noqa: E402
+from fieldrig.virtual.rig import Rig  # noqa: E402
 
 RUNS = 3
 WINDOWS = 4

@@ -21,9 +21,9 @@ from running_rig import RunningRig, until  # noqa: E402
 from shipped_rigs import BOOT_NS, SETTLING_NS, WINDOW_NS, WINDOWS, bare_drives, bare_ring, in_turn  # noqa: E402
 
 from fieldrig.clock import S  # noqa: E402
-from fieldrig.config import from_dict  # noqa: E402
-from fieldrig.control import Client  # noqa: E402
-from fieldrig.rig import Rig  # noqa: E402
+from fieldrig.config.rig_file import from_dict  # noqa: E402
+from fieldrig.control.messages import Client  # noqa: E402
+from fieldrig.virtual.rig import Rig  # noqa: E402
 
 EDS = HERE.parents[1] / "configs/eds/io32.eds"
 CONVEYOR = HERE.parents[1] / "configs/conveyor.yaml"

@@ -9,9 +9,9 @@ from typing import Any
 from report import COMPARED, Report, progress
 
 from fieldrig.clock import S
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
-from fieldrig.trace import TraceEntry
+from fieldrig.config.rig_file import from_dict
+from fieldrig.traces.trace import TraceEntry
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.signals.codec import decode, encode
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.traces import vcd

@@ -24,9 +24,9 @@ from ring_floor import Floor
 from running_rig import RunningRig, until
 
 from fieldrig.clock import S
-from fieldrig.config import from_dict
-from fieldrig.control import Client
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.control.messages import Client
+from fieldrig.virtual.rig import Rig
 
 HERE = Path(__file__).parent
 DEVICES = HERE / "ring_devices.py"

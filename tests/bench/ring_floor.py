@@ -19,8 +19,8 @@ from typing import Final, Self
 import zenoh
 from report import percentile
 
-from fieldrig import endpoint
-from fieldrig.host import REALTIME_PRIORITY
+from fieldrig.control import endpoint
+from fieldrig.real.host import REALTIME_PRIORITY
 from fieldrig_bus.ring.sercos.zenoh import RingZenoh
 from fieldrig_bus.ring.transport.zenoh import MOST_BACK, PATIENT, TUNED
 

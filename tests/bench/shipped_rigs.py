@@ -22,8 +22,8 @@ from report import Report, progress  # noqa: E402  found beside this file
 from rig_hands import CanMaster, ModbusClient  # noqa: E402
 
 from fieldrig.clock import S  # noqa: E402
-from fieldrig.config import from_dict, load  # noqa: E402
-from fieldrig.rig import Rig  # noqa: E402
+from fieldrig.config.rig_file import from_dict, load  # noqa: E402
+from fieldrig.virtual.rig import Rig  # noqa: E402
 from fieldrig_devices.max4.ring.drive_end import AT, MDT  # noqa: E402
 
 CONFIGS = HERE.parents[1] / "configs"

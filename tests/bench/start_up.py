@@ -19,8 +19,8 @@ FIXTURE = """
 import sys, time
 start_s = time.perf_counter()
 from pathlib import Path
-from fieldrig.config import load
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import load
+from fieldrig.virtual.rig import Rig
 imported_s = time.perf_counter()
 with Rig(load(Path(sys.argv[1]))):
     print(time.perf_counter() - imported_s, imported_s - start_s)

@@ -14,7 +14,7 @@ from dialled_rig import MODEM_BPS, Laptop, Page, call, open_rig, run_until
 from report import COMPARED, Report, progress
 
 from fieldrig.clock import MS, S
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 
 BAUDS = (38_400, 115_200)
 SEGMENT, FRAME = 1460, 1460 + 20 + 20 + 8

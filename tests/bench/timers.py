@@ -11,7 +11,7 @@ import uvloop
 from report import Report, percentile, progress
 
 from fieldrig.clock import MS, S
-from fieldrig.real_clock import RealClock
+from fieldrig.loop.real_clock import RealClock
 
 SECONDS = 2
 

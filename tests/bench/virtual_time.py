@@ -8,8 +8,8 @@ from report import COMPARED, Report, progress
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, S
-from fieldrig.config import from_dict, load
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict, load
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 
 HERE = Path(__file__).parent

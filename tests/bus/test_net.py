@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from fieldrig.clock import VirtualClock
 from fieldrig.errors import BusError
-from fieldrig.portions import MOST_AT_ONCE
+from fieldrig.outside.portions import MOST_AT_ONCE
 from fieldrig.settings import Settings
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.hub import CanHubSettings

@@ -19,8 +19,8 @@ import pytest
 from in_loop import in_loop
 from strangers import Stranger, hello, hub_of
 
-from fieldrig.hub import LocalHub
-from fieldrig.hub_wire import Kind, pack
+from fieldrig.hub.hub import LocalHub
+from fieldrig.hub.wire import Kind, pack
 from fieldrig_bus.modbus.message import ClientConnected
 from fieldrig_bus.net import Connection, ServingPort, TcpServer
 from fieldrig_bus.serial import outside

@@ -11,14 +11,14 @@ import pytest
 from sendable import BAD, BAD_INTERESTS, GOOD, NO_MESSAGES
 from strangers import bus_of, direct_kinds, hub_kinds, kind_names
 
-from fieldrig import kinds
-from fieldrig.attach import RemoteLink
 from fieldrig.bus import Bus, ModelBus
-from fieldrig.hub import LocalHub
+from fieldrig.config import kinds
+from fieldrig.hub.attach import RemoteLink
+from fieldrig.hub.checked_link import CheckedLink
+from fieldrig.hub.hub import LocalHub
 from fieldrig.link import Link, patience_of
-from fieldrig.node import EventNode, Outbox
-from fieldrig.real_clock import RealClock
-from fieldrig.sending import CheckedLink
+from fieldrig.loop.real_clock import RealClock
+from fieldrig.virtual.node import EventNode, Outbox
 
 
 def messages_of(kind: str) -> tuple[type, ...]:

@@ -9,12 +9,12 @@ import pytest
 from direct_bench import At
 from hub_bench import LoopBench, Where, hub_bench
 
-from fieldrig import endpoint
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
+from fieldrig.control import endpoint
 from fieldrig.link import Link
-from fieldrig.real_clock import RealClock
-from fieldrig.rig import Rig
+from fieldrig.loop.real_clock import RealClock
 from fieldrig.testing import free_port
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.wires import Signal, WiresHub, WiresHubSettings
 from fieldrig_bus.wires_zenoh import WiresZenoh, WiresZenohSettings
 

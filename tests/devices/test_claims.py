@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from winders import FILM
 
-from fieldrig import kinds
-from fieldrig.config import from_dict, load
+from fieldrig.config import kinds
+from fieldrig.config.rig_file import from_dict, load
 from fieldrig.errors import ConfigError
 from fieldrig.settings import Settings
 

@@ -10,7 +10,7 @@ from itertools import pairwise
 import pytest
 from ring_lab import CONFIGS, LINE, RingLab
 
-from fieldrig.config import load
+from fieldrig.config.rig_file import load
 from fieldrig.device import Value
 from fieldrig.errors import ConfigError, ControlError
 

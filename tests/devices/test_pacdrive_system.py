@@ -9,8 +9,8 @@ from ring_lab import RingLab
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, US
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_bus.ring.sercos.message import Answers, Cycle

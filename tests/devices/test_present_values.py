@@ -15,9 +15,9 @@ import pytest
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, US
-from fieldrig.config import from_dict, load
+from fieldrig.config.rig_file import from_dict, load
 from fieldrig.device import Value
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_bus.wires import WiresModel

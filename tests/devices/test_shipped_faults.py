@@ -17,7 +17,7 @@ from small_machines import Feeder, SmartIo
 from telephone_machines import Modems, Teleservice
 from whole_line import WholeLine
 
-from fieldrig.config import load
+from fieldrig.config.rig_file import load
 
 pytestmark = pytest.mark.long
 

@@ -12,8 +12,8 @@ from rig_hands import SYNC, CanMaster, ModbusClient
 from ring_lab import RING
 
 from fieldrig.clock import MS, S
-from fieldrig.config import from_dict, load
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict, load
+from fieldrig.virtual.rig import Rig
 
 pytestmark = pytest.mark.long
 

@@ -9,8 +9,8 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from storing_devices import KINDS, disk_test
 
-from fieldrig import kinds
-from fieldrig.store import FileStore, MemoryStore
+from fieldrig.config import kinds
+from fieldrig.storage.store import FileStore, MemoryStore
 
 EVERY_KIND = pytest.mark.parametrize("kind", KINDS)
 

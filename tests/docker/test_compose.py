@@ -16,8 +16,8 @@ from lab_process import IO32, LEVEL_SENSOR
 from pymodbus import FramerType
 from pymodbus.client import ModbusTcpClient
 
-from fieldrig.config import load
-from fieldrig.placement import placement
+from fieldrig.config.rig_file import load
+from fieldrig.real.placement import placement
 from fieldrig.testing import free_port
 from fieldrig_devices.arp.can.face import EDS as CARD
 from fieldrig_devices.max4.can.objects import EDS as AXES

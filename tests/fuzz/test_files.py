@@ -18,14 +18,15 @@ from pydantic import ValidationError
 from spoiling import spoilt, spoilt_file, spoilt_json
 from storing_devices import KINDS, Storing
 
-from fieldrig import config, store_format
+from fieldrig.config import rig_file as config
 from fieldrig.errors import ConfigError, ControlError, UsageError
-from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, token
-from fieldrig.store import RAM, FileStore, MemoryStore
-from fieldrig.trace import TraceEntry
-from fieldrig.trace_files import read as read_trace
-from fieldrig.trace_files import write as write_trace
-from fieldrig.untrusted import MalformedError, read_json
+from fieldrig.outside.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, token
+from fieldrig.outside.untrusted import MalformedError, read_json
+from fieldrig.storage import store_format
+from fieldrig.storage.store import RAM, FileStore, MemoryStore
+from fieldrig.traces.trace import TraceEntry
+from fieldrig.traces.trace_files import read as read_trace
+from fieldrig.traces.trace_files import write as write_trace
 from fieldrig_devices.canopen.eds import reader as eds
 from fieldrig_devices.canopen.eds.check import check_eds
 from fieldrig_devices.canopen.eds.text import EdsError

@@ -23,14 +23,14 @@ from sendable import GOOD
 from spoiling import spoilt
 from strangers import Stranger, bus_of, hello, hub_kinds, hub_of, kind_names
 
-from fieldrig.bus_questions import answers_of_bus
 from fieldrig.clock import MS
-from fieldrig.control import _answer
+from fieldrig.control.bus_questions import answers_of_bus
+from fieldrig.control.messages import _answer
 from fieldrig.errors import UsageError
-from fieldrig.hub_wire import Kind, Records, pack
-from fieldrig.trace import is_batch
-from fieldrig.trace_jsonl import read as read_jsonl
-from fieldrig.untrusted import read_json, typed
+from fieldrig.hub.wire import Kind, Records, pack
+from fieldrig.outside.untrusted import read_json, typed
+from fieldrig.traces.trace import is_batch
+from fieldrig.traces.trace_jsonl import read as read_jsonl
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.lawicel import decode as decode_lawicel
 from fieldrig_bus.can.udp import from_wire, to_wire

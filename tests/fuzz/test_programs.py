@@ -15,7 +15,7 @@ from iec_program import IecBench, PlainHost
 from spoiling import spoilt, spoilt_json
 
 from fieldrig.clock import MS, VirtualClock
-from fieldrig.untrusted import read_json
+from fieldrig.outside.untrusted import read_json
 from fieldrig_devices.iec.compiler import compile_project
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
 from fieldrig_devices.iec.imports import read_source

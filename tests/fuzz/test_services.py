@@ -10,7 +10,7 @@ from spoiling import spoilt
 from tcp_client import ServedConnection
 
 from fieldrig.clock import S, VirtualClock
-from fieldrig.store import MemoryStore
+from fieldrig.storage.store import MemoryStore
 from fieldrig_devices.connections.connection import Serve
 from fieldrig_devices.ftp import server as ftp
 from fieldrig_devices.ftp.login import LoginGuard

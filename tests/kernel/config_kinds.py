@@ -13,7 +13,7 @@ from fieldrig.device import Device
 from fieldrig.errors import RigError
 from fieldrig.link import Link
 from fieldrig.settings import ConfigFile, Settings, WrongKey
-from fieldrig.store import Store
+from fieldrig.storage.store import Store
 
 
 class Frame: ...

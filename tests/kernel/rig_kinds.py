@@ -6,11 +6,11 @@ from typing import Any, Literal
 
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Value
-from fieldrig.faults import Fault, Faults, Timed
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import Fault, Faults, Timed
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.settings import Settings
-from fieldrig.store import Store
+from fieldrig.storage.store import Store
 from fieldrig_bus.wires import Signal
 
 

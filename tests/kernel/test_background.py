@@ -16,10 +16,10 @@ import background_work as work
 import pytest
 from in_loop import in_loop
 
-from fieldrig.background import Bulk, Coarse, Failure, VirtualBackground, packed, unpacked
-from fieldrig.background_process import BackgroundProcesses
 from fieldrig.clock import MS, VirtualClock
-from fieldrig.real_clock import RealClock
+from fieldrig.loop.background import Bulk, Coarse, Failure, VirtualBackground, packed, unpacked
+from fieldrig.loop.real_clock import RealClock
+from fieldrig.real.background_process import BackgroundProcesses
 
 # ---- virtual time
 

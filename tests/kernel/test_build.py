@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
-from fieldrig.build import build_device, try_devices
 from fieldrig.clock import VirtualClock
-from fieldrig.config import RigConfig, from_dict
+from fieldrig.config.build import build_device, try_devices
+from fieldrig.config.rig_file import RigConfig, from_dict
 from fieldrig.device import Device
 from fieldrig.errors import ConfigError, Mistake
-from fieldrig.store import MemoryStore
+from fieldrig.storage.store import MemoryStore
 from fieldrig.testing import RecordedLink
 
 HERE = Path(__file__).parent

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fieldrig.clock import MS, NEVER_NS, Alarm, S, TimerQueue, VirtualClock
-from fieldrig.real_clock import STALL_NS, RealClock
+from fieldrig.loop.real_clock import STALL_NS, RealClock
 
 
 def test_virtual_time_stands_still_until_it_is_moved() -> None:

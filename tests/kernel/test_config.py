@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig.config import RigConfig, from_dict, load, start_order
+from fieldrig.config.rig_file import RigConfig, from_dict, load, start_order
 from fieldrig.errors import ConfigError, Mistake
 
 HERE = Path(__file__).parent

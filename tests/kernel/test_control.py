@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from in_loop import in_loop
 
-from fieldrig import endpoint as endpoints
-from fieldrig.control import Client, Control, NoAnswerError
+from fieldrig.control import endpoint as endpoints
+from fieldrig.control.messages import Client, Control, NoAnswerError
 from fieldrig.errors import ControlError, RigError
-from fieldrig.shared_token import TOKEN_VARIABLE
+from fieldrig.outside.shared_token import TOKEN_VARIABLE
 
 pytestmark = pytest.mark.system
 
@@ -265,7 +265,7 @@ async def test_connections_that_say_nothing_keep_no_tool_out(endpoint: str) -> N
 async def test_questions_beyond_the_limit_are_refused_and_counted(
     endpoint: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fieldrig.questions.MOST_QUESTIONS", 10)
+    monkeypatch.setattr("fieldrig.control.questions.MOST_QUESTIONS", 10)
     async with rig_and_process(endpoint) as (rig, process):
         rig.serve("rig/*", echo)
         await until_served(process, "rig/x")

@@ -7,8 +7,8 @@ import pytest
 from pam_machine import application_text
 from pam_machine import rig_of as pam_rig
 
-from fieldrig.config import RigConfig, from_dict, load
-from fieldrig.core_advice import advice
+from fieldrig.config.rig_file import RigConfig, from_dict, load
+from fieldrig.real.core_advice import advice
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = sorted(path for path in (ROOT / "configs").glob("*.yaml") if not path.stem.endswith("-virtual"))

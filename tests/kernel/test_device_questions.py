@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
+from fieldrig.control.device_questions import answers
 from fieldrig.errors import ControlError
-from fieldrig.points import answers
-from fieldrig.rig import Rig
-from fieldrig.virtual_service import VirtualPoints
+from fieldrig.virtual.rig import Rig
+from fieldrig.virtual.service import VirtualPoints
 
 HERE = Path(__file__).parent
 DICE: dict[str, Any] = {

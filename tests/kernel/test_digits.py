@@ -6,7 +6,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fieldrig.digits import show_value, with_fewer_digits
+from fieldrig.text.digits import show_value, with_fewer_digits
 
 
 @pytest.mark.parametrize(

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from fieldrig.config import from_dict, load, load_part
+from fieldrig.config.rig_file import from_dict, load, load_part
 from fieldrig.errors import ConfigError
-from fieldrig.placement import placement
+from fieldrig.real.placement import placement
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

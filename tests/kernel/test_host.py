@@ -5,10 +5,10 @@ from typing import Any, cast
 
 import pytest
 
-from fieldrig.config import from_dict
-from fieldrig.control import Control, NoAnswerError
-from fieldrig.host import Host
-from fieldrig.placement import ProcessPlan
+from fieldrig.config.rig_file import from_dict
+from fieldrig.control.messages import Control, NoAnswerError
+from fieldrig.real.host import Host
+from fieldrig.real.placement import ProcessPlan
 
 
 class EmptyRig:

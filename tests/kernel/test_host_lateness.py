@@ -6,7 +6,15 @@ import os
 import pytest
 
 from fieldrig.clock import MS
-from fieldrig.host_lateness import LATE_NS, NOTED_NS, SETTLED_WINDOWS, LateHost, Lateness, LateRecords, Statistics
+from fieldrig.system.host_lateness import (
+    LATE_NS,
+    NOTED_NS,
+    SETTLED_WINDOWS,
+    LateHost,
+    Lateness,
+    LateRecords,
+    Statistics,
+)
 
 
 class Bench:
@@ -14,7 +22,7 @@ class Bench:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(os, "getloadavg", lambda: (30.2, 0.0, 0.0))
-        monkeypatch.setattr("fieldrig.host_lateness.usable_cores", lambda: 2)
+        monkeypatch.setattr("fieldrig.system.host_lateness.usable_cores", lambda: 2)
         self.lateness = Lateness()
         self.ring = {"cycles": 0.0, "late_cycles": 0.0}
         self.host = LateHost(self.lateness, self._statistics)
@@ -93,7 +101,7 @@ def test_a_warning_of_a_device_names_the_lateness_of_the_last_seconds(bench: Ben
     ("name", "level", "late_ns"),
     [
         ("fieldrig_devices.pam", logging.DEBUG, 35 * MS),
-        ("fieldrig.store", logging.WARNING, 35 * MS),
+        ("fieldrig.storage.store", logging.WARNING, 35 * MS),
         ("fieldrig_devices.pam", logging.WARNING, NOTED_NS - 1),
     ],
 )

@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from in_loop import in_loop
 
-from fieldrig.attach import attach
 from fieldrig.bus import Delivery
 from fieldrig.errors import BusError, ControlError
-from fieldrig.hub import LocalHub
-from fieldrig.hub_wire import HEADER, Kind, Records, pack
-from fieldrig.real_clock import RealClock
+from fieldrig.hub.attach import attach
+from fieldrig.hub.hub import LocalHub
+from fieldrig.hub.wire import HEADER, Kind, Records, pack
+from fieldrig.loop.real_clock import RealClock
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.hub import CanHub, CanHubSettings
 from fieldrig_bus.can.notices import FaultNote

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 from strangers import Stranger, bus_of, hello, hub_kinds, hub_of
 
-from fieldrig.attach import attach
 from fieldrig.errors import BusError
-from fieldrig.hub_wire import HEADER, LONGEST_HELLO, Kind, pack
-from fieldrig.limits import Limits
-from fieldrig.real_clock import RealClock
-from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, proof
+from fieldrig.hub.attach import attach
+from fieldrig.hub.wire import HEADER, LONGEST_HELLO, Kind, pack
+from fieldrig.loop.real_clock import RealClock
+from fieldrig.outside.limits import Limits
+from fieldrig.outside.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, proof
 from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system
@@ -118,7 +118,7 @@ def test_every_bad_record_disconnects_its_sender_only(
 def test_who_says_no_hello_is_not_waited_for(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fieldrig.hub_server.PATIENCE_S", 0.01)
+    monkeypatch.setattr("fieldrig.hub.server.PATIENCE_S", 0.01)
 
     async def scene() -> None:
         async with hub_of("wires.hub", tmp_path):
@@ -131,7 +131,7 @@ def test_who_says_no_hello_is_not_waited_for(
 def test_of_too_many_connections_without_a_hello_the_oldest_goes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fieldrig.hub_server.LIMITS", Limits(first_message_s=10.0, silent=3))
+    monkeypatch.setattr("fieldrig.hub.server.LIMITS", Limits(first_message_s=10.0, silent=3))
 
     async def scene() -> None:
         async with hub_of("wires.hub", tmp_path):

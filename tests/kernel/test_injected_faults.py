@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from pydantic import Field
 
 from fieldrig.clock import MS, VirtualClock
-from fieldrig.faults import Fault, Faults, Timed, fault_of, models_of
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import Fault, Faults, Timed, fault_of, models_of
+from fieldrig.faults.injected import InjectedFaults
 
 
 class Stuck(Timed):

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from fieldrig import kinds
+from fieldrig.config import kinds
 from fieldrig.device import Device
 from fieldrig.errors import RigError
 from fieldrig.settings import Settings

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig.limits import QUIET_S, Door, Limits, Reached
+from fieldrig.outside.limits import QUIET_S, Door, Limits, Reached
 
 
 class Time:

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from fieldrig import log_files
-from fieldrig.child import Child
-from fieldrig.log_files import LOG_BYTES, LONGEST_TEXT, OLD_LOGS, older
+from fieldrig.real.child import Child
+from fieldrig.system import log_files
+from fieldrig.system.log_files import LOG_BYTES, LONGEST_TEXT, OLD_LOGS, older
 
 CHATTER = """
 import logging, sys
 from pathlib import Path
-from fieldrig import log_files
+from fieldrig.system import log_files
 log_files.take_over(Path(sys.argv[1]))
 logging.basicConfig(level="INFO")
 line = 1000 * "x"

@@ -6,7 +6,7 @@ import pytest
 
 from fieldrig.cli.names import check_patterns, unfit
 from fieldrig.errors import ControlError
-from fieldrig.nearest import MOST_LISTED, closest, nearest_file
+from fieldrig.text.nearest import MOST_LISTED, closest, nearest_file
 
 
 def test_the_nearest_name_is_proposed() -> None:

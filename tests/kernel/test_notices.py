@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from fieldrig.notices import Notice, Watched, in_words, taken
+from fieldrig.control.notices import Notice, Watched, in_words, taken
 
 DROP = {"what": "drop", "identifier": 0x185, "applied": 0}
 

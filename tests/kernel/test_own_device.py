@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from fieldrig.clock import MS, S
-from fieldrig.config import RigConfig, load
+from fieldrig.config.rig_file import RigConfig, load
 from fieldrig.pytest_plugin import RigMaker
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal

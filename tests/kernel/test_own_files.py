@@ -8,13 +8,13 @@ import pytest
 from pydantic import ValidationError
 from running_rig import RunningRig
 
-from fieldrig import endpoint
-from fieldrig.config import load
+from fieldrig.config.rig_file import load
+from fieldrig.control import endpoint
 from fieldrig.errors import ConfigError, RigError
-from fieldrig.own_files import OUTSIDE_VARIABLE, open_file, open_own, own_folder, part_of, remove_socket
-from fieldrig.run_folder import RunFolder, join_run
 from fieldrig.settings import RunPath, Settings
-from fieldrig.store import FileStore, StoreError
+from fieldrig.storage.store import FileStore, StoreError
+from fieldrig.system.own_files import OUTSIDE_VARIABLE, open_file, open_own, own_folder, part_of, remove_socket
+from fieldrig.system.run_folder import RunFolder, join_run
 
 pytestmark = pytest.mark.system
 

@@ -5,7 +5,7 @@ import time
 import pytest
 
 from fieldrig.clock import MS, US, VirtualClock
-from fieldrig.pace import (
+from fieldrig.loop.pace import (
     LONGEST_PAUSE_NS,
     LONGEST_WAIT_NS,
     SHARE_BESIDE_A_CYCLE,

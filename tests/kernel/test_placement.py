@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.errors import RigError
-from fieldrig.placement import ProcessPlan, placement
+from fieldrig.real.placement import ProcessPlan, placement
 from fieldrig_bus.wires import WiresHub, WiresHubSettings
 
 HERE = Path(__file__).parent

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fieldrig.device import Value
-from fieldrig.point_values import choice_in, number_in, text_in, truth_in, whole_in
+from fieldrig.points.checks import choice_in, number_in, text_in, truth_in, whole_in
 
 VALUES = st.booleans() | st.integers() | st.floats() | st.text(max_size=5)
 

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig.clock import MS, US, VirtualClock
-from fieldrig.pace import Pace, beside_a_cycle
-from fieldrig.portions import Hold, Portions
+from fieldrig.loop.pace import Pace, beside_a_cycle
+from fieldrig.outside.portions import Hold, Portions
 
 LENGTH = 4
 """Length of a message here, in bytes."""

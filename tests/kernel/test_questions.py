@@ -5,8 +5,8 @@ from collections import deque
 from collections.abc import Callable
 
 from fieldrig.clock import VirtualClock
-from fieldrig.pace import SLICE_NS, Pace
-from fieldrig.questions import AT_ONCE, MOST_QUESTIONS, Questions
+from fieldrig.control.questions import AT_ONCE, MOST_QUESTIONS, Questions
+from fieldrig.loop.pace import SLICE_NS, Pace
 
 
 class Loop:

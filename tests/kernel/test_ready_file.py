@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from jumping_loop import run_jumping
 
-from fieldrig.ready_file import PERIOD_S, ready_file
+from fieldrig.system.ready_file import PERIOD_S, ready_file
 
 CHECK = 'test "$(find "$0" -name all -mmin -1)"'
 """The check of docker/service.yaml."""

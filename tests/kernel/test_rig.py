@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, S
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.errors import ControlError, RigError
 from fieldrig.pytest_plugin import RigMaker
-from fieldrig.rig import Rig
-from fieldrig.store import MemoryStore
+from fieldrig.storage.store import MemoryStore
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
 

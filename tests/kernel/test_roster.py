@@ -7,11 +7,11 @@ from typing import Any, cast
 
 import pytest
 
-from fieldrig.config import from_dict
-from fieldrig.control import Control
+from fieldrig.config.rig_file import from_dict
+from fieldrig.control.messages import Control
 from fieldrig.errors import ControlError
-from fieldrig.placement import placement
-from fieldrig.roster import Event, Roster, State
+from fieldrig.real.placement import placement
+from fieldrig.real.roster import Event, Roster, State
 
 HERE = Path(__file__).parent
 

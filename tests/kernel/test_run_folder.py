@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fieldrig.errors import RigError
-from fieldrig.run_folder import RunFolder, join_run
+from fieldrig.system.run_folder import RunFolder, join_run
 
 pytestmark = pytest.mark.system
 
@@ -24,7 +24,7 @@ def test_a_folder_belongs_to_one_rig_until_it_lets_go(tmp_path: Path) -> None:
 
 
 def test_a_new_rig_waits_for_the_processes_of_a_killed_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fieldrig.run_folder.LINGER_S", 0.05)
+    monkeypatch.setattr("fieldrig.system.run_folder.LINGER_S", 0.05)
     folder = RunFolder(tmp_path)
     folder.claim([])
     with join_run(tmp_path), join_run(tmp_path), pytest.raises(RigError, match="processes of an earlier rig"):

@@ -5,10 +5,10 @@ import pytest
 from jsonschema import Draft202012Validator
 from ruamel.yaml import YAML
 
-from fieldrig import kinds
-from fieldrig.config_keys import BusKeys, DeviceKeys
+from fieldrig.config import kinds
+from fieldrig.config.keys import BusKeys, DeviceKeys
+from fieldrig.config.schema import json_schema, names, schema_of
 from fieldrig.errors import RigError
-from fieldrig.schema import json_schema, names, schema_of
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

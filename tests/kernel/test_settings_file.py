@@ -7,10 +7,10 @@ from typing import Literal
 import pytest
 from pydantic import Field
 
+from fieldrig.config.settings_file import load_settings, settings_of
+from fieldrig.config.yaml_source import Source
 from fieldrig.errors import ConfigError, Mistake
 from fieldrig.settings import ConfigFile, Settings, WrongKey
-from fieldrig.settings_file import load_settings, settings_of
-from fieldrig.yaml_source import Source
 
 
 class Channel(Settings):

@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
-from fieldrig import endpoint, yaml_source
+from fieldrig.config import yaml_source
+from fieldrig.control import endpoint
 from fieldrig.errors import ConfigError, RigError
-from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, is_proof, make_token, proof, token
+from fieldrig.outside.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, is_proof, make_token, proof, token
 
 
 @pytest.fixture(autouse=True)

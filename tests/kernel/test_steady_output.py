@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from fieldrig.log_files import LogText
-from fieldrig.steady_output import OutputError, SteadyFile, steady, strict
+from fieldrig.system.log_files import LogText
+from fieldrig.system.steady_output import OutputError, SteadyFile, steady, strict
 
 FULL = Path("/dev/full")
 NO_SPACE = "No space left on device"
@@ -85,7 +85,7 @@ def test_a_reader_that_has_gone_is_no_fault_of_ours() -> None:
 @pytest.mark.parametrize("closed", ["0<&-", ">&-", "2>&-", "0<&- >&- 2>&-"])
 def test_a_file_never_gets_the_number_of_a_standard_file(tmp_path: Path, closed: str) -> None:
     code = (
-        "import os, sys; from fieldrig.steady_output import open_missing; open_missing();"
+        "import os, sys; from fieldrig.system.steady_output import open_missing; open_missing();"
         " print('out'); print('err', file=sys.stderr); sys.stdin.read(0);"
         f" open({str(tmp_path / 'fd')!r}, 'w').write(str(os.dup(0)))"
     )

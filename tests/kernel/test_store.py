@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig import store_format
-from fieldrig.store import FileStore, MemoryStore, Store, StoreError, restore
+from fieldrig.storage import store_format
+from fieldrig.storage.store import FileStore, MemoryStore, Store, StoreError, restore
 
 
 @pytest.fixture(params=["file", "memory"])
@@ -33,7 +33,7 @@ def test_the_last_save_is_kept(store: Store) -> None:
 SAVE_FOR_EVER = """
 import sys
 from pathlib import Path
-from fieldrig.store import FileStore
+from fieldrig.storage.store import FileStore
 store = FileStore(Path(sys.argv[1]))
 number = 0
 while True:
@@ -74,7 +74,7 @@ def test_buffered_ram_is_blank_at_first_and_keeps_every_write(store: Store) -> N
 COUNT_FOR_EVER = """
 import sys
 from pathlib import Path
-from fieldrig.store import FileStore
+from fieldrig.storage.store import FileStore
 words = FileStore(Path(sys.argv[1])).buffered_ram(4000).cast("i")
 number = 0
 while True:

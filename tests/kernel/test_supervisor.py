@@ -11,14 +11,14 @@ from typing import Any, cast
 import pytest
 from jumping_loop import run_jumping
 
-from fieldrig.children import Children
-from fieldrig.config import from_dict
-from fieldrig.control import Control
-from fieldrig.exits import Exit
-from fieldrig.patience import FIRST_PAUSE_S, LONGEST_LIMIT_S, LONGEST_PAUSE_S, SETTLED_S, Patience
-from fieldrig.placement import placement
-from fieldrig.roster import Event
-from fieldrig.supervisor import Supervisor
+from fieldrig.config.rig_file import from_dict
+from fieldrig.control.messages import Control
+from fieldrig.real.children import Children
+from fieldrig.real.patience import FIRST_PAUSE_S, LONGEST_LIMIT_S, LONGEST_PAUSE_S, SETTLED_S, Patience
+from fieldrig.real.placement import placement
+from fieldrig.real.roster import Event
+from fieldrig.real.supervisor import Supervisor
+from fieldrig.system.exits import Exit
 
 HERE = Path(__file__).parent
 LIMIT_S = 10.0

@@ -12,8 +12,8 @@ from typing import Any, cast
 import pytest
 
 from fieldrig.clock import MS
-from fieldrig.real_clock import RealClock
-from fieldrig.threaded_loop import ThreadedLoop, _Selector
+from fieldrig.loop.real_clock import RealClock
+from fieldrig.loop.threaded_loop import ThreadedLoop, _Selector
 
 ROUNDS = 300
 

@@ -14,11 +14,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig import record_file, trace_files, trace_jsonl
 from fieldrig.errors import RigError
-from fieldrig.record_file import RecordFile
-from fieldrig.trace import TraceEntry
-from fieldrig.trace_files import Recorder, read, write
+from fieldrig.storage import record_file
+from fieldrig.storage.record_file import RecordFile
+from fieldrig.traces import trace_files, trace_jsonl
+from fieldrig.traces.trace import TraceEntry
+from fieldrig.traces.trace_files import Recorder, read, write
 from fieldrig_bus.can.codec import encode
 from fieldrig_bus.can.frame import CanFrame
 

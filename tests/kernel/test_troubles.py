@@ -9,10 +9,10 @@ import pytest
 from fieldrig.cli.points import _echo
 from fieldrig.cli.status import _lateness
 from fieldrig.clock import S
+from fieldrig.control.device_questions import RealPoints
+from fieldrig.control.troubles import LATER_NS, Troubles
 from fieldrig.device import Device, Point, Value
-from fieldrig.points import RealPoints
-from fieldrig.real_clock import RealClock
-from fieldrig.troubles import LATER_NS, Troubles
+from fieldrig.loop.real_clock import RealClock
 
 WORDS = "the host was up to 1,240 ms late in the last seconds, load 30 on 2 cores"
 
@@ -29,7 +29,7 @@ class Drive(Device):
 
 class Bench:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("fieldrig.troubles.time.strftime", lambda _: "14:03:22")
+        monkeypatch.setattr("fieldrig.control.troubles.time.strftime", lambda _: "14:03:22")
         self.host_words = ""
         self.drive = Drive()
         self.troubles = Troubles("belt", self.drive, lambda: self.host_words)

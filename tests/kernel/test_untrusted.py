@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig.untrusted import DEEPEST, MalformedError, field, items, read_json, shown, typed
+from fieldrig.outside.untrusted import DEEPEST, MalformedError, field, items, read_json, shown, typed
 
 SURROGATES: Any = ("Cs",)
 TEXTS = st.text(st.characters(exclude_categories=SURROGATES))

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fieldrig.device import Value
-from fieldrig.values import fitting, parse_value, show_number
+from fieldrig.points.values import fitting, parse_value, show_number
 
 
 @pytest.mark.parametrize(

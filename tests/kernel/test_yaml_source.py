@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from fieldrig.yaml_source import Mark, key_text, read, read_file
+from fieldrig.config.yaml_source import Mark, key_text, read, read_file
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from fieldrig.svg import Drawing
+from fieldrig.text.svg import Drawing
 
 LEFT: Final = 70
 TOP: Final = 30

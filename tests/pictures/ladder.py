@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fieldrig.svg import Drawing
+from fieldrig.text.svg import Drawing
 
 TOP: Final = 62
 RUNG: Final = 21

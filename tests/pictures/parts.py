@@ -6,8 +6,8 @@ from typing import Final
 
 from tests.pictures.wiring import Part, addresses_of, draw_wiring
 
-from fieldrig.config import load
-from fieldrig.svg import Drawing
+from fieldrig.config.rig_file import load
+from fieldrig.text.svg import Drawing
 
 WIDTH: Final = 1010
 BUSES: Final = 20

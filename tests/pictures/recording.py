@@ -8,8 +8,8 @@ from doc_pages import Block, blocks
 from tests.pictures.timing import Bar
 
 from fieldrig.bus import Bus, Delivery
-from fieldrig.config import from_dict, load
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict, load
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.length import INTERMISSION_BITS, classical_bits
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from textwrap import wrap
 from typing import Final
 
-from fieldrig.svg import Drawing
+from fieldrig.text.svg import Drawing
 
 COLUMN: Final = 230
 ROW: Final = 96

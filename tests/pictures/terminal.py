@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Final
 
-from fieldrig.svg import Drawing
+from fieldrig.text.svg import Drawing
 
 LINE: Final = 19
 CHARACTER: Final = 7.9

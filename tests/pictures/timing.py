@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import Final
 
-from fieldrig.svg import Drawing
+from fieldrig.text.svg import Drawing
 
 LEFT: Final = 130
 LANE: Final = 48

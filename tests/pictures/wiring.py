@@ -6,8 +6,8 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Final, Self
 
-from fieldrig.config import BusEntry, DeviceEntry, RigConfig, load
-from fieldrig.svg import Drawing
+from fieldrig.config.rig_file import BusEntry, DeviceEntry, RigConfig, load
+from fieldrig.text.svg import Drawing
 
 LEFT: Final = 240
 COLUMN: Final = 108

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from running_rig import PATIENCE_S, RunningRig
 
-from fieldrig.live_rig import FIELDRIG
+from fieldrig.real.live_rig import FIELDRIG
 
 pytestmark = pytest.mark.real
 

@@ -14,7 +14,7 @@ from ring_process import RingProcess
 from running_rig import PATIENCE_S, until
 from tests.driver import needs
 
-from fieldrig.live_rig import FIELDRIG
+from fieldrig.real.live_rig import FIELDRIG
 from fieldrig.testing import free_port
 
 pytestmark = [

@@ -11,7 +11,7 @@ import pytest
 from dial_bench import Bench
 from dial_peer import PAGE
 
-from fieldrig.trace import TraceEntry
+from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus import codec as modbus_codec

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from fieldrig.trace import TraceEntry
-from fieldrig.trace_files import write
+from fieldrig.traces.trace import TraceEntry
+from fieldrig.traces.trace_files import write
 from fieldrig_bus.signals.codec import encode
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm

@@ -16,11 +16,11 @@ from hub_bench import LoopBench
 
 from fieldrig.bus import Bus, Delivery, ModelBus
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.link import Link
-from fieldrig.real_clock import RealClock
-from fieldrig.rig import Rig
-from fieldrig.threaded_loop import ThreadedLoop
+from fieldrig.loop.real_clock import RealClock
+from fieldrig.loop.threaded_loop import ThreadedLoop
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.ring.transport.bus import StarBus
 from fieldrig_bus.ring.transport.centre import Centre
 

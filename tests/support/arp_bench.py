@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from fieldrig.background import VirtualBackground
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.device import Value
-from fieldrig.point_access import read_point, write_point
-from fieldrig.store import MemoryStore, Store
+from fieldrig.loop.background import VirtualBackground
+from fieldrig.points.access import read_point, write_point
+from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.wires import Signal

@@ -6,11 +6,11 @@ from typing import Any
 
 from canopen_bench import parse, show
 
-from fieldrig.background import Job
 from fieldrig.clock import MS, Clock, VirtualClock
 from fieldrig.device import Device
 from fieldrig.link import Link
-from fieldrig.store import MemoryStore, Store
+from fieldrig.loop.background import Job
+from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.can.exchange import ExchangeSettings

@@ -7,12 +7,12 @@ from arp_card import RecordedCard
 from canopen_bench import parse, show
 
 from fieldrig.clock import MS, VirtualClock
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.device import Value
-from fieldrig.point_access import read_point, write_point
-from fieldrig.rig import Rig
-from fieldrig.store import MemoryStore, Store
+from fieldrig.points.access import read_point, write_point
+from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.language.compiler import compile_text

@@ -5,9 +5,9 @@ import os
 import sys
 from pathlib import Path
 
-from fieldrig.background import Bulk, Report
-from fieldrig.background_process import BackgroundProcesses
-from fieldrig.real_clock import RealClock
+from fieldrig.loop.background import Bulk, Report
+from fieldrig.loop.real_clock import RealClock
+from fieldrig.real.background_process import BackgroundProcesses
 
 
 def squares(upto: int, report: Report) -> list[int]:

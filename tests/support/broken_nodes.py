@@ -9,7 +9,7 @@ from typing import ClassVar
 from fieldrig.clock import MS, Clock, VirtualClock
 from fieldrig.device import Device
 from fieldrig.link import Link
-from fieldrig.store import Store
+from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
 

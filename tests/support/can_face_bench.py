@@ -9,9 +9,9 @@ from canopen.profiles.p402 import BaseNode402
 from device_of import device_of
 
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
-from fieldrig.store import MemoryStore
+from fieldrig.config.rig_file import from_dict
+from fieldrig.storage.store import MemoryStore
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.can.objects import EDS

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from fieldrig.clock import MS, VirtualClock
-from fieldrig.store import MemoryStore, Store
+from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import BitRate

@@ -6,7 +6,7 @@ from typing import Any
 from canopen_bench import CanopenBench, parse, show
 
 from fieldrig.clock import MS, S
-from fieldrig.store import Store
+from fieldrig.storage.store import Store
 from fieldrig_devices.cia402.axis import Cia402Axis
 from fieldrig_devices.cia402.motor import Kind
 from fieldrig_devices.max4.can.objects import EDS

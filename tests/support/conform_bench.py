@@ -6,8 +6,8 @@ from typing import Any
 from broken_nodes import NODE_ID
 from canopen_bench import IO32
 
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 from fieldrig_devices.conformance.description import Description
 from fieldrig_devices.conformance.options import Options
 from fieldrig_devices.conformance.report import Report

@@ -10,7 +10,7 @@ from typing import Any
 
 from canopen_bench import IO32
 
-from fieldrig.live_rig import FIELDRIG
+from fieldrig.real.live_rig import FIELDRIG
 
 NODE_ID = 5
 PATIENCE_S = 400

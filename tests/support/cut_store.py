@@ -1,6 +1,6 @@
 """A store on which a process is killed while it saves."""
 
-from fieldrig.store import MemoryStore
+from fieldrig.storage.store import MemoryStore
 
 
 class Killed(BaseException):

@@ -3,8 +3,8 @@
 from typing import TypeVar
 
 from fieldrig.device import Device
-from fieldrig.node import LocalNode
-from fieldrig.rig import Rig
+from fieldrig.virtual.node import LocalNode
+from fieldrig.virtual.rig import Rig
 
 D = TypeVar("D", bound=Device)
 

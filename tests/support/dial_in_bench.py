@@ -9,8 +9,8 @@ from typing import Any, Self
 from max4_rig import Max4Rig
 
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.serial.message import ControlLines, SerialMessage
 from fieldrig_devices.ip.stack import Stack
 from fieldrig_devices.ip.tcp.connection import Connection

@@ -10,9 +10,9 @@ from typing import Any
 from hub_bench import LoopBench
 
 from fieldrig.bus import DirectBus
-from fieldrig.bus_questions import Subject
+from fieldrig.control.bus_questions import Subject
 from fieldrig.link import Link
-from fieldrig.real_clock import RealClock
+from fieldrig.loop.real_clock import RealClock
 from fieldrig_bus.can.frame import CanFrame
 
 

@@ -13,8 +13,8 @@ from ring_lab import Follower
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, S
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 from fieldrig_devices.max4.controller import Max4
 from fieldrig_devices.mc4.drive import Mc4
 

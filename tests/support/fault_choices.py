@@ -5,7 +5,7 @@ from itertools import cycle, product
 from pathlib import Path
 from typing import Any, Final, Literal, NamedTuple, get_args, get_origin
 
-from fieldrig.config import RigConfig, load
+from fieldrig.config.rig_file import RigConfig, load
 
 CONFIGS: Final = Path(__file__).parents[2] / "configs"
 VALUES: Final[Mapping[str, Any]] = {

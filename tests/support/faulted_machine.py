@@ -1,4 +1,4 @@
-"""The knowledge of the tests of faults about a shipped rig: how it works, what is safe in it, and its documented way back."""
+"""The knowledge of a shipped rig for tests of faults: how it works, what is safe in it, and its documented way back."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -10,9 +10,9 @@ from fault_choices import CONFIGS, Injected
 from rig_hands import CanMaster
 
 from fieldrig.clock import S
-from fieldrig.config import load
+from fieldrig.config.rig_file import load
 from fieldrig.device import Value
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 
 
 class Effect(Enum):
@@ -57,7 +57,7 @@ def goes_on(*signs: Sign) -> Expected:
 
 
 Table = Mapping[str, Expected]
-"""The expectations by the words of a fault: its kind, `what`, and choices of its keys, or only the first of these words."""
+"""The expectations by the words of a fault: its kind, `what`, and choices of its keys, or the first of these words."""
 
 CAN_STAYS_ASIDE: Final[Table] = {
     f"can {what}": goes_on()

@@ -11,7 +11,7 @@ from pathlib import Path
 from running_rig import RunningRig, until
 from storing_devices import KINDS, TABLE, disk_test
 
-from fieldrig.store import FileStore
+from fieldrig.storage.store import FileStore
 from fieldrig.testing import free_port
 
 RIG = """

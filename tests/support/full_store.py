@@ -2,7 +2,7 @@
 
 from errno import ENOSPC
 
-from fieldrig.store import MemoryStore, StoreError
+from fieldrig.storage.store import MemoryStore, StoreError
 
 
 class FullStore(MemoryStore):

@@ -4,10 +4,10 @@ from itertools import count
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fieldrig.background import VirtualBackground
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.device import Value
-from fieldrig.store import MemoryStore, Store
+from fieldrig.loop.background import VirtualBackground
+from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusEvent, ModbusRequest, ModbusResponse

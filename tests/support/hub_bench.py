@@ -7,11 +7,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
 
-from fieldrig.attach import RemoteLink, attach
 from fieldrig.bus import ModelBus
-from fieldrig.hub import LocalHub
+from fieldrig.hub.attach import RemoteLink, attach
+from fieldrig.hub.hub import LocalHub
 from fieldrig.link import Link
-from fieldrig.real_clock import RealClock
+from fieldrig.loop.real_clock import RealClock
 
 Where = Literal["here", "unix", "tcp"]
 PATIENCE_S = 30.0

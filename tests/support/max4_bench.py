@@ -8,9 +8,9 @@ from device_of import device_of
 from max4_rig import Max4Rig
 
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
-from fieldrig.store import MemoryStore
+from fieldrig.config.rig_file import from_dict
+from fieldrig.storage.store import MemoryStore
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.axes.axis import Axis, Mode
 from fieldrig_devices.mc4.drive import Mc4

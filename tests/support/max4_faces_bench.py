@@ -6,8 +6,8 @@ from max4_rig import Max4Rig
 from pymodbus.client.mixin import ModbusClientMixin
 from pymodbus.pdu import DecodePDU, ExceptionResponse, ModbusPDU
 
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_devices.max4.configuration.tree import Parameter

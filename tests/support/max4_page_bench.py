@@ -5,8 +5,8 @@ from typing import Any, Self
 from max4_rig import Max4Rig
 
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.tcp.message import Close, Connected, Data, TcpMessage
 from fieldrig_bus.tcp.model import PORT
 

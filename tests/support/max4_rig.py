@@ -6,7 +6,7 @@ from device_of import device_of
 
 from fieldrig.clock import MS
 from fieldrig.device import Value
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.controller import Max4
 

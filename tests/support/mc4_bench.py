@@ -7,8 +7,8 @@ from typing import Any
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.mc4.diagnosis import LIMITS, Diagnosis
 from fieldrig_devices.mc4.enable import EnableChain, Limit, Seen, Stage, Times

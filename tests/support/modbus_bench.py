@@ -19,8 +19,8 @@ from pymodbus.framer import FramerAscii, FramerRTU
 from raw_end import RawEnd
 
 from fieldrig.clock import MS, VirtualClock
-from fieldrig.hub import LocalHub
-from fieldrig.store import MemoryStore
+from fieldrig.hub.hub import LocalHub
+from fieldrig.storage.store import MemoryStore
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.modbus.kind import ModbusBus
 from fieldrig_bus.modbus.line import ModbusAscii, ModbusAsciiSettings, ModbusRtu, ModbusRtuSettings

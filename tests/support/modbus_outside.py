@@ -11,7 +11,7 @@ from pathlib import Path
 from hub_bench import LoopBench
 from raw_end import RawEnd
 
-from fieldrig.hub import LocalHub
+from fieldrig.hub.hub import LocalHub
 from fieldrig_bus.modbus.kind import ModbusBus
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from fieldrig.clock import MS, S, VirtualClock
 from fieldrig.link import Link
-from fieldrig.store import MemoryStore, Store
+from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.serial.line import SerialSettings, SerialVirtual
 from fieldrig_bus.serial.message import ControlLines, ModemInputs, SerialMessage, inputs_from

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from fieldrig.device import Point, Value
-from fieldrig.hub import LocalHub
-from fieldrig.point_values import number_in
-from fieldrig.real_clock import RealClock
+from fieldrig.hub.hub import LocalHub
+from fieldrig.loop.real_clock import RealClock
+from fieldrig.points.checks import number_in
 from fieldrig.testing import free_port
 from fieldrig_bus.opcua.message import NODE, VALUE, AnyValue, Argument, OpcUaMessage, Read, Status
 from fieldrig_bus.opcua.server import OpcUaServer, OpcUaSettings

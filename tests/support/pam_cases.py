@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from fieldrig.clock import MS, S
-from fieldrig.config import load
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import load
+from fieldrig.virtual.rig import Rig
 from fieldrig_devices.pam.language.compiler import checked
 from fieldrig_devices.pam.rig_file import rig_file
 

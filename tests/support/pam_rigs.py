@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from fieldrig.pytest_plugin import RigMaker
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 
 PAM = "{kind: pam, application: app.pam, links: {ring: ring, wires: wires}}"
 RIG = """

@@ -6,9 +6,9 @@ from typing import Any, Self
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, Clock
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.link import Link
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.ring.pam.message import RingMessage
 from fieldrig_bus.ring.pam.virtual import PamRingSettings, PamRingVirtual
 from fieldrig_devices.pamring.declared import DeclaredNode

@@ -18,14 +18,14 @@ PAGE = ROOT / "docs" / "reference.md"
 BEGIN, END = "<!-- names -->\n", "<!-- end of names -->\n"
 DEVICE, BUS, TESTS = "../CONTRIBUTING.md#adding-a-device", "../CONTRIBUTING.md#adding-a-bus", "testing-with-fieldrig.md"
 PAGES = {
-    "fieldrig.background": DEVICE,
+    "fieldrig.loop.background": DEVICE,
     "fieldrig.bus": BUS,
     "fieldrig.clock": "architecture.md",
-    "fieldrig.config": "rig-file.md",
+    "fieldrig.config.rig_file": "rig-file.md",
     "fieldrig.device": DEVICE,
     "fieldrig.link": "architecture.md#interest",
     "fieldrig.settings": DEVICE,
-    "fieldrig.store": DEVICE,
+    "fieldrig.storage.store": DEVICE,
     "fieldrig": TESTS,
     "fieldrig_bus.can": "buses.md",
     "fieldrig_bus.modbus": "buses.md",

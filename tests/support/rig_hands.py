@@ -6,7 +6,7 @@ They are members of the rig's buses and send what a foreign master would; nothin
 from typing import Any
 
 from fieldrig.clock import MS
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 

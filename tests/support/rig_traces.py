@@ -20,9 +20,9 @@ from rig_hands import START_ALL, SYNC, CanMaster, ModbusClient
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, S
-from fieldrig.config import RigConfig, load
-from fieldrig.kinds import bus_kinds_for, find_bus, settings_model
-from fieldrig.rig import Rig
+from fieldrig.config.kinds import bus_kinds_for, find_bus, settings_model
+from fieldrig.config.rig_file import RigConfig, load
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
 

@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.datum import Datum, IdnTable
 from fieldrig_devices.sercos.idn import Attribute, Format, Length

@@ -10,10 +10,10 @@ from device_of import device_of
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS
-from fieldrig.config import load
+from fieldrig.config.rig_file import load
 from fieldrig.device import Value
-from fieldrig.rig import Rig
-from fieldrig.store import MemoryStore
+from fieldrig.storage.store import MemoryStore
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.axes.axis import Axis, Mode
 from fieldrig_devices.max4.controller import Max4

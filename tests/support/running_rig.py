@@ -9,9 +9,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
 
-from fieldrig.control import Client
+from fieldrig.control.messages import Client
 from fieldrig.errors import ControlError
-from fieldrig.live_rig import FIELDRIG, UpProcess
+from fieldrig.real.live_rig import FIELDRIG, UpProcess
 
 PATIENCE_S = 120.0
 

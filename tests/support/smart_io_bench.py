@@ -5,7 +5,7 @@ from typing import Any
 
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.device import Value
-from fieldrig.store import MemoryStore, Store
+from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusEvent, ModbusRequest, ModbusResponse

@@ -7,9 +7,9 @@ from st1_bench import AXIS
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.device import Value
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.pamring.declared import DeclaredNode
 from fieldrig_devices.pamring.frames import (

@@ -23,7 +23,7 @@ from smart_io_bench import SmartIoBench
 
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.errors import ControlError
-from fieldrig.store import Store
+from fieldrig.storage.store import Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse

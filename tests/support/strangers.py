@@ -7,12 +7,12 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
-from fieldrig import kinds
 from fieldrig.bus import Bus, DirectBus, ModelBus
-from fieldrig.hub import LocalHub
-from fieldrig.hub_wire import HEADER, Kind, pack
-from fieldrig.real_clock import RealClock
-from fieldrig.untrusted import read_json
+from fieldrig.config import kinds
+from fieldrig.hub.hub import LocalHub
+from fieldrig.hub.wire import HEADER, Kind, pack
+from fieldrig.loop.real_clock import RealClock
+from fieldrig.outside.untrusted import read_json
 
 # The settings that a kind needs so that its ports listen at free addresses.
 SETTINGS: dict[str, dict[str, Any]] = {

@@ -11,8 +11,8 @@ from typing import Any
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, Clock, S
-from fieldrig.config import load
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import load
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest
 

@@ -5,8 +5,8 @@ from typing import ClassVar, Literal
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device
-from fieldrig.faults import Fault, Faults, Timed
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import Fault, Faults, Timed
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig.testing import RecordedLink

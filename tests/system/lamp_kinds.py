@@ -7,7 +7,7 @@ from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
 from fieldrig.settings import Settings
-from fieldrig.store import Store
+from fieldrig.storage.store import Store
 from fieldrig_bus.wires import Signal
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from arp_bench import CardBench
 
-from fieldrig.store import FileStore
+from fieldrig.storage.store import FileStore
 
 pytestmark = pytest.mark.system
 
@@ -17,7 +17,7 @@ CHILD = """
 import sys
 from pathlib import Path
 from arp_bench import CardBench
-from fieldrig.store import FileStore
+from fieldrig.storage.store import FileStore
 from fieldrig.testing import RecordedLink
 
 class Wires(RecordedLink):

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from fieldrig.clock import MS, S
-from fieldrig.config import load
+from fieldrig.config.rig_file import load
 from fieldrig.pytest_plugin import RigMaker
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 CELL = "configs/arp-cell-virtual.yaml"

@@ -14,7 +14,7 @@ import pytest
 from running_rig import PATIENCE_S, RunningRig
 from terminal import Terminal
 
-from fieldrig.live_rig import FIELDRIG
+from fieldrig.real.live_rig import FIELDRIG
 from fieldrig.testing import free_port
 from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.language.files import encode

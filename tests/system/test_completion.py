@@ -13,7 +13,7 @@ import pytest
 from running_rig import RunningRig, until
 from terminal import Terminal
 
-from fieldrig.kinds import BUSES, DEVICES, installed
+from fieldrig.config.kinds import BUSES, DEVICES, installed
 from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system

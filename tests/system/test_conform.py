@@ -8,7 +8,7 @@ from canopen_bench import IO32
 from conform_peers import NODE_ID, conform
 from running_rig import PATIENCE_S, RunningRig
 
-from fieldrig.live_rig import FIELDRIG
+from fieldrig.real.live_rig import FIELDRIG
 from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system

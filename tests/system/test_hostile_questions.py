@@ -9,7 +9,7 @@ import pytest
 import zenoh
 from running_rig import RunningRig
 
-from fieldrig.control import LONGEST_REFUSAL, Client, _message_of, key
+from fieldrig.control.messages import LONGEST_REFUSAL, Client, _message_of, key
 from fieldrig.errors import ControlError
 
 pytestmark = pytest.mark.system

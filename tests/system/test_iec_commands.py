@@ -16,7 +16,7 @@ import pytest
 from running_rig import PATIENCE_S, AskedRig
 from terminal import Terminal
 
-from fieldrig.live_rig import FIELDRIG
+from fieldrig.real.live_rig import FIELDRIG
 
 pytestmark = pytest.mark.system
 

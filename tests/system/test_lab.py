@@ -17,7 +17,7 @@ from fieldrig.cli import points
 from fieldrig.cli.app import app
 from fieldrig.clock import MS, S
 from fieldrig.pytest_plugin import RigMaker
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 

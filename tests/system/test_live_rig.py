@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from fieldrig import live_rig
 from fieldrig.errors import RigError
-from fieldrig.live_rig import LiveRig
+from fieldrig.real import live_rig
+from fieldrig.real.live_rig import LiveRig
 from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system

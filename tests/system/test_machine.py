@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from fieldrig.clock import S
-from fieldrig.config import load
+from fieldrig.config.rig_file import load
+from fieldrig.config.yaml_source import read
 from fieldrig.pytest_plugin import RigMaker
-from fieldrig.rig import Rig
-from fieldrig.yaml_source import read
+from fieldrig.virtual.rig import Rig
 
 pytestmark = pytest.mark.system
 

@@ -13,7 +13,7 @@ import serial
 from hiperface_bench import PLATE, telegram
 from running_rig import PATIENCE_S, RunningRig
 
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 from fieldrig.testing import free_port
 from fieldrig_devices.hiperface.plate_file import load_plate, save_plate
 

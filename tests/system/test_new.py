@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from terminal import Terminal
 
-from fieldrig.live_rig import FIELDRIG
+from fieldrig.real.live_rig import FIELDRIG
 from fieldrig_devices.begin.examples import menu
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]

@@ -13,7 +13,7 @@ from lamp_rig import KINDS, lamp_rig
 from running_rig import RunningRig, until
 from storing_devices import TABLE
 
-from fieldrig.live_rig import FIELDRIG
+from fieldrig.real.live_rig import FIELDRIG
 from fieldrig.testing import free_port
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(sys.platform != "linux", reason="needs /dev/full")]

@@ -11,8 +11,8 @@ import pytest
 from running_rig import RunningRig, until
 
 from fieldrig.clock import S
-from fieldrig.config import load
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import load
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.ring.transport import shm
 
 pytestmark = pytest.mark.system

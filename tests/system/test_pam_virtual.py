@@ -7,8 +7,8 @@ import pytest
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS
-from fieldrig.config import load
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import load
+from fieldrig.virtual.rig import Rig
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
 

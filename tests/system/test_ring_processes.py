@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from running_rig import RunningRig, until
 
-from fieldrig.control import Client
+from fieldrig.control.messages import Client
 
 pytestmark = pytest.mark.system
 

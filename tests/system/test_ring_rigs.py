@@ -7,7 +7,7 @@ import pytest
 from ring_process import CONFIGS, RingProcess
 from running_rig import RunningRig, until
 
-from fieldrig.config import load
+from fieldrig.config.rig_file import load
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
 

@@ -7,8 +7,8 @@ import pytest
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 
 PLATE = Path(__file__).parents[2] / "configs/plates/sm-100-30-080.yaml"
 DRIVES = {"belt": 3, "lift": 1, "knife": 2}

@@ -8,14 +8,14 @@ from typing import Any
 import pytest
 from talkers import CanTalker, WireTalker
 
-from fieldrig import endpoint
-from fieldrig.config import from_dict
-from fieldrig.control import Control
-from fieldrig.placement import placement
-from fieldrig.process import DeviceProcess
-from fieldrig.real_clock import RealClock
+from fieldrig.config.rig_file import from_dict
+from fieldrig.control import endpoint
+from fieldrig.control.messages import Control
+from fieldrig.hub.tool_member import join
+from fieldrig.loop.real_clock import RealClock
+from fieldrig.real.placement import placement
+from fieldrig.real.process import DeviceProcess
 from fieldrig.testing import free_port
-from fieldrig.tool_member import join
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
 

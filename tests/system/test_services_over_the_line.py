@@ -14,7 +14,7 @@ from network_namespace import network_namespace, why_not
 from pymodbus.client import ModbusTcpClient
 from running_rig import PATIENCE_S, AskedRig, until
 
-from fieldrig.live_rig import FIELDRIG
+from fieldrig.real.live_rig import FIELDRIG
 from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system

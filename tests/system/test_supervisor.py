@@ -14,7 +14,7 @@ from lamp_rig import KINDS, lamp_rig
 from running_rig import RunningRig, is_running, until
 from terminal import Terminal
 
-from fieldrig.live_rig import FIELDRIG
+from fieldrig.real.live_rig import FIELDRIG
 from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system

@@ -8,7 +8,7 @@ from rig_hands import CanMaster, ModbusClient
 
 from fieldrig.clock import MS, S
 from fieldrig.pytest_plugin import RigMaker
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 
 pytestmark = pytest.mark.system
 

@@ -11,9 +11,9 @@ from typing import Annotated, Final, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from fieldrig import faults
 from fieldrig.clock import MS
-from fieldrig.faults import LONGEST_MS, Timed
+from fieldrig.faults import faults
+from fieldrig.faults.faults import LONGEST_MS, Timed
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame
 from fieldrig_bus.can.notices import FASTEST, SLOWEST
 

@@ -12,8 +12,8 @@ from typing import Annotated, Any, Final
 from pydantic import Field
 
 from fieldrig.bus import Attachment
-from fieldrig.faults import models_of
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import models_of
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
 from fieldrig_bus.can.faults import Delay, Drop, Duplicate, Fault, Faults, Replace
 from fieldrig_bus.can.frame import CanFrame

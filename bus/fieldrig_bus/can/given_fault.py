@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Final, cast
 
-from fieldrig import faults
+from fieldrig.faults import faults
 from fieldrig_bus.can.faults import CanFault
 
 MODELS: Final = faults.models_of(CanFault)

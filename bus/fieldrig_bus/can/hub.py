@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from fieldrig.bus import Port, Time
 from fieldrig.device import Tool, WayIn
-from fieldrig.net import split_address
+from fieldrig.outside.addresses import split_address
 from fieldrig.settings import RunPath, Settings
 from fieldrig_bus.can.model_bus import CanModelBus, CanSettings
 from fieldrig_bus.net import Address, HubSettings

@@ -4,7 +4,7 @@ Source: ISO 11898-1:2015 (frames, medium access by arbitration, fault confinemen
 FMI-LS-BUS (`notices` has the table).  When the bus becomes free, the frame that wins among those asked for by then
 starts.  It arrives with the last bit of its end of frame, and three bits later the bus is free again.  A delivery's
 instant is rounded up to the next nanosecond.  Under virtual time the rig moves to `next_ns`, in real time the hub
-(`fieldrig.hub`) sets its timer to it.
+(`fieldrig.hub.hub`) sets its timer to it.
 
 Each member sends its frames first in, first out, as SocketCAN and most drivers do.  A controller with several mailboxes
 may send a lower identifier first, but then segments and PDOs overtake each other, which no protocol stack wants.

@@ -14,8 +14,8 @@ from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.device import Tool, WayIn
 from fieldrig.errors import BusError
 from fieldrig.link import SharedWords
-from fieldrig.own_files import open_file
 from fieldrig.settings import Settings
+from fieldrig.system.own_files import open_file
 from fieldrig_bus.dualport.message import WORDS, Words, check_interest, check_sent, decode, encode, show
 
 SIZE: Final = 2 * WORDS

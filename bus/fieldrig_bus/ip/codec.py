@@ -9,7 +9,7 @@ import struct
 from ipaddress import IPv4Address
 from typing import Final
 
-from fieldrig.untrusted import MalformedError
+from fieldrig.outside.untrusted import MalformedError
 from fieldrig_bus.ip.message import (
     OF_LINK,
     Closed,

@@ -14,7 +14,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal
 from pydantic import Field
 
 from fieldrig.bus import Hub, ModelBus, Port, Time, words_of
-from fieldrig.net import split_address
+from fieldrig.outside.addresses import split_address
 from fieldrig_bus.ip import codec
 from fieldrig_bus.ip.channel import Channel
 from fieldrig_bus.ip.channels import Channels

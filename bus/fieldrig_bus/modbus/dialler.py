@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from fieldrig.net import split_address
+from fieldrig.outside.addresses import split_address
 from fieldrig_bus.net import Connection, TcpServer, cancel
 
 log = logging.getLogger(__name__)

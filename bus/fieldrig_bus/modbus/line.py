@@ -20,7 +20,7 @@ from fieldrig.bus import BusModel, Hub, Port, Time
 from fieldrig.clock import MS
 from fieldrig.device import RUN, WayIn
 from fieldrig.link import Link
-from fieldrig.net import split_address
+from fieldrig.outside.addresses import split_address
 from fieldrig_bus.modbus.framing import LineFramer, LineTiming, Mode
 from fieldrig_bus.modbus.framing_ascii import AsciiFramer
 from fieldrig_bus.modbus.framing_rtu import FRAME_TIMEOUT_NS, RtuFramer, request_size, response_size

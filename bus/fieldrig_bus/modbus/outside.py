@@ -17,7 +17,7 @@ from pydantic import AfterValidator, Field
 from fieldrig.bus import Hub, Port
 from fieldrig.clock import MS, Alarm
 from fieldrig.link import Link
-from fieldrig.net import split_address
+from fieldrig.outside.addresses import split_address
 from fieldrig.settings import Settings
 from fieldrig_bus.modbus.dialler import Dialler, Handlers
 from fieldrig_bus.modbus.message import ModbusRequest

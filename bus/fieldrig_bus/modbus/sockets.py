@@ -5,11 +5,11 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from fieldrig.bus import Hub
-from fieldrig.limits import Limits
 from fieldrig.link import Link
-from fieldrig.net import split_address
-from fieldrig.pace import Pace
-from fieldrig.portions import MOST_AT_ONCE
+from fieldrig.loop.pace import Pace
+from fieldrig.outside.addresses import split_address
+from fieldrig.outside.limits import Limits
+from fieldrig.outside.portions import MOST_AT_ONCE
 from fieldrig_bus.modbus.turns import Turns
 from fieldrig_bus.net import Connection, ServingPort, TcpServer, join_as_client
 

@@ -26,7 +26,7 @@ from fieldrig.bus import Port, Time
 from fieldrig.clock import Alarm, S
 from fieldrig.device import WayIn
 from fieldrig.link import Link
-from fieldrig.net import split_address
+from fieldrig.outside.addresses import split_address
 from fieldrig_bus.modbus.framing_mbap import HEADER, MbapFramer
 from fieldrig_bus.modbus.kind import ModbusBus
 from fieldrig_bus.modbus.message import ClientConnected, ModbusRequest, ModbusResponse

@@ -8,7 +8,7 @@ from dataclasses import fields
 from math import isfinite
 from typing import Any, Final
 
-from fieldrig.untrusted import MalformedError, field, items, read_json, shown
+from fieldrig.outside.untrusted import MalformedError, field, items, read_json, shown
 from fieldrig_bus.opcua.message import (
     LONGEST_PATH,
     LONGEST_TEXT,

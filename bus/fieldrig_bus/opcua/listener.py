@@ -18,7 +18,7 @@ from asyncua.common.utils import Buffer
 from asyncua.server.uaprocessor import UaProcessor
 from asyncua.ua.ua_binary import header_from_binary, struct_from_binary
 
-from fieldrig.limits import Limits
+from fieldrig.outside.limits import Limits
 from fieldrig_bus.net import Connection, TcpServer
 from fieldrig_bus.opcua.session import Backend
 

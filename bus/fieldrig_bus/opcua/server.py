@@ -20,10 +20,10 @@ from pydantic import Field
 from fieldrig.bus import Hub, ModelBus, Port, Time, words_of
 from fieldrig.device import Tool, WayIn, python_line
 from fieldrig.errors import BusError
-from fieldrig.nearest import closest
-from fieldrig.net import is_loopback, split_address
+from fieldrig.outside.addresses import is_loopback, split_address
+from fieldrig.outside.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_token, token
 from fieldrig.settings import WrongKey
-from fieldrig.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_token, token
+from fieldrig.text.nearest import closest
 from fieldrig_bus.net import Address, HubSettings, ServingPort, TcpServer
 from fieldrig_bus.opcua import codec
 from fieldrig_bus.opcua.address_space import AddressSpace

@@ -1,4 +1,4 @@
-"""The users of a server, who prove themselves with the token of the rig (`fieldrig.shared_token`)."""
+"""The users of a server, who prove themselves with the token of the rig (`fieldrig.outside.shared_token`)."""
 
 import hmac
 from collections.abc import Mapping

@@ -8,7 +8,7 @@ from typing import Final, Literal
 
 from pydantic import Field
 
-from fieldrig.faults import Timed
+from fieldrig.faults.faults import Timed
 
 MASTER: Final = "master"
 """The segment that leaves the master, whatever the name of its device."""

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from random import Random
 from typing import Any, Generic, TypeVar
 
-from fieldrig.faults import Fault, Faults, Timed, fault_of
-from fieldrig.nearest import closest
+from fieldrig.faults.faults import Fault, Faults, Timed, fault_of
+from fieldrig.text.nearest import closest
 from fieldrig_bus.ring.faults import MASTER, Break, Off, place_of
 from fieldrig_bus.ring.topology import Layout, Node, Topology
 

@@ -5,8 +5,8 @@ from typing import Any
 
 from pydantic import Field
 
-from fieldrig.nearest import closest
 from fieldrig.settings import Settings, WrongKey
+from fieldrig.text.nearest import closest
 from fieldrig_bus.ring.faults import MASTER, place_of
 
 

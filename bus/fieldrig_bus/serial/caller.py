@@ -13,7 +13,7 @@ from typing import Any, Final, Protocol
 
 from fieldrig.clock import S
 from fieldrig.errors import BusError
-from fieldrig.this_process import on_signals
+from fieldrig.system.this_process import on_signals
 from fieldrig_bus.ip.socks import SocksClient
 from fieldrig_bus.ip.stream import Opening
 from fieldrig_bus.ip.tunnel import Tunnelled

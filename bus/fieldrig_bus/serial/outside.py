@@ -13,9 +13,9 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-from fieldrig.limits import FIRST_MESSAGE_S, Limits
-from fieldrig.net import split_address
-from fieldrig.pace import Pace
+from fieldrig.loop.pace import Pace
+from fieldrig.outside.addresses import split_address
+from fieldrig.outside.limits import FIRST_MESSAGE_S, Limits
 from fieldrig_bus.net import Connection, TcpServer, cancel
 
 log = logging.getLogger(__name__)

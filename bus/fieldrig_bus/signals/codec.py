@@ -14,8 +14,8 @@ from fractions import Fraction
 from math import isfinite
 from typing import Any, Final
 
-from fieldrig.untrusted import WIDEST, read_json
-from fieldrig.values import show_number
+from fieldrig.outside.untrusted import WIDEST, read_json
+from fieldrig.points.values import show_number
 from fieldrig_bus.signals.limits import check_pulse_train, check_pwm
 from fieldrig_bus.signals.parabola import Exact
 from fieldrig_bus.signals.pulse_train import PulseTrain

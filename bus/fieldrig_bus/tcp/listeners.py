@@ -9,9 +9,9 @@ from typing import Any, Final
 
 from fieldrig.bus import Hub
 from fieldrig.errors import BusError
-from fieldrig.limits import Limits
 from fieldrig.link import Link
-from fieldrig.portions import MOST_AT_ONCE
+from fieldrig.outside.limits import Limits
+from fieldrig.outside.portions import MOST_AT_ONCE
 from fieldrig_bus.net import Connection, ServingPort, TcpServer
 from fieldrig_bus.tcp.message import (
     MOST_DATA,

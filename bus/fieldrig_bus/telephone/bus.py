@@ -7,8 +7,8 @@ from pydantic import Field, model_validator
 
 from fieldrig.bus import ModelBus, Time
 from fieldrig.clock import MS
-from fieldrig.nearest import closest
 from fieldrig.settings import Settings, WrongKey
+from fieldrig.text.nearest import closest
 from fieldrig_bus.telephone import codec
 from fieldrig_bus.telephone.faults import MODELS, TelephoneFault
 from fieldrig_bus.telephone.lines import Network

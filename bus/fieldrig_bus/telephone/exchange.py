@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from fieldrig.bus import Port, Time
 from fieldrig.device import Tool, WayIn
-from fieldrig.net import split_address
+from fieldrig.outside.addresses import split_address
 from fieldrig.settings import Settings
 from fieldrig_bus.net import Address, HubSettings
 from fieldrig_bus.telephone.bus import Number, TelephoneBus, TelephoneSettings, check_apart

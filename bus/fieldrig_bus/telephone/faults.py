@@ -9,9 +9,9 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fieldrig import faults
 from fieldrig.clock import MS, NEVER_NS
-from fieldrig.faults import LONGEST_MS, Timed
+from fieldrig.faults import faults
+from fieldrig.faults.faults import LONGEST_MS, Timed
 from fieldrig_bus.telephone.modulation import FASTEST_BPS, SLOWEST_BPS
 
 

@@ -11,10 +11,10 @@ from dataclasses import replace
 from random import Random
 from typing import Any, Final, cast
 
-from fieldrig import faults
 from fieldrig.bus import BusModel, Delivery
 from fieldrig.clock import MS
-from fieldrig.nearest import closest
+from fieldrig.faults import faults
+from fieldrig.text.nearest import closest
 from fieldrig_bus.telephone.agenda import Agenda, Deliveries
 from fieldrig_bus.telephone.faults import (
     MODELS,

@@ -10,8 +10,8 @@ import logging
 from collections.abc import Callable, Iterable
 
 from fieldrig.bus import Hub, Port
-from fieldrig.limits import Limits
-from fieldrig.net import split_address
+from fieldrig.outside.addresses import split_address
+from fieldrig.outside.limits import Limits
 from fieldrig_bus.net import Connection, ServingPort, TcpServer, cancel, join_as_client
 from fieldrig_bus.serial.telnet import BINARY, DO, ECHO, SUPPRESS_GO_AHEAD, WILL, Negotiation, Options, TelnetReader
 from fieldrig_bus.serial.telnet import escape as escaped

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from typing import BinaryIO, Final
 
 from fieldrig.errors import UsageError
-from fieldrig.trace import TraceEntry
+from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.codec import decode
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR

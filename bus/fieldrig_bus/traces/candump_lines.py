@@ -14,7 +14,7 @@ import re
 from datetime import datetime
 from typing import Final, NamedTuple
 
-from fieldrig.values import counted
+from fieldrig.points.values import counted
 from fieldrig_bus.can.codec import encode
 from fieldrig_bus.can.frame import EXTENDED_MASK, CanFrame
 from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR

@@ -10,8 +10,8 @@ import typer
 from fieldrig.cli.common import argument, duration_ns, writing
 from fieldrig.clock import S
 from fieldrig.errors import UsageError
-from fieldrig.nearest import closest
-from fieldrig.values import counted, show_number
+from fieldrig.points.values import counted, show_number
+from fieldrig.text.nearest import closest
 
 if TYPE_CHECKING:
     from fieldrig_bus.traces.timing_diagram import Window
@@ -44,7 +44,7 @@ def draw(
 
     Times count from the start of a rig in virtual time, and from the first message of a trace of real time.
     """
-    from fieldrig.trace_files import read
+    from fieldrig.traces.trace_files import read
     from fieldrig_bus.traces.timing_diagram import timing_diagram
     from fieldrig_bus.traces.waves import check_size, waves_of
 

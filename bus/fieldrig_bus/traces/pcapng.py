@@ -20,7 +20,7 @@ from pcapng import blocks, scanner, writer
 from pcapng.exceptions import PcapngException
 
 from fieldrig.errors import UsageError
-from fieldrig.trace import TraceEntry
+from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import CanFrame

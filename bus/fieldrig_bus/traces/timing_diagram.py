@@ -10,8 +10,8 @@ from itertools import groupby, pairwise
 from typing import Final
 
 from fieldrig.clock import MS, US, S
-from fieldrig.svg import Drawing
-from fieldrig.values import show_number
+from fieldrig.points.values import show_number
+from fieldrig.text.svg import Drawing
 from fieldrig_bus.traces.waves import Value, Wave
 
 WIDTH: Final = 880

@@ -20,7 +20,7 @@ from vcd.writer import Variable, VCDWriter
 
 from fieldrig.clock import NEVER_NS
 from fieldrig.errors import UsageError
-from fieldrig.trace import TraceEntry
+from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.traces.vcd_names import Path, legal_paths
 from fieldrig_bus.traces.waves import FAMILIES as FAMILIES
 from fieldrig_bus.traces.waves import Value, Wave, Waves, check_size, waves_of

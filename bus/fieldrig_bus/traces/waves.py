@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from fieldrig.errors import UsageError
-from fieldrig.trace import TraceEntry, is_time_of_day
+from fieldrig.traces.trace import TraceEntry, is_time_of_day
 from fieldrig_bus.signals.codec import decode
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm

@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager
 from enum import IntEnum
 from typing import NamedTuple, Protocol
 
-from fieldrig.background import Job
+from fieldrig.loop.background import Job
 from fieldrig_devices.arp.card_errors import CardErrors
 from fieldrig_devices.arp.language.files import ObjectError
 from fieldrig_devices.arp.parameters import Parameters, ParameterValues

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from fieldrig.background import Report
+from fieldrig.loop.background import Report
 from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.language.files import encode, system_of
 from fieldrig_devices.arp.language.loading import NS_PER_OCTET, Unusable

@@ -7,8 +7,8 @@ and both see the same program: breakpoints set at one place replace those of the
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
-from fieldrig.background import Background, Failure
 from fieldrig.device import Value
+from fieldrig.loop.background import Background, Failure
 from fieldrig_devices.arp import debug_sources
 from fieldrig_devices.arp.card_access import CardAccess, CardState, RefusedError
 from fieldrig_devices.arp.debug_sources import Prepared, SourceText

@@ -69,7 +69,7 @@ def new(
 
 
 def _from_menu(example: str | None, folder: Path | None) -> None:
-    from fieldrig.nearest import closest
+    from fieldrig.text.nearest import closest
     from fieldrig_devices.begin.examples import content_of, menu
 
     examples = menu()

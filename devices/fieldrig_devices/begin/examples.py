@@ -12,7 +12,7 @@ from itertools import takewhile
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from fieldrig.yaml_source import read
+from fieldrig.config.yaml_source import read
 from fieldrig_devices.languages.source_file import decoded
 from fieldrig_devices.pam.application_files import CAM_SUFFIX
 

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from fieldrig.cli.common import AsJson, command_group, echo_json, reading
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 
 SECTION = "Files"
 """The group of the command in the help of `fieldrig`."""

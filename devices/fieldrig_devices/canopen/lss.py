@@ -10,7 +10,7 @@ from enum import IntEnum
 from struct import Struct
 
 from fieldrig.clock import MS, Clock
-from fieldrig.store import StoreError
+from fieldrig.storage.store import StoreError
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.bit_timing import BIT_RATES
 from fieldrig_devices.canopen.dictionary import Dictionary

@@ -16,7 +16,7 @@ from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.errors import RigError
 from fieldrig.link import Link
-from fieldrig.store import Store
+from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.canopen import cia401

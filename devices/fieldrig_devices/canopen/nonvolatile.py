@@ -7,9 +7,9 @@ usable version, the node starts with the values of the EDS.
 import json
 from typing import Any, NamedTuple
 
-from fieldrig import store_format
-from fieldrig.store import Store, restore
-from fieldrig.untrusted import field, read_json, typed
+from fieldrig.outside.untrusted import field, read_json, typed
+from fieldrig.storage import store_format
+from fieldrig.storage.store import Store, restore
 from fieldrig_devices.canopen.bit_timing import BIT_RATES
 
 VERSION = 1

@@ -8,7 +8,7 @@ default are kept, so that a default COB-ID follows the node-ID.  'Load' takes ef
 import logging
 from collections.abc import Callable, Iterator
 
-from fieldrig.store import StoreError
+from fieldrig.storage.store import StoreError
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.datatypes import DOMAIN
 from fieldrig_devices.canopen.dictionary import Dictionary

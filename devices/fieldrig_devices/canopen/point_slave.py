@@ -14,7 +14,7 @@ from fieldrig.clock import Clock
 from fieldrig.device import Point
 from fieldrig.link import Link
 from fieldrig.settings import ConfigFile, Settings
-from fieldrig.store import Store
+from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.canopen.described import DescribedNode

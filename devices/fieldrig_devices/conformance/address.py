@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 from pydantic import ValidationError
 
 from fieldrig.bus import Bus
+from fieldrig.config.kinds import find_bus, settings_model
 from fieldrig.errors import UsageError
-from fieldrig.kinds import find_bus, settings_model
 
 FORMS = (
     "can.socketcan:vcan0, can.udp:GROUP:PORT, can.hub:RUNFOLDER/can0, or python-can:interface=...,channel=...;"

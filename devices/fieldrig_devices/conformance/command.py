@@ -8,10 +8,10 @@ import typer
 
 from fieldrig.cli.common import AsJson, echo_json, writing
 from fieldrig.errors import UsageError
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 
 if TYPE_CHECKING:
-    from fieldrig.config import DeviceEntry, RigConfig
+    from fieldrig.config.rig_file import DeviceEntry, RigConfig
     from fieldrig_devices.canopen.described import DescribedNode
     from fieldrig_devices.conformance.case import Case
     from fieldrig_devices.conformance.description import Description
@@ -126,9 +126,9 @@ def _report(
 ) -> "Report":
     from datetime import UTC, datetime
 
-    from fieldrig.config import load
-    from fieldrig.nearest import closest
-    from fieldrig.rig import Rig
+    from fieldrig.config.rig_file import load
+    from fieldrig.text.nearest import closest
+    from fieldrig.virtual.rig import Rig
     from fieldrig_devices.conformance import address
     from fieldrig_devices.conformance.description import Description
     from fieldrig_devices.conformance.run import conform_real, conform_virtual

@@ -9,9 +9,9 @@ from typing import Any
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.errors import UsageError
+from fieldrig.hub.tool_member import OnEnd, join
 from fieldrig.link import Link
-from fieldrig.rig import Rig
-from fieldrig.tool_member import OnEnd, join
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance import cases as _families
 from fieldrig_devices.conformance.bench import Bench

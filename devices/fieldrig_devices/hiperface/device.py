@@ -19,9 +19,9 @@ from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import RUN, Device, Point, Tool, Value
 from fieldrig.link import Link
-from fieldrig.point_values import number_in
+from fieldrig.points.checks import number_in
 from fieldrig.settings import Claim, ConfigFile, Settings
-from fieldrig.store import Store, restore
+from fieldrig.storage.store import Store, restore
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.serial.pty import SerialPty
 from fieldrig_bus.serial.rfc2217 import SerialRfc2217

@@ -5,9 +5,9 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import Field, ValidationError
 
 from fieldrig.clock import Clock
-from fieldrig.faults import Fault, Faults, Timed, models_of
-from fieldrig.injected_faults import InjectedFaults
-from fieldrig.wording import explain
+from fieldrig.config.wording import explain
+from fieldrig.faults.faults import Fault, Faults, Timed, models_of
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig_devices.hiperface.encoder import HiperfaceEncoder
 from fieldrig_devices.hiperface.plate import HEAD, NamePlate
 from fieldrig_devices.hiperface.requests import Trouble

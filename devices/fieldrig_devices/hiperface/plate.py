@@ -14,8 +14,8 @@ from typing import Annotated, Any, Final, NamedTuple, Self
 
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
+from fieldrig.config.wording import explain
 from fieldrig.settings import Settings
-from fieldrig.wording import explain
 from fieldrig_devices.hiperface.memory import BLANK
 from fieldrig_devices.hiperface.shaft import INCREMENTS
 from fieldrig_devices.hiperface.telegram import LARGEST_FIELD

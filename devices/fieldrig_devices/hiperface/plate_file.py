@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from fieldrig.settings_file import load_settings, settings_of
-from fieldrig.store import replace_file
-from fieldrig.yaml_source import Source, read
+from fieldrig.config.settings_file import load_settings, settings_of
+from fieldrig.config.yaml_source import Source, read
+from fieldrig.storage.store import replace_file
 from fieldrig_devices.hiperface.plate import NamePlate
 
 HEADING = "# Name plate of a motor; `fieldrig schema name-plate` describes its keys.\n"

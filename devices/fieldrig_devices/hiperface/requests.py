@@ -10,7 +10,7 @@ from copy import deepcopy
 from dataclasses import dataclass
 from typing import Final
 
-from fieldrig.store import StoreError
+from fieldrig.storage.store import StoreError
 from fieldrig_devices.hiperface import mode
 from fieldrig_devices.hiperface.memory import COUNTS, SIZE_IN_BLOCKS, Eeprom, RefusedError
 from fieldrig_devices.hiperface.shaft import AMPLITUDE, FASTEST, EncoderType, Turning, signals, steps_of

@@ -9,12 +9,12 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, ClassVar
 
-from fieldrig.background import Background
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.link import Link
-from fieldrig.store import Store
+from fieldrig.loop.background import Background
+from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ModbusEvent

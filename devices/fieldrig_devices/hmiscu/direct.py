@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from fieldrig.device import Point, Value
-from fieldrig.point_values import truth_in, whole_in
+from fieldrig.points.checks import truth_in, whole_in
 from fieldrig_devices.hmiscu.blocks.pins import WIDTHS, Block, Pin, Side
 from fieldrig_devices.hmiscu.blocks.tables import BLOCK_TYPES
 from fieldrig_devices.hmiscu.names import BLOCK_NAMES, SIMPLE

@@ -8,8 +8,8 @@ from typing import Annotated, Any, Final, Literal, Protocol
 from pydantic import Field
 
 from fieldrig.clock import Clock
-from fieldrig.faults import Fault, Faults, Timed, models_of
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import Fault, Faults, Timed, models_of
+from fieldrig.faults.injected import InjectedFaults
 
 
 class LinkBroken(Timed):

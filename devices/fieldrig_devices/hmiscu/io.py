@@ -17,7 +17,7 @@ from typing import Final, NamedTuple
 from fieldrig.clock import Clock
 from fieldrig.device import Point, Value
 from fieldrig.link import Link
-from fieldrig.point_values import number_in, truth_in, whole_in
+from fieldrig.points.checks import number_in, truth_in, whole_in
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.hmiscu.models import Kind
 from fieldrig_devices.hmiscu.settings import INPUTS, MOST_RAW, AnalogWire, HmiscuSettings

@@ -9,7 +9,7 @@ from functools import partial
 from typing import Final
 
 from fieldrig.device import Point, Value
-from fieldrig.point_values import text_in, truth_in
+from fieldrig.points.checks import text_in, truth_in
 from fieldrig_devices.iec.host import Library, NativeFunction, Results
 
 KEYS: Final = 8

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NoReturn, Self
 
-from fieldrig.background import Report
+from fieldrig.loop.background import Report
 from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.dialect import DIALECTS

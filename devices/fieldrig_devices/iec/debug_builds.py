@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fieldrig.background import Bulk, Report
+from fieldrig.loop.background import Bulk, Report
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.lower.names import names_of, rules_of
 from fieldrig_devices.languages.instructions import Routine

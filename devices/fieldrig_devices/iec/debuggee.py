@@ -7,9 +7,9 @@ reaches it, and the other tasks go on.  A pause stops all tasks where they are, 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 
-from fieldrig.background import Background, Bulk, Failure
 from fieldrig.clock import MS
 from fieldrig.device import Value
+from fieldrig.loop.background import Background, Bulk, Failure
 from fieldrig_devices.iec import debugged_objects, debugged_scopes, tree
 from fieldrig_devices.iec.debug_builds import Order, make
 from fieldrig_devices.iec.debugged_scopes import Scope

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Generic, TypeVar
 
-from fieldrig.background import Background, Failure, Job, Report
+from fieldrig.loop.background import Background, Failure, Job, Report
 from fieldrig_devices.languages.mistakes import Mistake
 
 NS_PER_CHARACTER: Final = 5_000

@@ -112,7 +112,7 @@ class Routine:
 
     The instructions of a routine that came from another process stay packed until they are needed for debugging, so
     that loading a large program takes little time.  Its builds are left out of the pickled bytes, so that nothing
-    copies them (`fieldrig.background`).
+    copies them (`fieldrig.loop.background`).
     """
 
     def __init__(

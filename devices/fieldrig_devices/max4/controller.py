@@ -8,13 +8,13 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from ipaddress import IPv6Address, ip_address
 from typing import Any, ClassVar
 
-from fieldrig.background import Background
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
-from fieldrig.faults import Fault, Faults
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import Fault, Faults
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
-from fieldrig.store import Store
+from fieldrig.loop.background import Background
+from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.ip.message import RelayMessage

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
-from fieldrig.store import Store
+from fieldrig.storage.store import Store
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.configuration.tree import ObjectTree
 from fieldrig_devices.max4.messages.diagnosis import Diagnosis, Sender

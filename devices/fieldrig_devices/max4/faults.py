@@ -4,7 +4,7 @@ from typing import Annotated, Final, Literal
 
 from pydantic import Field
 
-from fieldrig.faults import Timed, models_of
+from fieldrig.faults.faults import Timed, models_of
 
 
 class PowerOff(Timed):

@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from fieldrig.device import Point, Value
-from fieldrig.point_values import truth_in
+from fieldrig.points.checks import truth_in
 from fieldrig_devices.max4.configuration.tree import Parameter
 from fieldrig_devices.max4.ring.real_time_bus import State
 from fieldrig_devices.max4.storage.buffered_ram import NVRAM_BYTES as SHOWN

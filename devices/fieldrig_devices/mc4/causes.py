@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from fieldrig.faults import Timed
+from fieldrig.faults.faults import Timed
 from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.faults import DcBus, DriveFaults, EncoderSignal, Overload, Overtemperature, Supply24V
 from fieldrig_devices.mc4.power import DcCircuit

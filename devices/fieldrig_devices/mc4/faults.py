@@ -4,8 +4,8 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 
-from fieldrig.faults import Fault, Timed, models_of
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import Fault, Timed, models_of
+from fieldrig.faults.injected import InjectedFaults
 
 
 class EnableLost(Timed):

@@ -10,7 +10,7 @@ from copy import copy
 from typing import Final
 
 from fieldrig.clock import MS, Clock
-from fieldrig.faults import Fault, Faults
+from fieldrig.faults.faults import Fault, Faults
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN, Encoder, MotorData
 from fieldrig_devices.mc4 import idns, tuning
 from fieldrig_devices.mc4.axis import Axis, IdealAxis, Mode, Moment

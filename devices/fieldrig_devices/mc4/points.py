@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from fieldrig.device import Point, Value
-from fieldrig.point_values import number_in, truth_in
+from fieldrig.points.checks import number_in, truth_in
 from fieldrig_devices.mc4.loops import INCREMENTS, RAD
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.ring_side import RingSide

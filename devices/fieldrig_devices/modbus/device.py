@@ -16,15 +16,15 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from fieldrig import store_format
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool
 from fieldrig.errors import ConfigError
 from fieldrig.link import Link
+from fieldrig.outside.untrusted import field, read_json, typed
 from fieldrig.settings import Claim, ConfigFile, Settings
-from fieldrig.store import Store, restore
-from fieldrig.untrusted import field, read_json, typed
+from fieldrig.storage import store_format
+from fieldrig.storage.store import Store, restore
 from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.server import ModbusServer

@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 from fieldrig.device import Point
 from fieldrig.errors import RigError
-from fieldrig.point_values import whole_in
-from fieldrig.store import StoreError
+from fieldrig.points.checks import whole_in
+from fieldrig.storage.store import StoreError
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, SERVER_DEVICE_FAILURE, ModbusError
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.registers.image import Area, BitImage, RegisterImage

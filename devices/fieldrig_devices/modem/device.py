@@ -13,11 +13,11 @@ from pydantic import Field
 
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point
-from fieldrig.faults import Fault, Faults
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import Fault, Faults
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.settings import Claim, Settings
-from fieldrig.store import Store, StoreError, restore
+from fieldrig.storage.store import Store, StoreError, restore
 from fieldrig_bus.serial.message import ModemInputs, SerialMessage, inputs_from
 from fieldrig_bus.telephone.message import TelephoneMessage
 from fieldrig_bus.telephone.modulation import FASTEST_BPS, SLOWEST_BPS

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 
-from fieldrig.faults import Timed, models_of
+from fieldrig.faults.faults import Timed, models_of
 
 
 class PowerOff(Timed):

@@ -11,13 +11,13 @@ from datetime import datetime, timedelta
 from functools import partial
 from typing import Any, ClassVar, Final
 
-from fieldrig.background import Background
 from fieldrig.clock import MS, US, Alarm, Clock
 from fieldrig.device import Device, Point, Tool, Value
-from fieldrig.faults import Fault, Faults
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import Fault, Faults
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link, words_behind
-from fieldrig.point_values import truth_in
+from fieldrig.loop.background import Background
+from fieldrig.points.checks import truth_in
 from fieldrig_bus.dualport.message import Words
 from fieldrig_bus.modbus.message import ModbusMessage
 from fieldrig_bus.ring.pam.message import RingMessage

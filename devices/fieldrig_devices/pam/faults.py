@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Final, Literal
 
-from fieldrig.faults import Timed
+from fieldrig.faults.faults import Timed
 
 
 class PowerOff(Timed):

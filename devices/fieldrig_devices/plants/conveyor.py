@@ -12,10 +12,10 @@ from typing import Any, ClassVar, Final
 
 from fieldrig.clock import Alarm, Clock
 from fieldrig.device import Device, Point, Value
-from fieldrig.faults import Fault, Faults
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import Fault, Faults
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
-from fieldrig.point_values import truth_in
+from fieldrig.points.checks import truth_in
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.plants.conveyor_model import Belt
 from fieldrig_devices.plants.conveyor_settings import MODELS, ConveyorSettings, Dirty, Slip

@@ -13,8 +13,8 @@ from pydantic import Field, model_validator
 
 from fieldrig.clock import NEVER_NS, Alarm, Clock
 from fieldrig.device import Device, Point
-from fieldrig.faults import Fault, Faults, Timed, models_of
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import Fault, Faults, Timed, models_of
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.settings import Claim
 from fieldrig_bus.signals.pulse_train import PulseTrain

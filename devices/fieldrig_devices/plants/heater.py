@@ -15,10 +15,10 @@ from pydantic import Field, model_validator
 
 from fieldrig.clock import NEVER_NS, Alarm, Clock, S
 from fieldrig.device import Device, Point, Value
-from fieldrig.faults import Fault, Faults, Timed, models_of
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import Fault, Faults, Timed, models_of
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
-from fieldrig.point_values import number_in
+from fieldrig.points.checks import number_in
 from fieldrig.settings import Claim
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.plants.settings import PlantSettings

@@ -17,10 +17,10 @@ from pydantic import Field
 
 from fieldrig.clock import Alarm, Clock, S
 from fieldrig.device import Device, Point, Value
-from fieldrig.faults import Fault, Faults, Timed, models_of
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import Fault, Faults, Timed, models_of
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
-from fieldrig.point_values import truth_in
+from fieldrig.points.checks import truth_in
 from fieldrig.settings import Claim
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.wires import Motion, Signal

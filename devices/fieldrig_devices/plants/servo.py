@@ -15,7 +15,7 @@ from math import ceil, floor, inf, isfinite, tau
 from fieldrig.clock import Alarm, Clock, S
 from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
-from fieldrig.point_values import number_in, truth_in
+from fieldrig.points.checks import number_in, truth_in
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.plants.axis_model import Segment, State, after
 from fieldrig_devices.plants.servo_settings import ServoSettings

@@ -24,10 +24,10 @@ from typing import Any, ClassVar, Final, NamedTuple
 
 from fieldrig.clock import Alarm, Clock
 from fieldrig.device import Device, Point, Value
-from fieldrig.faults import Fault, Faults
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import Fault, Faults
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
-from fieldrig.point_values import number_in, truth_in
+from fieldrig.points.checks import number_in, truth_in
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.plants.replay import Replay

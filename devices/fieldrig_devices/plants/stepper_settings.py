@@ -6,7 +6,7 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fieldrig.faults import Timed, models_of
+from fieldrig.faults.faults import Timed, models_of
 from fieldrig.settings import Claim
 from fieldrig_bus.signals.pulse_train import FASTEST_HZ
 from fieldrig_devices.plants.settings import PlantSettings

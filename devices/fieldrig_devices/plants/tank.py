@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 from fieldrig.clock import MS, Clock, S
 from fieldrig.device import Device, Point
 from fieldrig.link import Link
-from fieldrig.point_values import number_in
+from fieldrig.points.checks import number_in
 from fieldrig.settings import Claim, Settings
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.plants.torricelli import moved, root_coefficient

@@ -14,7 +14,7 @@ from math import ceil, floor, isfinite
 from fieldrig.clock import US, Alarm, Clock, S
 from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
-from fieldrig.point_values import number_in, truth_in
+from fieldrig.points.checks import number_in, truth_in
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.plants.line_feed import LineFeed
 from fieldrig_devices.plants.winder_model import WinderModel

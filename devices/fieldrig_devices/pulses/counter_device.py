@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from fieldrig.clock import Alarm, Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
-from fieldrig.point_values import whole_in
+from fieldrig.points.checks import whole_in
 from fieldrig.settings import Claim, Settings
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.pulses.counter import Counter, IncrementalInput, Input

@@ -12,7 +12,7 @@ from pydantic import Field
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.link import Link
-from fieldrig.point_values import number_in, truth_in, whole_in
+from fieldrig.points.checks import number_in, truth_in, whole_in
 from fieldrig.settings import Claim, Settings
 from fieldrig_bus.signals.codec import check_sent
 from fieldrig_bus.signals.pulse_train import FASTEST_HZ, STEEPEST_HZ_PER_S

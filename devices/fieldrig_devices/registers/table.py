@@ -19,9 +19,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from fieldrig.config.settings_file import load_settings
+from fieldrig.config.yaml_source import key_text
 from fieldrig.settings import Settings, WrongKey
-from fieldrig.settings_file import load_settings
-from fieldrig.yaml_source import key_text
 from fieldrig_devices.registers.form import FORMATS, TYPE_PATTERN, Form, WordOrder, characters_in, words_in
 from fieldrig_devices.registers.type_names import naming
 

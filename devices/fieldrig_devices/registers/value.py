@@ -5,7 +5,7 @@ import struct
 from collections.abc import Callable
 from typing import Final, Literal
 
-from fieldrig.point_values import number_in, text_in, truth_in
+from fieldrig.points.checks import number_in, text_in, truth_in
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_VALUE, SERVER_DEVICE_FAILURE, ModbusError
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.registers.form import Form, WordOrder, text_in_registers

@@ -10,7 +10,7 @@ from typing import Final
 
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Point, Value
-from fieldrig.point_values import truth_in, whole_in
+from fieldrig.points.checks import truth_in, whole_in
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.pamring.frames import CounterItem, InputItem, Motor, MotorItem, OutputItem, Report
 from fieldrig_devices.smart_io.addresses import addresses_of, place_of

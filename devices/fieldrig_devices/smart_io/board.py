@@ -3,7 +3,7 @@
 from typing import Any, Final
 
 from fieldrig.clock import MS, Clock
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig_devices.pamring.ends import RingFault
 from fieldrig_devices.smart_io.addresses import group_of, place_of
 from fieldrig_devices.smart_io.display import Display

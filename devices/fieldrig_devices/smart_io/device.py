@@ -12,10 +12,10 @@ from typing import Any, ClassVar, Final
 from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool, Value
-from fieldrig.faults import Fault, Faults
-from fieldrig.injected_faults import InjectedFaults
+from fieldrig.faults.faults import Fault, Faults
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
-from fieldrig.store import Store
+from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_bus.ring.pam.message import RingMessage

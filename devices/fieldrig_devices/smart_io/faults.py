@@ -5,7 +5,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
 
-from fieldrig.faults import Timed, models_of
+from fieldrig.faults.faults import Timed, models_of
 
 Address = Annotated[int, Field(ge=101, le=1612, description="module times 100 plus position, such as 203")]
 

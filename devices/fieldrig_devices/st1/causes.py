@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig.clock import Clock
-from fieldrig.faults import Fault, Faults
+from fieldrig.faults.faults import Fault, Faults
 from fieldrig_devices.pamring.axis_words import Error
 from fieldrig_devices.st1.faults import MODELS, Jam, St1Faults
 from fieldrig_devices.st1.settings import St1Settings

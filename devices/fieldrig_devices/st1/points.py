@@ -5,7 +5,7 @@ from functools import partial
 from typing import Protocol
 
 from fieldrig.device import Point, Value
-from fieldrig.point_values import number_in, truth_in, whole_in
+from fieldrig.points.checks import number_in, truth_in, whole_in
 from fieldrig_devices.pamring.axis_words import Error
 from fieldrig_devices.pamring.node import RingNode
 from fieldrig_devices.pamring.points import ring_points

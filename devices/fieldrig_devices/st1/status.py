@@ -6,7 +6,7 @@ The bits of supplies, resolver and power stage are those of what is there at pre
 from collections.abc import Mapping
 from typing import Final
 
-from fieldrig.faults import Timed
+from fieldrig.faults.faults import Timed
 from fieldrig_devices.pamring.axis_words import ERROR_MASK, Error
 from fieldrig_devices.st1.faults import (
     MotorTemperature,

@@ -7,7 +7,7 @@ import typer
 from fieldrig.cli import fault, help, points, rigfile, status, timing, trace, up, watch
 from fieldrig.cli.common import CONTEXT
 from fieldrig.cli.installed import Commands
-from fieldrig.exits import ABOUT, Exit
+from fieldrig.system.exits import ABOUT, Exit
 
 _SHOWN = (
     Exit.OK,

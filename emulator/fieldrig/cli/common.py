@@ -16,8 +16,8 @@ import typer
 from fieldrig.cli import completion
 from fieldrig.clock import MS, US, S
 from fieldrig.errors import UsageError
-from fieldrig.nearest import nearest_file
-from fieldrig.net import ENDPOINT_VARIABLE
+from fieldrig.outside.addresses import ENDPOINT_VARIABLE
+from fieldrig.text.nearest import nearest_file
 
 CONTEXT: Final[Mapping[str, Any]] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import typer
 
 if TYPE_CHECKING:
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
 
 PATIENCE_S: Final = 1.0
 """Time limit for an answer, in seconds; a process that takes longer is left out."""
@@ -25,7 +25,7 @@ Offers = list[str | tuple[str, str]]
 
 def kind(incomplete: str) -> Offers:
     """Offer the installed kinds of buses and devices, without importing them."""
-    from fieldrig.kinds import BUSES, DEVICES, installed
+    from fieldrig.config.kinds import BUSES, DEVICES, installed
 
     return [name for group in (BUSES, DEVICES) for name in installed(group) if name.startswith(incomplete)]
 
@@ -116,14 +116,14 @@ def _offer(
 
     `ask` is called with the rig, the word, and the words of the same parameter before it.
     """
-    from fieldrig.endpoint import is_answered
-    from fieldrig.net import DEFAULT_ENDPOINT
+    from fieldrig.control.endpoint import is_answered
+    from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 
     *before, word = _joined([*(ctx.params.get(parameter) or ()), incomplete])
     endpoint = ctx.params.get("endpoint") or DEFAULT_ENDPOINT
     if not is_answered(endpoint):
         return []
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
     from fieldrig.errors import ControlError
 
     try:
@@ -172,8 +172,8 @@ def _parts(status: Mapping[str, Any]) -> list[str]:
 
 
 def _fault_models(kind: str) -> Mapping[str, Any]:
+    from fieldrig.config.kinds import find_bus, find_device
     from fieldrig.errors import RigError
-    from fieldrig.kinds import find_bus, find_device
 
     for find in (find_bus, find_device):
         with suppress(RigError):

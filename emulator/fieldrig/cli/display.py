@@ -10,12 +10,12 @@ from errno import EPIPE
 from typing import Any, TextIO
 
 from fieldrig.cli.reach import as_typed, connections, short
-from fieldrig.config import RigConfig
-from fieldrig.control import Control
-from fieldrig.notices import in_words, taken
-from fieldrig.roster import Event
-from fieldrig.steady_output import steady
-from fieldrig.values import counted
+from fieldrig.config.rig_file import RigConfig
+from fieldrig.control.messages import Control
+from fieldrig.control.notices import in_words, taken
+from fieldrig.points.values import counted
+from fieldrig.real.roster import Event
+from fieldrig.system.steady_output import steady
 
 REFRESH_S = 1.0
 ERASE_LINE = "\r\x1b[K"

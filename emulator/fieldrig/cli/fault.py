@@ -8,8 +8,8 @@ import typer
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, argument, echo_json, echo_table
 from fieldrig.cli.names import check_name
-from fieldrig.fault_questions import STANDING, TIMES, in_words
-from fieldrig.net import DEFAULT_ENDPOINT
+from fieldrig.control.fault_questions import STANDING, TIMES, in_words
+from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 
 NAMING: Final = ("node", "receivers")
 """The keys of faults of a CAN bus that name its members."""
@@ -45,7 +45,7 @@ def fault(
     `fieldrig watch BUS` shows each time that one is applied. Faults added here are lost when the process of the bus or
     device restarts.
     """
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
 
     if words and clear is not None:
         raise typer.BadParameter("either add a fault or clear some, not both at once")
@@ -94,9 +94,9 @@ def _number(where: str, clear: str | None) -> int | None:
 
 def _ask(client: Any, where: str, verb: str, message: Any) -> Any:
     """Ask the bus or device, with a helpful message if its process does not answer."""
-    from fieldrig.control import NoAnswerError
+    from fieldrig.control.messages import NoAnswerError
     from fieldrig.errors import ControlError
-    from fieldrig.nearest import closest
+    from fieldrig.text.nearest import closest
 
     rig = client.ask("rig/status")
     known, devices = rig["buses"], rig["devices"]
@@ -129,7 +129,7 @@ def _check_members(fault: Mapping[str, str], devices: Iterable[str]) -> None:
 
 
 def _ask_ends(client: Any, bus: str, ends: Mapping[str, Any], verb: str, message: Any) -> Any:
-    """Ask every end of a bus without a model; each has the fault under the same number (`fieldrig.ends`)."""
+    """Ask every end of a bus without a model; each has the fault under the same number (`control/end_questions.py`)."""
     from fieldrig.errors import ControlError
 
     there = _of_all(ends)

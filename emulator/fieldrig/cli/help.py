@@ -7,7 +7,7 @@ import typer
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, argument, echo_json
 from fieldrig.cli.names import Parts, check_name
-from fieldrig.net import DEFAULT_ENDPOINT
+from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 
 
 def help_(
@@ -40,7 +40,7 @@ def help_(
 
 
 def _ask(endpoint: str, name: str) -> dict[str, Any]:
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
 
     with Client(endpoint) as client:
         parts = Parts(client)

@@ -12,7 +12,7 @@ from typer.core import TyperGroup
 
 from fieldrig.cli.common import command_group
 from fieldrig.cli.named_paths import refuse_empty_paths
-from fieldrig.kinds import installed
+from fieldrig.config.kinds import installed
 
 COMMANDS: Final = "fieldrig.commands"
 

@@ -5,10 +5,10 @@ from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any
 
 from fieldrig.errors import ControlError
-from fieldrig.nearest import closest
+from fieldrig.text.nearest import closest
 
 if TYPE_CHECKING:
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
 
 
 def check_name(name: str, known: Iterable[str], wrong: str) -> None:
@@ -46,7 +46,7 @@ class Parts:
 
     def ask_device(self, device: str, verb: str, message: Any = None) -> Any:
         """Ask a device.  ControlError for an unknown device, or with a helpful message if it does not answer."""
-        from fieldrig.control import NoAnswerError
+        from fieldrig.control.messages import NoAnswerError
 
         check_name(device, self.devices, f"{self.rig} has no device")
         try:

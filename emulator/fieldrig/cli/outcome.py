@@ -7,9 +7,9 @@ from typing import Final, NoReturn, TextIO, cast
 
 from fieldrig.cli.app import app
 from fieldrig.errors import ConfigError, ControlError, RefusedError, RigError, UsageError
-from fieldrig.exits import Exit
-from fieldrig.steady_output import open_missing, steady, strict
-from fieldrig.values import counted
+from fieldrig.points.values import counted
+from fieldrig.system.exits import Exit
+from fieldrig.system.steady_output import open_missing, steady, strict
 
 INTERRUPTED: Final = 130
 """The exit code of Ctrl-C, as shells report it: 128 + SIGINT."""
@@ -64,7 +64,7 @@ def _code(cause: RigError) -> Exit:
     if not isinstance(cause, ControlError):
         return Exit.CANNOT_START
     # Only what talks to Zenoh can raise it, so this import costs nothing more.
-    from fieldrig.endpoint import NoRigError
+    from fieldrig.control.endpoint import NoRigError
 
     return Exit.NO_RIG if isinstance(cause, NoRigError) else Exit.REFUSED
 

@@ -8,8 +8,8 @@ import typer
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, argument, assignment, echo_json
 from fieldrig.cli.names import Parts, check_name
-from fieldrig.digits import show_value
-from fieldrig.net import DEFAULT_ENDPOINT
+from fieldrig.outside.addresses import DEFAULT_ENDPOINT
+from fieldrig.text.digits import show_value
 
 if TYPE_CHECKING:
     from fieldrig.device import Value
@@ -30,7 +30,7 @@ def get(
 
     Errors are reported after the values that could be read, and the exit code is then 6.
     """
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
     from fieldrig.errors import ControlError
 
     values: dict[str, Any] = {}
@@ -62,8 +62,8 @@ def set_(
         fieldrig set io/6200:01=0xFF
         fieldrig set tank/level=1.25 drive/run=true
     """
-    from fieldrig.control import Client
-    from fieldrig.values import parse_value
+    from fieldrig.control.messages import Client
+    from fieldrig.points.values import parse_value
 
     wanted: dict[str, dict[str, Any]] = {}
     for setting in settings:
@@ -86,7 +86,7 @@ def set_(
 
 def _sendable(name: str, value: "Value") -> "Value":
     """Return the value.  typer.BadParameter for a number that no question to a rig can hold."""
-    from fieldrig.untrusted import WIDEST
+    from fieldrig.outside.untrusted import WIDEST
 
     if isinstance(value, float) and not isfinite(value):
         raise typer.BadParameter(f"{name} can't be {value}; expected a finite number")

@@ -12,9 +12,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from fieldrig.config import DeviceEntry, RigConfig
+from fieldrig.config.rig_file import DeviceEntry, RigConfig
 from fieldrig.device import RUN, Tool
-from fieldrig.net import DEFAULT_ENDPOINT
+from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 
 TALKING: Final = ("status", "watch", "get", "set", "fault", "help")
 """The commands that connect to the control endpoint."""

@@ -10,7 +10,7 @@ from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Overrides, argument, echo_json, echo_table
 
 if TYPE_CHECKING:
-    from fieldrig.config import RigConfig
+    from fieldrig.config.rig_file import RigConfig
     from fieldrig.errors import Mistake
 
 
@@ -32,7 +32,7 @@ def check(
     from dataclasses import asdict
 
     from fieldrig.errors import ConfigError
-    from fieldrig.exits import Exit
+    from fieldrig.system.exits import Exit
 
     mistakes: list[Mistake] = []
     warnings: list[Mistake] = []
@@ -56,8 +56,8 @@ def check(
 
 def _looked_through(file: Path, overrides: Sequence[str]) -> "tuple[RigConfig | None, list[Mistake], list[Mistake]]":
     """Return the rig, its mistakes, and its doubts."""
-    from fieldrig.build import try_devices
-    from fieldrig.config import look_through
+    from fieldrig.config.build import try_devices
+    from fieldrig.config.rig_file import look_through
 
     config, right, mistakes = look_through(file, overrides)
     mistakes = [*mistakes, *try_devices(right)]
@@ -65,8 +65,8 @@ def _looked_through(file: Path, overrides: Sequence[str]) -> "tuple[RigConfig | 
 
 
 def _content(config: "RigConfig") -> str:
-    from fieldrig.placement import placement
-    from fieldrig.values import counted
+    from fieldrig.points.values import counted
+    from fieldrig.real.placement import placement
 
     counts = [counted(len(config.buses), "bus", "buses"), counted(len(config.devices), "device")]
     if config.time == "real":
@@ -92,8 +92,8 @@ def schema(
     """
     import json
 
+    from fieldrig.config.schema import schema_of
     from fieldrig.errors import RigError
-    from fieldrig.schema import schema_of
 
     try:
         text = json.dumps(schema_of(name), indent=2, ensure_ascii=False)
@@ -124,7 +124,7 @@ def devices(
 
 
 def _list_kinds(as_json: bool) -> None:
-    from fieldrig.kinds import list_buses, list_devices
+    from fieldrig.config.kinds import list_buses, list_devices
 
     if as_json:
         echo_json({"buses": dict(list_buses()), "devices": dict(list_devices())})
@@ -164,9 +164,9 @@ def _without(setting: dict[str, Any]) -> str:
 def _facts(kind: str) -> dict[str, Any]:
     import sys
 
-    from fieldrig import kinds
+    from fieldrig.config import kinds
     from fieldrig.errors import RigError
-    from fieldrig.nearest import closest
+    from fieldrig.text.nearest import closest
 
     sys.path.insert(0, str(Path.cwd()))
     links: dict[str, tuple[str, str]] = {}

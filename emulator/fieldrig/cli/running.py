@@ -8,28 +8,28 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
-from fieldrig import endpoint
-from fieldrig.attended import AttendedRig
-from fieldrig.children import Children
 from fieldrig.cli.display import Display
 from fieldrig.cli.reach import help_of
-from fieldrig.config import RigConfig
-from fieldrig.control import Control
-from fieldrig.core_advice import advice
-from fieldrig.descriptors import ensure_for
+from fieldrig.config.rig_file import RigConfig
+from fieldrig.control import endpoint
+from fieldrig.control.messages import Control
 from fieldrig.errors import ControlError
-from fieldrig.exits import Exit
-from fieldrig.host import loop_factory
-from fieldrig.hub_wire import socket_name
-from fieldrig.nearest import closest
-from fieldrig.placement import is_modelled, placement
-from fieldrig.ready_file import ALL, ready_file
-from fieldrig.run_folder import RunFolder
-from fieldrig.shared_token import token
-from fieldrig.supervisor import Supervisor
-from fieldrig.this_process import age_s, interrupt_on_signals, on_signals, usable_cores
-from fieldrig.trace_files import Recorder
-from fieldrig.virtual_service import VirtualService
+from fieldrig.hub.wire import socket_name
+from fieldrig.outside.shared_token import token
+from fieldrig.real.children import Children
+from fieldrig.real.core_advice import advice
+from fieldrig.real.host import loop_factory
+from fieldrig.real.placement import is_modelled, placement
+from fieldrig.real.started_outside import AttendedRig
+from fieldrig.real.supervisor import Supervisor
+from fieldrig.system.descriptors import ensure_for
+from fieldrig.system.exits import Exit
+from fieldrig.system.ready_file import ALL, ready_file
+from fieldrig.system.run_folder import RunFolder
+from fieldrig.system.this_process import age_s, interrupt_on_signals, on_signals, usable_cores
+from fieldrig.text.nearest import closest
+from fieldrig.traces.trace_files import Recorder
+from fieldrig.virtual.service import VirtualService
 
 ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 

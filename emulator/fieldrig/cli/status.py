@@ -10,9 +10,9 @@ from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, echo_json, echo_table
 from fieldrig.cli.names import check_name
 from fieldrig.clock import MS
-from fieldrig.exits import Exit
-from fieldrig.host_lateness import LATE_NS
-from fieldrig.net import DEFAULT_ENDPOINT
+from fieldrig.outside.addresses import DEFAULT_ENDPOINT
+from fieldrig.system.exits import Exit
+from fieldrig.system.host_lateness import LATE_NS
 
 HUNG_S = 1.0
 """Time limit for an answer, in seconds; a process that takes longer is shown without its figures."""
@@ -39,7 +39,7 @@ def status(
         fieldrig status --json
         fieldrig status --ready io && echo ready     for scripts and health checks
     """
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
 
     with Client(endpoint) as client:
         rig = client.ask("rig/status")

@@ -6,7 +6,7 @@ import typer
 
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, argument, duration_ns, echo_json
-from fieldrig.net import DEFAULT_ENDPOINT
+from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 
 PATIENCE_S = 3600.0
 """Time limit for an answer, in seconds, as virtual hours may take long."""
@@ -54,7 +54,7 @@ def run(
 
 def stop(endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
     """Stop a running rig in order, as Ctrl-C does in its terminal."""
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
 
     with Client(endpoint) as client:
         rig = client.ask("rig/status")
@@ -76,7 +76,7 @@ def restart(
     \b
         fieldrig restart io
     """
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
 
     with Client(endpoint) as client:
         client.ask("rig/restart", {"name": name})
@@ -93,7 +93,7 @@ def _speed(text: str) -> float | None:
 
 
 def _tell(endpoint: str, verb: str, message: Any, as_json: bool) -> None:
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
 
     with Client(endpoint) as client:
         answer = client.ask(f"rig/{verb}", message, PATIENCE_S)

@@ -22,12 +22,12 @@ from fieldrig.cli.common import (
 )
 from fieldrig.cli.names import Parts, unfit
 from fieldrig.clock import S
-from fieldrig.digits import with_fewer_digits
-from fieldrig.net import DEFAULT_ENDPOINT
+from fieldrig.outside.addresses import DEFAULT_ENDPOINT
+from fieldrig.text.digits import with_fewer_digits
 
 if TYPE_CHECKING:
     from fieldrig.bus import Bus
-    from fieldrig.trace import TraceEntry
+    from fieldrig.traces.trace import TraceEntry
 
 app = command_group()
 
@@ -68,9 +68,9 @@ def record(
         fieldrig trace record night.jsonl can0 wires --for 60min
         fieldrig trace record one.log can0 -n 100
     """
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
     from fieldrig.errors import UsageError
-    from fieldrig.trace_files import Recorder
+    from fieldrig.traces.trace_files import Recorder
 
     patterns = buses or ["*"]
     with Client(endpoint) as client:
@@ -144,8 +144,8 @@ def convert(
         fieldrig trace convert lab.jsonl wires.vcd wires
         fieldrig trace convert lab.jsonl level.vcd --wire "tank.*"
     """
-    from fieldrig.trace_files import format_of, read, write
-    from fieldrig.values import counted
+    from fieldrig.points.values import counted
+    from fieldrig.traces.trace_files import format_of, read, write
 
     format_of(target)
     _survey(file, buses, wires)
@@ -198,7 +198,7 @@ def _showing(family: str) -> Callable[[bytes], str]:
 @cache
 def _bus_of(family: str) -> "Bus[Any] | None":
     """Return a bus of a family, for what it knows of its messages."""
-    from fieldrig import kinds
+    from fieldrig.config import kinds
 
     for kind in kinds.bus_kinds_for("virtual", family):
         cls = kinds.find_bus(kind)
@@ -236,7 +236,7 @@ def _survey(file: Path, buses: list[str] | None, wires: list[str] | None = None)
 
     UsageError for a bus or wire that the file does not have.
     """
-    from fieldrig.trace_files import read
+    from fieldrig.traces.trace_files import read
 
     last_ns, is_in_order, found, named = 0, True, dict[str, None](), dict[str, None]()
     for entry in read(file):
@@ -252,7 +252,7 @@ def _survey(file: Path, buses: list[str] | None, wires: list[str] | None = None)
 
 def _check_there(patterns: list[str] | None, known: list[str], file: Path, what: str) -> None:
     from fieldrig.errors import UsageError
-    from fieldrig.nearest import closest
+    from fieldrig.text.nearest import closest
 
     pattern = unfit(patterns or (), known)
     if pattern is not None:
@@ -261,7 +261,7 @@ def _check_there(patterns: list[str] | None, known: list[str], file: Path, what:
 
 def _in_order(file: Path, is_in_order: bool, buses: list[str] | None) -> "Iterable[TraceEntry]":
     """Return the messages in the order of time.  A file of several processes need not have it; then it is sorted."""
-    from fieldrig.trace_files import read
+    from fieldrig.traces.trace_files import read
 
     chosen = _chosen(read(file), buses)
     return chosen if is_in_order else sorted(chosen, key=lambda entry: entry.time_ns)
@@ -275,7 +275,7 @@ def _chosen(entries: Iterable["TraceEntry"], buses: list[str] | None) -> Iterato
 
 def _instant(time_ns: int) -> str:
     """Return the time of day, or seconds for virtual time, which starts at 0."""
-    from fieldrig.trace import is_time_of_day
+    from fieldrig.traces.trace import is_time_of_day
 
     seconds, fraction_ns = divmod(time_ns, S)
     if not is_time_of_day(time_ns):

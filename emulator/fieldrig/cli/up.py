@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli.common import Overrides, RigFile
-from fieldrig.exits import Exit
-from fieldrig.net import ENDPOINT_VARIABLE
-from fieldrig.own_files import OUTSIDE_VARIABLE
+from fieldrig.outside.addresses import ENDPOINT_VARIABLE
+from fieldrig.system.exits import Exit
+from fieldrig.system.own_files import OUTSIDE_VARIABLE
 
 if TYPE_CHECKING:
-    from fieldrig.config import RigConfig
+    from fieldrig.config.rig_file import RigConfig
 
 
 def up(
@@ -85,8 +85,8 @@ def up(
         raise typer.BadParameter("--only goes with neither --control-only nor --trace")
     if outside_paths:
         os.environ[OUTSIDE_VARIABLE] = "1"  # for the processes of the rig as well
-    from fieldrig.config import load, load_part
-    from fieldrig.trace_files import format_of
+    from fieldrig.config.rig_file import load, load_part
+    from fieldrig.traces.trace_files import format_of
 
     values = _values(overrides or (), control, _is_from_environment(context, "control"))
     config = load(file, values) if only is None else load_part(file, values, only)
@@ -114,9 +114,9 @@ def _is_from_environment(context: typer.Context, parameter: str) -> bool:
 
 
 def _run_only(config: "RigConfig", name: str, is_realtime: bool) -> Exit:
-    from fieldrig.host import run_process, start_log
-    from fieldrig.nearest import closest
-    from fieldrig.placement import placement
+    from fieldrig.real.host import run_process, start_log
+    from fieldrig.real.placement import placement
+    from fieldrig.text.nearest import closest
 
     plans = placement(config)
     plan = next((plan for plan in plans.values() if name in (plan.name, *plan.buses, *plan.devices)), None)

@@ -14,12 +14,12 @@ from fieldrig.cli.common import AsJson, Count, Endpoint, For, argument, duration
 from fieldrig.cli.names import Parts, check_patterns
 from fieldrig.cli.thinning import Line, thinned
 from fieldrig.clock import S
-from fieldrig.digits import show_value, with_fewer_digits
-from fieldrig.net import DEFAULT_ENDPOINT
-from fieldrig.values import counted
+from fieldrig.outside.addresses import DEFAULT_ENDPOINT
+from fieldrig.points.values import counted
+from fieldrig.text.digits import show_value, with_fewer_digits
 
 if TYPE_CHECKING:
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
 
 POLL_S = 0.1
 
@@ -45,7 +45,7 @@ def watch(
 
     A * matches any characters. Watching loads the rig only while it lasts.
     """
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
 
     is_everything = not patterns
     patterns = patterns or ["*"]
@@ -76,8 +76,8 @@ def _print(lines: Iterator[Line | None], count: int | None, give_up_s: float | N
 
 
 def _messages(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
-    from fieldrig.notices import in_words, taken
-    from fieldrig.trace import is_batch
+    from fieldrig.control.notices import in_words, taken
+    from fieldrig.traces.trace import is_batch
 
     parts = Parts(client)
     parts.check_buses(patterns)
@@ -119,7 +119,7 @@ def _of_batch(
 
 def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
     """Yield changes of points.  Devices are polled, as they report values only when asked."""
-    from fieldrig.control import NoAnswerError
+    from fieldrig.control.messages import NoAnswerError
 
     parts = Parts(client)
     check_patterns((pattern.partition("/")[0] for pattern in patterns), parts.devices, f"{parts.rig} has no device")
@@ -155,7 +155,7 @@ def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
 
 def _units(client: "Client", devices: Iterable[str]) -> dict[str, Any]:
     """Return the facts of the points of each device that answers."""
-    from fieldrig.control import NoAnswerError
+    from fieldrig.control.messages import NoAnswerError
 
     units: dict[str, Any] = {}
     for device in devices:

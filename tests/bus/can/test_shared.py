@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.link import Link
-from fieldrig.rig import Rig
 from fieldrig.testing import RecordedLink
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.acceptance import EXTENDED, filters_of, passes, received
 from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.frame import CanFrame

@@ -12,8 +12,8 @@ from in_loop import in_loop
 from segments import segments
 
 from fieldrig.clock import MS, S, VirtualClock
-from fieldrig.hub import LocalHub
-from fieldrig.real_clock import RealClock
+from fieldrig.hub.hub import LocalHub
+from fieldrig.loop.real_clock import RealClock
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.frame import CanFrame

@@ -8,8 +8,8 @@ import pytest
 from in_loop import in_loop
 
 from fieldrig.errors import BusError
-from fieldrig.hub import LocalHub
-from fieldrig.real_clock import RealClock
+from fieldrig.hub.hub import LocalHub
+from fieldrig.loop.real_clock import RealClock
 from fieldrig_bus.ip import tun
 from fieldrig_bus.ip.kernel import KernelPort
 from fieldrig_bus.ip.message import RelayMessage

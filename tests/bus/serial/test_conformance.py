@@ -18,8 +18,8 @@ import pytest
 import serial
 
 from fieldrig.clock import MS, S
-from fieldrig.hub import LocalHub
-from fieldrig.real_clock import RealClock
+from fieldrig.hub.hub import LocalHub
+from fieldrig.loop.real_clock import RealClock
 from fieldrig_bus.serial.line import SerialBus, SerialHubSettings, SerialLine, SerialSettings, SerialVirtual
 from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage, inputs_from
 from fieldrig_bus.serial.pty import SerialPty, SerialPtySettings

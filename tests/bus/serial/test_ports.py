@@ -16,8 +16,8 @@ from pydantic import ValidationError
 
 from fieldrig.clock import MS
 from fieldrig.errors import BusError
-from fieldrig.hub import LocalHub
-from fieldrig.real_clock import RealClock
+from fieldrig.hub.hub import LocalHub
+from fieldrig.loop.real_clock import RealClock
 from fieldrig_bus.serial.line import SerialBus
 from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
 from fieldrig_bus.serial.pty import OFF_NS, SerialPty, SerialPtySettings

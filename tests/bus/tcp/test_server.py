@@ -10,8 +10,8 @@ import pytest
 from pydantic import ValidationError
 
 from fieldrig.errors import BusError
-from fieldrig.hub import LocalHub
-from fieldrig.real_clock import RealClock
+from fieldrig.hub.hub import LocalHub
+from fieldrig.loop.real_clock import RealClock
 from fieldrig_bus.tcp.listeners import TcpPort
 from fieldrig_bus.tcp.server import TcpServerBus, TcpSettings
 from fieldrig_devices.connections.connection import Connection

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from fieldrig.clock import S, VirtualClock
-from fieldrig.hub import LocalHub
+from fieldrig.hub.hub import LocalHub
 from fieldrig.link import Link
-from fieldrig.real_clock import RealClock
+from fieldrig.loop.real_clock import RealClock
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.telephone.bus import TelephoneSettings, TelephoneVirtual
 from fieldrig_bus.telephone.exchange import TelephoneExchange, TelephoneExchangeSettings

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from fieldrig.hub import LocalHub
-from fieldrig.real_clock import RealClock
+from fieldrig.hub.hub import LocalHub
+from fieldrig.loop.real_clock import RealClock
 from fieldrig.testing import free_port
 from fieldrig_bus.telephone.exchange import TelephoneExchange, TelephoneExchangeSettings
 from fieldrig_bus.telephone.message import Ring

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.errors import ConfigError
 
 MODEM = {"kind": "modem", "links": {"line": "com", "telephone": "net"}}

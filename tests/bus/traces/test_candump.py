@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fieldrig.errors import RigError
-from fieldrig.trace import TraceEntry
+from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.codec import decode, encode
 from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame

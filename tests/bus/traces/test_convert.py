@@ -7,8 +7,8 @@ from typer.testing import CliRunner, Result
 
 from fieldrig.cli.trace import app
 from fieldrig.errors import UsageError
-from fieldrig.trace import TraceEntry
-from fieldrig.trace_files import read, write
+from fieldrig.traces.trace import TraceEntry
+from fieldrig.traces.trace_files import read, write
 from fieldrig_bus.signals.codec import encode
 from fieldrig_bus.wires import Signal
 

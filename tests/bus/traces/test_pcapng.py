@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pcapng import blocks, scanner
 
 from fieldrig.errors import RigError, UsageError
-from fieldrig.trace import TraceEntry
+from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
 from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.frame import CanFrame

@@ -10,7 +10,7 @@ from vcd_reader import VCDVCD
 
 from fieldrig.clock import MS, S
 from fieldrig.errors import UsageError
-from fieldrig.trace import TraceEntry
+from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.signals.codec import encode
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm

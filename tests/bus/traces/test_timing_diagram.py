@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from fieldrig.clock import MS, S
 from fieldrig.errors import UsageError
-from fieldrig.trace import TraceEntry
-from fieldrig.trace_files import write
+from fieldrig.traces.trace import TraceEntry
+from fieldrig.traces.trace_files import write
 from fieldrig_bus.signals.codec import encode
 from fieldrig_bus.traces.draw_command import draw
 from fieldrig_bus.traces.timing_diagram import RIGHT, Window, steps_in, ticks, timing_diagram

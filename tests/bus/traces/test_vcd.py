@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from vcd_reader import VCDVCD
 
 from fieldrig.errors import RigError
-from fieldrig.trace import TraceEntry
+from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.signals.codec import encode
 from fieldrig_bus.traces import vcd
 from fieldrig_bus.traces.vcd_names import legal_paths

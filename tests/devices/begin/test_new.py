@@ -10,7 +10,7 @@ from typer.testing import CliRunner, Result
 
 from fieldrig.cli.app import app
 from fieldrig.clock import S
-from fieldrig.config_keys import NAME
+from fieldrig.config.keys import NAME
 from fieldrig.errors import UsageError
 from fieldrig.pytest_plugin import RigMaker
 from fieldrig_bus.can.frame import CanFrame

@@ -7,10 +7,10 @@ from canopen_bench import EDS
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.errors import RigError
 from fieldrig.pytest_plugin import RigMaker
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 
 START_ALL = CanFrame(0x000, bytes.fromhex("01 00"))

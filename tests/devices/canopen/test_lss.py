@@ -9,9 +9,9 @@ from full_store import FullStore
 from pydantic import ValidationError
 
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
-from fieldrig.store import MemoryStore, Store
+from fieldrig.config.rig_file import from_dict
+from fieldrig.storage.store import MemoryStore, Store
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.node import CanopenSettings
 

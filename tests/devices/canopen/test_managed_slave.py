@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig.clock import MS, S, VirtualClock
-from fieldrig.config import from_dict
-from fieldrig.node import EventNode
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
 from fieldrig.testing import RecordedLink
+from fieldrig.virtual.node import EventNode
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.managed_slave import ManagedSlave, Presence, Write, watch_over

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from fieldrig.wording import explain
+from fieldrig.config.wording import explain
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
 

@@ -13,7 +13,7 @@ import pytest
 from canopen_bench import LEVEL_SENSOR, CanopenBench
 from full_store import FullStore
 
-from fieldrig.store import FileStore, MemoryStore
+from fieldrig.storage.store import FileStore, MemoryStore
 
 RESET_NODE, RESET_COMMUNICATION = "000#81 05", "000#82 05"
 HEARTBEAT_100_MS, READ_HEARTBEAT = "2b 17 10 00 64 00 00 00", "40 17 10 00 00 00 00 00"
@@ -219,7 +219,7 @@ SAVE_AND_WAIT = """
 import sys, time
 from pathlib import Path
 from canopen_bench import CanopenBench
-from fieldrig.store import FileStore
+from fieldrig.storage.store import FileStore
 
 bench = CanopenBench(store=FileStore(Path(sys.argv[1])))
 bench.write("2b 17 10 00 64 00 00 00", "23 10 10 01 73 61 76 65")

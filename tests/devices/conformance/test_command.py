@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from fieldrig.cli.app import app
 from fieldrig.errors import UsageError
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 from fieldrig_devices.canopen.described import DescribedNode, nodes_of
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 

@@ -7,8 +7,8 @@ from broken_nodes import FAULTS, Fault, Frames, is_abort, sdo
 from canopen_bench import IO32
 from conform_bench import conformed, numbers, rig_of
 
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance.allowed import ALLOWED
 from fieldrig_devices.conformance.case import CASES

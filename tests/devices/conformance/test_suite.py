@@ -7,10 +7,10 @@ from broken_nodes import NODE_ID
 from canopen_bench import IO32, LEVEL_SENSOR
 from conform_bench import HERE, conformed, failures, numbers, rig_of
 
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.errors import RigError
-from fieldrig.rig import Rig
-from fieldrig.store import MemoryStore
+from fieldrig.storage.store import MemoryStore
+from fieldrig.virtual.rig import Rig
 from fieldrig_devices.conformance.description import Description
 from fieldrig_devices.conformance.options import Options
 from fieldrig_devices.conformance.run import choose, conform_virtual

@@ -9,14 +9,14 @@ from full_store import FullStore
 from hiperface_bench import PLATE, telegram
 from pydantic import ValidationError
 
-from fieldrig.build import try_devices
 from fieldrig.clock import MS, S, VirtualClock
-from fieldrig.config import from_dict
+from fieldrig.config.build import try_devices
+from fieldrig.config.rig_file import from_dict
 from fieldrig.device import Value
 from fieldrig.errors import ConfigError
-from fieldrig.rig import Rig
-from fieldrig.store import MemoryStore
+from fieldrig.storage.store import MemoryStore
 from fieldrig.testing import RecordedLink
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.serial.message import Format, SerialMessage
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.hiperface.client import Failure, Motor, write_plate

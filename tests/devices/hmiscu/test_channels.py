@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from fieldrig.wording import explain
+from fieldrig.config.wording import explain
 from fieldrig_devices.hmiscu.channels import Channels
 from fieldrig_devices.hmiscu.pto.settings import PtoSettings, converted
 from fieldrig_devices.hmiscu.pwm.settings import PwmSettings

@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 import pytest
 from typer.testing import CliRunner
 
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 from fieldrig_devices.iec.commands import app
 
 ROOT = Path(__file__).parents[3]

@@ -8,8 +8,8 @@ import pytest
 from in_loop import in_loop
 from ip_line import CONTROLLER, Line, User
 
-from fieldrig.hub import LocalHub
-from fieldrig.real_clock import RealClock
+from fieldrig.hub.hub import LocalHub
+from fieldrig.loop.real_clock import RealClock
 from fieldrig_bus.ip.channel import Channel
 from fieldrig_bus.ip.message import IN_CHANNEL, Offered, Opened, RelayMessage
 from fieldrig_bus.ip.model import RelayModel

@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 
 from fieldrig.clock import MS, S
-from fieldrig.config import from_dict
-from fieldrig.node import LocalNode
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.node import LocalNode
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.opcua import message as opc
 from fieldrig_bus.opcua.model import SERVER
 from fieldrig_devices.languages.source_file import SourceFile

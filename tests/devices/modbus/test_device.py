@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from fieldrig.clock import MS, VirtualClock
 from fieldrig.errors import ConfigError, RigError
-from fieldrig.store import MemoryStore
+from fieldrig.storage.store import MemoryStore
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.modbus.line import ModbusRtu, ModbusRtuSettings
 from fieldrig_bus.modbus.message import LineState, ModbusRequest, ModbusResponse

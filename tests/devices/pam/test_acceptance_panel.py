@@ -10,7 +10,7 @@ from pam_programs import HEADER
 
 from fieldrig.clock import MS, S
 from fieldrig.pytest_plugin import RigMaker
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_devices.pam.language.ports import ports_of
 from fieldrig_devices.pam.ports.masters.rs422 import Rs422Master

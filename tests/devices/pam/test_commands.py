@@ -12,8 +12,8 @@ from pam_programs import HEADER, MACHINE
 from typer.testing import CliRunner
 
 from fieldrig.clock import S
-from fieldrig.config import load
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import load
+from fieldrig.virtual.rig import Rig
 from fieldrig_devices.pam.commands import app
 
 WRONG = MACHINE + "TASK TSK_a; SEQUENCE SEQ_a; AXI_Blt <- stop; END_SEQUENCE END_TASK\n"

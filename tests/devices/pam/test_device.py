@@ -8,7 +8,7 @@ from pam_rigs import pam_rig
 from fieldrig.clock import MS, S
 from fieldrig.errors import ConfigError
 from fieldrig.pytest_plugin import RigMaker
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_devices.pam.pipes.shapes import shape_of
 from fieldrig_devices.pam.settings import PamSettings

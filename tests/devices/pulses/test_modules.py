@@ -7,9 +7,9 @@ from pydantic import ValidationError
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, S
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.errors import ControlError
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.pulses.counter_device import CounterSettings
 from fieldrig_devices.pulses.generator import GeneratorSettings

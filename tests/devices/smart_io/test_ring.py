@@ -8,9 +8,9 @@ from pydantic import ValidationError
 from smart_io_bench import COUNTER, DEC, INC, MOTOR, ZERO, SmartIoBench
 
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.errors import RigError
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 from fieldrig_devices.pamring.declared import DeclaredNode
 from fieldrig_devices.pamring.frames import (
     Answer,

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 from fieldrig_devices.pamring.axis_words import Status
 
 DEGREE = 1 / 360

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from fieldrig.svg import Drawing
+from fieldrig.text.svg import Drawing
 
 TEXT: Final = ("name", "tiny")
 

@@ -7,7 +7,7 @@ from tests.pictures.recording import Sent, frame_bar, recorded
 from tests.pictures.timing import Bar, Lane, timing
 
 from fieldrig.clock import MS, S
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import CanError
 from fieldrig_bus.ring.sercos.message import Answers, Cycle

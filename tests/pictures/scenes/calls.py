@@ -10,7 +10,7 @@ from tests.pictures.ladder import Part, Rung, ladder
 from tests.pictures.recording import Sent, recorded
 
 from fieldrig.clock import S
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.telephone.message import Carrier, Dial, Hook, Ring
 from fieldrig_bus.traces.ppp_frames import PppFinder
 from fieldrig_devices.ip.ipv4 import Packet, Protocol

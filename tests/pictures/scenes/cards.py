@@ -7,8 +7,8 @@ from tests.pictures.recording import frame_bar, recorded
 from tests.pictures.timing import Lane, spans, timing
 
 from fieldrig.clock import MS, S
-from fieldrig.rig import Rig
-from fieldrig.svg import Drawing
+from fieldrig.text.svg import Drawing
+from fieldrig.virtual.rig import Rig
 
 WIDTH: Final = 16
 HEIGHT: Final = 22

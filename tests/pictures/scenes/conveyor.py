@@ -7,7 +7,7 @@ from tests.pictures.chart import chart
 from tests.pictures.recording import recorded
 
 from fieldrig.clock import MS, S
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 
 S1_ON, S1_OFF = 3, 1
 PART_MM: Final = 200.0

@@ -7,7 +7,7 @@ from tests.pictures.recording import ROOT, Sent, recorded
 from tests.pictures.timing import Bar, Lane, spans, timing
 
 from fieldrig.clock import MS, S
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 
 PLATE: Final = str(ROOT / "configs" / "plates" / "sm-100-30-080.yaml")
 RING: Final = {"kind": "ring.virtual"}

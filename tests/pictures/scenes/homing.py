@@ -8,8 +8,8 @@ from tests.pictures.timing import LEFT, Lane, draw_timing, spans
 
 from fieldrig.clock import MS
 from fieldrig.link import Link
-from fieldrig.rig import Rig
-from fieldrig.svg import Drawing
+from fieldrig.text.svg import Drawing
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 
 NODE: Final = 10

@@ -7,7 +7,7 @@ from tests.pictures.chart import chart
 from tests.pictures.recording import recorded
 
 from fieldrig.clock import MS, S
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 
 IDLE: Final = 2
 STEP_NS: Final = 10 * MS

@@ -13,9 +13,9 @@ from tests.pictures.timing import Bar, Lane, draw_timing
 from tests.pictures.wiring import Part, draw_wiring, wiring
 
 from fieldrig.clock import MS, S
-from fieldrig.config import load
-from fieldrig.rig import Rig
-from fieldrig.svg import Drawing
+from fieldrig.config.rig_file import load
+from fieldrig.text.svg import Drawing
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest
 from fieldrig_bus.wires import Signal

@@ -6,9 +6,9 @@ from typing import Any, Final
 from tests.pictures.recording import block_named, recorded
 
 from fieldrig.clock import MS, S
-from fieldrig.rig import Rig
-from fieldrig.trace import TraceEntry
-from fieldrig.yaml_source import read
+from fieldrig.config.yaml_source import read
+from fieldrig.traces.trace import TraceEntry
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.signals.codec import encode
 from fieldrig_bus.traces.timing_diagram import Window, timing_diagram
 from fieldrig_bus.traces.waves import waves_of

@@ -4,8 +4,8 @@ from typing import Annotated, Final, Literal
 
 from pydantic import Field
 
-from fieldrig import faults
-from fieldrig.faults import Timed
+from fieldrig.faults import faults
+from fieldrig.faults.faults import Timed
 from fieldrig_bus.ring.faults import Break, Off, TelegramFault
 
 

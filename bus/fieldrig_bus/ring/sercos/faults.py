@@ -4,7 +4,7 @@ from typing import Annotated, Final, Literal
 
 from pydantic import Field, model_validator
 
-from fieldrig import faults
+from fieldrig.faults import faults
 from fieldrig_bus.ring.faults import Break, Off, TelegramFault
 
 

@@ -17,8 +17,8 @@ from typing import Any, Final
 
 from fieldrig.bus import Attachment
 from fieldrig.errors import BusError
-from fieldrig.own_files import remove_socket
-from fieldrig.untrusted import read_json
+from fieldrig.outside.untrusted import read_json
+from fieldrig.system.own_files import remove_socket
 from fieldrig_bus.ring.transport.centre import MOST_BEHIND, Centre
 from fieldrig_bus.ring.transport.image import Image
 from fieldrig_bus.ring.transport.rack import Rack

@@ -19,13 +19,13 @@ from typing import Any, Final
 import zenoh
 from pydantic import Field
 
-from fieldrig import endpoint
 from fieldrig.bus import Attachment
+from fieldrig.control import endpoint
 from fieldrig.errors import BusError
-from fieldrig.own_files import remove_socket
+from fieldrig.loop.threaded_loop import ThreadedLoop
+from fieldrig.outside.shared_token import TOKEN_VARIABLE
 from fieldrig.settings import Settings
-from fieldrig.shared_token import TOKEN_VARIABLE
-from fieldrig.threaded_loop import ThreadedLoop
+from fieldrig.system.own_files import remove_socket
 from fieldrig_bus.ring.transport.centre import MOST_BEHIND, Centre
 from fieldrig_bus.ring.transport.rack import Rack
 from fieldrig_bus.ring.transport.wire import Stations

@@ -12,7 +12,7 @@ from typing import Final
 
 from fieldrig.clock import Clock
 from fieldrig.link import Link
-from fieldrig.store import Store
+from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.can import control, objects
 from fieldrig_devices.arp.can.emergencies import Emergencies

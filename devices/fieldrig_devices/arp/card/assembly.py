@@ -2,7 +2,7 @@
 
 from fieldrig.clock import Clock
 from fieldrig.link import Link
-from fieldrig.store import Store
+from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.arp.can.remote_io import RemoteIo

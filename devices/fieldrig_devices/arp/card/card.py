@@ -10,13 +10,13 @@ from collections.abc import Collection, Mapping
 from functools import cached_property
 from typing import Any, ClassVar
 
-from fieldrig.background import Background
 from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool
 from fieldrig.errors import RigError
 from fieldrig.link import Link
-from fieldrig.store import Store
+from fieldrig.loop.background import Background
+from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.serial.message import SerialMessage

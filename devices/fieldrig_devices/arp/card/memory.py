@@ -10,10 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from fieldrig import store_format
-from fieldrig.store import Part, Store, StoreError, restore
-from fieldrig.untrusted import field as field_of
-from fieldrig.untrusted import read_json, typed
+from fieldrig.outside.untrusted import field as field_of
+from fieldrig.outside.untrusted import read_json, typed
+from fieldrig.storage import store_format
+from fieldrig.storage.store import Part, Store, StoreError, restore
 from fieldrig_devices.arp.parameters import PARAMETERS, Parameters, defaults
 
 _VERSION: Final = 1

@@ -13,9 +13,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Final
 
-from fieldrig import progress
-from fieldrig.background import Background, Coarse, Failure, Job
-from fieldrig.store import StoreError
+from fieldrig.loop.background import Background, Coarse, Failure, Job
+from fieldrig.real import progress
+from fieldrig.storage.store import StoreError
 from fieldrig_devices.arp import card_errors as codes
 from fieldrig_devices.arp.card.memory import MemoryFaultError
 from fieldrig_devices.arp.card.parts import Parts

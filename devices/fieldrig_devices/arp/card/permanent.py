@@ -14,7 +14,7 @@ from contextlib import suppress
 from enum import Enum, auto
 from typing import Final
 
-from fieldrig.store import Store, StoreError
+from fieldrig.storage.store import Store, StoreError
 
 COUNT: Final = 1_000
 MARK: Final = 0x41525056  # ARPV: this RAM contains variables

@@ -5,7 +5,7 @@ from functools import partial
 from typing import Final
 
 from fieldrig.device import Point, Value
-from fieldrig.point_values import choice_in, number_in, truth_in
+from fieldrig.points.checks import choice_in, number_in, truth_in
 from fieldrig_devices.arp.card.local_io import ANALOG_OUTPUTS, DIGITAL_INPUTS, INPUTS, UNITS, LocalIo
 from fieldrig_devices.arp.card.permanent import COUNT
 from fieldrig_devices.arp.card.settings import raw_value

@@ -4,10 +4,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fieldrig.errors import RigError
-from fieldrig.nearest import closest
+from fieldrig.text.nearest import closest
 
 if TYPE_CHECKING:
-    from fieldrig.config import BusEntry, DeviceEntry, RigConfig
+    from fieldrig.config.rig_file import BusEntry, DeviceEntry, RigConfig
 
 PORTS = "serial.pty, serial.tcp with listen, or serial.rfc2217"
 
@@ -17,7 +17,7 @@ def port_in_rig(file: Path, card: str | None) -> tuple[str, int]:
 
     Raises RigError, which says what was expected, without such a port.
     """
-    from fieldrig.config import load
+    from fieldrig.config.rig_file import load
 
     config = load(file)
     name = _card(config, card)

@@ -7,7 +7,7 @@ import typer
 
 from fieldrig.cli.common import reading, writing
 from fieldrig.errors import UsageError
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 
 
 def compile_(
@@ -68,7 +68,7 @@ def compile_(
 
 def _write(folder: Path, name: str, system: int, contents: dict[str, bytes]) -> None:
     """Write these files, and remove those that an earlier compilation left."""
-    from fieldrig.store import replace_file
+    from fieldrig.storage.store import replace_file
 
     with writing(folder):
         for letter in "DEMOS":

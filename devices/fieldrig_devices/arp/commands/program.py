@@ -61,7 +61,7 @@ def upload(
     It is the program without comments, with all names replaced by their meanings.
         fieldrig arp upload cam.D01 --port /dev/ttyUSB0
     """
-    from fieldrig.store import replace_file
+    from fieldrig.storage.store import replace_file
 
     with opened(port, rig, card, baud) as found, _bar(f"from card {found.number:02}", PROGRESS_FROM) as on_progress:
         data = found.upload(on_progress if file is not None else lambda _done, _all: None)

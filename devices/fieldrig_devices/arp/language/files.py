@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from fieldrig.background import Report
+from fieldrig.loop.background import Report
 from fieldrig_devices.arp.language.compiler import Compiled, compile_lines
 from fieldrig_devices.arp.language.printer import argument_text, routine_lines
 from fieldrig_devices.languages.mistakes import CompileError

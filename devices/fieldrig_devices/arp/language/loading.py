@@ -7,7 +7,7 @@ that, and returns only what the card needs to run, debug, show and upload the pr
 from dataclasses import dataclass
 from typing import Final
 
-from fieldrig.background import Bulk, Report
+from fieldrig.loop.background import Bulk, Report
 from fieldrig_devices.arp.language.files import ObjectError, decode, encode
 from fieldrig_devices.arp.language.lower import NAMES
 from fieldrig_devices.languages.instructions import Routine

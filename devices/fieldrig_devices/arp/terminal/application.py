@@ -8,7 +8,7 @@ from functools import partial
 from typing import Final
 
 from fieldrig.link import Link
-from fieldrig.store import Store, StoreError
+from fieldrig.storage.store import Store, StoreError
 from fieldrig_devices.arp.terminal import objects
 from fieldrig_devices.arp.terminal.editor import Editor
 from fieldrig_devices.arp.terminal.messages import COUNT, LENGTH, Messages

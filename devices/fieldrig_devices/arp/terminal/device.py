@@ -13,8 +13,8 @@ from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.link import Link
-from fieldrig.point_values import truth_in
-from fieldrig.store import Store, StoreError
+from fieldrig.points.checks import truth_in
+from fieldrig.storage.store import Store, StoreError
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.terminal import panel
 from fieldrig_devices.arp.terminal.application import Application

@@ -6,7 +6,7 @@ Source: manual 5.12 (MSG); digest I-25 (500 and not 200).  Characters are those 
 from contextlib import suppress
 from typing import Final
 
-from fieldrig.store import Store, StoreError
+from fieldrig.storage.store import Store, StoreError
 
 COUNT: Final = 500
 LENGTH: Final = 16

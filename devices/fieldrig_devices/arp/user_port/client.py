@@ -16,8 +16,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from types import TracebackType
 from typing import Final, NamedTuple, Self
 
-from fieldrig.background import Report
 from fieldrig.errors import RefusedError
+from fieldrig.loop.background import Report
 from fieldrig_devices.arp.parameters import PARAMETERS
 from fieldrig_devices.arp.user_port import messages
 from fieldrig_devices.arp.user_port.line import CardLine, open_line

@@ -8,7 +8,7 @@ the new program meanwhile, and answers that request when it is done.
 import zlib
 from collections.abc import Callable
 
-from fieldrig.background import Job
+from fieldrig.loop.background import Job
 from fieldrig_devices.arp.card_access import CardAccess, CardState, RefusedError
 from fieldrig_devices.arp.language import files
 from fieldrig_devices.arp.language.files import ObjectError

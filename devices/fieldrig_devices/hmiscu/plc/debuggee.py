@@ -6,7 +6,7 @@ A trace has a sample at the end of each cycle of a task.
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from fieldrig.background import Background
+from fieldrig.loop.background import Background
 from fieldrig_devices.hmiscu.plc.mast import MastProgram
 from fieldrig_devices.iec.debuggee import IecDebuggee
 from fieldrig_devices.languages.debugging.debuggee import Reset

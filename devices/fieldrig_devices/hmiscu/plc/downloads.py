@@ -8,8 +8,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from fieldrig.background import Background
 from fieldrig.clock import Clock
+from fieldrig.loop.background import Background
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.beside import HostFacts, Order, compile_order
 from fieldrig_devices.iec.compiler import Compiled

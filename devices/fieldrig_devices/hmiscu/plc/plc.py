@@ -12,12 +12,12 @@ from enum import Enum
 from pathlib import Path
 from typing import Final, Protocol
 
-from fieldrig import progress
-from fieldrig.background import Background, Coarse
 from fieldrig.clock import MS, Alarm, Clock
 from fieldrig.device import Point, Value
 from fieldrig.errors import ConfigError, Mistake
-from fieldrig.point_values import choice_in
+from fieldrig.loop.background import Background, Coarse
+from fieldrig.points.checks import choice_in
+from fieldrig.real import progress
 from fieldrig_devices.hmiscu.io import Terminals
 from fieldrig_devices.hmiscu.panel import Panel
 from fieldrig_devices.hmiscu.plc.downloads import Downloads

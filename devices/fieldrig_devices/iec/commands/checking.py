@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from fieldrig.cli.common import AsJson, echo_json
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 from fieldrig_devices.iec.commands.compiling import DeviceOption, RigOption, compiled
 from fieldrig_devices.iec.commands.sources import DialectOption, Files, ResourceOption, read_sources
 

@@ -50,10 +50,10 @@ def compiled(
 
 def _holder(rig: Path, device: str | None) -> "ProgramHolder":
     """Build the controller by itself.  The program that the rig file names may be wrong, and is left out."""
-    from fieldrig.build import build_alone
-    from fieldrig.config import look_through
+    from fieldrig.config.build import build_alone
+    from fieldrig.config.rig_file import look_through
     from fieldrig.errors import ConfigError, UsageError
-    from fieldrig.nearest import closest
+    from fieldrig.text.nearest import closest
     from fieldrig_devices.iec.holder import ProgramHolder
 
     _, right, mistakes = look_through(rig)

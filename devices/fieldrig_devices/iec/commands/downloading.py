@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from fieldrig.cli.common import Endpoint
-from fieldrig.exits import Exit
-from fieldrig.net import DEFAULT_ENDPOINT
+from fieldrig.outside.addresses import DEFAULT_ENDPOINT
+from fieldrig.system.exits import Exit
 from fieldrig_devices.iec.commands.sources import Files, read_sources
 from fieldrig_devices.languages.debugging.debug_command import DeviceName, moments
 
@@ -40,7 +40,7 @@ def download(
     The controller compiles it beside the running program. A program with mistakes changes nothing: all mistakes are
     listed, and the exit code is 2. It is 6 if the controller refuses the download.
     """
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
     from fieldrig.errors import RefusedError
     from fieldrig_devices.languages.debugging import questions
 

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from fieldrig.cli.common import writing
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 from fieldrig_devices.iec.commands.sources import DialectOption, Files, dialect_named, read_sources
 
 
@@ -26,7 +26,7 @@ def fmt(
     """
     from pathlib import Path
 
-    from fieldrig.store import replace_file
+    from fieldrig.storage.store import replace_file
     from fieldrig_devices.iec.parser import parse
     from fieldrig_devices.iec.printer import print_unit
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from fieldrig.cli.common import AsJson, For, duration_ns
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 from fieldrig_devices.iec.commands.sources import DialectOption, Files, ResourceOption, dialect_named, read_sources
 from fieldrig_devices.languages.debugging.alone import Settings, Speed, Watched, run_and_show, set_all
 

@@ -8,8 +8,8 @@ import typer
 from fieldrig.cli.common import Endpoint, argument, writing
 from fieldrig.cli.names import Parts
 from fieldrig.errors import UsageError
-from fieldrig.exits import Exit
-from fieldrig.net import DEFAULT_ENDPOINT
+from fieldrig.outside.addresses import DEFAULT_ENDPOINT
+from fieldrig.system.exits import Exit
 from fieldrig_devices.iec.commands.compiling import RigOption, compiled
 from fieldrig_devices.iec.commands.sources import SUFFIXES, DialectOption, ResourceOption, read_sources
 
@@ -37,7 +37,7 @@ def symbols(
 
     The exit code is 2 if the sources have mistakes.
     """
-    from fieldrig.store import replace_file
+    from fieldrig.storage.store import replace_file
 
     suffix = output.suffix.lower()
     if output in (files or ()) or (suffix in SUFFIXES and suffix != ".xml"):
@@ -67,7 +67,7 @@ def _of_sources(files: list[Path], dialect: str, rig: Path | None, device: str |
 
 
 def _of_device(device: str, endpoint: str) -> bytes:
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
 
     with Client(endpoint) as client:
         text: str = Parts(client).ask_device(device, "symbols")["xml"]

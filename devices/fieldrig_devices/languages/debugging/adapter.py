@@ -13,7 +13,7 @@ from pathlib import PurePath
 from typing import Any, Final
 
 from fieldrig.errors import RigError
-from fieldrig.untrusted import field, items, typed
+from fieldrig.outside.untrusted import field, items, typed
 from fieldrig_devices.languages.debugging.framing import Framer, framed
 
 OWN: Final = "fieldrig."

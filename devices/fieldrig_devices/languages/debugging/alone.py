@@ -7,7 +7,7 @@ import typer
 
 from fieldrig.cli.common import echo_json, echo_table
 from fieldrig.device import Value
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 from fieldrig_devices.languages.debugging.debuggee import Variable
 
 MOST_SHOWN: Final = 60
@@ -89,7 +89,7 @@ def _run(program: Alone, names: Sequence[str], speed: float, limit_ns: int | Non
     from rich.console import Console
     from rich.live import Live
 
-    from fieldrig.pacing import elapsed_ns
+    from fieldrig.loop.pacing import elapsed_ns
 
     console = Console(highlight=False, markup=False)
     if not is_live or not console.is_terminal:

@@ -6,7 +6,7 @@ from typing import Annotated, Final
 
 from fieldrig.cli import completion
 from fieldrig.cli.common import Endpoint, argument
-from fieldrig.net import DEFAULT_ENDPOINT
+from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 
 SECTION = "Programs"
 """The group of the command in the help of `fieldrig`."""
@@ -25,10 +25,10 @@ def debug_adapter(
     Speaks the Debug Adapter Protocol on standard input and output, so that an editor starts it as its debug adapter
     with the request `attach`.
     """
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
     from fieldrig.errors import ControlError
-    from fieldrig.stdio_stream import chunks
-    from fieldrig.this_process import exit_on_signals
+    from fieldrig.system.stdio_stream import chunks
+    from fieldrig.system.this_process import exit_on_signals
     from fieldrig_devices.languages.debugging.adapter import Adapter
     from fieldrig_devices.languages.debugging.prompt import ENDING
     from fieldrig_devices.languages.debugging.questions import asker

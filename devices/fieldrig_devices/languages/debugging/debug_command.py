@@ -7,7 +7,7 @@ import typer
 
 from fieldrig.cli import completion
 from fieldrig.cli.common import Endpoint, argument
-from fieldrig.net import DEFAULT_ENDPOINT
+from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 
 SECTION = "Programs"
 """The group of the command in the help of `fieldrig`."""
@@ -30,7 +30,7 @@ def debug(device: DeviceName, endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
     echoed. The first one that fails ends the session, with exit code 6 if the device refused it or the program did not
     stop within 30 s, else 2.
     """
-    from fieldrig.control import Client
+    from fieldrig.control.messages import Client
     from fieldrig.errors import ControlError
     from fieldrig_devices.languages.debugging.debugger import Debugger
     from fieldrig_devices.languages.debugging.prompt import SCRIPT_LIMIT_S, converse, is_script
@@ -51,6 +51,6 @@ def _quietly(_progress: str) -> None:
 
 def moments(limit_s: float | None) -> Iterator[object]:
     """Yield about 50 times a second, until the limit."""
-    from fieldrig.pacing import elapsed_ns
+    from fieldrig.loop.pacing import elapsed_ns
 
     return elapsed_ns(1.0, None if limit_s is None else round(limit_s * NS_PER_S))

@@ -9,7 +9,7 @@ import logging
 import re
 from typing import Any, Final
 
-from fieldrig.untrusted import MalformedError, read_json
+from fieldrig.outside.untrusted import MalformedError, read_json
 
 log = logging.getLogger(__name__)
 

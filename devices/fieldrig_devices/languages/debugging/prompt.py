@@ -10,8 +10,8 @@ from typing import Final, Protocol
 
 import typer
 
-from fieldrig.exits import Exit
-from fieldrig.this_process import exit_on_signals
+from fieldrig.system.exits import Exit
+from fieldrig.system.this_process import exit_on_signals
 
 SCRIPT_LIMIT_S: Final = 30.0
 """Time that a script waits for a program to stop, in seconds."""

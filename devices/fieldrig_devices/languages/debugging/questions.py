@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
 from fieldrig.cli.names import Parts, check_name
-from fieldrig.control import Client
+from fieldrig.control.messages import Client
 from fieldrig_devices.languages.debugging.adapter import Ask
 
 LARGEST_PART: Final = 100_000

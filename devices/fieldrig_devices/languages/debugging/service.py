@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from fieldrig.clock import Clock
 from fieldrig.device import Value
-from fieldrig.untrusted import MalformedError, field, items, shown, typed
+from fieldrig.outside.untrusted import MalformedError, field, items, shown, typed
 from fieldrig_devices.languages.debugging.breakpoints import Breakpoints
 from fieldrig_devices.languages.debugging.debuggee import Debuggee, ProgramState, Reset, Step, Variable
 from fieldrig_devices.languages.debugging.recorder import Edge, Recorder, RecorderState, Trigger

@@ -3,9 +3,9 @@
 import json
 import logging
 
-from fieldrig import store_format
-from fieldrig.store import Store, StoreError, restore
-from fieldrig.untrusted import read_json, typed
+from fieldrig.outside.untrusted import read_json, typed
+from fieldrig.storage import store_format
+from fieldrig.storage.store import Store, StoreError, restore
 
 log = logging.getLogger(__name__)
 

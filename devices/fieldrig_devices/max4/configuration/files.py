@@ -12,8 +12,8 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from fieldrig.device import Value
+from fieldrig.outside.untrusted import MalformedError, read_json
 from fieldrig.settings import Settings
-from fieldrig.untrusted import MalformedError, read_json
 from fieldrig_devices.max4.configuration.limits import MOST_AXES
 
 Commands = Literal["position", "velocity", "torque"]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Self
 
-from fieldrig.untrusted import MalformedError, field, items, read_json, typed
+from fieldrig.outside.untrusted import MalformedError, field, items, read_json, typed
 from fieldrig_devices.languages.source_file import SourceFile, decoded
 
 PROGRAM_FILE: Final = "\\DEFAULT.PRG"

@@ -12,7 +12,7 @@ from enum import Enum
 from typing import Final
 
 from fieldrig.device import Value
-from fieldrig.point_values import choice_in, number_in, text_in, truth_in, whole_in
+from fieldrig.points.checks import choice_in, number_in, text_in, truth_in, whole_in
 
 OBJECT_STEP: Final = 0x1_0000
 

@@ -6,7 +6,7 @@ controller has for them.
 
 from dataclasses import dataclass, field
 
-from fieldrig.background import Report
+from fieldrig.loop.background import Report
 from fieldrig_devices.iec.beside import HostFacts
 from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.costs import Costs

@@ -7,7 +7,7 @@ real-time process (6967-6969), so it has a sample in each of its cycles.
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from fieldrig.background import Background
+from fieldrig.loop.background import Background
 from fieldrig_devices.iec.debuggee import IecDebuggee
 from fieldrig_devices.languages.debugging.debuggee import Reset
 from fieldrig_devices.languages.source_file import SourceFile

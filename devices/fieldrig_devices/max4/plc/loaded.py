@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from fieldrig.clock import Clock
-from fieldrig.store import Store
+from fieldrig.storage.store import Store
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.loaded import LoadedProgram, Watcher
 from fieldrig_devices.iec.tasks.task import Task

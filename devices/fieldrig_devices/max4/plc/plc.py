@@ -13,10 +13,10 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from fieldrig import progress
-from fieldrig.background import Background, Coarse
 from fieldrig.clock import US, Clock
 from fieldrig.device import Point, Value
+from fieldrig.loop.background import Background, Coarse
+from fieldrig.real import progress
 from fieldrig_devices.iec.beside import HostFacts
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.layout import Layout

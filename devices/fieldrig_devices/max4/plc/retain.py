@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from hashlib import sha256
 from typing import Final, NamedTuple, Self
 
-from fieldrig.untrusted import MalformedError, items, read_json, typed
+from fieldrig.outside.untrusted import MalformedError, items, read_json, typed
 from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.layout import AREA_SIZE, AREAS
 from fieldrig_devices.iec.program import Program, Variable

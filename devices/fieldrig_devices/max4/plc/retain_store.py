@@ -11,8 +11,8 @@ from collections.abc import Callable, MutableSequence, Sequence
 from operator import itemgetter
 from typing import Final, Protocol
 
-from fieldrig.store import Store, StoreError
-from fieldrig.untrusted import MalformedError, items, read_json, typed
+from fieldrig.outside.untrusted import MalformedError, items, read_json, typed
+from fieldrig.storage.store import Store, StoreError
 from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.library.integers import cut
 from fieldrig_devices.iec.types import Elementary, Value

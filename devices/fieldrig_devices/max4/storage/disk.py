@@ -12,7 +12,7 @@ from contextlib import suppress
 from errno import ENOSPC
 from typing import Final, TypeVar
 
-from fieldrig.store import MemoryStore, Part, Store, StoreError, restore
+from fieldrig.storage.store import MemoryStore, Part, Store, StoreError, restore
 
 CLUSTER: Final = 512
 WRITE_CYCLES: Final = 100_000

@@ -3,7 +3,7 @@
 Source: PacDrive manual 4210-4214, 6031-6034 (digest PD-048 to PD-050, PD-111, PD-112).
 """
 
-from fieldrig.store import Store, StoreError
+from fieldrig.storage.store import Store, StoreError
 from fieldrig_devices.max4.storage.buffered_ram import RETENTION_DAYS, BufferedRam, ram_bytes
 from fieldrig_devices.max4.storage.disk import FlashDisk
 from fieldrig_devices.max4.storage.retain import SIZES, RetainKind, UpsMemory

@@ -8,7 +8,7 @@ to the flash disk at each power failure; after 100 000 write cycles it accepts n
 import logging
 from typing import TYPE_CHECKING, Final, Literal
 
-from fieldrig.store import Store, StoreError
+from fieldrig.storage.store import Store, StoreError
 from fieldrig_devices.iec.limits import KB
 from fieldrig_devices.max4.storage.disk import WRITE_CYCLES
 

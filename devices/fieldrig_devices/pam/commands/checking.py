@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli.common import AsJson, argument, echo_json, reading
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 
 if TYPE_CHECKING:
     from fieldrig_devices.pam.runtime.compiler import Compiled

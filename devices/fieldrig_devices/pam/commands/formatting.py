@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from fieldrig.cli.common import argument, writing
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 from fieldrig_devices.pam.commands.checking import read_text
 
 Files = Annotated[list[Path], argument("FILE...", "The source files.")]
@@ -26,7 +26,7 @@ def fmt(
         fieldrig pam fmt packer.pam
         fieldrig pam fmt *.pam --check
     """
-    from fieldrig.store import replace_file
+    from fieldrig.storage.store import replace_file
     from fieldrig_devices.pam.language.formatter import formatted, strangers
 
     is_wrong = False

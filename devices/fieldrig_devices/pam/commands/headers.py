@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from fieldrig.cli.common import argument, writing
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 from fieldrig_devices.pam.commands.checking import IgnoresCase, read_text
 
 File = Annotated[Path, argument("FILE", "The source file of the application.")]
@@ -24,7 +24,7 @@ def headers(
 
     PAM_VME.H has the CRC of each variable, VMECLASS.H the codes of their classes, and PAM_DEF.H the memory.
     """
-    from fieldrig.store import replace_file
+    from fieldrig.storage.store import replace_file
     from fieldrig_devices.pam.application_files import reader_beside
     from fieldrig_devices.pam.language.compiler import checked
     from fieldrig_devices.pam.language.ports import ports_of

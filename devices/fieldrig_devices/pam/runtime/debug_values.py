@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from fieldrig.device import Value
-from fieldrig.nearest import closest
+from fieldrig.text.nearest import closest
 from fieldrig_devices.languages.debugging.debuggee import Variable
 from fieldrig_devices.pam.language.functions import VALUES, WRITABLE
 from fieldrig_devices.pam.language.items import Routines

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from fieldrig.background import Background, Report
+from fieldrig.loop.background import Background, Report
 from fieldrig_devices.languages.beside import Beside, Refused, duration_of
 from fieldrig_devices.languages.debugging.debuggee import Reset
 from fieldrig_devices.languages.mistakes import CompileError

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.errors import ConfigError
 from fieldrig_bus.ring.transport import shm
 

@@ -11,7 +11,7 @@ from hub_bench import LoopBench
 
 from fieldrig.bus import Attachment
 from fieldrig.link import patience_of
-from fieldrig.threaded_loop import ThreadedLoop
+from fieldrig.loop.threaded_loop import ThreadedLoop
 from fieldrig_bus.ring.topology import Node, Topology
 from fieldrig_bus.ring.transport.bus import Carrier, StarBus, StarSettings
 from fieldrig_bus.ring.transport.centre import Centre

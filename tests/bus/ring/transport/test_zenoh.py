@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from ring_kinds import StarRing, hearing, zenoh
 
-from fieldrig import endpoint
+from fieldrig.control import endpoint
 from fieldrig.errors import BusError
-from fieldrig.shared_token import TOKEN_VARIABLE
+from fieldrig.outside.shared_token import TOKEN_VARIABLE
 from fieldrig.testing import free_port
 from fieldrig_bus.ring.sercos.cycle_wire import encode_spread
 from fieldrig_bus.ring.sercos.message import Cycle

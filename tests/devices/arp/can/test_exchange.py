@@ -8,9 +8,9 @@ from arp_face import FaceBench
 from pydantic import ValidationError
 
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.errors import RigError
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
 
 FRAME_NS = 111 * 2_000

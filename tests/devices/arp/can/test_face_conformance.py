@@ -6,8 +6,8 @@ import arp_face
 import pytest
 from arp_face import NODE_ID
 
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 from fieldrig_devices.arp.can.face import EDS
 from fieldrig_devices.conformance.description import Description
 from fieldrig_devices.conformance.options import Options

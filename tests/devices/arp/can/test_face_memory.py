@@ -8,7 +8,7 @@ from arp_bench import CardBench
 from canopen_bench import parse, show
 from cut_store import CutStore, Killed
 
-from fieldrig.store import StoreError
+from fieldrig.storage.store import StoreError
 from fieldrig_bus.can.frame import CanFrame
 
 WRITES = (

@@ -7,9 +7,9 @@ import pytest
 from canopen_bench import IO32, parse, show
 
 from fieldrig.clock import MS, VirtualClock
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
 from fieldrig.testing import RecordedLink
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import BitRate, BusState, CanState
 from fieldrig_devices.arp.can.bit_rate import take_bit_rate

@@ -8,8 +8,8 @@ import pytest
 from arp_bench import CardBench
 
 from fieldrig.clock import MS
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.notices import BitRate
 
 ROOT = Path(__file__).parents[4]

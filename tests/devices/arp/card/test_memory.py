@@ -12,7 +12,7 @@ from full_store import FullStore
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig.store import FileStore, MemoryStore, StoreError
+from fieldrig.storage.store import FileStore, MemoryStore, StoreError
 from fieldrig_devices.arp.card.permanent import MARK
 from fieldrig_devices.arp.card_access import CardState, RefusedError
 from fieldrig_devices.arp.language import files

@@ -5,7 +5,7 @@ from random import Random
 import pytest
 from arp_bench import CardBench
 
-from fieldrig.store import MemoryStore, Store
+from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.arp.card.permanent import COUNT, MARK, Permanent, Ram

@@ -6,8 +6,8 @@ from typing import Any, cast
 
 import pytest
 
-from fieldrig.build import try_devices
-from fieldrig.config import from_dict, look_through
+from fieldrig.config.build import try_devices
+from fieldrig.config.rig_file import from_dict, look_through
 from fieldrig.errors import ConfigError
 from fieldrig_devices.arp.card.card import ArpCard
 from fieldrig_devices.arp.card.settings import ArpSettings

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from fieldrig.background import VirtualBackground
 from fieldrig.clock import MS, VirtualClock
-from fieldrig.store import MemoryStore
+from fieldrig.loop.background import VirtualBackground
+from fieldrig.storage.store import MemoryStore
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.arp.card.card import ArpCard

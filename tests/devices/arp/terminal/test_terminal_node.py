@@ -14,10 +14,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.errors import ControlError
-from fieldrig.rig import Rig
-from fieldrig.store import FileStore
+from fieldrig.storage.store import FileStore
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.terminal import objects
 from fieldrig_devices.arp.terminal.messages import Messages
@@ -163,7 +163,7 @@ def test_messages_are_there_after_power_off() -> None:
 KILLED_AFTER_A_MESSAGE = """
 import os, signal, sys
 from pathlib import Path
-from fieldrig.store import FileStore
+from fieldrig.storage.store import FileStore
 from fieldrig_devices.arp.terminal import objects
 from fieldrig_devices.arp.terminal.messages import Messages
 Messages(FileStore(Path(sys.argv[1])))[35] = "AUTOMATIC CYCLE"

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from fieldrig.clock import MS, S
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 
 PROGRAM = """
 BEG MAIN

@@ -11,10 +11,10 @@ import pytest
 from arp_user_port import PortBench, an_object, client
 from in_loop import in_loop
 
-from fieldrig.background_process import BackgroundProcesses
 from fieldrig.clock import MS
-from fieldrig.real_clock import RealClock
-from fieldrig.store import FileStore
+from fieldrig.loop.real_clock import RealClock
+from fieldrig.real.background_process import BackgroundProcesses
+from fieldrig.storage.store import FileStore
 from fieldrig_devices.arp.card.card import ArpCard
 from fieldrig_devices.arp.card.settings import ArpSettings
 from fieldrig_devices.arp.card_access import CardState, RefusedError

@@ -8,7 +8,7 @@ from hmiscu_device_bench import PTO, DeviceBench
 from typer.testing import CliRunner
 
 from fieldrig.cli.app import app
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.hmiscu.faces.objects import EDS, eds_text
 

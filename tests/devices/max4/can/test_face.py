@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, S
-from fieldrig.config import from_dict
+from fieldrig.config.rig_file import from_dict
 from fieldrig.errors import RigError
-from fieldrig.rig import Rig
-from fieldrig.store import MemoryStore
+from fieldrig.storage.store import MemoryStore
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.eds.check import check_eds
 from fieldrig_devices.canopen.eds.reader import load

@@ -6,8 +6,8 @@ import pytest
 from max4_rig import Max4Rig
 
 from fieldrig.clock import MS, S
-from fieldrig.config import from_dict
-from fieldrig.rig import Rig
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.serial.message import Format
 from fieldrig_devices.dial.caller import Caller, Plan
 from fieldrig_devices.ppp.settings import Login

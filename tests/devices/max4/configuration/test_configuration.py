@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from max4_bench import Bench
 
 from fieldrig.errors import ConfigError, ControlError, RigError
-from fieldrig.store import MemoryStore
+from fieldrig.storage.store import MemoryStore
 from fieldrig_devices.iec.dialect import EPAS_4
 from fieldrig_devices.max4.configuration.files import configuration_of_file, parameters_of_file
 from fieldrig_devices.max4.configuration.limits import SYSTEM_CLOCK_US, limits_of

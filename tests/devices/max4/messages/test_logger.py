@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from max4_bench import Bench
 
-from fieldrig.store import MemoryStore
+from fieldrig.storage.store import MemoryStore
 from fieldrig_devices.max4.messages.diagnosis import Sender
 from fieldrig_devices.max4.messages.logger import Entry
 from fieldrig_devices.max4.messages.stamp import stamp

@@ -8,9 +8,9 @@ import pytest
 from max4_bench import Bench
 from plc_bench import PlcBench, task_of
 
-from fieldrig import progress
 from fieldrig.errors import ConfigError, ControlError
-from fieldrig.store import MemoryStore
+from fieldrig.real import progress
+from fieldrig.storage.store import MemoryStore
 from fieldrig_devices.max4.messages.catalogue import MESSAGES
 from fieldrig_devices.max4.storage.disk import FlashDisk
 

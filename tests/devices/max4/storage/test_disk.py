@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from tcp_client import ServedConnection
 
 from fieldrig.clock import VirtualClock
-from fieldrig.store import MemoryStore, StoreError
+from fieldrig.storage.store import MemoryStore, StoreError
 from fieldrig_devices.ftp.login import LoginGuard
 from fieldrig_devices.ftp.server import serving
 from fieldrig_devices.max4.storage import disk as flash

@@ -8,7 +8,7 @@ from full_store import FullStore
 from max4_bench import Bench
 
 from fieldrig.errors import ConfigError, ControlError
-from fieldrig.store import MemoryStore
+from fieldrig.storage.store import MemoryStore
 from fieldrig_devices.max4.storage.disk import WRITE_CYCLES
 
 KB = 1024

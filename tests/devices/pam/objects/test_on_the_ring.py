@@ -7,7 +7,7 @@ from pam_rigs import pam_rig
 
 from fieldrig.clock import MS, S
 from fieldrig.pytest_plugin import RigMaker
-from fieldrig.rig import Rig
+from fieldrig.virtual.rig import Rig
 
 pytestmark = pytest.mark.long
 

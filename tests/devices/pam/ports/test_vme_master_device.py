@@ -10,8 +10,8 @@ from pam_programs import HEADER
 from fieldrig.clock import MS, S, VirtualClock
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.pytest_plugin import RigMaker
-from fieldrig.rig import Rig
 from fieldrig.testing import RecordedLink
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.modbus.message import ModbusEvent, ModbusRequest, ModbusResponse
 from fieldrig_devices.pam.ports.masters.over_modbus import ModbusScript
 from fieldrig_devices.pam.ports.masters.script import MasterError, Read, Script

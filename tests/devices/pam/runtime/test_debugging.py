@@ -3,9 +3,9 @@
 import pytest
 from pam_bench import OBJECTS, sequence
 
-from fieldrig.background import VirtualBackground
 from fieldrig.clock import VirtualClock
 from fieldrig.device import Value
+from fieldrig.loop.background import VirtualBackground
 from fieldrig_devices.languages.debugging.debuggee import ProgramState, Reset, Step
 from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.pam.runtime.compiler import Compiled, compile_application

@@ -10,7 +10,7 @@ from smart_io_bench import SmartIoBench
 from typer.testing import CliRunner
 
 from fieldrig.cli.app import app
-from fieldrig.exits import Exit
+from fieldrig.system.exits import Exit
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.pamring.frames import LedItem
 from fieldrig_devices.smart_io.faces.objects import EDS, eds_text

@@ -14,7 +14,7 @@ from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.errors import RigError
 from fieldrig.link import Link
-from fieldrig.point_values import number_in, truth_in, whole_in
+from fieldrig.points.checks import number_in, truth_in, whole_in
 from fieldrig.settings import Claim, ConfigFile, Settings
 from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_devices.languages.mistakes import CompileError

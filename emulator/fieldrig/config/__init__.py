@@ -1,0 +1,1 @@
+"""A rig file: read, checked, and made into devices and buses."""

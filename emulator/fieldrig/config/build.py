@@ -1,0 +1,62 @@
+"""Build devices from their entries in a configuration; a device gets what its constructor names, and nothing else."""
+
+from collections.abc import Iterable, Mapping
+from random import Random
+from typing import Any
+
+from fieldrig.clock import Clock, VirtualClock
+from fieldrig.config.kinds import constructor_parameters, link_parameters
+from fieldrig.config.rig_file import DeviceEntry, described
+from fieldrig.device import Device
+from fieldrig.errors import ConfigError, Mistake, RigError
+from fieldrig.link import Link, UnconnectedLink
+from fieldrig.loop.background import Background, VirtualBackground
+from fieldrig.storage.store import MemoryStore, Store
+
+Links = Mapping[str, Link[Any] | list[Link[Any]]]
+
+
+def build_device(
+    entry: DeviceEntry, *, clock: Clock, links: Links, store: Store, seed: int, background: Background | None = None
+) -> Device:
+    """Return the device.  ConfigError, naming it, if it refuses its settings or the files that they name.
+
+    Without `background` it does its long work as under virtual time.
+    """
+    offered = {
+        **{name: None for name, link in link_parameters(entry.cls).items() if not link.required},
+        "clock": clock,
+        "name": entry.name,
+        "settings": entry.settings,
+        "store": store,
+        "random": Random(f"{seed}/{entry.name}"),
+        "background": background or VirtualBackground(clock),
+        **links,
+    }
+    asked = constructor_parameters(entry.cls)
+    try:
+        return entry.cls(**{name: offered[name] for name in asked if name in offered})
+    except ConfigError:
+        raise  # of a file that the settings name; each mistake says where
+    except (RigError, ValueError, OSError) as cause:
+        raise ConfigError([Mistake(*entry.place, f"devices.{entry.name}", *described(cause))]) from cause
+
+
+def try_devices(devices: Iterable[DeviceEntry], seed: int = 0) -> list[Mistake]:
+    """Build each device once on unconnected links, and return the mistakes that the devices find in their settings."""
+    mistakes: list[Mistake] = []
+    for entry in devices:
+        try:
+            build_alone(entry, seed)
+        except ConfigError as wrong:
+            mistakes += wrong.mistakes
+    return list(dict.fromkeys(mistakes))  # one file may be wrong for several devices
+
+
+def build_alone(entry: DeviceEntry, seed: int = 0) -> Device:
+    """Return the device on unconnected links and with an empty memory.  ConfigError as from `build_device`."""
+    links: dict[str, Link[Any] | list[Link[Any]]] = {
+        name: [UnconnectedLink() for _ in buses] if name in entry.many else UnconnectedLink()
+        for name, buses in entry.links.items()
+    }
+    return build_device(entry, clock=VirtualClock(), links=links, store=MemoryStore(), seed=seed)

@@ -1,0 +1,171 @@
+"""Messages for the author of a rig file about settings that pydantic refuses.
+
+A message says what was found and what was expected, the latter from the JSON Schema of the model, which is generated
+only for a mistake.
+"""
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import ValidationError
+
+from fieldrig.config.yaml_source import KeyPath
+from fieldrig.settings import Settings, WrongKey, WrongSettingsError
+from fieldrig.text.nearest import closest
+
+TYPES = {
+    "integer": "a whole number",
+    "number": "a number",
+    "string": "a text",
+    "boolean": "true or false",
+    "array": "a list",
+    "object": "a mapping of keys to values",
+    "null": "null",
+}
+
+
+def explain(
+    error: ValidationError, data: Any, model: type[Settings], other_keys: tuple[str, ...] = ()
+) -> list[WrongKey]:
+    """Return one mistake for each place.  `other_keys` are allowed beside those of the model."""
+    schema = model.model_json_schema()
+    found: dict[KeyPath, WrongKey] = {}
+    deeper: set[KeyPath] = set()
+    for detail in error.errors(include_url=False):
+        path = _path_in(data, detail["loc"], detail["type"])
+        deeper.update(path[:length] for length in range(len(path)))
+        several = detail.get("ctx", {}).get("error")
+        if isinstance(several, WrongSettingsError):
+            inner = [wrong._replace(path=(*path, *wrong.path)) for wrong in several.wrong]
+            found |= {wrong.path: wrong for wrong in inner}
+        elif path not in found:
+            found[path] = _wrong_key(dict(detail), path, data, schema, other_keys)
+    # A union reports each of its choices; the deepest mistake belongs to the intended one.
+    return [finding for path, finding in found.items() if path not in deeper]
+
+
+def show(value: Any) -> str:
+    """Return a value as YAML would have it, shortened."""
+    text = json.dumps(value, default=str, ensure_ascii=False)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _wrong_key(detail: dict[str, Any], path: KeyPath, data: Any, schema: Any, other_keys: tuple[str, ...]) -> WrongKey:
+    if detail["type"] == "extra_forbidden":
+        known = _keys_at(schema, path[:-1]) + (list(other_keys) if len(path) == 1 else [])
+        return WrongKey(path, "there is no such key", closest(path[-1], known))
+    if detail["type"] in ("union_tag_invalid", "union_tag_not_found"):
+        return _wrong_tag(detail, path, data, schema)
+    wanted = " or ".join(dict.fromkeys(_words(part, schema) for part in _schemas_at(schema, schema, path)))
+    remedy = f"expected {wanted}" if wanted else ""
+    if detail["type"] == "missing":
+        return WrongKey(path, "this key is missing", remedy)
+    if detail["type"] in ("value_error", "assertion_error"):
+        is_vague = not path or wanted == TYPES["object"]
+        return WrongKey(path, str(detail["ctx"]["error"]), "" if is_vague else remedy)
+    there = _value_at(data, path)
+    return WrongKey(path, f"{show(there)} doesn't fit", remedy or f"it says: {detail['msg']}")
+
+
+def _wrong_tag(detail: dict[str, Any], path: KeyPath, data: Any, schema: Any) -> WrongKey:
+    """Return the mistake of a key that selects one of several models, but is unknown or missing."""
+    key = detail["ctx"]["discriminator"].strip("'")
+    choices = _schemas_at(schema, schema, (*path, key))
+    known = sorted({str(tag) for part in choices for tag in part.get("enum", [part.get("const")])})
+    there = _value_at(data, path)
+    if key not in there:
+        return WrongKey((*path, key), "this key is missing", f"expected {' or '.join(known)}")
+    return WrongKey((*path, key), f"{show(there[key])} doesn't fit", closest(there[key], known))
+
+
+def _path_in(data: Any, location: tuple[int | str, ...], error_type: str) -> KeyPath:
+    """Return the location without the names of union branches, which are not keys of the data."""
+    path: list[Any] = []
+    for position, part in enumerate(location):
+        key = _key_in(data, part)
+        if key is not None:
+            path.append(key)
+            data = data[key]
+        elif error_type == "missing" and position == len(location) - 1:
+            path.append(part)
+    return tuple(path)
+
+
+def _key_in(data: Any, part: int | str) -> Any:
+    if isinstance(data, dict):
+        return next((key for key in data if key == part or str(key) == part), None)
+    if isinstance(data, list) and isinstance(part, int) and part < len(data):
+        return part
+    return None
+
+
+def _value_at(data: Any, path: KeyPath) -> Any:
+    for part in path:
+        data = data[part]
+    return data
+
+
+def _keys_at(schema: Any, path: KeyPath) -> list[str]:
+    return [key for part in _schemas_at(schema, schema, path) for key in part.get("properties", ())]
+
+
+def _schemas_at(part: Any, root: Any, path: KeyPath) -> Iterator[Any]:
+    """Yield every schema that may apply at a path, through references and choices."""
+    if not isinstance(part, dict):
+        return
+    if "$ref" in part:
+        target = root["$defs"][part["$ref"].rsplit("/", 1)[-1]]
+        yield from _schemas_at({**target, **{key: part[key] for key in part if key != "$ref"}}, root, path)
+        return
+    choices = part.get("anyOf") or part.get("oneOf") or part.get("allOf")
+    if choices and (path or "description" not in part):
+        for choice in choices:
+            yield from _schemas_at(choice, root, path)
+    elif not path:
+        yield part
+    else:
+        yield from _schemas_at(_child(part, path[0]), root, path[1:])
+
+
+def _child(part: dict[str, Any], key: Any) -> Any:
+    if isinstance(key, int) and "items" in part:
+        return part["items"]
+    if isinstance(key, int) and 0 <= key < len(part.get("prefixItems", ())):  # of a mapping it may be -1
+        return part["prefixItems"][key]
+    return part.get("properties", {}).get(key, part.get("additionalProperties"))
+
+
+def _words(part: dict[str, Any], root: Any) -> str:
+    """Return a description such as `a whole number from 1 to 127 (the node id)`."""
+    choices = part.get("anyOf") or part.get("oneOf")
+    if choices:
+        leaves = [leaf for choice in choices for leaf in _schemas_at(choice, root, ())]
+        words = " or ".join(dict.fromkeys(_words(leaf, root) for leaf in leaves))
+    elif "enum" in part:
+        words = " or ".join(str(value) for value in part["enum"])
+    elif "const" in part:
+        words = str(part["const"])
+    else:
+        words = TYPES.get(part.get("type", ""), "") + _limits(part)
+    about = part.get("description", "").split("\n\n")[0] if part.get("type") != "object" else ""
+    return f"{words} ({about})" if words and about else words or about
+
+
+def _limits(part: dict[str, Any]) -> str:
+    low, high = part.get("minimum"), part.get("maximum")
+    if low is not None and high is not None:
+        return f" from {low} to {high}"
+    if "examples" in part:
+        return f" like {part['examples'][0]}"
+    words = {
+        "minimum": "of at least {}",
+        "maximum": "of at most {}",
+        "exclusiveMinimum": "above {}",
+        "exclusiveMaximum": "below {}",
+        "minLength": "of at least {} characters",
+        "maxLength": "of at most {} characters",
+        "minItems": "of at least {} items",
+        "maxItems": "of at most {} items",
+    }  # without `pattern`, a regular expression: a field that has one says its form by examples or in its description
+    return "".join(f" {words[key].format(part[key])}" for key in words if key in part)

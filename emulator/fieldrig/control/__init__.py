@@ -1,0 +1,1 @@
+"""The questions of tools to a rig, and their answers."""

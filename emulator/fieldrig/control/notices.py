@@ -1,0 +1,88 @@
+"""Notices for `up` and `watch`: faults of buses and devices that begin and end, and conditions.
+
+A condition is a state that a person at a machine would see at once, such as an open ring or an emergency stop
+(`BusModel.conditions`).  Each process looks at its parts every `PERIOD_S` and publishes only changes.  A fault that has
+come and gone between two looks is reported as one that is over.
+"""
+
+import asyncio
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final, NamedTuple
+
+from fieldrig.control.fault_questions import in_words as fault_in_words
+from fieldrig.control.messages import Control
+
+PERIOD_S: Final = 0.5
+FAULT: Final = "fault "
+"""Begins the keys of faults; their numbers follow."""
+
+
+class Notice(NamedTuple):
+    """A change of one part of a rig."""
+
+    part: str
+    key: str
+    """The name of the fault or condition in this part."""
+    text: str
+    is_over: bool
+
+
+Faults = Callable[[], Mapping[int, Mapping[str, Any]]]
+Conditions = Callable[[], Mapping[str, str]]
+
+
+class Watched:
+    """One part of a rig, with what has been reported of it."""
+
+    def __init__(self, part: str, faults: Faults, conditions: Conditions | None = None) -> None:
+        self._part, self._faults, self._conditions = part, faults, conditions
+        self._told: dict[str, str] = {}
+        """The texts of what is present, by key."""
+        self._seen: set[int] = set()
+        """Numbers of the faults that have been reported, so that one that is over is not reported again."""
+
+    def look(self) -> list[Notice]:
+        """Return what has changed since the last look."""
+        faults = self._faults()
+        present, passed = dict[str, str](), dict[str, str]()
+        for number, fault in faults.items():
+            if fault["state"] == "on":
+                present[f"{FAULT}{number}"] = fault_in_words(fault)
+            elif fault["state"] == "over" and number not in self._seen:
+                passed[f"{FAULT}{number}"] = fault_in_words(fault)
+        self._seen = {number for number, fault in faults.items() if fault["state"] != "waiting"}
+        if self._conditions is not None:
+            present |= self._conditions()
+        begun = {key: text for key, text in {**present, **passed}.items() if key not in self._told}
+        ended = {key: text for key, text in {**self._told, **passed}.items() if key not in present}
+        self._told = present
+        return [
+            *(Notice(self._part, key, text, is_over=False) for key, text in begun.items()),
+            *(Notice(self._part, key, text, is_over=True) for key, text in ended.items()),
+        ]
+
+
+async def look_on(control: Control, watched: Sequence[Watched], also: Callable[[], object] = lambda: None) -> None:
+    """Publish what changes, until cancelled; `also` is called as often."""
+    while True:
+        also()
+        for part in watched:
+            for notice in part.look():
+                control.publish(f"notice/{notice.part}", notice._asdict())
+        await asyncio.sleep(PERIOD_S)
+
+
+def in_words(notice: Notice) -> str:
+    """Return `fault 1: drop count=3` or `emergency stop`, and later `fault 1: over` or `emergency stop: over`."""
+    is_fault = notice.key.startswith(FAULT)
+    if notice.is_over:
+        return f"{notice.key if is_fault else notice.text}: over"
+    return f"{notice.key}: {notice.text}" if is_fault else notice.text
+
+
+def taken(message: Any) -> Notice | None:
+    """Return a notice that was published by a process; None for anything else."""
+    match message:
+        case {"part": str(part), "key": str(key), "text": str(text), "is_over": bool(is_over)}:
+            return Notice(part, key, text, is_over)
+    return None

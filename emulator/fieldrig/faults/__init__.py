@@ -1,0 +1,1 @@
+"""Faults of buses and devices that are injected on purpose."""

@@ -1,0 +1,81 @@
+"""The faults that are injected into a running device, or into a device's end of a bus.
+
+A device declares its faults as settings models (`faults.Timed`) and says what each of them does; everything
+else is here: the check of what a user types, start and end by the device's clock, the list of faults and its end.
+A model of a bus reads no clock: it keeps its faults in `faults.Faults`.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Generic, TypeVar
+
+from fieldrig.clock import Clock
+from fieldrig.faults.faults import Fault, Faults, Timed, fault_of
+
+F = TypeVar("F", bound=Fault[Any])
+T = TypeVar("T", bound=Timed)
+
+
+class InjectedFaults(Generic[F]):
+    """The faults of one device, with their times."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        models: Mapping[str, type[Timed]],
+        faults: Faults[F],
+        *,
+        on_change: Callable[[], None] | None = None,
+        check: Callable[[Any], None] | None = None,
+    ) -> None:
+        """`models` are the settings models of the faults by their `what`.
+
+        `on_change` is called when a fault was added or cleared, when it begins, and when its time is over.  `check`
+        is called with the settings of a new fault; it raises ValueError for a fault that cannot be.
+        """
+        self._clock, self._models, self._on_change, self._check = clock, models, on_change, check
+        self.records = faults
+        """The faults as records, for a device that counts what each of them did."""
+
+    @property
+    def given(self) -> int:
+        """The highest number of a fault so far."""
+        return self.records.given
+
+    def add(self, settings: Timed, number: int | None = None) -> int:
+        """Add a fault that has been read already, such as one of a rig file, and return its number."""
+        if self._check is not None:
+            self._check(settings)
+        now_ns, on_change = self._clock.now_ns(), self._on_change
+        fault = self.records.add(now_ns, settings, number)
+        if on_change is not None:
+            for when_ns in (fault.start_ns, fault.until_ns):
+                if when_ns is not None and when_ns > now_ns:
+                    self._clock.call_at(when_ns, on_change)
+            on_change()
+        return fault.number
+
+    def add_fault(self, fault: Mapping[str, Any], number: int | None = None) -> int:
+        """Add a fault whose values may be texts, as people type them, and return its number.
+
+        ValueError: its first line says what is wrong, further lines say what was expected.
+        """
+        return self.add(fault_of(fault, self._models), number)
+
+    def clear_fault(self, number: int) -> None:
+        """Remove a fault.  ValueError if there is none with this number."""
+        self.records.clear(number)
+        if self._on_change is not None:
+            self._on_change()
+
+    def faults(self) -> dict[int, dict[str, Any]]:
+        """Return the faults that were added and not cleared, by number, each with its state and use."""
+        return self.records.about(self._clock.now_ns())
+
+    def active(self, kind: type[T]) -> Iterator[T]:
+        """Yield the settings of the faults of this kind that are on at present, in the order of adding."""
+        now_ns = self._clock.now_ns()
+        return (fault.settings for fault in self.records.of(kind) if fault.is_on(now_ns))
+
+    def first(self, kind: type[T]) -> T | None:
+        """Return the settings of the first fault of this kind that is on at present; None if there is none."""
+        return next(self.active(kind), None)

@@ -1,0 +1,1 @@
+"""A bus in real time, with members in several processes."""

@@ -1,0 +1,1 @@
+"""The limits for outsiders, and the readers of what they send."""

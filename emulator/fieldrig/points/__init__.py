@@ -1,0 +1,1 @@
+"""The values of a device that tools read and write."""

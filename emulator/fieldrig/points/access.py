@@ -1,0 +1,33 @@
+"""Read and write one point of a device, with the nearest name for one that it does not have."""
+
+from collections.abc import Mapping
+
+from fieldrig.device import Point, Value
+from fieldrig.errors import ControlError
+from fieldrig.outside.untrusted import shown
+from fieldrig.text.nearest import closest
+
+
+def read_point(device: str, points: Mapping[str, Point], key: str) -> Value:
+    """Return the value of a point.  ControlError, with the nearest key, if the device has no such point."""
+    return _point(device, points, key).read()
+
+
+def write_point(device: str, points: Mapping[str, Point], key: str, value: Value) -> None:
+    """Write a point.  ControlError for an unknown or read-only key, or a value that is refused."""
+    if not isinstance(value, bool | int | float | str):
+        raise ControlError(f"{key} can't be {shown(value)}", "expected a number, a text, true or false")
+    point = _point(device, points, key)
+    if point.write is None:
+        raise ControlError(f"{key} can only be read")
+    try:
+        point.write(value)
+    except ValueError as cause:
+        raise ControlError(f"{key} can't be {value!r}: {cause}") from cause
+
+
+def _point(device: str, points: Mapping[str, Point], key: str) -> Point:
+    try:
+        return points[key]
+    except KeyError:
+        raise ControlError(f"{device} has no value {key!r}", closest(key, list(points))) from None

@@ -1,0 +1,1 @@
+"""A rig in real time, with a process for each device."""

@@ -1,0 +1,31 @@
+"""A rig in real time whose processes are started from outside, such as containers: start order and status only."""
+
+import asyncio
+from typing import Any
+
+from fieldrig.config.rig_file import RigConfig
+from fieldrig.control.messages import Control
+from fieldrig.real.placement import ProcessPlan
+from fieldrig.real.roster import Report, Roster
+from fieldrig.system.exits import Exit
+
+
+class AttendedRig:
+    def __init__(self, config: RigConfig, plans: dict[str, ProcessPlan], control: Control, report: Report) -> None:
+        self.roster = Roster(config, plans, control, report)
+        self._ended: asyncio.Future[Exit] = asyncio.get_running_loop().create_future()
+
+    async def run(self) -> Exit:
+        self.roster.serve(stop=self._on_stop_asked)
+        self.roster.watch()
+        code = await self._ended
+        self.roster.stop()
+        return code
+
+    def end(self) -> None:
+        """End this service only; the processes belong to the user who started them."""
+        if not self._ended.done():
+            self._ended.set_result(Exit.OK)
+
+    async def _on_stop_asked(self, _message: Any) -> None:
+        self.end()

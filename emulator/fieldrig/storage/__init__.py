@@ -1,0 +1,1 @@
+"""The memory that a device keeps when it is switched off."""

@@ -1,0 +1,1 @@
+"""The messages of a rig, as they are and in files."""

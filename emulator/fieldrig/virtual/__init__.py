@@ -1,0 +1,1 @@
+"""A rig in one process, in virtual time."""

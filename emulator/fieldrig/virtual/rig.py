@@ -1,0 +1,488 @@
+"""Nodes, buses and one clock from one configuration, under virtual time.
+
+The rig is the only scheduler.  It moves to the earliest next instant of any node or bus.  There it delivers what
+arrives, in the order of the configuration, lets the nodes react, passes on what they sent to the buses, and repeats
+until nothing is left at this instant.  The same seed gives the same bytes on every bus, with all nodes in this process
+or each in its own.
+"""
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from random import Random
+from types import TracebackType
+from typing import Any, Final, Self, TypeVar, overload
+
+from fieldrig.bus import Bus, BusModel, Delivery, ModelBus
+from fieldrig.clock import MS, NEVER_NS, whole_ns
+from fieldrig.config.rig_file import RigConfig
+from fieldrig.device import Value
+from fieldrig.errors import ArgumentError, ControlError, RigError, UnmetError, refusals
+from fieldrig.outside.untrusted import shown
+from fieldrig.points.names import split_point, written_point
+from fieldrig.storage.store import MemoryStore, Store
+from fieldrig.text.nearest import closest
+from fieldrig.virtual.node import Deliveries, EventNode, LocalNode, Node, Outbox
+from fieldrig.virtual.readings import Readings, seconds
+from fieldrig.virtual.remote_node import RemoteNode
+
+LONGEST_INSTANT = 10_000
+"""Rounds of reactions at one instant after which the rig reports an endless exchange between devices."""
+
+LOOK_NS: Final = 1 * MS
+"""Longest time between two looks at a condition; values such as the level of a tank change without an event."""
+
+T = TypeVar("T")
+OnChange = Callable[[Value], None]
+OnDelivery = Callable[[Bus[Any], Delivery[Any]], None]
+
+
+class Rig:
+    """A rig under virtual time.  Close it, or use it in a `with` statement, to end nodes in processes of their own."""
+
+    def __init__(
+        self, config: RigConfig, on_delivery: OnDelivery | None = None, stores: Mapping[str, Store] | None = None
+    ) -> None:
+        """RigError if a device can't be built.  `stores` keeps the memories of devices, by name, over a power cycle."""
+        if not isinstance(config, RigConfig):
+            raise ArgumentError(f"a rig can't be made of {shown(config)}", 'write Rig(load("rig.yaml"))')
+        for name in stores or {}:
+            if name not in config.devices:
+                raise ControlError(f"the rig has no device {name!r}", closest(name, list(config.devices)))
+        self.config = config
+        self._is_closed = False
+        self.now_ns = 0
+        self.on_delivery = on_delivery
+        self.buses: dict[str, ModelBus[Any]] = {}
+        self._models: dict[str, BusModel[Any]] = {}
+        for name, bus_entry in config.buses.items():
+            if not isinstance(bus_entry.bus, ModelBus):
+                raise RigError(f"{name}: {bus_entry.kind} has no model to run under virtual time")
+            self.buses[name] = bus_entry.bus
+            self._models[name] = bus_entry.bus.model()
+            self._models[name].begin(0, Random(f"{config.seed}/{name}"))
+        self._nodes: dict[str, Node] = {}
+        self._outbox = Outbox(self.buses)
+        """The outbox of all nodes in this process."""
+        self._outside: dict[str, EventNode] = {}
+        self._here: dict[str, EventNode] = {}
+        """The devices and outside members that react in this process."""
+        self._elsewhere: dict[str, RemoteNode] = {}
+        self._next_of: dict[str, int] = {}
+        """The instant at which each member acts next, or `NEVER_NS`."""
+        self._earliest_ns = NEVER_NS
+        """The earliest of these instants."""
+        self._watches: dict[str, dict[str, list[OnChange]]] = {}
+        """The calls for changes of points, by device and key."""
+        self._is_telling = False
+        """True while such a call is made."""
+        self._readings: Readings | None = None
+        """The record of points that are read, while a condition is looked at."""
+        try:
+            self._build(stores or {})
+        except BaseException:
+            self.close()
+            raise
+
+    def next_ns(self) -> int | None:
+        """Return the instant at which something happens next; None if nothing ever will."""
+        self._check_open()
+        self._take_from_outside()
+        earliest = min(self._earliest_ns, self._arrival_ns())
+        return None if earliest == NEVER_NS else max(earliest, self.now_ns)
+
+    def step(self) -> bool:
+        """Go to the next instant at which something happens, and let it happen.  False if nothing ever will."""
+        self._check_may_run()
+        next_ns = self.next_ns()
+        if next_ns is not None:
+            self._run_instant(next_ns)
+        return next_ns is not None
+
+    def run_until(self, until_ns: int) -> None:
+        """Let everything happen up to and including `until_ns`, and stop there.
+
+        ArgumentError for anything but whole nanoseconds, and for an instant that has passed.
+        """
+        self._check_may_run()
+        until_ns = self._instant(until_ns)
+        while (next_ns := self.next_ns()) is not None and next_ns <= until_ns:
+            if self._outside or not self._run_alone(until_ns):
+                self._run_instant(next_ns)
+        self.now_ns = max(self.now_ns, until_ns)
+        for node in self._outside.values():
+            node.clock.instant_ns = self.now_ns
+
+    def run_for(self, duration_ns: int) -> None:
+        """Let everything happen that happens in the next `duration_ns`, such as `10 * MS`."""
+        self.run_until(self.now_ns + _duration(duration_ns, "run_for"))
+
+    def until(self, condition: Callable[[], T], within: int) -> T:
+        """Run until `condition()` is true, at most for `within` nanoseconds, and return what it returned.
+
+        It is called now, after each instant at which something happens, and at least once in a millisecond.
+        UnmetError, with the points that it read and their last changes, if it is never true.
+        """
+        if not callable(condition):
+            raise ArgumentError(
+                f"until can't take {shown(condition)}",
+                'expected a function, such as until(lambda: rig.get("tank/level") > 1.5, within=60 * S)',
+            )
+        begin_ns, readings = self.now_ns, Readings()
+        end_ns = begin_ns + _duration(within, "until")
+        while not (met := self._looked_at(condition, readings)):
+            if self.now_ns >= end_ns:
+                times = f"within {seconds(within)}, from {seconds(begin_ns)} to {seconds(end_ns)}"
+                raise UnmetError(f"the condition did not hold {times}", readings.text())
+            next_ns = self.next_ns()
+            look_ns = self.now_ns + LOOK_NS
+            self.run_until(min(end_ns, look_ns if next_ns is None else max(min(next_ns, look_ns), self.now_ns + 1)))
+        return met
+
+    def attach(self, member: str) -> EventNode:
+        """Add a member from outside, such as a test, with a `clock` and a `link(bus)` to any bus of the rig."""
+        self._check_open()
+        if not isinstance(member, str) or not member:
+            raise ArgumentError(f"a member can't be called {shown(member)}", 'expected a name, such as "master"')
+        if member in self._nodes or member in self._outside:
+            raise RigError(f"the rig already has a member {member!r}", "choose another name")
+        node = EventNode(member, self.now_ns, Outbox(self.buses))
+        self._outside[member] = self._here[member] = node
+        self._next_of[member] = NEVER_NS
+        for model in self._models.values():
+            model.join(member)
+        return node
+
+    def keys(self, device: str) -> dict[str, str]:
+        """Return the keys of a device's points, each with its unit."""
+        return self._node(device).keys()
+
+    def get(self, point: str, key: str | None = None) -> Value:
+        """Return the value of a point at the present instant: `get("tank/level")`, or `get("tank", "level")`.
+
+        Reading is not an event and changes nothing that follows.
+        """
+        device, key = split_point(point, key)
+        value = self._node(device).get(self.now_ns, key)
+        if self._readings is not None:
+            self._readings.note(device, key, self.now_ns, value)
+        return value
+
+    @overload
+    def set(self, point: str, value: Value, /) -> None: ...
+
+    @overload
+    def set(self, device: str, key: str, value: Value, /) -> None: ...
+
+    def set(self, point: str, *key_and_value: Value) -> None:
+        """Write a point at the present instant: `set("tank/level", 1.25)`, or `set("tank", "level", 1.25)`."""
+        device, key, value = written_point(point, *key_and_value)
+        with self._present(device) as node:
+            node.set(key, value)
+
+    def on_change(self, point: str, call: OnChange) -> Callable[[], None]:
+        """Call `call(value)` at each change of a point from now on; `now_ns` is the instant of the change.
+
+        The device is looked at after each of its reactions, and a card that runs a program also between its
+        instructions.  `call` may read and write points, but not run the rig.  Returns a function that ends the watch.
+        """
+        device, key = split_point(point)
+        node = self._node(device)
+        if not callable(call):
+            raise ArgumentError(f"on_change can't call {shown(call)}", "expected a function that takes the value")
+        if not self._watches.get(device, {}).get(key):
+            node.watch(self.now_ns, key)
+        calls = self._watches.setdefault(device, {}).setdefault(key, [])
+        calls.append(call)
+
+        def end() -> None:
+            if call in calls:
+                calls.remove(call)
+                if not calls and not self._is_closed:
+                    node.unwatch(key)
+
+        return end
+
+    def answer(self, device: str, question: str, message: Any) -> Any:
+        """Return the answer of a device to a question of its kind.  ControlError if the device refuses."""
+        with self._present(device) as node:
+            return node.answer(question, message)
+
+    def statistics(self, bus: str) -> dict[str, float]:
+        """Return frames, load and other figures of a bus, by name.  ControlError if there is no such bus."""
+        return self._model(bus).statistics(self.now_ns)
+
+    def conditions(self, bus: str) -> Mapping[str, str]:
+        """Return the states of a bus that are reported to a person, by a name of their own."""
+        return self._model(bus).conditions(self.now_ns)
+
+    def add_fault(self, where: str, fault: Mapping[str, Any]) -> int:
+        """Add a fault of a bus or a device from now on, and return its number.
+
+        ControlError for one that it refuses.
+        """
+        self._check_part(where)
+        if not isinstance(fault, Mapping):
+            raise ArgumentError(f"a fault can't be {shown(fault)}", 'expected a mapping, such as {"what": "drop"}')
+        if where in self._models:
+            with refusals(where):
+                return self._models[where].add_fault(self.now_ns, fault)
+        with self._present(where) as node:
+            return node.add_fault(fault)
+
+    def clear_fault(self, where: str, number: int) -> None:
+        """Remove a fault of a bus or a device.  ControlError if there is none of this number."""
+        self._check_part(where)
+        if type(number) is not int:
+            raise ArgumentError(f"a fault can't have the number {shown(number)}", "expected what add_fault returned")
+        if where in self._models:
+            with refusals(where):
+                self._models[where].clear_fault(self.now_ns, number)
+            return
+        with self._present(where) as node:
+            node.clear_fault(number)
+
+    def faults(self, where: str) -> Mapping[int, Mapping[str, Any]]:
+        """Return the faults of a bus or a device that were added and not cleared, by number."""
+        self._check_part(where)
+        if where in self._models:
+            return self._models[where].all_faults(self.now_ns)
+        return self._node(where).faults(self.now_ns)
+
+    def close(self) -> None:
+        """Stop every device; the last one started is the first to stop.  Closing twice does no harm."""
+        self._is_closed = True
+        while self._nodes:
+            self._nodes.popitem()[1].stop()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None) -> None:
+        self.close()
+
+    def _build(self, stores: Mapping[str, Store]) -> None:
+        config = self.config
+        for name, entry in config.devices.items():
+            store = stores.get(name) or MemoryStore()
+            if config.processes == "each":
+                self._nodes[name] = self._elsewhere[name] = RemoteNode(entry, config.seed, store, self.buses)
+            else:
+                self._nodes[name] = self._here[name] = LocalNode(entry, config.seed, store, self._outbox)
+            for bus in dict.fromkeys(bus for buses in entry.links.values() for bus in buses):
+                self._models[bus].join(name)
+        self._step(self._nodes, 0, {})
+
+    def _looked_at(self, condition: Callable[[], T], readings: Readings) -> T:
+        self._readings = readings
+        try:
+            return condition()
+        finally:
+            self._readings = None
+
+    def _check_open(self) -> None:
+        if self._is_closed:
+            raise RigError("the rig is closed", "use it inside its `with` statement, or build another one")
+
+    def _check_may_run(self) -> None:
+        self._check_open()
+        if self._is_telling:
+            raise RigError(
+                "a call of on_change can't run the rig", "it may read and write points; run the rig after it"
+            )
+
+    def _tell(self, names: Iterable[str]) -> None:
+        """Tell the changes of watched points of these devices."""
+        for name in [name for name in names if name in self._watches]:
+            for key, value in self._nodes[name].changes():
+                for call in list(self._watches[name].get(key, ())):
+                    was_telling, self._is_telling = self._is_telling, True
+                    try:
+                        call(value)
+                    finally:
+                        self._is_telling = was_telling
+
+    def _instant(self, until_ns: int) -> int:
+        """Return an instant that has not passed.  ArgumentError for anything else."""
+        try:
+            instant_ns = whole_ns(until_ns)
+        except TypeError as wrong:
+            raise ArgumentError(str(wrong)) from None
+        if instant_ns < self.now_ns:
+            raise ArgumentError(
+                f"run_until can't go back to {seconds(instant_ns)}: the rig is at {seconds(self.now_ns)}",
+                "run_for(10 * MS) goes on by a duration",
+            )
+        return instant_ns
+
+    def _node(self, device: str) -> Node:
+        self._check_open()
+        if not isinstance(device, str) or device not in self._nodes:
+            raise _unknown("device", device, self._nodes, "bus", self._models)
+        return self._nodes[device]
+
+    def _model(self, bus: str) -> BusModel[Any]:
+        self._check_open()
+        if not isinstance(bus, str) or bus not in self._models:
+            raise _unknown("bus", bus, self._models, "device", self._nodes)
+        return self._models[bus]
+
+    def _check_part(self, name: str) -> None:
+        """ControlError for what is neither a bus nor a device."""
+        self._check_open()
+        if not isinstance(name, str) or (name not in self._models and name not in self._nodes):
+            raise ControlError(f"the rig has no bus or device {name!r}", closest(name, [*self._models, *self._nodes]))
+
+    @contextmanager
+    def _present(self, device: str) -> Iterator[Node]:
+        """Yield a device whose clock is at the present instant, then pass on what it does."""
+        node = self._node(device)
+        self._step([device], self.now_ns, {})
+        yield node
+        self._step([device], self.now_ns, {})
+
+    def _arrival_ns(self) -> int:
+        """Return the instant of the next arrival on any bus, or `NEVER_NS`."""
+        earliest = NEVER_NS
+        for model in self._models.values():
+            arrival = model.next_ns()
+            if arrival is not None and arrival < earliest:
+                earliest = arrival
+        return earliest
+
+    def _run_alone(self, until_ns: int) -> bool:
+        """Let the only member that acts next go on until it sends something, or others have something to do.
+
+        Return false if it is not the only one.  Nothing differs from a `_run_instant` for each of its instants, which
+        would look at all members and buses each time.
+        """
+        name, next_ns, limit_ns = "", NEVER_NS, min(self._arrival_ns(), until_ns + 1)
+        for member, at_ns in self._next_of.items():
+            if at_ns < next_ns:
+                name, next_ns, limit_ns = member, at_ns, min(next_ns, limit_ns)
+            elif at_ns < limit_ns:
+                limit_ns = at_ns
+        if not self.now_ns <= next_ns < limit_ns or name not in self._here or name in self._watches:
+            return False
+        react, outbox = self._here[name].react, self._outbox
+        while next_ns < limit_ns and not outbox.sent and not outbox.listens:
+            self.now_ns = next_ns
+            next_ns = react(next_ns, ())
+        self._next_of[name] = next_ns
+        self._earliest_ns = min(self._next_of.values())
+        self._hand_in(self.now_ns)
+        return True
+
+    def _run_instant(self, now_ns: int) -> None:
+        self.now_ns = now_ns
+        inbox = self._arrivals(now_ns)
+        active = self._active(now_ns, inbox)
+        for _ in range(LONGEST_INSTANT):
+            if not active:
+                return
+            self._step(active, now_ns, inbox)
+            inbox = self._arrivals(now_ns)
+            if not inbox and self._earliest_ns > now_ns:
+                return
+            active = self._active(now_ns, inbox)
+        raise RigError(
+            f"at {now_ns} ns {', '.join(sorted(inbox))} react to each other endlessly without time passing",
+            "give one of them a turnaround time, or the bus a bit rate",
+        )
+
+    def _active(self, now_ns: int, inbox: Mapping[str, Deliveries]) -> Collection[str]:
+        """Return the members that act at this instant, in the order of the configuration, which `_next_of` has."""
+        if len(inbox) == 1 and self._earliest_ns > now_ns:
+            return inbox
+        return [name for name, next_ns in self._next_of.items() if name in inbox or next_ns <= now_ns]
+
+    def _arrivals(self, now_ns: int) -> dict[str, Deliveries]:
+        """Return what each member receives, in the order of the buses."""
+        inbox: dict[str, Deliveries] = {}
+        for bus, model in self._models.items():
+            arrival_ns = model.next_ns()
+            if arrival_ns is None or arrival_ns > now_ns:
+                continue
+            for delivery in model.collect(now_ns):
+                if self.on_delivery is not None:
+                    self.on_delivery(self.buses[bus], delivery)
+                arrived = ((bus, delivery.message),)  # the same for all, for they may be many
+                if not inbox:
+                    inbox = dict.fromkeys(delivery.receivers, arrived)
+                    continue
+                for receiver in delivery.receivers:
+                    inbox[receiver] = (*inbox[receiver], *arrived) if receiver in inbox else arrived
+        return inbox
+
+    def _step(self, names: Collection[str], now_ns: int, inbox: Mapping[str, Deliveries]) -> None:
+        """Let the members react; those in processes of their own work at the same time as those here."""
+        here, next_of, deliveries_to = self._here, self._next_of, inbox.get
+        elsewhere = [name for name in names if name in self._elsewhere] if self._elsewhere else ()
+        for name in elsewhere:
+            self._elsewhere[name].begin(now_ns, deliveries_to(name, ()))
+        for name in [name for name in names if name in here] if elsewhere else names:
+            next_of[name] = here[name].react(now_ns, deliveries_to(name, ()))
+        self._fetch(elsewhere)
+        self._earliest_ns = min(next_of.values(), default=NEVER_NS)
+        if self._outside:
+            for name in names:
+                if name in self._outside:
+                    self._gather(self._outside[name].outbox)
+        self._hand_in(now_ns)
+        if self._watches:
+            self._tell(names)
+
+    def _fetch(self, names: Iterable[str]) -> None:
+        """Take the results of nodes in other processes."""
+        outbox = self._outbox
+        for name in names:
+            stepped = self._elsewhere[name].finish()
+            self._next_of[name] = NEVER_NS if stepped.next_ns is None else stepped.next_ns
+            outbox.listens += [(name, bus, interest) for bus, interest in stepped.listens]
+            outbox.sent += [(name, bus, message) for bus, message in stepped.sent]
+
+    def _gather(self, outbox: Outbox) -> None:
+        """Append the outbox of a member from outside, after all others."""
+        self._outbox.listens += outbox.listens
+        self._outbox.sent += outbox.sent
+        outbox.listens.clear()
+        outbox.sent.clear()
+
+    def _hand_in(self, now_ns: int) -> None:
+        """Pass everything to the buses: changes of interest first, then messages."""
+        models, outbox = self._models, self._outbox
+        if outbox.listens:
+            for name, bus, interest in outbox.listens:
+                models[bus].listen(now_ns, name, interest)
+            outbox.listens.clear()
+        last = None
+        for name, bus, message in outbox.sent:
+            if bus != last:
+                last, submit = bus, models[bus].submit
+            submit(now_ns, name, message)
+        outbox.sent.clear()
+
+    def _take_from_outside(self) -> None:
+        """Take what a test sent or set between steps."""
+        if self._outside:
+            for name, node in self._outside.items():
+                next_ns = node.clock.next_ns()
+                self._next_of[name] = NEVER_NS if next_ns is None else next_ns
+                self._gather(node.outbox)
+            self._earliest_ns = min(self._next_of.values())
+            self._hand_in(self.now_ns)
+
+
+def _unknown(sort: str, name: str, known: Iterable[str], other_sort: str, others: Iterable[str]) -> ControlError:
+    """Return the error for a name that is no device, or no bus, with what it may be instead."""
+    if isinstance(name, str) and name in others:
+        return ControlError(f"{name!r} is a {other_sort}, not a {sort}", closest("", list(known)))
+    return ControlError(f"the rig has no {sort} {name!r}", closest(name, list(known)))
+
+
+def _duration(duration_ns: int, call: str) -> int:
+    """Return a duration of a call.  ArgumentError for a negative one, or anything but whole nanoseconds."""
+    if type(duration_ns) is not int or duration_ns < 0:
+        raise ArgumentError(
+            f"{call} can't take {shown(duration_ns)}", "expected a duration in whole nanoseconds, such as 10 * MS"
+        )
+    return duration_ns

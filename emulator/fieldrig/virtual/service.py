@@ -1,0 +1,229 @@
+"""A rig in virtual time under `fieldrig up`: paced, paused, stepped, and controlled by messages.
+
+The rig runs in slices of `SLICE_S`, so that it answers questions even at full speed.
+"""
+
+import asyncio
+import time
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+from fieldrig.bus import Bus, Delivery
+from fieldrig.clock import NEVER_NS, S
+from fieldrig.config.rig_file import RigConfig
+from fieldrig.control.bus_questions import answers_of_bus
+from fieldrig.control.device_questions import answers
+from fieldrig.control.messages import Control
+from fieldrig.control.notices import Watched, look_on
+from fieldrig.control.question_words import asked
+from fieldrig.control.rig_status import rig_status
+from fieldrig.device import Value
+from fieldrig.errors import ControlError
+from fieldrig.hub.bus_stream import BusStream, OnDelivery
+from fieldrig.real.roster import Event, Report
+from fieldrig.system.exits import Exit
+from fieldrig.system.this_process import facts
+from fieldrig.virtual.rig import Rig
+
+SLICE_S = 0.01
+"""Length of a slice in real time."""
+FASTEST = 1e9
+"""Largest speed in times of real time; faster than any host."""
+BEHIND_S = 0.5
+"""Largest lag; a rig that lags further gives up the lost time."""
+
+
+class _Part:
+    """A bus or a device of the rig."""
+
+    def __init__(self, rig: Rig, name: str) -> None:
+        self._rig, self._name = rig, name
+
+    def add_fault(self, fault: Mapping[str, Any]) -> int:
+        return self._rig.add_fault(self._name, fault)
+
+    def clear_fault(self, number: int) -> None:
+        self._rig.clear_fault(self._name, number)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        return self._rig.faults(self._name)
+
+
+class VirtualPoints(_Part):
+    def facts(self) -> Mapping[str, Any]:
+        return {key: {"unit": unit} for key, unit in self._rig.keys(self._name).items()}
+
+    def get(self, key: str) -> Value:
+        return self._rig.get(self._name, key)
+
+    def set(self, key: str, value: Value) -> None:
+        self._rig.set(self._name, key, value)
+
+    def answer(self, question: str, message: Any) -> Any:
+        return self._rig.answer(self._name, question, message)
+
+
+class VirtualBus(_Part):
+    def statistics(self) -> dict[str, float]:
+        return self._rig.statistics(self._name)
+
+    def conditions(self) -> Mapping[str, str]:
+        return self._rig.conditions(self._name)
+
+
+class VirtualService:
+    def __init__(self, config: RigConfig, control: Control, report: Report) -> None:
+        self._config, self._control, self._report = config, control, report
+        self._loop = asyncio.get_running_loop()
+        self._ended: asyncio.Future[Exit] = self._loop.create_future()
+        self._may_run = asyncio.Event()
+        self._may_run.set()
+        self._listeners: dict[str, OnDelivery] = {}
+        self._speed = config.speed
+        self._started_s = time.monotonic()
+        self._base_s = self._loop.time()  # virtual time is paced from here: the host's time, and ours at that time
+        self._base_ns = 0
+
+    async def run(self) -> Exit:
+        """Run until `end` is called.  RigError if a device can't be built, or devices answer each other endlessly."""
+        with Rig(self._config) as self._rig:
+            self._serve()
+            await asyncio.sleep(0)  # what can be reached is printed meanwhile, before it is ready
+            self._rebase()
+            self.publish("ready")
+            pacer = self._loop.create_task(self._pace())
+            looking = self._loop.create_task(look_on(self._control, self._watched))
+            both: set[asyncio.Future[Any]] = {pacer, self._ended}
+            await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
+            self.publish("stopping")
+            looking.cancel()
+            if not pacer.done():
+                pacer.cancel()
+                await asyncio.wait({pacer})
+            for stream in self._streams:
+                stream.flush()
+            if not pacer.cancelled():
+                pacer.result()
+        return self._ended.result()
+
+    def end(self) -> None:
+        if not self._ended.done():
+            self._ended.set_result(Exit.OK)
+
+    def publish(self, what: str, text: str = "") -> None:
+        event = Event(what, "", text, time.time())
+        self._report(event)
+        self._control.publish("event", event._asdict())
+
+    def _serve(self) -> None:
+        control, rig = self._control, self._rig
+        self._streams = [
+            BusStream(control, bus, self._config.name, partial(self._listen, bus.name)) for bus in rig.buses.values()
+        ]
+        self._watched: list[Watched] = []
+        for bus in rig.buses:
+            subject = VirtualBus(rig, bus)
+            control.serve(f"bus/{bus}/*", answers_of_bus(subject))
+            self._watched.append(Watched(bus, subject.faults, subject.conditions))
+        for device in self._config.devices:
+            points = VirtualPoints(rig, device)
+            control.serve(f"device/{device}/*", answers(points))
+            self._watched.append(Watched(device, points.faults))
+        control.serve(f"process/{self._config.name}/status", self._process_status)
+        control.serve("rig/*", self._answer)
+
+    async def _answer(self, verb: str, message: Any) -> Any:
+        match verb, message:
+            case "status", _:
+                return self._status()
+            case "stop", _:
+                self.end()
+            case "pause", _:
+                self._may_run.clear()
+            case "run", {"speed": int() | float() | None as speed} if speed is None or 0 < speed <= FASTEST:
+                self._speed = speed
+                self._rebase()
+                self._may_run.set()
+            case "run", None:
+                self._rebase()
+                self._may_run.set()
+            case "step", {"ns": int(duration_ns)} if 0 <= duration_ns < NEVER_NS - self._rig.now_ns:
+                self._may_run.clear()
+                await self._run_until(self._rig.now_ns + duration_ns)
+            case _:
+                raise ControlError(f"this rig can't {asked(verb, message)}", "it can: status, stop, pause, run, step")
+        return {"now_ns": self._rig.now_ns, "is_paused": not self._may_run.is_set()}
+
+    async def _pace(self) -> None:
+        while True:
+            if not self._may_run.is_set():
+                await self._may_run.wait()
+                self._rebase()
+            if self._speed is None:
+                await self._run_until_asked()
+                continue
+            elapsed_s = self._loop.time() - self._base_s
+            target_ns = self._base_ns + round(elapsed_s * self._speed * S)
+            if self._slice(target_ns):
+                await asyncio.sleep(SLICE_S)
+            else:
+                await asyncio.sleep(0)
+                if target_ns - self._rig.now_ns > BEHIND_S * self._speed * S:
+                    self._rebase()
+
+    async def _run_until_asked(self) -> None:
+        """Run at full speed; a rig in which nothing ever happens stands still."""
+        next_ns = self._rig.next_ns()
+        if next_ns is None:
+            await asyncio.sleep(SLICE_S)
+        else:
+            self._slice(None)
+            await asyncio.sleep(0)
+
+    async def _run_until(self, until_ns: int) -> None:
+        while not self._slice(until_ns):
+            await asyncio.sleep(0)
+
+    def _slice(self, until_ns: int | None) -> bool:
+        """Work for one slice of real time, and return whether `until_ns` is reached."""
+        rig, give_up_s = self._rig, time.monotonic() + SLICE_S
+        while (next_ns := rig.next_ns()) is not None and (until_ns is None or next_ns <= until_ns):
+            rig.step()
+            if time.monotonic() > give_up_s:
+                return False
+        if until_ns is not None:
+            rig.run_until(until_ns)
+        return True
+
+    def _rebase(self) -> None:
+        self._base_s, self._base_ns = self._loop.time(), self._rig.now_ns
+
+    def _listen(self, bus: str, on_delivery: OnDelivery | None) -> None:
+        if on_delivery is None:
+            self._listeners.pop(bus, None)
+        else:
+            self._listeners[bus] = on_delivery
+        self._rig.on_delivery = self._on_delivery if self._listeners else None
+
+    def _on_delivery(self, bus: Bus[Any], delivery: Delivery[Any]) -> None:
+        listener = self._listeners.get(bus.name)
+        if listener is not None:
+            listener(delivery)
+
+    def _status(self) -> dict[str, Any]:
+        return {
+            **rig_status(self._config, self._started_s, lambda _device: self._config.name),
+            "run": None,
+            "state": "ready" if self._may_run.is_set() else "paused",
+            "now_ns": self._rig.now_ns,
+            "speed": self._speed,
+            "processes": {},
+        }
+
+    async def _process_status(self, _verb: str, _message: Any) -> dict[str, Any]:
+        return {
+            **facts(),
+            "state": "ready",
+            "buses": {name: self._rig.statistics(name) for name in self._rig.buses},
+        }
