@@ -10,12 +10,14 @@ with its buses' virtual kinds.  `--keep FOLDER` writes the deliveries themselves
 
 import argparse
 import hashlib
+import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, TextIO, get_origin
 
+from pydantic.fields import FieldInfo
 from rig_hands import START_ALL, SYNC, CanMaster, ModbusClient
 
 from fieldrig.bus import Bus, Delivery
@@ -52,15 +54,20 @@ def virtual(path: Path) -> RigConfig:
     for name, entry in config.buses.items():
         kind = bus_kinds_for("virtual", entry.bus.family)[0]
         known = settings_model(find_bus(kind)).model_fields
-        kept = {
-            key: value
-            for key, value in entry.bus.settings.model_dump(mode="json", exclude_defaults=True).items()
-            if key in known
+        dumped = entry.bus.settings.model_dump(mode="json", exclude_defaults=True)
+        kept = {key: value for key, value in dumped.items() if key in known and value is not None}
+        listed = {
+            key: value if _is_mapping(known[key]) else list(value)
+            for key, value in kept.items()
+            if isinstance(value, dict)
         }
-        listed = {key: list(value) if isinstance(value, dict) else value for key, value in kept.items()}
-        words = ", ".join(f"{key}: {value}" for key, value in listed.items() if value is not None)
+        words = ", ".join(f"{key}: {json.dumps(value)}" for key, value in {**kept, **listed}.items())
         overrides.append(f"buses.{name}={{kind: {kind}, {words}}}")
     return load(path, overrides)
+
+
+def _is_mapping(field: FieldInfo) -> bool:
+    return get_origin(field.annotation) is dict
 
 
 class Work:
