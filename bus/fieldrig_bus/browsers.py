@@ -39,7 +39,7 @@ class FirstLine:
     def __init__(self) -> None:
         self._seen = b""
         self.is_over = False
-        """True when the connection can't begin with a request of HTTP any more."""
+        """True when the connection cannot begin with a request of HTTP any more."""
 
     def is_request(self, data: bytes) -> bool:
         """Return whether the connection begins with a request, given its next bytes."""

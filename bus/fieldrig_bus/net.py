@@ -159,7 +159,7 @@ class TcpServer:
         try:
             self._server = await loop.create_server(lambda: _Entrance(self), host, port)
         except OSError as cause:
-            raise BusError(f"can't listen at {self.address}: {cause}", bind_remedy(cause)) from cause
+            raise BusError(f"cannot listen at {self.address}: {cause}", bind_remedy(cause)) from cause
 
     def let_in(self, transport: asyncio.Transport) -> None:
         """Make the protocol of a new connection, or close it."""

@@ -259,7 +259,7 @@ class Bus(ABC, Generic[M]):
     def check(self, message: Any) -> None:
         """Check a message before a member sends it.
 
-        TypeError for another type, or a field of another type; ValueError for a value that the medium can't carry.
+        TypeError for another type, or a field of another type; ValueError for a value that the medium cannot carry.
         """
         if not isinstance(message, self.messages):
             names = ", ".join(kind.__name__ for kind in self.messages)

@@ -129,7 +129,7 @@ class Device:
 
         `message` comes from outside.  ValueError: its first line says what is wrong, further lines what was expected.
         """
-        raise ValueError(f"this device can't answer {question}\nother kinds do, such as those with a program")
+        raise ValueError(f"this device cannot answer {question}\nother kinds do, such as those with a program")
 
     @classmethod
     def tools(cls, name: str, settings: Any, links: Mapping[str, Bus[Any]]) -> list[Tool]:

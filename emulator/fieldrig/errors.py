@@ -53,7 +53,7 @@ class UsageError(RigError):
 
 
 class ArgumentError(RigError, TypeError, ValueError):
-    """A call from Python has an argument that it can't take.  Python's own calls raise TypeError or ValueError then."""
+    """A call from Python has an argument that it cannot take.  Python's own raise TypeError or ValueError then."""
 
 
 class UnmetError(RigError):
@@ -61,7 +61,7 @@ class UnmetError(RigError):
 
 
 class BusError(RigError):
-    """A bus or one of its ports can't be opened."""
+    """A bus or one of its ports cannot be opened."""
 
 
 class RefusedError(RigError):

@@ -1,4 +1,4 @@
-"""Check and load generated Python, so that it can't reach anything but what it is given.
+"""Check and load generated Python, so that it cannot reach anything but what it is given.
 
 Programs of users and folded matrices become Python text that runs in this process, so every text is checked before it
 runs, whatever generated it.  The basic rules allow integers, the names that are given, and plain control flow:

@@ -63,7 +63,7 @@ class Settings(BaseModel):
         """Yield the wrong keys of a bus, given the devices of the rig file that are linked to it.
 
         `masters` are the members that claim to be the master of this bus.  A bus whose outside clients choose their
-        names can't refuse a name that it does not know.
+        names cannot refuse a name that it does not know.
         """
         yield from ()
 
@@ -112,7 +112,7 @@ def _existing_file(value: Any, info: ValidationInfo) -> Path:
             while file.read(_PIECE):  # whatever the disk has against it is found out here
                 pass
     except OSError as cause:
-        raise ValueError(f"{_short(str(value))} can't be read: {cause.strerror or cause}") from cause
+        raise ValueError(f"{_short(str(value))} cannot be read: {cause.strerror or cause}") from cause
     return found
 
 

@@ -91,7 +91,7 @@ def free_port() -> int:
 def return_port(port: int) -> None:
     """Give a port of `free_port` back, for programs that need many of them one after another."""
     if port not in _kept:
-        raise ArgumentError(f"port {shown(port)} can't be returned", "expected a port that free_port has given")
+        raise ArgumentError(f"port {shown(port)} cannot be returned", "expected a port that free_port has given")
     _kept.pop(port).close()
 
 

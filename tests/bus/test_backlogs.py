@@ -1,4 +1,4 @@
-"""One member can't make a bus hold an unlimited number of messages."""
+"""One member cannot make a bus hold an unlimited number of messages."""
 
 import pytest
 

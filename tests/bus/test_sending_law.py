@@ -1,4 +1,4 @@
-"""Sending a message that can't be on the bus raises at the sender: every installed kind of bus, at every end.
+"""Sending a message that cannot be on the bus raises at the sender: every installed kind of bus, at every end.
 
 Each installed kind is included automatically; a kind with messages of its own needs rows for them in `sendable`.
 """
@@ -42,10 +42,10 @@ def check_law(bus: Bus[Any], link: Link[Any]) -> None:
         with pytest.raises((TypeError, ValueError)) as raised:
             link.send(wrong)
         assert type(raised.value) in (TypeError, ValueError), wrong
-        assert str(raised.value).startswith("io can't send "), wrong
+        assert str(raised.value).startswith("io cannot send "), wrong
         assert " on bus0: " in str(raised.value), wrong
     for wrong in BAD_INTERESTS:
-        with pytest.raises((TypeError, ValueError), match=r"^io can't listen to .* on bus0: "):
+        with pytest.raises((TypeError, ValueError), match=r"^io cannot listen to .* on bus0: "):
             link.on_receive(lambda _: None, wrong)
 
 

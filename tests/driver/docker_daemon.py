@@ -2,7 +2,7 @@
 
 Where a daemon answers, it is used as it is.  Where none does and we are root, one is started on a socket of its own
 and stopped at the end; its images stay in ~/.cache/fieldrig, so that the next run is quick.  Where the base image
-can't be pulled, the daemon of ours gets a stand-in of Debian packages under the same name; a foreign daemon never does.
+cannot be pulled, our daemon gets a stand-in of Debian packages under the same name; a foreign daemon never does.
 """
 
 import fcntl
@@ -104,7 +104,7 @@ def _provide_base(environment: Mapping[str, str]) -> None:
         return
     if _docker(environment, "pull", BASE, limit_s=PULL_LIMIT_S).returncode == 0:
         return
-    sys.stdout.write(f"docker: {BASE} can't be pulled; a stand-in is made of Debian packages (a minute)\n")
+    sys.stdout.write(f"docker: {BASE} cannot be pulled; a stand-in is made of Debian packages (a minute)\n")
     sys.stdout.flush()
     with tempfile.TemporaryDirectory(prefix="fieldrig-base-") as folder:
         root = Path(folder)

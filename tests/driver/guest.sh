@@ -40,7 +40,7 @@ move_in() {
     mount -t hostfs -o "$job" none $root/run/job || give_up "no job folder"
     while read -r folder; do
         mkdir -p "$root$folder"
-        mount -t hostfs -o "$folder" none "$root$folder" || give_up "can't write to $folder"
+        mount -t hostfs -o "$folder" none "$root$folder" || give_up "cannot write to $folder"
     done < "$job/writable"
     exec chroot $root /bin/sh /run/job/guest.sh inside
 }

@@ -26,7 +26,7 @@ if ! "$python" -c 'import ensurepip, venv' 2> /dev/null; then
         apt-get -qq update
         DEBIAN_FRONTEND=noninteractive apt-get -qq install --yes --no-install-recommends "$package" > /dev/null
     else
-        echo "this Python can't make a virtual environment; do: apt-get install $package" >&2
+        echo "this Python cannot make a virtual environment; do: apt-get install $package" >&2
         exit 1
     fi
 fi

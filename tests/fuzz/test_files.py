@@ -172,7 +172,7 @@ def _use(device: Storing) -> None:
 @SLOWEST
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_device_starts_on_whatever_its_store_holds(kind: str, inputs_a_target: int) -> None:
-    """The checksum of the file has no mistakes: only the device itself can tell what it can't have saved."""
+    """The checksum of the file has no mistakes: only the device itself can tell what it cannot have saved."""
     power_on = KINDS[kind]
     good = MemoryStore()
     power_on(good).write(7)

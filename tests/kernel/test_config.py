@@ -286,10 +286,10 @@ def test_a_mistake_in_the_file_is_explained(refused: Refused, text: str, what: s
 
 
 def test_a_file_that_is_not_there_or_not_text_is_a_mistake(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match=r"no\.yaml: it can't be read: No such file or directory"):
+    with pytest.raises(ConfigError, match=r"no\.yaml: it cannot be read: No such file or directory"):
         load(tmp_path / "no.yaml")
     (tmp_path / "latin.yaml").write_bytes(b"time: r\xe9al")
-    with pytest.raises(ConfigError, match=r"latin\.yaml: it can't be read: it is not UTF-8 text"):
+    with pytest.raises(ConfigError, match=r"latin\.yaml: it cannot be read: it is not UTF-8 text"):
         load(tmp_path / "latin.yaml")
 
 
@@ -359,7 +359,7 @@ def test_a_file_name_that_no_system_takes_is_refused_wherever_it_stands(refused:
 def test_a_file_that_gives_an_io_error_is_refused_with_its_key(refused: Refused) -> None:
     text = LINES + f'      io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}, file: /proc/self/mem}}\n'
     (mistake,) = refused(text)
-    assert mistake.startswith("rig.yaml:6: devices.io.file: /proc/self/mem can't be read: Input/output error")
+    assert mistake.startswith("rig.yaml:6: devices.io.file: /proc/self/mem cannot be read: Input/output error")
     assert "Input/output error" in refused("extends: /proc/self/mem\n")[0]
 
 
@@ -624,8 +624,8 @@ def test_an_override_with_null_takes_a_device_away(loaded: Loaded) -> None:
 @pytest.mark.parametrize(
     ("override", "what", "remedy"),
     [
-        ("seed", "it can't be read as an override", "expected a key and a value, such as buses.can0.bitrate=250000"),
-        ("seed=[", "it can't be read as an override", "expected a key and a value, such as buses.can0.bitrate=250000"),
+        ("seed", "it cannot be read as an override", "expected a key and a value, such as buses.can0.bitrate=250000"),
+        ("seed=[", "it cannot be read as an override", "expected a key and a value, such as buses.can0.bitrate=250000"),
         ("seed.x=1", "seed.x: seed holds no keys", "expected a key of the rig file"),
         ("buses.canO.bitrate=1", "buses.canO.bitrate: there is no bus 'canO'", "did you mean can0?"),
         ("devices.oi.after=[]", "devices.oi.after: there is no device 'oi'", "there are: io, reader"),

@@ -1,4 +1,4 @@
-"""Advice before the start: a process each can't keep a cycle on this number of cores, and the line that helps."""
+"""Advice before the start: a process each cannot keep a cycle on this number of cores, and the line that helps."""
 
 from pathlib import Path
 from typing import Any

@@ -47,7 +47,7 @@ def test_the_control_service_passes_on_what_it_does_not_know_itself() -> None:
             return await control(verb, message)
 
         assert asyncio.run(answer("rethrow", {"times": 1}))["throws"] == 2
-        with pytest.raises(ControlError, match="this device can't answer dance"):
+        with pytest.raises(ControlError, match="this device cannot answer dance"):
             asyncio.run(answer("dance", None))
-        with pytest.raises(ControlError, match="a device can't get"):
+        with pytest.raises(ControlError, match="a device cannot get"):
             asyncio.run(answer("get", 5))

@@ -45,7 +45,7 @@ def test_a_kind_that_is_not_there_brings_the_closest() -> None:
     [
         (
             "nowhere:Press",
-            "nowhere can't be imported: No module named 'nowhere'",
+            "nowhere cannot be imported: No module named 'nowhere'",
             "the module must lie beside the rig file or be installed",
         ),
         ("config_kinds:Nod", "config_kinds has no Nod", "did you mean Node?"),
@@ -71,7 +71,7 @@ def test_a_class_that_leaves_out_methods_of_a_bus_is_refused() -> None:
 def test_a_module_that_is_not_python_is_explained(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "slip_of_the_pen.py").write_text("class Press(Device:\n")
     monkeypatch.syspath_prepend(str(tmp_path))
-    with pytest.raises(RigError, match=r"slip_of_the_pen can't be imported: .*line 1"):
+    with pytest.raises(RigError, match=r"slip_of_the_pen cannot be imported: .*line 1"):
         kinds.find_device("slip_of_the_pen:Press")
 
 
@@ -109,7 +109,7 @@ def test_a_parameter_that_is_nothing_known_is_explained() -> None:
 
 
 def test_an_annotation_that_leads_nowhere_is_explained() -> None:
-    with pytest.raises(RigError, match=r"config_kinds.Dangling can't be read: name 'Clokc' is not defined"):
+    with pytest.raises(RigError, match=r"config_kinds.Dangling cannot be read: name 'Clokc' is not defined"):
         links("Dangling")
 
 

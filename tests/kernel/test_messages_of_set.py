@@ -10,5 +10,5 @@ from fieldrig.cli.app import app
 def test_a_number_that_no_point_can_have_is_named_with_its_point(number: str) -> None:
     done = CliRunner().invoke(app, ["set", f"tank/level={number}"])
     assert done.exit_code == 2
-    assert "tank/level can't be" in done.stderr
+    assert "tank/level cannot be" in done.stderr
     assert "JSON" not in done.stderr

@@ -86,14 +86,14 @@ def test_a_call_may_write_points_but_not_run_the_rig(rig: Rig) -> None:
     rig.run_until(10 * MS)
     assert rig.get("slow/throws") == 200
     rig.on_change("slow/throws", lambda _: rig.run_for(MS))
-    with pytest.raises(RigError, match="a call of on_change can't run the rig"):
+    with pytest.raises(RigError, match="a call of on_change cannot run the rig"):
         rig.run_until(20 * MS)
 
 
 def test_a_watch_needs_a_point_and_a_function(rig: Rig) -> None:
     with pytest.raises(ControlError, match=r"dice has no value 'throw'\n  did you mean throws\?"):
         rig.on_change("dice/throw", print)
-    with pytest.raises(ArgumentError, match="on_change can't call 5\n  expected a function"):
+    with pytest.raises(ArgumentError, match="on_change cannot call 5\n  expected a function"):
         rig.on_change("dice/throws", 5)  # type: ignore[arg-type]
 
 

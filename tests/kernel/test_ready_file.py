@@ -65,7 +65,7 @@ def test_a_disk_that_refuses_the_file_ends_nothing_and_is_told_once(
     async def rig() -> None:
         with ready_file(tmp_path, "all", lambda: True):
             await asyncio.sleep(10 * PERIOD_S)
-            assert caplog.text.count("can't be written, so health checks will fail") == 1
+            assert caplog.text.count("cannot be written, so health checks will fail") == 1
             (tmp_path / "ready").unlink()
             await asyncio.sleep(2 * PERIOD_S)
             assert is_healthy(tmp_path)

@@ -131,7 +131,7 @@ def test_points_are_read_and_written(processes: str) -> None:
         rig.set("one", "throws", 40)
         rig.run_until(30 * MS)
         assert rig.get("one", "throws") == 41
-        with pytest.raises(ControlError, match="throws can't be -1: throws are counted from 0"):
+        with pytest.raises(ControlError, match="throws cannot be -1: throws are counted from 0"):
             rig.set("one", "throws", -1)
         with pytest.raises(ControlError, match="one has no value 'thorws'"):
             rig.get("one", "thorws")

@@ -173,21 +173,21 @@ async def test_a_new_service_finds_processes_that_joined_the_last_one(bench: Ben
 
 @on_bench
 async def test_strangers_and_unknown_verbs_are_refused(bench: Bench) -> None:
-    with pytest.raises(ControlError, match="this rig can't join process three, pid 1"):
+    with pytest.raises(ControlError, match="this rig cannot join process three, pid 1"):
         await bench.line.answer("join", {"process": "three", "pid": 1})
-    with pytest.raises(ControlError, match="can't step"):
+    with pytest.raises(ControlError, match="cannot step"):
         await bench.line.answer("step", None)
     garbage: list[Any] = [None, [], {"process": "one"}, {"process": 1, "pid": 1}]
     for message in garbage:
-        with pytest.raises(ControlError, match="this rig can't join"):
+        with pytest.raises(ControlError, match="this rig cannot join"):
             await bench.line.answer("join", message)
 
 
 @on_bench
 async def test_a_warning_of_a_process_is_an_event_and_nothing_else_is(bench: Bench) -> None:
-    bench.line.heard["warning"]("one", {"text": "one can't store anything: No space left on device"})
+    bench.line.heard["warning"]("one", {"text": "one cannot store anything: No space left on device"})
     assert [(event.what, event.process, event.text) for event in bench.events] == [
-        ("warning", "one", "one can't store anything: No space left on device")
+        ("warning", "one", "one cannot store anything: No space left on device")
     ]
     garbage: list[tuple[str, Any]] = [("three", {"text": "x"}), ("one", None), ("one", {"text": 1}), ("one", ["text"])]
     for name, message in garbage:

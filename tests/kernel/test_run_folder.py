@@ -55,5 +55,5 @@ def test_a_folder_too_deep_for_unix_sockets_is_refused(tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(RigError, match="can't be made"):
+    with pytest.raises(RigError, match="cannot be made"):
         RunFolder(tmp_path / "file" / "lab").claim([])

@@ -75,7 +75,7 @@ def test_conflicts_are_reported_once_the_entries_are_right(file: Path) -> None:
 
 @pytest.mark.parametrize(
     ("content", "what"),
-    [(b"mode: [", "not YAML"), (b"\xff", "it is not UTF-8 text"), (b"- mode", "doesn't fit"), (None, "can't be read")],
+    [(b"mode: [", "not YAML"), (b"\xff", "it is not UTF-8 text"), (b"- mode", "doesn't fit"), (None, "cannot be read")],
 )
 def test_a_file_that_is_none_is_one_mistake(file: Path, content: bytes | None, what: str) -> None:
     if content is not None:

@@ -55,7 +55,7 @@ def test_a_blank_file_and_one_that_cant_be_read_are_refused(tmp_path: Path, monk
     with pytest.raises(ConfigError, match="the token is empty"):
         token()
     monkeypatch.setenv(FILE_VARIABLE, str(tmp_path))
-    with pytest.raises(ConfigError, match="can't be read"):
+    with pytest.raises(ConfigError, match="cannot be read"):
         token()
     monkeypatch.setenv(FILE_VARIABLE, "")
     with pytest.raises(ConfigError, match="FIELDRIG_TOKEN_FILE"):

@@ -261,7 +261,7 @@ def test_a_disk_that_accepts_nothing_leaves_the_old_and_is_reported_once(
     store.save(NEW)
     assert store.load() == NEW
     assert [record.getMessage() for record in caplog.records] == [
-        f"{tmp_path / 'node.bin'} can't be stored: {os.strerror(refusal)}; the old content is kept",
+        f"{tmp_path / 'node.bin'} cannot be stored: {os.strerror(refusal)}; the old content is kept",
         f"{tmp_path / 'node.bin'} can be stored again",
     ]
 

@@ -269,7 +269,7 @@ def test_a_device_is_not_late_while_the_hub_that_it_attaches_to_is_being_restart
 def test_a_restart_that_the_system_refuses_is_tried_again_until_it_succeeds_and_is_told_once() -> None:
     bench, code = run(1000, refusals=20, lamp=[die, live_for_ever])
     assert code == Exit.OK
-    assert bench.texts("late") == ["it can't be started: Too many open files; trying again until it can"]
+    assert bench.texts("late") == ["it cannot be started: Too many open files; trying again until it can"]
     pauses_s = [later - earlier for earlier, later in zip(bench.lamp.asked_s[1:], bench.lamp.asked_s[2:], strict=False)]
     assert len(pauses_s) == 20
     assert FIRST_PAUSE_S < min(pauses_s) <= max(pauses_s) == pytest.approx(LONGEST_PAUSE_S)

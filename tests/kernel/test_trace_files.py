@@ -75,7 +75,7 @@ def test_an_unknown_ending_is_refused_with_those_that_are_known(tmp_path: Path) 
     with pytest.raises(RigError, match="no format of traces ends in") as refused:
         write([], tmp_path / "x.doc")
     assert ".jsonl" in refused.value.remedy
-    with pytest.raises(RigError, match="can't be read"):
+    with pytest.raises(RigError, match="cannot be read"):
         list(read(tmp_path / "missing.jsonl"))
 
 
@@ -117,7 +117,7 @@ def test_a_recorder_takes_no_more_than_it_was_asked_for(tmp_path: Path) -> None:
 def test_a_format_says_what_it_does_not_know(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "x.log")  # candump: CAN only
     recorder.take("wires", batch(0, "01"))
-    assert "0 messages; 1 are of kinds that this format can't hold" in recorder.close()
+    assert "0 messages; 1 are of kinds that this format cannot hold" in recorder.close()
 
 
 class Disk:
@@ -222,4 +222,4 @@ def test_a_format_that_writes_at_the_end_says_what_is_missing_too(
     disk.is_roomy = True
     recorder = Recorder(tmp_path / "x.vcd")
     recorder.take("wires", batch(0, level, level, "01"))
-    assert recorder.close() == f"{tmp_path}/x.vcd: 2 messages; 1 are of kinds that this format can't hold"
+    assert recorder.close() == f"{tmp_path}/x.vcd: 2 messages; 1 are of kinds that this format cannot hold"

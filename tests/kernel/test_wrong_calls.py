@@ -40,27 +40,27 @@ DURATION = "expected a duration in whole nanoseconds, such as 10 \\* MS"
 
 WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
     "run_until": [
-        ((5 * MS,), (r"run_until can't go back to 0.005 s: the rig is at 0.02 s", r"run_for\(10 \* MS\)")),
-        ((-1,), (r"run_until can't go back to -0.000000001 s", r"run_for\(10 \* MS\)")),
+        ((5 * MS,), (r"run_until cannot go back to 0.005 s: the rig is at 0.02 s", r"run_for\(10 \* MS\)")),
+        ((-1,), (r"run_until cannot go back to -0.000000001 s", r"run_for\(10 \* MS\)")),
         ((1.5,), ("time is a whole number of nanoseconds, not 1.5", r"round\(seconds")),
         (("10",), ("time is a whole number of nanoseconds, not '10'", r"round\(seconds")),
     ],
-    "run_for": [((-1,), (r"run_for can't take -1", DURATION)), ((0.5,), (r"run_for can't take 0.5", DURATION))],
+    "run_for": [((-1,), (r"run_for cannot take -1", DURATION)), ((0.5,), (r"run_for cannot take 0.5", DURATION))],
     "until": [
-        ((False, S), (r"until can't take False", "expected a function, such as until\\(lambda: rig")),
-        ((lambda: True, -1), (r"until can't take -1", DURATION)),
+        ((False, S), (r"until cannot take False", "expected a function, such as until\\(lambda: rig")),
+        ((lambda: True, -1), (r"until cannot take -1", DURATION)),
     ],
     "on_change": [
         (("dise/throws", print), NO_DEVICE),
         (("can0/load", print), A_BUS),
         (("dice/throw", print), ("dice has no value 'throw'", "did you mean throws")),
         (("dice", print), ("'dice' is not a point", "expected DEVICE/KEY")),
-        (("dice/throws", None), (r"on_change can't call None", "expected a function")),
+        (("dice/throws", None), (r"on_change cannot call None", "expected a function")),
     ],
     "attach": [
         (("dice",), ("the rig already has a member 'dice'", "choose another name")),
-        ((5,), (r"a member can't be called 5", "expected a name")),
-        (("",), (r"a member can't be called ''", "expected a name")),
+        ((5,), (r"a member cannot be called 5", "expected a name")),
+        (("",), (r"a member cannot be called ''", "expected a name")),
     ],
     "keys": [
         (("dise",), NO_DEVICE),
@@ -78,21 +78,21 @@ WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
         (("dise/throws", 1), NO_DEVICE),
         (("can0/load", 1), A_BUS),
         (("dice/throw", 1), ("dice has no value 'throw'", "did you mean throws")),
-        (("dice/throws", None), (r"throws can't be None", "expected a number, a text, true or false")),
-        (("dice/throws", [1]), (r"throws can't be \[1\]", "expected a number, a text, true or false")),
-        (("dice/throws", -1), (r"throws can't be -1", "throws are counted from 0")),
-        (("dice/throws",), (r"'dice/throws' can't be set to nothing", "expected a value")),
+        (("dice/throws", None), (r"throws cannot be None", "expected a number, a text, true or false")),
+        (("dice/throws", [1]), (r"throws cannot be \[1\]", "expected a number, a text, true or false")),
+        (("dice/throws", -1), (r"throws cannot be -1", "throws are counted from 0")),
+        (("dice/throws",), (r"'dice/throws' cannot be set to nothing", "expected a value")),
     ],
     "answer": [
         (("dise", "rethrow", None), NO_DEVICE),
         (("can0", "rethrow", None), A_BUS),
-        (("dice", "dance", None), (r"this device can't answer dance", "")),
+        (("dice", "dance", None), (r"this device cannot answer dance", "")),
     ],
     "statistics": [(("can",), NO_BUS), (("dice",), A_DEVICE), (([],), (r"the rig has no bus \[\]", "there are"))],
     "conditions": [(("can",), NO_BUS), (("dice",), A_DEVICE)],
     "add_fault": [
         (("can", {"what": "drop"}), NO_PART),
-        (("can0", "drop"), (r"a fault can't be 'drop'", "expected a mapping")),
+        (("can0", "drop"), (r"a fault cannot be 'drop'", "expected a mapping")),
         (("can0", {"what": "drip"}), ("can0: .*drip", "")),
         (("dice", {"what": "loadet"}), ("dice: .*loadet", "loaded")),
         (("wires", {"what": "drop"}), ("wires: this bus takes no faults", "kinds that do")),
@@ -100,7 +100,7 @@ WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
     "clear_fault": [
         (("can", 1), NO_PART),
         (("can0", 1), ("can0: there is no fault 1", "")),
-        (("dice", "1"), (r"a fault can't have the number '1'", "expected what add_fault returned")),
+        (("dice", "1"), (r"a fault cannot have the number '1'", "expected what add_fault returned")),
     ],
     "faults": [(("can",), NO_PART), ((None,), ("the rig has no bus or device None", "there are"))],
 }
@@ -151,20 +151,20 @@ def test_a_closed_rig_does_nothing_any_more(call: str) -> None:
 @pytest.mark.parametrize(
     ("call", "what"),
     [
-        (lambda: load(_any(5)), r"a rig file can't be 5\n  expected a path, such as load"),
-        (lambda: load(_any(None)), r"a rig file can't be None"),
-        (lambda: load(FILE, "seed=3"), r"overrides can't be 'seed=3'\n  expected a list"),
-        (lambda: load(FILE, [_any(5)]), r"overrides can't be \[5\]"),
-        (lambda: from_dict(_any("rig.yaml")), r"a rig can't be 'rig.yaml'"),
-        (lambda: Rig(_any("rig.yaml")), r"a rig can't be made of 'rig.yaml'\n  write Rig\(load"),
+        (lambda: load(_any(5)), r"a rig file cannot be 5\n  expected a path, such as load"),
+        (lambda: load(_any(None)), r"a rig file cannot be None"),
+        (lambda: load(FILE, "seed=3"), r"overrides cannot be 'seed=3'\n  expected a list"),
+        (lambda: load(FILE, [_any(5)]), r"overrides cannot be \[5\]"),
+        (lambda: from_dict(_any("rig.yaml")), r"a rig cannot be 'rig.yaml'"),
+        (lambda: Rig(_any("rig.yaml")), r"a rig cannot be made of 'rig.yaml'\n  write Rig\(load"),
         (lambda: Rig(from_dict({"time": "virtual"}), stores={"dice": _any(None)}), "the rig has no device 'dice'"),
-        (lambda: LiveRig(_any(5)), r"a rig can't be started from 5\n  expected a path"),
+        (lambda: LiveRig(_any(5)), r"a rig cannot be started from 5\n  expected a path"),
         (
             lambda: LiveRig(FILE, _any(3)),
-            "a rig can't be started from .*, 3\n  expected a path, and overrides as texts",
+            "a rig cannot be started from .*, 3\n  expected a path, and overrides as texts",
         ),
         (lambda: plain_forms("can.clam").__enter__(), r"there is no shortcut 'can.clam'"),
-        (lambda: return_port(-1), r"port -1 can't be returned\n  expected a port that free_port has given"),
+        (lambda: return_port(-1), r"port -1 cannot be returned\n  expected a port that free_port has given"),
     ],
 )
 def test_a_rig_is_not_made_of_anything_else(call: Callable[[], object], what: str) -> None:

@@ -42,7 +42,7 @@ MARKS = "manual and not system and not real and not docker and not long"
 LIMIT_S = 300
 RECORDING_S = 1800
 AT_ONCE = 2
-PASSED, FAILED, INTERRUPTED, NOT_FOUND = 0, 1, 2, 4  # exit codes of pytest; the last two if a module can't be imported
+PASSED, FAILED, INTERRUPTED, NOT_FOUND = 0, 1, 2, 4  # exit codes of pytest; the last two if a module cannot be imported
 
 Tests = dict[str, list[str]]
 """The tests of each row."""
@@ -191,7 +191,7 @@ class Copy:
         arguments = (f"--timeout={RECORDING_S}", "-p", "tests.mutation.record", *files)
         code = self.pytest(*arguments, report=file, limit_s=RECORDING_S)
         if code not in (PASSED, FAILED):
-            raise SystemExit(f"the tests can't be recorded (exit code {code})")
+            raise SystemExit(f"the tests cannot be recorded (exit code {code})")
         recorded: Recorded = json.loads(self._everywhere(file.read_text()))
         return recorded
 

@@ -91,8 +91,8 @@ def run_rig(folder: Path) -> None:
             "degraded",
             {"drive": "No space left on device"},
         )
-        assert "drive can't store anything: No space left on device" in rig.tool("status").stdout
-        assert rig.log("drive").count("can't be stored") == 1, rig.log("drive")
+        assert "drive cannot store anything: No space left on device" in rig.tool("status").stdout
+        assert rig.log("drive").count("cannot be stored") == 1, rig.log("drive")
         disk.fill(False)
         assert rig.json("status")["state"] == "ready"
         assert master.ask("06 0000 0003") == "0600000003"

@@ -46,7 +46,7 @@ class PlainNode:
         self.faults: list[RingFault] = []
         self.cycles = 0
         self.refused: frozenset[int] = frozenset()
-        """The items that it can't have."""
+        """The items that it cannot have."""
         self.silent: frozenset[int] = frozenset()
         """The inputs that don't report."""
         self.end.start()

@@ -115,7 +115,7 @@ GOOD: dict[type, list[Any]] = {
 
 BAD: dict[type, list[Any]] = {
     Words: [Words(2047, (0, 0)), Words(2048, (0,)), Words(-1, (0,)), Words(0, (0x1_0000,)), Words(0, (_any(1.0),))],
-    CanFrame: [],  # a wrong one can't be made: tests/bus/can/test_frame.py
+    CanFrame: [],  # a wrong one cannot be made: tests/bus/can/test_frame.py
     CanControl: [CanControl(_any(1)), CanControl(None, _any("no")), CanControl(recover=_any(None))],
     BitRate: [BitRate(0), BitRate(-5), BitRate(1 << 40), BitRate(_any(125e3)), BitRate(_any("125000"))],
     # These are a controller's to say, and the bus's, never a member's.

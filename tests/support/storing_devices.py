@@ -131,7 +131,7 @@ def _controller(store: Store) -> Storing:
             return refused.what
         return "saved"
 
-    refused = "command can't be 'save parameters': the flash disk cannot be written: No space left on device"
+    refused = "command cannot be 'save parameters': the flash disk cannot be written: No space left on device"
     return Storing(write, lambda: int(bench.get("MsgFilter")) & 0xFF, "saved", refused)
 
 

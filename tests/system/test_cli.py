@@ -116,7 +116,7 @@ def test_get_and_set(rig: RunningRig) -> None:
         (("new", "labb"), 2, "did you mean lab?"),
         (("wach", "wires"), 2, "Did you mean 'watch'?"),
         (("set", "lamp/colour"), 2, "such as tank/level=1.25"),
-        (("step", "1ms"), 6, "this rig can't step"),
+        (("step", "1ms"), 6, "this rig cannot step"),
         (("step", "soon"), 2, "such as 10ms"),
         (("watch", "can0"), 6, "there are: wires"),
         (("watch", "can0", "lamp/on"), 2, "not both at once"),
@@ -172,7 +172,7 @@ def test_a_trace_into_which_nothing_was_written_is_a_failure(rig: RunningRig) ->
     strange = rig.tool("trace", "record", "some.log", "wires", "-n", "5")  # candump holds CAN only
     assert (strange.returncode, strange.stderr.splitlines()[0]) == (
         2,
-        "error: some.log: 0 messages; 5 are of kinds that this format can't hold",
+        "error: some.log: 0 messages; 5 are of kinds that this format cannot hold",
     )
     (rig.folder / "full.jsonl").symlink_to("/dev/full")
     full = rig.tool("trace", "record", "full.jsonl", "wires", "-n", "5")

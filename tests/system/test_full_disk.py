@@ -37,7 +37,7 @@ def can_mount(folder: Path) -> bool:
 def test_a_full_disk_is_refused_and_recovered_from(tmp_path_factory: pytest.TempPathFactory, what: str) -> None:
     folder = tmp_path_factory.mktemp("d")
     if not can_mount(tmp_path_factory.getbasetemp()):
-        assert not (os.environ.get("CI") == "true" and os.geteuid() == 0), "root in CI can't mount a tmpfs"
+        assert not (os.environ.get("CI") == "true" and os.geteuid() == 0), "root in CI cannot mount a tmpfs"
         pytest.skip("a tmpfs in a mount namespace of its own (unshare, as root)")
     done = on_a_small_disk(folder, sys.executable, full_disk.__file__, what, str(folder))
     assert done.returncode == 0, done.stdout + done.stderr

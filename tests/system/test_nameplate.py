@@ -115,7 +115,7 @@ def test_what_is_wrong_is_said(rig: EncoderRig) -> None:
     number = rig.tool("fault", "second", "memory").stdout.strip()
     done = rig.tool("nameplate", "read", "--port", rig.socket)
     assert (done.returncode, done.stdout) == (Exit.REFUSED, "")
-    assert "the encoder's memory can't be read" in done.stderr
+    assert "the encoder's memory cannot be read" in done.stderr
     rig.tool("fault", "second", "--clear", number)
     done = rig.tool("nameplate", "read", "--port", rig.socket, "--code", "12")
     assert (done.returncode, "wrong access code" in done.stderr) == (Exit.REFUSED, True)
@@ -124,7 +124,7 @@ def test_what_is_wrong_is_said(rig: EncoderRig) -> None:
     done = rig.tool("nameplate", "read", "--port", rig.socket, "--address", "FF")
     assert done.returncode == Exit.OK
     done = rig.tool("nameplate", "read", "--port", "no/such/port")
-    assert (done.returncode, "can't open no/such/port" in done.stderr) == (Exit.CANNOT_START, True)
+    assert (done.returncode, "cannot open no/such/port" in done.stderr) == (Exit.CANNOT_START, True)
 
 
 @pytest.mark.parametrize(
@@ -135,8 +135,8 @@ def test_what_is_wrong_is_said(rig: EncoderRig) -> None:
         (["edit", "motor.yaml"], "no change is given"),
         (["edit", "motor.yaml", "--set", "rated_current_a"], "KEY=VALUE"),
         (["edit", "motor.yaml", "--set", "colour=red"], "there is no such key"),
-        (["show", "no.yaml"], "can't be read"),
-        (["write", "no.yaml", "--port", "x"], "can't be read"),
+        (["show", "no.yaml"], "cannot be read"),
+        (["write", "no.yaml", "--port", "x"], "cannot be read"),
     ],
 )
 def test_wrong_usage_is_explained(rig: EncoderRig, words: list[str], says: str) -> None:

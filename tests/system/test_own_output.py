@@ -49,7 +49,7 @@ class ShellRig(RunningRig):
 @pytest.mark.parametrize(
     ("redirections", "options", "said"),
     [
-        (">/dev/full 2>said", (), f"standard output can't be written: {NO_SPACE}; the rig goes on\n"),
+        (">/dev/full 2>said", (), f"standard output cannot be written: {NO_SPACE}; the rig goes on\n"),
         (">/dev/full 2>said", ("--quiet",), "lamp died"),
         (">said 2>/dev/full", (), "lamp died"),
         (">/dev/full 2>&1", (), None),
@@ -86,7 +86,7 @@ def test_a_command_whose_output_is_lost_says_so_and_fails(command: tuple[str, ..
             text=True,
             check=False,
         )
-        assert (done.returncode, done.stderr) == (2, f"error: the output can't be written: {NO_SPACE}\n")
+        assert (done.returncode, done.stderr) == (2, f"error: the output cannot be written: {NO_SPACE}\n")
 
 
 @pytest.mark.parametrize("redirection", ["2>/dev/full", "2>&-", ">/dev/full 2>&1", "0<&- >&- 2>&-"])
@@ -110,11 +110,11 @@ def test_a_supervisor_without_free_descriptors_starts_a_process_again_when_it_ha
         limits = resource.prlimit(rig.process.pid, resource.RLIMIT_NOFILE)
         resource.prlimit(rig.process.pid, resource.RLIMIT_NOFILE, (3, limits[1]))
         os.kill(lamp, signal.SIGKILL)
-        until(lambda: "lamp late: it can't be started: Too many open files; trying again" in rig.output())
+        until(lambda: "lamp late: it cannot be started: Too many open files; trying again" in rig.output())
         assert rig.process.poll() is None
         resource.prlimit(rig.process.pid, resource.RLIMIT_NOFILE, limits)
         rig.until_back("lamp")
-        assert rig.output().count("can't be started") == 1
+        assert rig.output().count("cannot be started") == 1
         assert rig.end() == 0
 
 
@@ -139,7 +139,7 @@ def test_a_quiet_rig_says_when_a_store_is_full_and_when_it_is_not(tmp_path: Path
         state.rmdir()  # nothing is stored yet
         state.write_text("no folder")
         _write(port)
-        until(lambda: "drive can't store anything: File exists" in rig.output())
+        until(lambda: "drive cannot store anything: File exists" in rig.output())
         assert rig.json("status")["state"] == "degraded"
         state.unlink()
         _write(port)

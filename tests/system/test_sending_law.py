@@ -83,7 +83,7 @@ def test_a_tool_cannot_send_what_the_bus_refuses(tmp_path: Path) -> None:
 
 def check(link: Any, wrong: list[Any]) -> None:
     for message in wrong:
-        with pytest.raises((TypeError, ValueError), match=re.escape("io can't send ") + r".* on bus0: "):
+        with pytest.raises((TypeError, ValueError), match=re.escape("io cannot send ") + r".* on bus0: "):
             link.send(message)
-    with pytest.raises((TypeError, ValueError), match=r"io can't listen to .* on bus0: "):
+    with pytest.raises((TypeError, ValueError), match=r"io cannot listen to .* on bus0: "):
         link.on_receive(lambda _: None, [object()])

@@ -247,7 +247,7 @@ def test_a_taken_port_is_named_with_its_remedy(free_port: int) -> None:
 
 def test_a_second_rig_on_the_same_endpoint_or_folder_is_refused(rig: RunningRig) -> None:
     assert rig.up().wait(30) == 3
-    assert f"can't listen on the control endpoint {rig.endpoint}" in rig.output()
+    assert f"cannot listen on the control endpoint {rig.endpoint}" in rig.output()
     elsewhere = rig.up("--control", f"unixsock-stream/{rig.folder}/c")
     assert elsewhere.wait(30) == 3
     assert f"another rig runs in {rig.run} (process {rig.process.pid})" in rig.output()

@@ -70,7 +70,7 @@ def decode(data: bytes) -> CanMessage:
 
 
 def check_sent(message: Any) -> None:
-    """Raise TypeError or ValueError for what a member can't send, such as a notice that only its controller sends."""
+    """Raise TypeError or ValueError for what a member cannot send, such as a notice that only its controller sends."""
     if type(message) is not CanFrame:  # a frame is right since it was made
         notices.check_sent(message)
 

@@ -100,7 +100,7 @@ class Node:
         )
 
     def begin(self, wire: Stream, start: int, *, is_garbled: bool) -> None:
-        """Begin at bit `start` of `wire`; no bit before it is wrong.  `is_garbled`: receivers can't decode it."""
+        """Begin at bit `start` of `wire`; no bit before it is wrong.  `is_garbled`: receivers cannot decode it."""
         self._wire, self._is_corrupt = wire, is_garbled or self.fails is not None
         self._last, self._row = RECESSIVE, 1
         for bit in wire.bits[max(0, start - 6) : start]:

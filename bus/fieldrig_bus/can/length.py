@@ -95,7 +95,7 @@ def classical_bits(frame: CanFrame) -> int:
         crc = (crc << 8 & 0x7FFF) ^ crcs[crc >> 7 ^ byte]
         state, extra = steps[state][byte]
         stuffed += extra
-    # The 15 bits of the CRC in two bytes; the 16th is the complement of the last bit, so it can't cause a stuff bit.
+    # The 15 bits of the CRC in two bytes; the 16th is the complement of the last bit, so it cannot cause a stuff bit.
     state, extra = steps[state][crc >> 7]
     stuffed += extra + steps[state][crc << 1 & 0xFF | ~crc & 1][1]
     return bits + 8 * len(data) + stuffed

@@ -138,7 +138,7 @@ def encode(notice: Notice) -> bytes:
 
 
 def check_sent(notice: Any) -> None:
-    """Raise TypeError or ValueError for a notice that a member can't send to its controller."""
+    """Raise TypeError or ValueError for a notice that a member cannot send to its controller."""
     match notice:
         case CanControl():
             for name in ("is_one_shot", "is_listen_only", "recover"):

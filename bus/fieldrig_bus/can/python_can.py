@@ -123,7 +123,7 @@ class PythonCan(CanFamily, DirectBus[CanMessage]):
         try:
             bus = can.Bus(**arguments)
         except (can.CanError, OSError, ValueError, TypeError, ImportError) as cause:
-            what = f"python-can can't open {arguments}: {cause}"
+            what = f"python-can cannot open {arguments}: {cause}"
             raise BusError(
                 what, "`python -m can.viewer -i INTERFACE -c CHANNEL` shows whether it is available"
             ) from cause

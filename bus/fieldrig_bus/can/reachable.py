@@ -12,5 +12,5 @@ class PythonCanBus(Protocol):
 
 
 def python_can_of(bus: object) -> dict[str, object] | None:
-    """Arguments of `can.Bus(...)` to join this bus from outside; None for a bus that can't be joined so."""
+    """Arguments of `can.Bus(...)` to join this bus from outside; None for a bus that cannot be joined so."""
     return bus.python_can() if isinstance(bus, PythonCanBus) else None

@@ -160,7 +160,7 @@ class CanSocketcan(CanDirectBus):
 
 
 def open_socket(channel: str, fd: bool) -> socket.socket:
-    """A raw CAN socket that receives nothing yet.  BusError, with its remedy, if it can't be opened."""
+    """A raw CAN socket that receives nothing yet.  BusError, with its remedy, if it cannot be opened."""
     if not hasattr(socket, "AF_CAN"):
         raise BusError("this system has no SocketCAN", NO_CAN)
     try:

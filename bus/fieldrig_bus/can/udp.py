@@ -218,7 +218,7 @@ def _sender(settings: CanUdpSettings) -> socket.socket:
 
 
 def _bus_error(settings: CanUdpSettings, cause: OSError) -> BusError:
-    what = f"can't join {settings.group}:{settings.port} on {settings.interface}: {cause.strerror}"
+    what = f"cannot join {settings.group}:{settings.port} on {settings.interface}: {cause.strerror}"
     if cause.errno in (errno.ENODEV, errno.EADDRNOTAVAIL):
         return BusError(what, "interface: expected the address of an interface of this machine, such as 127.0.0.1")
     return BusError(what, "choose another group or port, or use kind: can.hub, which needs no multicast")

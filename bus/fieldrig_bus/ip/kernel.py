@@ -45,7 +45,7 @@ class KernelPort(Port):
         try:
             self._tun = Tun()
         except OSError as cause:
-            what = f"{self._bus}: IP can't end in the kernel of this host: {DEVICE}: {cause.strerror}"
+            what = f"{self._bus}: IP cannot end in the kernel of this host: {DEVICE}: {cause.strerror}"
             if self._is_required:
                 raise BusError(what, REMEDY) from cause
             log.warning("%s; it ends in the stack of the device (%s)", what, REMEDY)
@@ -87,7 +87,7 @@ class KernelPort(Port):
             for port in set(link.ports) - self._servers.keys():
                 self._servers[port] = TcpListener(self._tun.listener(link.address, port), port, self._new)
         except OSError as cause:
-            log.warning("%s: IP of %s can't end in the kernel: %s", self._bus, link.device, cause)
+            log.warning("%s: IP of %s cannot end in the kernel: %s", self._bus, link.device, cause)
             self._end_link()
             self._relay.send(LinkDown(link.device, True, str(cause)))
 

@@ -117,7 +117,7 @@ OF_LINK: Final = (LinkUp, LinkDown, IpPacket)
 
 
 def check_sent(message: Any) -> None:
-    """Raise TypeError or ValueError for a message that a relay can't carry."""
+    """Raise TypeError or ValueError for a message that a relay cannot carry."""
     if isinstance(message, Offered):
         _check_ports(message.ports)
         return

@@ -151,7 +151,7 @@ class RelayPort(Port):
                     port,
                 )
         except OSError as cause:  # includes TimeoutError
-            log.debug("%s can't be reached: %s", address, cause)
+            log.debug("%s cannot be reached: %s", address, cause)
             channel.abort()
             self._channels.forget_if_over(channel, key)
 

@@ -87,7 +87,7 @@ class Dialler:
             try:
                 async with asyncio.timeout(CONNECT_S):
                     await asyncio.get_running_loop().create_connection(self._place_for_one, host, port)
-            except OSError as fault:  # includes TimeoutError, and a name that can't be resolved
+            except OSError as fault:  # includes TimeoutError, and a name that cannot be resolved
                 wait_s = self._fail(str(fault) or "no answer")
             else:
                 break
@@ -121,7 +121,7 @@ class Dialler:
 
     def _fail(self, why: str) -> float:
         self._failures += 1
-        (log.debug if self._is_told else log.info)("%s can't be reached: %s; trying again", self._name, why)
+        (log.debug if self._is_told else log.info)("%s cannot be reached: %s; trying again", self._name, why)
         self._is_told = True
         return pause_s(self._failures)
 

@@ -49,7 +49,7 @@ _UP_TO_COUNT: Final = {15: 7, 16: 7, 20: 3, 21: 3, 23: 11}
 
 
 def request_size(data: bytes) -> int | None:
-    """The length of the request frame at the beginning of `data`; None if it can't be determined."""
+    """The length of the request frame at the beginning of `data`; None if it cannot be determined."""
     function = data[1] if len(data) > 1 else 0
     head = _UP_TO_COUNT.get(function)
     if head is None:
@@ -64,7 +64,7 @@ _EXCEPTION_SIZE: Final = 5
 
 
 def response_size(data: bytes) -> int | None:
-    """The length of the response frame at the beginning of `data`; None if it can't be determined."""
+    """The length of the response frame at the beginning of `data`; None if it cannot be determined."""
     function = data[1] if len(data) > 1 else 0
     if function & 0x80:
         return _EXCEPTION_SIZE

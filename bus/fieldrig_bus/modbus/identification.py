@@ -50,7 +50,7 @@ class Identification(Settings):
         return present | {number: self.extended[number].encode("ascii") for number in sorted(self.extended)}
 
     def answer(self, pdu: bytes) -> bytes:
-        """The response to function 43.  ModbusError for a request that can't be answered."""
+        """The response to function 43.  ModbusError for a request that cannot be answered."""
         if len(pdu) >= 2 and pdu[1] != READ_DEVICE_ID:
             raise ModbusError(ILLEGAL_FUNCTION)
         if len(pdu) != 4:

@@ -22,7 +22,7 @@ class ModbusBus(ModelBus[ModbusEvent]):
     check_interest = staticmethod(message.check_interest)
 
     def mbpoll(self) -> tuple[Sequence[str], str] | None:
-        """Options and target of mbpoll as a master outside the rig; None where it can't be one."""
+        """Options and target of mbpoll as a master outside the rig; None where it cannot be one."""
         return None
 
     def pymodbus(self) -> str | None:

@@ -1,7 +1,7 @@
 """The master's end of one serial line.  It is passive: its creator provides the clock and transports the bytes.
 
 Source: Modbus over serial line V1.02, 2.4.1: a response of another server than the one that was asked is ignored, and
-so is a response that can't answer the request.  `line_model` ensures that one exchange is open at a time, and has the
+so is a response that cannot answer the request.  `line_model` ensures that one exchange is open at a time, and has the
 duration of a request and the response timeout.
 """
 

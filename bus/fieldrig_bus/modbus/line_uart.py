@@ -33,7 +33,7 @@ class UartPort(Port):
             self._plug_in()
         except (SerialException, ValueError) as cause:
             remedy = "plug it in, name another port, or join the group that may open it (dialout)"
-            raise BusError(f"{self._bus}: can't open {self._device}: {reason(cause)}", remedy) from cause
+            raise BusError(f"{self._bus}: cannot open {self._device}: {reason(cause)}", remedy) from cause
         self._hub = hub
         self._session = self._make_session(hub, hub.join(self._member), self._write)
 

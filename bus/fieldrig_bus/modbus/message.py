@@ -74,7 +74,7 @@ ModbusEvent = ModbusMessage | ClientConnected
 
 
 def check_sent(message: Any) -> None:
-    """Raise TypeError or ValueError for a message that can't be on a Modbus bus."""
+    """Raise TypeError or ValueError for a message that cannot be on a Modbus bus."""
     if isinstance(message, ClientConnected):
         if type(message.peer) is not str:
             raise TypeError(f"peer: expected str, found {type(message.peer).__name__}")

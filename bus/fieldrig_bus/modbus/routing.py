@@ -4,7 +4,7 @@ A member that listens with unit ids is a server for them (None: for every unit);
 interest.  A request goes to the servers of its unit, and its response only to the client that sent it.
 
 A server outside is a member whose name begins with `SERVER`.  Units of the rig take precedence over it, and outside
-clients can't reach it: the bus does not connect outside programs with each other.
+clients cannot reach it: the bus does not connect outside programs with each other.
 """
 
 from collections.abc import Sequence

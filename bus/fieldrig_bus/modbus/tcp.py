@@ -6,7 +6,7 @@ the only unit (or `direct_unit`).  For a unit that does not exist, the bus acts 
 answers with exception 0x0B (gateway target device failed to respond: "usually means that the device is not present on
 the network", application protocol V1.1b3, chapter 7), or not at all.
 
-`servers` are outside units that devices of the rig use (see `outside`); masters at `listen` can't reach them.
+`servers` are outside units that devices of the rig use (see `outside`); masters at `listen` cannot reach them.
 Left out: TLS (Modbus security), access control by address.
 
 A request is handled in one pass from `data_received` to `transport.write`, without a task or another iteration of the

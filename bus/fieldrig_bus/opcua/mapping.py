@@ -90,7 +90,7 @@ STATUS_CODES: Final[dict[Status, int]] = {
 
 
 class WrongValueError(Exception):
-    """A value that a node can't have; `status` says why."""
+    """A value that a node cannot have; `status` says why."""
 
     def __init__(self, status: Status) -> None:
         super().__init__(status.value)

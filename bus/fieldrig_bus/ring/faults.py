@@ -15,7 +15,7 @@ MASTER: Final = "master"
 
 
 class Break(Timed):
-    """The fibre of one segment is cut: stations behind it hear nothing, and answers from before it can't come round."""
+    """The fibre of one segment is cut: stations behind it hear nothing, and answers from before it are lost."""
 
     what: Literal["break"]
     after: str = Field(description="the station that the segment leaves, or master")

@@ -1,7 +1,7 @@
 """The server side of the Telnet COM-PORT-OPTION (RFC 2217) as a function of bytes, between one client and one end of a
 serial line.
 
-A request that can't be granted is answered with the value that stays in force (chapter 2).  This applies to 1.5 stop
+A request that cannot be granted is answered with the value that stays in force (chapter 2).  This applies to 1.5 stop
 bits, mark and space parity, inbound hardware flow control, and flow control by DCD, DTR or DSR: this line has none of
 them.  Hardware flow control holds the client's data while CTS is off.  XON/XOFF holds it between the device's XOFF and
 XON; inbound, it stops the device while the data of a suspended client fill the buffer.  A setting "(outbound/both)"

@@ -76,7 +76,7 @@ _FORMATS: Final = {
 
 
 def check_sent(message: Any) -> None:
-    """Raise TypeError or ValueError for a message that can't be on a serial line."""
+    """Raise TypeError or ValueError for a message that cannot be on a serial line."""
     if type(message) is bytes:
         return
     match message:

@@ -61,7 +61,7 @@ class ClientPlace:
         return self.server.port
 
     async def open(self, pace: Pace | None = None) -> None:
-        """Open the port.  BusError, with its remedy, if it can't listen; the server that it dials may start later."""
+        """Open the port.  BusError, with its remedy, if it cannot listen; the server that it dials may start later."""
         if self._is_dialling:
             self._dialling = asyncio.get_running_loop().create_task(self._dial())
         else:

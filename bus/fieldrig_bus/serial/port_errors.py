@@ -1,4 +1,4 @@
-"""Why a serial port can't be opened, in words for a person; pyserial has the number of the error twice in its text."""
+"""Why a serial port cannot be opened, in words for a person; pyserial has the number of the error twice in its text."""
 
 import os
 import re

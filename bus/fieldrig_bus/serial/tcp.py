@@ -2,7 +2,7 @@
 
 It listens, or dials: then it connects to a serial server elsewhere, and reconnects whenever that has closed.  While a
 client is connected, the other end sees DTR and RTS on.
-Left out, because raw TCP can't carry them: control lines, formats and breaks.
+Left out, because raw TCP cannot carry them: control lines, formats and breaks.
 """
 
 from collections.abc import Iterable, Sequence

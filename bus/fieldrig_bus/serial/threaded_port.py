@@ -31,7 +31,7 @@ class ThreadedPort:
             self._port = open_port(url, baud, timeout=READ_S)
         except (SerialException, OSError, ValueError) as cause:
             expected = "expected a device, a pty, tcp://HOST:PORT or rfc2217://HOST:PORT"
-            raise BusError(f"can't open {url}: {reason(cause)}", expected) from cause
+            raise BusError(f"cannot open {url}: {reason(cause)}", expected) from cause
         self._is_open = True
         self._unsent: SimpleQueue[bytes | None] = SimpleQueue()
         self._threads: list[threading.Thread] = []

@@ -58,7 +58,7 @@ def decode(data: bytes) -> Signal:
 
 
 def check_sent(message: Any) -> None:
-    """Raise TypeError or ValueError for a message that can't be on a wire."""
+    """Raise TypeError or ValueError for a message that cannot be on a wire."""
     if not isinstance(message, Signal):
         raise TypeError(f"expected a Signal, found {type(message).__name__}")
     check_text("name", message.name, LONGEST_NAME)

@@ -16,7 +16,7 @@ REPEAT_NS: Final = 1 * S
 
 
 class Handshake:
-    """`on_connected` is called with what was agreed and the carrier of the other end; `on_failed` if they can't."""
+    """`on_connected` is called with what was agreed and the carrier of the other end; `on_failed` if they cannot."""
 
     def __init__(
         self,

@@ -68,7 +68,7 @@ def common_modulation(
 
 
 def common_correction(ours: int, theirs: int) -> bool | None:
-    """Return whether both correct errors; None if one of them requires it and the other one can't."""
+    """Return whether both correct errors; None if one of them requires it and the other one cannot."""
     if ours != NONE and theirs != NONE:
         return True
     return None if REQUIRED in (ours, theirs) else False

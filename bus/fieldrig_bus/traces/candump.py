@@ -54,7 +54,7 @@ def read(file: BinaryIO) -> Iterator[TraceEntry]:
 
 
 def _body(message: CanFrame | Notice) -> str | None:
-    """The message as candump shows it; None for a message that candump can't represent."""
+    """The message as candump shows it; None for a message that candump cannot represent."""
     if isinstance(message, CanError | BusState):
         kind, data = error_frame(message)
         return f"{kind | ERROR:08X}#{data.hex().upper()}"

@@ -6,7 +6,7 @@ from the first message; a comment has that instant, and the names and units of t
 is x, or NaN if it is a real.
 
 The file begins with the list of its variables, so it is written after the last message.  It has no senders and no other
-buses, so it can't be read back as a trace.
+buses, so it cannot be read back as a trace.
 """
 
 import json

@@ -1,7 +1,7 @@
 """Names of wires as hierarchical names of a VCD file (IEEE 1364-2005, 18.2.3: simple identifiers).
 
 The bus is the outermost scope, and each dot of a name begins another one: `cell.valve` on the bus `wires` is `valve` in
-the scope `cell` in the scope `wires`.  Each character that an identifier can't have becomes an underscore.
+the scope `cell` in the scope `wires`.  Each character that an identifier cannot have becomes an underscore.
 """
 
 import re

@@ -50,7 +50,7 @@ def is_valid(cob_id: int) -> bool:
 def guard(variable: Variable, is_in_use: Callable[[int], bool] = is_valid, *, is_idle_checked: bool = False) -> None:
     """Let the network change a COB-ID only as the standard allows.
 
-    While the COB-ID `is_in_use`, bits 0 to 29 can't change.  A restricted or malformed identifier can't be put into
+    While the COB-ID `is_in_use`, bits 0 to 29 cannot change.  A restricted or malformed identifier cannot be put into
     use; with `is_idle_checked` it is refused even while it is not in use.
     """
 

@@ -99,7 +99,7 @@ class Text(DataType):
         try:
             return value.encode(self._encoding)
         except UnicodeEncodeError as cause:
-            raise ValueError(f"{value!r} has characters that {self.name} can't encode") from cause
+            raise ValueError(f"{value!r} has characters that {self.name} cannot encode") from cause
 
     def decode(self, data: bytes) -> str:
         return data.decode(self._encoding, "replace")

@@ -14,7 +14,7 @@ FIRST_ID = 127
 
 
 def lines(settings: CanopenSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:
-    """Return the lines for a node; none if python-can can't reach its bus."""
+    """Return the lines for a node; none if python-can cannot reach its bus."""
     bus = python_can_of(links.get("can"))
     if bus is None:
         return []

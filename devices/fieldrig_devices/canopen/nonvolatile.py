@@ -1,6 +1,6 @@
 """Non-volatile memory of the node: stored parameters, and the configuration by LSS.
 
-It is one JSON text, so that people can read it.  Content that the node can't have stored counts as damage; without a
+It is one JSON text, so that people can read it.  Content that the node cannot have stored counts as damage; without a
 usable version, the node starts with the values of the EDS.
 """
 
@@ -53,7 +53,7 @@ class NonVolatile:
 
 
 def _decode(data: bytes) -> _Content:
-    """Decode stored content.  Raises ValueError for content that `save` can't have written."""
+    """Decode stored content.  Raises ValueError for content that `save` cannot have written."""
     content = read_json(data, store_format.LONGEST)
     if (version := field(content, "version", int)) != VERSION:
         raise ValueError(f"it has version {version}, expected {VERSION}")
@@ -73,5 +73,5 @@ def _one_of(allowed: frozenset[int], lss: dict[str, Any], key: str) -> int | Non
     if value is None:
         return None
     if typed(value, int, key) not in allowed:
-        raise ValueError(f"{key} can't be {value}")
+        raise ValueError(f"{key} cannot be {value}")
     return int(value)

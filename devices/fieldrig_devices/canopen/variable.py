@@ -130,7 +130,7 @@ class Variable:
             return self.value
         try:
             return self.type.decode(read())
-        except Abort:  # the network can't read it at present
+        except Abort:  # the network cannot read it at present
             return self.value
 
     @property

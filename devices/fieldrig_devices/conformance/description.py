@@ -99,7 +99,7 @@ class Description:
         try:
             described = describe(path, node_id)
         except (OSError, EdsError) as cause:
-            raise UsageError(f"{path} can't be used as an EDS: {cause}", "`fieldrig eds check` has details") from cause
+            raise UsageError(f"{path} cannot be used as an EDS: {cause}", "`fieldrig eds check` has details") from cause
         self.entries = {
             (variable.index, variable.subindex): _entry(described, variable) for variable in described.variables
         }

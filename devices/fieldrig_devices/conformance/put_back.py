@@ -17,7 +17,7 @@ from fieldrig_devices.conformance.pdo import COB_ID, INVALID
 from fieldrig_devices.conformance.verdict import NoAnswer, SdoFault
 
 LATE = (0x1005, 0x1006)
-"""Objects to write after 1019h, which can't be written while they are in use."""
+"""Objects to write after 1019h, which cannot be written while they are in use."""
 MAPPING_OFFSET = 0x200
 
 

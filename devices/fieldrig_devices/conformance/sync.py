@@ -25,7 +25,7 @@ def consume(bench: Bench) -> Steps[int]:
 
 
 def produce(bench: Bench, period_ms: int) -> Steps[int]:
-    """Make the node produce SYNC, and return its CAN identifier.  Not applicable if the node can't."""
+    """Make the node produce SYNC, and return its CAN identifier.  Not applicable if the node cannot."""
     bench.entry(COB_ID, writable=True)
     bench.entry(PERIOD, writable=True)
     yield from bench.change(PERIOD, 0, period_ms * 1000)
@@ -34,7 +34,7 @@ def produce(bench: Bench, period_ms: int) -> Steps[int]:
         yield from bench.change(COB_ID, 0, cob_id | PRODUCES)
     except Aborted as abort:
         if abort.code == INVALID_VALUE:
-            bench.skip("the node can't produce SYNC: it refuses bit 30 of 1005h with 0609 0030h")
+            bench.skip("the node cannot produce SYNC: it refuses bit 30 of 1005h with 0609 0030h")
         raise
     return identifier(cob_id)
 

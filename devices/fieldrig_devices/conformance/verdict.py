@@ -46,7 +46,7 @@ ABORT_TEXTS = {
     0x0601_0001: "write-only object read",
     0x0601_0002: "read-only object written",
     0x0602_0000: "object does not exist",
-    0x0604_0041: "object can't be mapped",
+    0x0604_0041: "object cannot be mapped",
     0x0604_0042: "mapped objects exceed the PDO's length",
     0x0604_0043: "parameter incompatible",
     0x0604_0047: "internal incompatibility",
@@ -60,9 +60,9 @@ ABORT_TEXTS = {
     0x0609_0032: "value too low",
     0x060A_0023: "resource not available",
     0x0800_0000: "general error",
-    0x0800_0020: "can't be stored",
-    0x0800_0021: "can't be stored: local control",
-    0x0800_0022: "can't be stored: device state",
+    0x0800_0020: "cannot be stored",
+    0x0800_0021: "cannot be stored: local control",
+    0x0800_0022: "cannot be stored: device state",
     0x0800_0024: "no data available",
 }
 

@@ -23,7 +23,7 @@ class Reply(StrEnum):
     NEED_PASSWORD = "331 User name okay, need password."
     NEED_NEW_NAME = "350 Requested file action pending further information."
     CLOSING = "421 Service not available, closing control connection."
-    NO_DATA_CONNECTION = "425 Can't open data connection."
+    NO_DATA_CONNECTION = "425 Cannot open data connection."
     TRANSFER_ABORTED = "426 Connection closed; transfer aborted."
     TOO_LONG = "500 Command line too long."
     UNKNOWN = "500 Syntax error, command unrecognized."
@@ -51,5 +51,5 @@ def lines_of(code: int, first: str, lines: Iterable[str], last: str) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a text that can't end its line."""
+    """Return a text that cannot end its line."""
     return "".join(sign if sign.isprintable() else "?" for sign in text)

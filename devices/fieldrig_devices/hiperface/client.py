@@ -41,7 +41,7 @@ MOST_MESSAGES: Final = 8
 
 class Failure(Enum):
     NO_ANSWER = "no encoder answers"
-    UNREADABLE = "the encoder's memory can't be read"
+    UNREADABLE = "the encoder's memory cannot be read"
     MISSING = "the encoder has no name plate"
     CHECKSUM = "the name plate is damaged"
     FOREIGN = "the encoder contains other data, or is of an unknown type"

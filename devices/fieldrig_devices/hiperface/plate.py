@@ -33,7 +33,7 @@ class Wrong(Enum):
     BLANK = "there is no plate in this memory"
     FOREIGN = "this is no plate that fieldrig knows"
     CHECKSUM = "the plate's checksum is wrong"
-    VALUES = "the plate has values that can't be"
+    VALUES = "the plate has values that cannot be"
 
 
 class PlateError(ValueError):

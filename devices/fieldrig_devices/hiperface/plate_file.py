@@ -17,7 +17,7 @@ def load_plate(path: Path) -> NamePlate:
 
 
 def edited(plate: NamePlate, changes: Mapping[str, str]) -> NamePlate:
-    """Return the plate with other values, given as texts as in a plate file.  ConfigError for values it can't have."""
+    """Return the plate with other values, given as texts as in a plate file.  ConfigError for values it cannot have."""
     values = plate.model_dump()
     texts = {name for name, field in NamePlate.model_fields.items() if field.annotation is str}
     for key, text in changes.items():

@@ -89,6 +89,7 @@ def open_port(port: str, baud: int = 9600, address: int = FACTORY_ADDRESS) -> En
             line.parity = serial.PARITY_EVEN
     except (serial.SerialException, OSError, ValueError) as cause:
         raise BusError(
-            f"can't open {port}: {reason(cause)}", "expected a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT"
+            f"cannot open {port}: {reason(cause)}",
+            "expected a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT",
         ) from cause
     return EncoderPort(line, address)

@@ -98,7 +98,7 @@ ABOUT: Final[Mapping[int, str]] = {
     Status.ARGUMENT: "an argument that is not allowed",
     Status.WRITE_PROTECTED: "this data field must not be written",
     Status.ACCESS_CODE: "wrong access code",
-    Status.FIELD_SIZE: "the size of this data field can't be changed",
+    Status.FIELD_SIZE: "the size of this data field cannot be changed",
     Status.ADDRESS: "beyond the data field",
     Status.NO_FIELD: "no such data field",
     Status.TEMPERATURE: "encoder too hot",

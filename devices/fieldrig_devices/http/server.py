@@ -153,7 +153,7 @@ class HttpSession:
     # ---- responses
 
     def _refuse(self, status: HTTPStatus) -> None:
-        """Send a refusal, and close the connection, because what follows in it can't be trusted."""
+        """Send a refusal, and close the connection, because what follows in it cannot be trusted."""
         if self._http.our_state in (h11.IDLE, h11.SEND_RESPONSE):
             self._respond(refusal(status), ("Connection", "close"), ("Allow", "GET, HEAD"))
         self._close()

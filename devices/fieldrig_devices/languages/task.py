@@ -52,7 +52,7 @@ class Task:
         self._build = Build.STEPPED  # the build that can be entered at `pc`, unless `_is_between`
         self._functions: list[Function] = []
         self._is_mixed = False  # True if another build may have put places on the stack
-        self._is_between = False  # True if `pc` may be a place where the fast builds can't be entered
+        self._is_between = False  # True if `pc` may be a place where the fast builds cannot be entered
         self._passed: tuple[int, int] | None = None  # place whose breakpoint is ignored until the task has left it
 
     def start(self, routine: str, frame: int = 0, base: int = 0) -> None:

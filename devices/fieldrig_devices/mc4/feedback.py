@@ -57,7 +57,7 @@ class Feedback:
         return self._moving_record.pack(*self._moving()) + self.standing
 
     def following(self, axis: Axis, *, is_published: bool) -> FollowingCycle | None:
-        """Return the folded cycle that packs the leading values, or None if it can't compute all of them."""
+        """Return the folded cycle that packs the leading values, or None if it cannot compute all of them."""
         if not self.is_of_the_axis:
             return None
         return axis.following(following_numbers(self._machine, self._idns, self._codes), is_published=is_published)

@@ -52,7 +52,7 @@ def _settable_idns(values: dict[str, int]) -> dict[str, int]:
             raise ValueError(f"{text} is not a parameter that can be set; expected one of {names}")
         low, high = ranges[idn]
         if not low <= value <= high:
-            raise ValueError(f"{text} can't be {value}; expected {low} to {high}")
+            raise ValueError(f"{text} cannot be {value}; expected {low} to {high}")
     return {idn_text(idn_of(text)): value for text, value in values.items()}
 
 
@@ -104,7 +104,7 @@ def _classes(classes: dict[int, int]) -> dict[int, int]:
                 f"the drive has no diagnosis {code}; expected one of {', '.join(str(int(known)) for known in Code)}"
             )
         if not 1 <= number <= 8:
-            raise ValueError(f"the class of {code} can't be {number}; expected 1 to 8")
+            raise ValueError(f"the class of {code} cannot be {number}; expected 1 to 8")
     return classes
 
 

@@ -44,7 +44,7 @@ class PointsTree:
     def write(self, path: str, value: AnyValue) -> None:
         point = self._point(path)
         if point.write is None or isinstance(value, list):
-            raise TypeError(f"{path} can't be written as a whole")
+            raise TypeError(f"{path} cannot be written as a whole")
         point.write(value)
 
     def call(self, path: str, arguments: Sequence[AnyValue]) -> Sequence[AnyValue]:

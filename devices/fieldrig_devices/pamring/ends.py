@@ -58,7 +58,7 @@ class NodeProgram(Protocol):
         """Forget the items and switch outputs off, as `Identify` has arrived."""
 
     def accept(self, item: Configuration) -> bool:
-        """Take an item of the configuration; False if this node can't have it."""
+        """Take an item of the configuration; False if this node cannot have it."""
 
     def run(self) -> None:
         """Scan inputs from now on, as `Run` has arrived; each input reports its first value."""

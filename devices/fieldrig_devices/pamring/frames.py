@@ -294,7 +294,7 @@ class Accepted:
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """The node can't have the item, so the PAM shows 04..E01A."""
+    """The node cannot have the item, so the PAM shows 04..E01A."""
 
     item: int
 

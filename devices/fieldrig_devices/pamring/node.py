@@ -166,7 +166,7 @@ class RingNode:
         elif kind in BEFORE_RUN and self.state is not State.UNKNOWN:
             self._program.order(order)
         else:
-            log.debug("node %d is %s and can't carry out %s", self.address, self.state.name, order)
+            log.debug("node %d is %s and cannot carry out %s", self.address, self.state.name, order)
 
     def _begin(self) -> None:
         if self.state is State.IDENTIFIED:

@@ -194,7 +194,7 @@ class Segment:
                 return None
             return min(within, _seconds_to_lose(pace, -self._pull * direction, self._mechanics.decay))
         if speed_then * direction > 0 and pace > (abs(self._pull) + 2 * abs(self._fade)) * within:
-            return None  # it can't lose that much speed
+            return None  # it cannot lose that much speed
         turn = self._turn()  # the acceleration changes sign once at most
         begins_slower = (self._pull + self._fade) * direction < 0
         if turn is None or turn >= within:

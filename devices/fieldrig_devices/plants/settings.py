@@ -15,8 +15,8 @@ class PlantSettings(Settings):
 
     @model_validator(mode="after")
     def _are_physical(self) -> Self:
-        """Refuse numbers that can't be computed with, such as a motor of 1e300 N m."""
+        """Refuse numbers that cannot be computed with, such as a motor of 1e300 N m."""
         for name, value in self:
             if isinstance(value, float) and value and not SMALLEST <= abs(value) <= LARGEST:
-                raise ValueError(f"{name} can't be {value:g}; expected {SMALLEST:g} to {LARGEST:g}")
+                raise ValueError(f"{name} cannot be {value:g}; expected {SMALLEST:g} to {LARGEST:g}")
         return self

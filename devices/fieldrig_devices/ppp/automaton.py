@@ -46,7 +46,7 @@ class Automaton:
     def handle(self, event: Event, cause: Packet | None = None, answer: Packet | None = None) -> None:
         """Take one step of the table; `cause` is the packet that came, `answer` the reply to it.
 
-        An event that an action causes in its turn is handled after the step.  KeyError for a pair that can't be.
+        An event that an action causes in its turn is handled after the step.  KeyError for a pair that cannot be.
         """
         self._waiting.append((event, cause, answer))
         if self._is_busy:

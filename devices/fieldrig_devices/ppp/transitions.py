@@ -63,7 +63,7 @@ class Step(NamedTuple):
     state: State
 
 
-# Event, then states 0 to 9.  A dash is a pair that can't be.
+# Event, then states 0 to 9.  A dash is a pair that cannot be.
 _ROWS: Final = """
 Up    2      irc,scr/6  -          -              -      -      -          -          -          -
 Down  -      -          0          tls/1          0      1      1          1          1          tld/1

@@ -231,10 +231,10 @@ def _conflicts(table: Table) -> Iterator[WrongKey]:
             here = (space, index)
             yield from _twice(names, entry.name, here, "name")
             if space not in WRITABLE_SPACES and (entry.access or "ro") != "ro":
-                yield WrongKey((*here, "access"), f"a client can't write {space.replace('_', ' ')}", "expected ro")
+                yield WrongKey((*here, "access"), f"a client cannot write {space.replace('_', ' ')}", "expected ro")
             elif entry.wire is not None and direction_of(space, entry) == "to_wire":
                 if access_of(space, entry) == "ro":
-                    what = "no client can write it, so it can't drive a wire"
+                    what = "no client can write it, so it cannot drive a wire"
                     yield WrongKey((*here, "direction"), what, "expected from_wire")
                 yield from _twice(drivers, entry.wire, here, "wire")
     fifos: dict[int, str] = {}

@@ -93,7 +93,7 @@ class RegisterValue:
         return self._decode(self._image.get(self._address, self._words))
 
     def put(self, value: Value) -> None:
-        """Set the value.  ValueError for one that is beyond the limits, or that the registers can't hold."""
+        """Set the value.  ValueError for one that is beyond the limits, or that the registers cannot hold."""
         if self._form.is_number and (self.has_limits or isinstance(value, bool | str)):
             number_in(value, self.entry.min, self.entry.max, self.unit, self.name)
         self._image.put(self._address, self._encode(value))

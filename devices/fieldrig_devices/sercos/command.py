@@ -29,7 +29,7 @@ class Command:
         """
         self._datum, self._start, self._on_change, self._cancel = datum, start, on_change, cancel
         self._run: Command | None = None
-        """The command of the current run, a copy, so that an earlier run can't finish it."""
+        """The command of the current run, a copy, so that an earlier run cannot finish it."""
         self._is_over = False
         datum.writer = self._write
 

@@ -36,7 +36,7 @@ class Drive:
     """A drive as the master sees it."""
 
     def __init__(self, address: int, mdt: Sequence[int], at: Sequence[int]) -> None:
-        """`mdt` and `at` are the IDNs of command and feedback values.  KeyError if one can't be cyclic."""
+        """`mdt` and `at` are the IDNs of command and feedback values.  KeyError if one cannot be cyclic."""
         self.address = address
         self.mdt, self.at = tuple(mdt), tuple(at)
         self.mdt_codes, at_codes = [CODES[idn] for idn in mdt], [CODES[idn] for idn in at]

@@ -54,7 +54,7 @@ class NodeItem:
         return False
 
     def read(self) -> int | None:
-        """Return the value that a `Read` asks for; None if it can't be read."""
+        """Return the value that a `Read` asks for; None if it cannot be read."""
         return None
 
 

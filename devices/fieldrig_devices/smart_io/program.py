@@ -187,7 +187,7 @@ class SmartIoProgram:
         self._board.display.is_heap_full = False
 
     def _made(self, item: Configuration) -> NodeItem | None:
-        """Return the item at work; None if this node can't have it (04..E01A)."""
+        """Return the item at work; None if this node cannot have it (04..E01A)."""
         clock, board = self._clock, self._board
         terminals, readings = board.terminals, self._settings.readings
         match item:

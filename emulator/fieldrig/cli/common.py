@@ -109,13 +109,13 @@ def wrong_usage() -> Iterator[None]:
 
 
 def reading(path: Path, remedy: str = "") -> AbstractContextManager[None]:
-    """Turn an OSError into a UsageError: the file can't be read."""
-    return _access(f"{path} can't be read", remedy or nearest_file(path))
+    """Turn an OSError into a UsageError: the file cannot be read."""
+    return _access(f"{path} cannot be read", remedy or nearest_file(path))
 
 
 def writing(path: Path, remedy: str = "") -> AbstractContextManager[None]:
-    """Turn an OSError into a UsageError: the file, or one in the folder, can't be written."""
-    return _access(f"{path} can't be written", remedy)
+    """Turn an OSError into a UsageError: the file, or one in the folder, cannot be written."""
+    return _access(f"{path} cannot be written", remedy)
 
 
 @contextmanager

@@ -154,7 +154,7 @@ class Display:
     def _on_lost_output(self, why: str) -> None:
         """Say on the other output that this one is lost; a reader that has gone (`| head`) wanted no more."""
         if why != os.strerror(EPIPE):
-            self._print(f"standard output can't be written: {why}; the rig goes on", self._err)
+            self._print(f"standard output cannot be written: {why}; the rig goes on", self._err)
 
     @staticmethod
     def _print(text: str, file: TextIO) -> None:

@@ -25,7 +25,7 @@ def run() -> NoReturn:
     open_missing()
     if sys.stdout is sys.__stdout__:  # not where a test has put another one
         sys.stdout = strict(cast(TextIO, sys.stdout))
-        sys.stderr = steady(cast(TextIO, sys.stderr))  # what can't be said there can be said nowhere
+        sys.stderr = steady(cast(TextIO, sys.stderr))  # what cannot be said there can be said nowhere
     code = _run(app)
     sys.exit(_run(sys.stdout.flush) or code)
 

@@ -89,9 +89,9 @@ def _sendable(name: str, value: "Value") -> "Value":
     from fieldrig.outside.untrusted import WIDEST
 
     if isinstance(value, float) and not isfinite(value):
-        raise typer.BadParameter(f"{name} can't be {value}; expected a finite number")
+        raise typer.BadParameter(f"{name} cannot be {value}; expected a finite number")
     if isinstance(value, int) and not WIDEST[0] <= value <= WIDEST[1]:
-        raise typer.BadParameter(f"{name} can't be a number of more than 64 bits")
+        raise typer.BadParameter(f"{name} cannot be a number of more than 64 bits")
     return value
 
 

@@ -52,7 +52,7 @@ class UpOptions:
 
 
 def run_rig(config: RigConfig, options: UpOptions) -> Exit:
-    """Run the rig to its end.  RigError if it can't start."""
+    """Run the rig to its end.  RigError if it cannot start."""
     token()  # one that is wrong is found before anything starts
     display = Display(config, time.monotonic() - age_s(), options.is_quiet)
     if options.is_attended:

@@ -87,7 +87,7 @@ def _joined(rig: dict[str, Any], details: dict[str, Any]) -> dict[str, Any]:
             rig.setdefault("limits", {})[name] = limits
         for bus, statistics in detail["buses"].items():
             rig["buses"].setdefault(bus, {})["statistics"] = statistics
-        if stores := detail.get("stores"):  # a device that can't store works on, but keeps nothing new
+        if stores := detail.get("stores"):  # a device that cannot store works on, but keeps nothing new
             rig.setdefault("stores", {}).update(stores)
             rig["state"] = "degraded" if rig["state"] == "ready" else rig["state"]
     return rig
@@ -99,7 +99,7 @@ def _show(rig: dict[str, Any], details: dict[str, Any]) -> None:
     typer.echo(f"{rig['rig']}: {rig['state']}, up for {_duration(rig['uptime_s'])}, time: {rig['time']}{time}")
     typer.echo(rig["file"])
     for device, trouble in rig.get("stores", {}).items():
-        typer.echo(f"{device} can't store anything: {trouble}; see its log in {rig['run']}/log")
+        typer.echo(f"{device} cannot store anything: {trouble}; see its log in {rig['run']}/log")
     for process, limits in rig.get("limits", {}).items():
         typer.echo(f"limits that tools have reached at {process}: {_figures(limits)}")
     for line in _lateness(rig):

@@ -154,7 +154,7 @@ def convert(
     written = write(taken, target)
     left_out = ""
     if written < taken.count:
-        left_out = f"; {taken.count - written} are of kinds that this format can't hold"
+        left_out = f"; {taken.count - written} are of kinds that this format cannot hold"
         families = format_of(target).FAMILIES
         strange = sorted(bus for bus, family in taken.buses.items() if families and family not in families)
         left_out += f"; it has no messages of {', '.join(strange)}" if strange else ""

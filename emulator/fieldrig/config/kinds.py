@@ -117,7 +117,7 @@ def constructor_parameters(cls: type) -> dict[str, inspect.Parameter]:
     try:
         parameters = inspect.signature(cls, eval_str=True).parameters
     except NameError as cause:
-        raise RigError(f"the constructor of {_path(cls)} can't be read: {cause}", "import what it names") from cause
+        raise RigError(f"the constructor of {_path(cls)} cannot be read: {cause}", "import what it names") from cause
     variadic = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
     return {name: parameter for name, parameter in parameters.items() if parameter.kind not in variadic}
 
@@ -145,7 +145,7 @@ def _import(reference: str, remedy: str) -> object:
     try:
         module = importlib.import_module(module_name)
     except (ImportError, SyntaxError) as cause:
-        raise RigError(f"{module_name} can't be imported: {cause}", remedy) from cause
+        raise RigError(f"{module_name} cannot be imported: {cause}", remedy) from cause
     if not hasattr(module, class_name):
         classes = [name for name, value in vars(module).items() if isinstance(value, type)]
         close = get_close_matches(class_name, classes, n=1)

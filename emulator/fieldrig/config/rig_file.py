@@ -92,10 +92,10 @@ def load(path: str | Path, overrides: Sequence[str] = (), only: Collection[str] 
     nor checked, except the buses that those devices are linked to.
     """
     if not isinstance(path, str | Path):
-        raise ArgumentError(f"a rig file can't be {shown(path)}", 'expected a path, such as load("rig.yaml")')
+        raise ArgumentError(f"a rig file cannot be {shown(path)}", 'expected a path, such as load("rig.yaml")')
     if isinstance(overrides, str) or not all(isinstance(setting, str) for setting in overrides):
         raise ArgumentError(
-            f"overrides can't be {shown(overrides)}", 'expected a list of texts, such as ["buses.can0.bitrate=250000"]'
+            f"overrides cannot be {shown(overrides)}", 'expected a list of texts, such as ["buses.can0.bitrate=250000"]'
         )
     with _without_searches():
         return _Loader(gather(Path(path), overrides), Path(path), only).rig()
@@ -141,7 +141,7 @@ def look_through(
 def from_dict(data: Mapping[str, Any], folder: str | Path | None = None) -> RigConfig:
     """Load a rig from data in memory.  Its files are relative to `folder`, or to the current folder."""
     if not isinstance(data, Mapping):
-        raise ArgumentError(f"a rig can't be {shown(data)}", 'expected a mapping with "time" and "devices"')
+        raise ArgumentError(f"a rig cannot be {shown(data)}", 'expected a mapping with "time" and "devices"')
     folder = Path(folder) if folder is not None else Path.cwd()
     source = Source(json.loads(json.dumps(data, default=str)), folders=[folder.absolute()])
     return _Loader(source, folder / "rig.yaml", None).rig()
@@ -345,7 +345,7 @@ class _Loader:
         except RigError as wrong:
             self._mistake((*path, "kind"), wrong.what, wrong.remedy)
         except OSError as wrong:
-            self._mistake((*path, "kind"), f"its module can't be searched for: {wrong.strerror or wrong}", "")
+            self._mistake((*path, "kind"), f"its module cannot be searched for: {wrong.strerror or wrong}", "")
         return None
 
     def _validate(self, model: type[S], data: Any, path: KeyPath, other_keys: tuple[str, ...] = ()) -> S | None:

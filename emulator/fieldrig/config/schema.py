@@ -1,6 +1,6 @@
 """JSON Schema (draft 2020-12) of a rig file over all installed kinds, so that an editor completes and explains keys.
 
-What a schema can't say (links that fit, names that exist, classes of one's own) is left to `fieldrig check`.
+What a schema cannot say (links that fit, names that exist, classes of one's own) is left to `fieldrig check`.
 
 Files that a rig file names have schemas of their own: an entry point of the group "fieldrig.schemas" names the
 `Settings` model of such a file.

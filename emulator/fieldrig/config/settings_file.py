@@ -61,4 +61,4 @@ def validated(model: type[S], data: Any, folders: Sequence[Path] = (), other_key
     except ValidationError as cause:
         raise WrongSettingsError(explain(cause, data, model, other_keys)) from cause
     except OSError as cause:
-        raise WrongSettingsError([WrongKey((), f"a file that it names can't be read: {cause}")]) from cause
+        raise WrongSettingsError([WrongKey((), f"a file that it names cannot be read: {cause}")]) from cause

@@ -67,7 +67,7 @@ class _Files:
 
 
 def _bases(source: Source, path: Path, extended_by: tuple[Path, ...]) -> Iterator[Path]:
-    """Yield the files in `extends`; those that can't be extended become mistakes."""
+    """Yield the files in `extends`; those that cannot be extended become mistakes."""
     value = source.data["extends"]
     names = value if isinstance(value, list) else [value]
     if not names or not all(isinstance(name, str) for name in names):
@@ -80,7 +80,7 @@ def _bases(source: Source, path: Path, extended_by: tuple[Path, ...]) -> Iterato
         try:
             is_there = file.is_file()
         except OSError as cause:
-            source.mistakes.append(Mistake(*place, "extends", f"it can't be read: {cause.strerror or cause}", ""))
+            source.mistakes.append(Mistake(*place, "extends", f"it cannot be read: {cause.strerror or cause}", ""))
             continue
         if not is_there:
             source.mistakes.append(Mistake(*place, "extends", f"no such file: {file}", "it is relative to this file"))
@@ -162,7 +162,7 @@ def _override(source: Source, override: str) -> None:
     value = read(text, place.file)
     if not equals or value.mistakes:
         remedy = "expected a key and a value, such as buses.can0.bitrate=250000"
-        source.mistakes.append(Mistake(*place, "", "it can't be read as an override", remedy))
+        source.mistakes.append(Mistake(*place, "", "it cannot be read as an override", remedy))
         return
     path = tuple(key.split("."))
     if (unknown := _unknown_part(source.data, path)) is not None:

@@ -88,14 +88,14 @@ def read(text: str, file: str) -> Source:
 
 
 def read_file(path: Path) -> Source:
-    """Read a file.  It never raises: a file that can't be read, or is not UTF-8, is one of its `mistakes`."""
+    """Read a file.  It never raises: a file that cannot be read, or is not UTF-8, is one of its `mistakes`."""
     try:
         source = read(path.read_text(encoding="utf-8"), str(path))
     except (OSError, ValueError) as cause:
         what = "it is not UTF-8 text" if isinstance(cause, ValueError) else cause.strerror or str(cause)
         if isinstance(cause, IsADirectoryError):
             return Source(mistakes=[Mistake(str(path), None, "", "it is a folder, not a file", _rig_files(path))])
-        return Source(mistakes=[Mistake(str(path), None, "", f"it can't be read: {what}", nearest_file(path))])
+        return Source(mistakes=[Mistake(str(path), None, "", f"it cannot be read: {what}", nearest_file(path))])
     source.folders = [path.absolute().parent]
     source.marks.setdefault((), Mark(str(path), None))
     return source

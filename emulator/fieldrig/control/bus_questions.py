@@ -24,6 +24,6 @@ def answers_of_bus(bus: Subject) -> Answer:
             return bus.statistics()
         if verb in VERBS:
             return answer_of_faults(bus, verb, message)
-        raise ControlError(f"a bus can't {asked(verb, message)}", f"it can: status, {', '.join(VERBS)}")
+        raise ControlError(f"a bus cannot {asked(verb, message)}", f"it can: status, {', '.join(VERBS)}")
 
     return answer

@@ -87,10 +87,10 @@ def _taken(key: str, value: Any, present: Value) -> Value:
     ControlError for anything but a value, or for a text instead of a number.
     """
     if not isinstance(value, bool | int | float | str):
-        raise ControlError(f"{key} can't be {shown(value)}: expected a number, a text, true or false")
+        raise ControlError(f"{key} cannot be {shown(value)}: expected a number, a text, true or false")
     if isinstance(value, str) and not isinstance(present, str):
         kind = "true or false" if isinstance(present, bool) else "a number"
-        raise ControlError(f"{key} can't be {shown(value)}: expected {kind}")
+        raise ControlError(f"{key} cannot be {shown(value)}: expected {kind}")
     return fitting(value, present)
 
 
@@ -110,7 +110,7 @@ def answers(source: Source) -> Answer:
         if verb in VERBS:
             return answer_of_faults(source, verb, message)
         if verb in ("keys", "get", "set"):
-            raise ControlError(f"a device can't {asked(verb, message)}", f"it can: keys, get, set, {', '.join(VERBS)}")
+            raise ControlError(f"a device cannot {asked(verb, message)}", f"it can: keys, get, set, {', '.join(VERBS)}")
         return source.answer(verb, message)
 
     return answer

@@ -51,6 +51,6 @@ def answers_of_end(bus: str, end: FaultyEnd, clock: RealClock) -> Answer:
                     return clock.handle(add, fault, number)
                 case "clear_fault", {"number": int(number)}:
                     return clock.handle(faults.clear_fault, number)
-        raise ControlError(f"an end can't {asked(verb, message)}", "it can: faults, given, add_fault, clear_fault")
+        raise ControlError(f"an end cannot {asked(verb, message)}", "it can: faults, given, add_fault, clear_fault")
 
     return answer

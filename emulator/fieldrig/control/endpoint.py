@@ -64,7 +64,7 @@ def listen(endpoint: str) -> zenoh.Session:
     except zenoh.ZError as cause:
         check_free(endpoint)
         reason = str(cause).partition(" at /")[0]
-        raise RigError(f"can't listen on the control endpoint {endpoint}: {reason}", OTHER_ENDPOINT) from cause
+        raise RigError(f"cannot listen on the control endpoint {endpoint}: {reason}", OTHER_ENDPOINT) from cause
 
 
 def open_session(settings: Mapping[str, Any]) -> zenoh.Session:
@@ -92,7 +92,7 @@ def _check_place(path: Path) -> None:
         is_taken = path.is_symlink() or (path.exists() and not path.is_socket())
         is_lock_taken = lock.is_symlink() or (lock.exists() and not (lock.is_file() and lock.stat().st_size == 0))
     except OSError as cause:
-        raise RigError(f"{path} can't be a socket: {cause.strerror}", OTHER_ENDPOINT) from cause
+        raise RigError(f"{path} cannot be a socket: {cause.strerror}", OTHER_ENDPOINT) from cause
     for place in [path] * is_taken + [lock] * is_lock_taken:
         raise RigError(f"{place} is there, and does not belong to a socket of a rig", f"remove it, or {OTHER_ENDPOINT}")
 
@@ -101,7 +101,7 @@ def check_free(endpoint: str) -> None:
     """Check that the endpoint is free.  RigError if another program listens there."""
     if is_answered(endpoint):
         raise RigError(
-            f"can't listen on the control endpoint {endpoint}: another program listens there",
+            f"cannot listen on the control endpoint {endpoint}: another program listens there",
             f"stop the rig that runs (`fieldrig status` shows it, `fieldrig stop` stops it), or {OTHER_ENDPOINT}",
         )
 

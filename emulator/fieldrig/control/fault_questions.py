@@ -60,4 +60,4 @@ def answer_of_faults(subject: Faulty, verb: str, message: Any) -> Any:
             for number in numbers:
                 subject.clear_fault(number)
             return {"cleared": numbers}
-    raise ControlError(f"can't {asked(verb, message)}", "expected a fault to add, or the number of one to clear")
+    raise ControlError(f"cannot {asked(verb, message)}", "expected a fault to add, or the number of one to clear")

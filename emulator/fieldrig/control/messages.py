@@ -314,7 +314,7 @@ def _answer_of(sample: zenoh.Sample) -> Any:
     try:
         return read_json(sample.payload.to_bytes(), LONGEST_MESSAGE)
     except MalformedError as cause:
-        raise ControlError(f"{sample.key_expr}: the answer can't be understood: {cause}") from cause
+        raise ControlError(f"{sample.key_expr}: the answer cannot be understood: {cause}") from cause
 
 
 def _message_of(reply: zenoh.Reply, path: str) -> Any:

@@ -122,7 +122,7 @@ class RemoteLink(asyncio.Protocol):
             except StopIteration:
                 return
             except ValueError as fault:
-                self._hang_up(f"what the hub said can't be understood: {fault}")
+                self._hang_up(f"what the hub said cannot be understood: {fault}")
                 return
             if kind == Kind.MESSAGE and self._handler is not None:
                 try:

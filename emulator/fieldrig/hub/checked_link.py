@@ -1,4 +1,4 @@
-"""The rule for every end of a bus: a message that the medium can't carry raises where it is sent.
+"""The rule for every end of a bus: a message that the medium cannot carry raises where it is sent.
 
 All ends that the kernel makes follow it: under virtual time (`node`), in the hub's process (`hub`), in another process
 (`attach`), and around the end of a direct bus (`CheckedLink`).  `Bus.check` and `Bus.check_interest` decide.  Such a
@@ -15,12 +15,12 @@ from fieldrig.outside.untrusted import shown
 
 def unsendable(cause: Exception, member: str, bus: str, message: Any) -> Exception:
     """Return the exception to raise from `cause`, which `Bus.check` raised."""
-    return _of_kind(cause)(f"{member} can't send {shown(message)} on {bus}: {cause}")
+    return _of_kind(cause)(f"{member} cannot send {shown(message)} on {bus}: {cause}")
 
 
 def uninteresting(cause: Exception, member: str, bus: str, interest: Any) -> Exception:
     """Return the exception to raise from `cause`, which `Bus.check_interest` raised."""
-    return _of_kind(cause)(f"{member} can't listen to {shown(interest)} on {bus}: {cause}")
+    return _of_kind(cause)(f"{member} cannot listen to {shown(interest)} on {bus}: {cause}")
 
 
 class CheckedLink:

@@ -29,7 +29,7 @@ LIMITS = Limits(connections=8192, first_message_s=PATIENCE_S, silent=256)
 """Connections of members; one more without a hello than these closes the one that was silent longest."""
 CROWDED_BACKLOG = 64 << 10
 """Bytes that a member has not read yet, from which on outsiders have to wait."""
-SLOWEST_BACKLOG = 4 << 20  # bytes; a member that stops reading is disconnected, so that it can't fill the memory
+SLOWEST_BACKLOG = 4 << 20  # bytes; a member that stops reading is disconnected, so that it cannot fill the memory
 
 
 class HubServer:
@@ -53,7 +53,7 @@ class HubServer:
                 self._servers.append(await loop.create_unix_server(lambda: self._stream(None), str(self._path)))
             except OSError as cause:
                 remedy = "make room there, or name another run folder: --set run=FOLDER"
-                raise BusError(f"{bus.name}: {self._path} can't be made: {cause.strerror}", remedy) from cause
+                raise BusError(f"{bus.name}: {self._path} cannot be made: {cause.strerror}", remedy) from cause
         if bus.attach is not None:
             host, port = split_address(bus.attach)
             secret = token()
@@ -66,7 +66,7 @@ class HubServer:
             try:
                 self._servers.append(await loop.create_server(lambda: self._stream(secret), host, port))
             except OSError as cause:
-                raise BusError(f"{bus.name}: can't listen on {bus.attach}: {cause}", bind_remedy(cause)) from cause
+                raise BusError(f"{bus.name}: cannot listen on {bus.attach}: {cause}", bind_remedy(cause)) from cause
 
     def statistics(self) -> dict[str, float]:
         """Return how often each limit of the connections of members was reached."""

@@ -2,7 +2,7 @@
 
 Waking a loop takes longer than many devices need for the message it is woken for.  A thread of this loop therefore
 handles its messages itself, while it holds the lock.  The loop holds the lock whenever it is not waiting for events, so
-a device is never called by two threads at once.  The loop is asyncio's own, as uvloop can't be interrupted between its
+a device is never called by two threads at once.  The loop is asyncio's own, as uvloop cannot be interrupted between its
 work and its waiting.
 """
 

@@ -29,7 +29,7 @@ _REMEDY: Final = f"set {TOKEN_VARIABLE} to a secret that the rig and its tools s
 def token() -> str | None:
     """Return the token; None if none is set, or its file is not there yet.
 
-    ConfigError if it is blank or can't be read.
+    ConfigError if it is blank or cannot be read.
     """
     text = os.environ.get(TOKEN_VARIABLE)
     if text is not None:
@@ -46,7 +46,7 @@ def token() -> str | None:
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError) as cause:
-        raise _wrong(name, f"the token can't be read: {cause}", f"see {FILE_VARIABLE}") from cause
+        raise _wrong(name, f"the token cannot be read: {cause}", f"see {FILE_VARIABLE}") from cause
 
 
 def make_token() -> None:

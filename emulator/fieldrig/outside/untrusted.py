@@ -2,7 +2,7 @@
 
 It reads what RFC 8259 and RFC 7493 (I-JSON) call good, within limits of size, depth and type, and refuses everything
 else with a `MalformedError` and nothing but that: no bytes make it raise anything else, or take much memory.  Refused
-beyond the grammar: an object that has a key twice, NaN and Infinity, a number that a float or 64 bits can't hold, half
+beyond the grammar: an object that has a key twice, NaN and Infinity, a number that a float or 64 bits cannot hold, half
 of a surrogate pair, and text that isn't UTF-8.
 
     hello = read_json(body, longest=4096)
@@ -54,7 +54,7 @@ def read_json(data: bytes | bytearray | memoryview | str, longest: int = LONGEST
         text = data if isinstance(data, str) else str(data, "utf-8")
     except UnicodeDecodeError as cause:
         raise MalformedError(f"not UTF-8: {cause.reason} at byte {cause.start}") from cause
-    # Brackets that are not there can't be deep: what is short and flat, as nearly all is, costs two counts.
+    # Brackets that are not there cannot be deep: what is short and flat, as nearly all is, costs two counts.
     if text.count("[") + text.count("{") > deepest and _depth(text) > deepest:
         raise MalformedError(f"arrays or objects deeper than {deepest}")
     try:

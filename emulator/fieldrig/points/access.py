@@ -16,14 +16,14 @@ def read_point(device: str, points: Mapping[str, Point], key: str) -> Value:
 def write_point(device: str, points: Mapping[str, Point], key: str, value: Value) -> None:
     """Write a point.  ControlError for an unknown or read-only key, or a value that is refused."""
     if not isinstance(value, bool | int | float | str):
-        raise ControlError(f"{key} can't be {shown(value)}", "expected a number, a text, true or false")
+        raise ControlError(f"{key} cannot be {shown(value)}", "expected a number, a text, true or false")
     point = _point(device, points, key)
     if point.write is None:
         raise ControlError(f"{key} can only be read")
     try:
         point.write(value)
     except ValueError as cause:
-        raise ControlError(f"{key} can't be {value!r}: {cause}") from cause
+        raise ControlError(f"{key} cannot be {value!r}: {cause}") from cause
 
 
 def _point(device: str, points: Mapping[str, Point], key: str) -> Point:

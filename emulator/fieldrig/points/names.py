@@ -30,4 +30,4 @@ def written_point(point: Any, *key_and_value: Any) -> tuple[str, str, Value]:
             return (*split_point(point), value)
         case (key, value):
             return (*split_point(point, "" if key is None else key), value)
-    raise ArgumentError(f"{shown(point)} can't be set to nothing", 'expected a value, such as set("tank/level", 1.25)')
+    raise ArgumentError(f"{shown(point)} cannot be set to nothing", 'expected a value, such as set("tank/level", 1.25)')

@@ -164,7 +164,7 @@ class _Job:
         try:
             result = self._outcome()
         except OSError as cause:
-            result = Failure(f"the worker process can't be started: {cause}")
+            result = Failure(f"the worker process cannot be started: {cause}")
         self._processes.end(self, result)
 
     def _outcome(self) -> Any:

@@ -165,7 +165,7 @@ class Child:
                 os.kill(self.pid, number)
 
     def tail(self) -> str:
-        """Return the last lines that the process wrote since it was started; none if its log can't be read."""
+        """Return the last lines that the process wrote since it was started; none if its log cannot be read."""
         try:
             return self._tail()
         except OSError:

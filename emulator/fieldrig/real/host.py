@@ -72,7 +72,7 @@ class Host:
         self._looking: asyncio.Task[None] | None = None
 
     async def run(self) -> Exit:
-        """Run the process to its end.  RigError if it can't start."""
+        """Run the process to its end.  RigError if it cannot start."""
         loop = asyncio.get_running_loop()
         loop.set_exception_handler(self._on_exception)
         clock = RealClock(loop)

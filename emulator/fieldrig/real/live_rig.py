@@ -101,7 +101,7 @@ class LiveRig(UpProcess):
         """
         if not isinstance(file, str | Path) or not all(isinstance(setting, str) for setting in overrides):
             given = ", ".join(map(shown, (file, *overrides)))
-            raise ArgumentError(f"a rig can't be started from {given}", "expected a path, and overrides as texts")
+            raise ArgumentError(f"a rig cannot be started from {given}", "expected a path, and overrides as texts")
         super().__init__()
         self.run = self.folder / "run"
         """The run folder, with ptys and log/."""
@@ -136,7 +136,7 @@ class LiveRig(UpProcess):
         self.ask(f"device/{device}/set", {"values": {key: value}})
 
     def _wait_until_ready(self) -> None:
-        """Wait as long as the process lives; a rig that can't start ends by its own `start_timeout_s`."""
+        """Wait as long as the process lives; a rig that cannot start ends by its own `start_timeout_s`."""
         while not self._is_ready():
             if (code := self.process.poll()) is not None:
                 raise RigError(f"the rig ended with exit code {code} before it was ready:\n{self.output()}")

@@ -199,7 +199,7 @@ class DeviceProcess:
 
     def _on_store(self, device: str, why: str) -> None:
         remedy = f"make room on the disk of {self._run}"
-        self.warn(f"{device} can't store anything: {why}; {remedy}" if why else f"{device} can store again")
+        self.warn(f"{device} cannot store anything: {why}; {remedy}" if why else f"{device} can store again")
 
     def _entries(self) -> Sequence[DeviceEntry]:
         return [self.config.devices[name] for name in self.plan.devices]

@@ -164,7 +164,7 @@ class Roster:
             return await self._join(message)
         if verb not in self._verbs:
             raise ControlError(
-                f"this rig can't {verb}", f"it can: {', '.join(['status', *self._verbs])}; others need time: virtual"
+                f"this rig cannot {verb}", f"it can: {', '.join(['status', *self._verbs])}; others need time: virtual"
             )
         await self._verbs[verb](message)
         return {}
@@ -175,7 +175,7 @@ class Roster:
             case {"process": str(name), "pid": int(pid)} if name in self.members:
                 member = self.members[name]
             case _:
-                raise ControlError(f"this rig can't {asked('join', message)}", f"it has: {', '.join(self.members)}")
+                raise ControlError(f"this rig cannot {asked('join', message)}", f"it has: {', '.join(self.members)}")
         member.pid = pid
         released = member.released = asyncio.Event()
         self.set_state(member, State.WAITING)

@@ -104,7 +104,7 @@ class Supervisor:
                 self.roster.set_state(member, State.DEAD)
                 if not had_trouble:
                     why = cause.strerror or cause
-                    self._note(member, "late", f"it can't be started: {why}; trying again until it can")
+                    self._note(member, "late", f"it cannot be started: {why}; trying again until it can")
                 had_trouble = True
                 await asyncio.wait({self._ended}, timeout=self._patience[member.name].after_death(0.0))
             else:
@@ -213,7 +213,7 @@ class Supervisor:
             case {"name": str(name)}:
                 member = self.roster.member_of(name)
             case _:
-                raise ControlError(f"this rig can't {asked('restart', message)}", "expected the name of a process")
+                raise ControlError(f"this rig cannot {asked('restart', message)}", "expected the name of a process")
         if self._tenders[member.name].done():
             raise ControlError(f"{member.name} has ended and will not be restarted", "stop the rig and start it again")
         self._wanted_restarts.add(member.name)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 class RecordFile:
     def __init__(self, path: Path) -> None:
-        """OSError if the file can't be opened."""
+        """OSError if the file cannot be opened."""
         self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0), 0o666)
         self._end = 0
         """Position after the last whole record."""

@@ -33,7 +33,7 @@ RAM: Final = ".ram"
 
 
 class StoreError(OSError):
-    """The store can't save the data; the data saved before is still there."""
+    """The store cannot save the data; the data saved before is still there."""
 
 
 class Version(NamedTuple):
@@ -59,7 +59,7 @@ class Store(Protocol):
     def save(self, data: bytes) -> None:
         """Save `data`.  When this returns, it survives SIGKILL and power-off; until then, the old data does.
 
-        StoreError if it can't be saved; the old data is kept then.
+        StoreError if it cannot be saved; the old data is kept then.
         """
 
     def buffered_ram(self, size: int) -> memoryview:
@@ -88,13 +88,13 @@ class Restored(NamedTuple, Generic[T]):
     content: T | None
     """The content; None if nothing was ever saved, or no version can be used."""
     is_damaged: bool
-    """True if the newest version can't be used."""
+    """True if the newest version cannot be used."""
 
 
 def restore(store: Store, decode: Callable[[bytes], T]) -> Restored[T]:
     """Return the newest version that `decode` accepts.
 
-    `decode` raises ValueError for data that the device can't have saved, such as a value outside its limits; this
+    `decode` raises ValueError for data that the device cannot have saved, such as a value outside its limits; this
     counts as damage too.  Damage is logged.
     """
     is_damaged = False
@@ -104,7 +104,7 @@ def restore(store: Store, decode: Callable[[bytes], T]) -> Restored[T]:
             try:
                 content = decode(version.data)
             except ValueError as cause:
-                wrong = f"its content can't be used: {cause}"
+                wrong = f"its content cannot be used: {cause}"
             else:
                 if is_damaged:
                     log.warning("%s is used instead", version.place)
@@ -152,7 +152,7 @@ class FileStore:
         self._refused: dict[str, _Refusal] = {}
 
     def trouble(self) -> str:
-        """Return why data can't be saved at present; empty if it can.
+        """Return why data cannot be saved at present; empty if it can.
 
         Refused data is tried again, so the answer is also right if the device saves nothing more.  Buffered RAM is only
         available again after the device has asked for it.
@@ -242,7 +242,7 @@ class FileStore:
 
     def _note_refused(self, suffix: str, refusal: "_Refusal") -> None:
         if suffix not in self._refused:
-            log.warning("%s can't be stored: %s; the old content is kept", self._path, refusal.why)
+            log.warning("%s cannot be stored: %s; the old content is kept", self._path, refusal.why)
         if not self._refused:
             self._on_trouble(refusal.why)
         self._refused[suffix] = refusal

@@ -20,7 +20,7 @@ ABOUT = {
     Exit.OK: "success",
     Exit.BUG: "internal error of fieldrig, with its traceback",
     Exit.WRONG: "wrong usage, or mistakes in a file",
-    Exit.CANNOT_START: "can't start: a port, a path or the control endpoint is not available",
+    Exit.CANNOT_START: "cannot start: a port, a path or the control endpoint is not available",
     Exit.NO_RIG: "no rig answers at the control endpoint",
     Exit.DEVICE_FAILED: "a device failed, and its `on_exit` in the rig file is `stop`",
     Exit.REFUSED: "the rig or device refuses: unknown device or key, or a value that is not accepted",

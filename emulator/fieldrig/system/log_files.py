@@ -2,7 +2,7 @@
 
 `NAME.log` is the present one, `NAME.log.1` the one before.  The process itself begins the next file, before it writes
 what would be too much, so nothing is lost or written twice.  Left out: text that a library writes without Python counts
-only when Python writes next; what a full disk refuses (`steady_output`).  Windows can't rename a file that is open, so
+only when Python writes next; what a full disk refuses (`steady_output`).  Windows cannot rename a file that is open, so
 the log grows there.
 """
 
@@ -67,7 +67,7 @@ class LogText(io.TextIOWrapper):
 
 
 def direct_output(log: Path) -> None:
-    """Direct both outputs of this process to the end of the file; they stay where they are if it can't be opened."""
+    """Direct both outputs of this process to the end of the file; they stay where they are if it cannot be opened."""
     try:
         fd = open_own(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     except OSError:

@@ -25,7 +25,7 @@ OUTSIDE_VARIABLE: Final = "FIELDRIG_OUTSIDE_PATHS"
 def own_folder(folder: Path) -> Path:
     """Make the folder if it is missing, and return it.
 
-    RigError if it is another user's, or if others may write to it.  OSError if it can't be made.
+    RigError if it is another user's, or if others may write to it.  OSError if it cannot be made.
     """
     folder.mkdir(parents=True, exist_ok=True, mode=FOLDER_MODE)
     about = folder.stat()
@@ -44,7 +44,7 @@ def part_of(folder: Path, name: str) -> Path:
     """Return the path of a file in a folder, and make the folders between them.
 
     RigError if one of these is a link or another user's, or if the path leaves the folder and the user has not allowed
-    that.  OSError if one can't be made.
+    that.  OSError if one cannot be made.
     """
     path = folder / name
     if leaves(folder, name):

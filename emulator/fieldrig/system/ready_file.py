@@ -32,7 +32,7 @@ def ready_file(run: Path, name: str, is_ready: Callable[[], bool]) -> Iterator[N
         yield
     finally:
         keeper.cancel()
-        with suppress(OSError):  # a file that can't be removed gets old
+        with suppress(OSError):  # a file that cannot be removed gets old
             _show(path, False)
 
 
@@ -43,7 +43,7 @@ async def _keep(path: Path, is_ready: Callable[[], bool]) -> None:
             _show(path, is_ready())
         except OSError as cause:
             if not had_trouble:
-                log.warning("%s can't be written, so health checks will fail: %s", path, cause.strerror or cause)
+                log.warning("%s cannot be written, so health checks will fail: %s", path, cause.strerror or cause)
             had_trouble = True
         else:
             had_trouble = False

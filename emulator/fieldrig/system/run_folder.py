@@ -54,7 +54,7 @@ class RunFolder:
                 (self.folder / part).chmod(FOLDER_MODE)  # earlier versions made them for all to read
             lock = open_file(self.folder / RIG_LOCK, "a+")
         except OSError as cause:
-            raise RigError(f"the run folder can't be made: {cause}", "name another: --set run=FOLDER") from cause
+            raise RigError(f"the run folder cannot be made: {cause}", "name another: --set run=FOLDER") from cause
         if not _locked(lock, wait_s=0):
             lock.seek(0)
             owner = lock.read().strip() or "unknown"
@@ -85,7 +85,7 @@ class RunFolder:
             lock = open_file(self.folder / PROCESSES_LOCK, "a")
         except OSError as cause:
             raise RigError(
-                f"{self.folder} can't be written: {cause.strerror}", "make room, or --set run=FOLDER"
+                f"{self.folder} cannot be written: {cause.strerror}", "make room, or --set run=FOLDER"
             ) from cause
         with lock:
             if not _locked(lock, wait_s=LINGER_S):
@@ -114,7 +114,7 @@ def join_run(folder: Path) -> IO[Any]:
         own_folder(folder)
         lock = open_file(folder / PROCESSES_LOCK, "a")
     except OSError as cause:
-        raise RigError(f"the run folder can't be used: {cause}", "name another: --set run=FOLDER") from cause
+        raise RigError(f"the run folder cannot be used: {cause}", "name another: --set run=FOLDER") from cause
     if HAS_LOCKS:
         fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
     return lock

@@ -1,6 +1,6 @@
 """Output to a disk that may be full, a pipe whose reader may be gone, or a file that is closed.
 
-None of these is a reason to end a rig, so logs, and what `fieldrig up` prints, are steady: what can't be written is
+None of these is a reason to end a rig, so logs, and what `fieldrig up` prints, are steady: what cannot be written is
 left out, and once there is room again, a line says how many bytes are missing, and why.  Other commands are strict:
 they end with a message and an exit code.
 """
@@ -51,7 +51,7 @@ class SteadyFile(io.FileIO):
 
 
 class StrictFile(io.FileIO):
-    """The file of a descriptor, which stays open when this is closed.  OutputError says that it can't be written.
+    """The file of a descriptor, which stays open when this is closed.  OutputError says that it cannot be written.
 
     Everything after that is dropped: Python writes what is left at its end, and would end with another traceback.
     """
@@ -70,11 +70,11 @@ class StrictFile(io.FileIO):
             raise
         except OSError as cause:
             self._is_lost = True
-            raise OutputError(f"the output can't be written: {cause.strerror or cause}") from cause
+            raise OutputError(f"the output cannot be written: {cause.strerror or cause}") from cause
 
 
 class OutputError(UsageError):
-    """The output of a command can't be written."""
+    """The output of a command cannot be written."""
 
 
 def strict(stream: TextIO) -> TextIO:

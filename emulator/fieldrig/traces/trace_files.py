@@ -53,12 +53,12 @@ def format_of(path: Path) -> Format:
 
 
 def read(path: Path) -> Iterator[TraceEntry]:
-    """Yield the entries of a file.  UsageError if it can't be read, or is not a trace."""
+    """Yield the entries of a file.  UsageError if it cannot be read, or is not a trace."""
     try:
         with path.open("rb") as file:
             yield from format_of(path).read(file)
     except OSError as cause:
-        raise UsageError(f"{path} can't be read: {cause.strerror}", nearest_file(path)) from cause
+        raise UsageError(f"{path} cannot be read: {cause.strerror}", nearest_file(path)) from cause
 
 
 def write(entries: Iterable[TraceEntry], path: Path) -> int:
@@ -71,7 +71,7 @@ def write(entries: Iterable[TraceEntry], path: Path) -> int:
         with _whole(path) as file:
             return form.write(entries, file, 0)
     except OSError as cause:
-        raise UsageError(f"{path} can't be written: {cause.strerror}", REMEDY) from cause
+        raise UsageError(f"{path} cannot be written: {cause.strerror}", REMEDY) from cause
 
 
 @contextmanager
@@ -100,12 +100,12 @@ class Recorder:
     """
 
     def __init__(self, path: Path, most: int | None = None) -> None:
-        """Write at most `most` messages.  UsageError if the file can't be written."""
+        """Write at most `most` messages.  UsageError if the file cannot be written."""
         self._path, self._form, self._most = path, format_of(path), most
         try:
             self._file = RecordFile(path)
         except OSError as cause:
-            raise UsageError(f"{path} can't be written: {cause.strerror}", REMEDY) from cause
+            raise UsageError(f"{path} cannot be written: {cause.strerror}", REMEDY) from cause
         self._batches: SimpleQueue[tuple[str, dict[str, Any]] | None] = SimpleQueue()
         self._expected: dict[tuple[str, str], int] = {}
         self.taken = 0
@@ -149,7 +149,7 @@ class Recorder:
         left_out = self.taken - self._missing - self._written
         words = f"{self._path}: {counted(self._written, 'message')}"
         words += f"; {self._missing} are missing: {self._trouble}" if self._missing else ""
-        words += f"; {left_out} are of kinds that this format can't hold" if left_out else ""
+        words += f"; {left_out} are of kinds that this format cannot hold" if left_out else ""
         return words + (f"; {self._lost} were lost: this host is too slow" if self._lost else "")
 
     def _write(self) -> None:

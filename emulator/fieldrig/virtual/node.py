@@ -152,7 +152,7 @@ class EventNode:
             raise
 
     def finish(self) -> Stepped:
-        """Return the results of a step, for callers that can't read the outbox."""
+        """Return the results of a step, for callers that cannot read the outbox."""
         outbox = self.outbox
         listens = [(bus, interest) for _, bus, interest in outbox.listens]
         sent = [(bus, message) for _, bus, message in outbox.sent]

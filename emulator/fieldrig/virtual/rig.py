@@ -42,9 +42,9 @@ class Rig:
     def __init__(
         self, config: RigConfig, on_delivery: OnDelivery | None = None, stores: Mapping[str, Store] | None = None
     ) -> None:
-        """RigError if a device can't be built.  `stores` keeps the memories of devices, by name, over a power cycle."""
+        """RigError if a device cannot be built.  `stores` are the memories of devices, by name, over a power cycle."""
         if not isinstance(config, RigConfig):
-            raise ArgumentError(f"a rig can't be made of {shown(config)}", 'write Rig(load("rig.yaml"))')
+            raise ArgumentError(f"a rig cannot be made of {shown(config)}", 'write Rig(load("rig.yaml"))')
         for name in stores or {}:
             if name not in config.devices:
                 raise ControlError(f"the rig has no device {name!r}", closest(name, list(config.devices)))
@@ -124,7 +124,7 @@ class Rig:
         """
         if not callable(condition):
             raise ArgumentError(
-                f"until can't take {shown(condition)}",
+                f"until cannot take {shown(condition)}",
                 'expected a function, such as until(lambda: rig.get("tank/level") > 1.5, within=60 * S)',
             )
         begin_ns, readings = self.now_ns, Readings()
@@ -142,7 +142,7 @@ class Rig:
         """Add a member from outside, such as a test, with a `clock` and a `link(bus)` to any bus of the rig."""
         self._check_open()
         if not isinstance(member, str) or not member:
-            raise ArgumentError(f"a member can't be called {shown(member)}", 'expected a name, such as "master"')
+            raise ArgumentError(f"a member cannot be called {shown(member)}", 'expected a name, such as "master"')
         if member in self._nodes or member in self._outside:
             raise RigError(f"the rig already has a member {member!r}", "choose another name")
         node = EventNode(member, self.now_ns, Outbox(self.buses))
@@ -188,7 +188,7 @@ class Rig:
         device, key = split_point(point)
         node = self._node(device)
         if not callable(call):
-            raise ArgumentError(f"on_change can't call {shown(call)}", "expected a function that takes the value")
+            raise ArgumentError(f"on_change cannot call {shown(call)}", "expected a function that takes the value")
         if not self._watches.get(device, {}).get(key):
             node.watch(self.now_ns, key)
         calls = self._watches.setdefault(device, {}).setdefault(key, [])
@@ -222,7 +222,7 @@ class Rig:
         """
         self._check_part(where)
         if not isinstance(fault, Mapping):
-            raise ArgumentError(f"a fault can't be {shown(fault)}", 'expected a mapping, such as {"what": "drop"}')
+            raise ArgumentError(f"a fault cannot be {shown(fault)}", 'expected a mapping, such as {"what": "drop"}')
         if where in self._models:
             with refusals(where):
                 return self._models[where].add_fault(self.now_ns, fault)
@@ -233,7 +233,7 @@ class Rig:
         """Remove a fault of a bus or a device.  ControlError if there is none of this number."""
         self._check_part(where)
         if type(number) is not int:
-            raise ArgumentError(f"a fault can't have the number {shown(number)}", "expected what add_fault returned")
+            raise ArgumentError(f"a fault cannot have the number {shown(number)}", "expected what add_fault returned")
         if where in self._models:
             with refusals(where):
                 self._models[where].clear_fault(self.now_ns, number)
@@ -287,7 +287,7 @@ class Rig:
         self._check_open()
         if self._is_telling:
             raise RigError(
-                "a call of on_change can't run the rig", "it may read and write points; run the rig after it"
+                "a call of on_change cannot run the rig", "it may read and write points; run the rig after it"
             )
 
     def _tell(self, names: Iterable[str]) -> None:
@@ -309,7 +309,7 @@ class Rig:
             raise ArgumentError(str(wrong)) from None
         if instant_ns < self.now_ns:
             raise ArgumentError(
-                f"run_until can't go back to {seconds(instant_ns)}: the rig is at {seconds(self.now_ns)}",
+                f"run_until cannot go back to {seconds(instant_ns)}: the rig is at {seconds(self.now_ns)}",
                 "run_for(10 * MS) goes on by a duration",
             )
         return instant_ns
@@ -483,6 +483,6 @@ def _duration(duration_ns: int, call: str) -> int:
     """Return a duration of a call.  ArgumentError for a negative one, or anything but whole nanoseconds."""
     if type(duration_ns) is not int or duration_ns < 0:
         raise ArgumentError(
-            f"{call} can't take {shown(duration_ns)}", "expected a duration in whole nanoseconds, such as 10 * MS"
+            f"{call} cannot take {shown(duration_ns)}", "expected a duration in whole nanoseconds, such as 10 * MS"
         )
     return duration_ns

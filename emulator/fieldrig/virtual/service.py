@@ -86,7 +86,7 @@ class VirtualService:
         self._base_ns = 0
 
     async def run(self) -> Exit:
-        """Run until `end` is called.  RigError if a device can't be built, or devices answer each other endlessly."""
+        """Run until `end` is called.  RigError if a device cannot be built, or devices answer each other endlessly."""
         with Rig(self._config) as self._rig:
             self._serve()
             await asyncio.sleep(0)  # what can be reached is printed meanwhile, before it is ready
@@ -152,7 +152,7 @@ class VirtualService:
                 self._may_run.clear()
                 await self._run_until(self._rig.now_ns + duration_ns)
             case _:
-                raise ControlError(f"this rig can't {asked(verb, message)}", "it can: status, stop, pause, run, step")
+                raise ControlError(f"this rig cannot {asked(verb, message)}", "it can: status, stop, pause, run, step")
         return {"now_ns": self._rig.now_ns, "is_paused": not self._may_run.is_set()}
 
     async def _pace(self) -> None:

@@ -72,5 +72,5 @@ def test_only_what_is_of_interest_is_heard(bench: DirectBench, peer: can.BusABC)
 
 def test_interface_that_is_not_there_is_named() -> None:
     bus = PythonCan("can0", PythonCanSettings(interface="nonsense", channel="can0"))
-    with direct_bench(bus) as bench, pytest.raises(BusError, match="python-can can't open"):
+    with direct_bench(bus) as bench, pytest.raises(BusError, match="python-can cannot open"):
         bench.join("node")

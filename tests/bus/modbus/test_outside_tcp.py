@@ -134,7 +134,7 @@ def test_an_absent_server_is_reported_once_and_tried_with_growing_pauses(caplog:
             at.again()
             at.accept(bench).read(12)
         assert [record.levelname for record in caplog.records] == ["INFO", "DEBUG", "DEBUG", "DEBUG", "INFO"]
-        assert f"mb: {at.address} can't be reached: " in caplog.messages[0]
+        assert f"mb: {at.address} cannot be reached: " in caplog.messages[0]
         assert caplog.messages[-1] == f"mb: {at.address} is connected"
 
 

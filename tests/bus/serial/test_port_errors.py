@@ -1,4 +1,4 @@
-"""Why a port can't be opened, without numbers."""
+"""Why a port cannot be opened, without numbers."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -165,7 +165,7 @@ async def test_close_hangs_up(bench: Bench, free_port: int) -> None:
 @on_both_loops
 async def test_address_in_use_is_said_with_what_to_do(bench: Bench, free_port: int) -> None:
     await bench.open(tcp(free_port))
-    with pytest.raises(BusError, match=r"can't listen at 127\.0\.0\.1:\d+") as fault:
+    with pytest.raises(BusError, match=r"cannot listen at 127\.0\.0\.1:\d+") as fault:
         await bench.open(tcp(free_port))
     assert "choose another port" in fault.value.remedy
 

@@ -269,7 +269,7 @@ def test_a_device_that_leaves_closes_its_connections(tmp_path: Path) -> None:
 def test_a_port_that_is_taken_is_refused_at_the_start(tmp_path: Path) -> None:
     async def scene(bench: Bench) -> None:
         taken = TcpPort({"echo": f"127.0.0.1:{bench.port.number('echo')}"}, 1, None)
-        with pytest.raises(BusError, match="can't listen"):
+        with pytest.raises(BusError, match="cannot listen"):
             await taken.open(LocalHub(bench.hub.bus, bench.hub.clock, tmp_path))
 
     run(scene, tmp_path)

@@ -34,7 +34,7 @@ def convert(source: Path, target: str, *arguments: str) -> Result:
 def test_buses_without_waveforms_are_named(source: Path) -> None:
     done = convert(source, "x.vcd")
     assert done.stderr.endswith(
-        "x.vcd: 2 messages; 3 are of kinds that this format can't hold; it has no messages of can0, com1\n"
+        "x.vcd: 2 messages; 3 are of kinds that this format cannot hold; it has no messages of can0, com1\n"
     )
 
 

@@ -183,7 +183,7 @@ def test_broken_store_is_as_none(data: bytes, caplog: pytest.LogCaptureFixture) 
     with caplog.at_level(logging.WARNING):
         bench = CanopenBench(store=MemoryStore(data))
     assert bench.take() == ["705#00"]
-    assert "can't be used" in caplog.text
+    assert "cannot be used" in caplog.text
 
 
 # 1020h: date and time of the configuration

@@ -151,7 +151,7 @@ def test_pp_position_window_and_time(bench: Cia402Bench) -> None:
 
 
 def test_pp_a_window_of_0_is_reached_where_a_unit_is_no_whole_number_of_increments(bench: Cia402Bench) -> None:
-    """3 units an increment: the motor can't be nearer to the target than at the next increment."""
+    """3 units an increment: the motor cannot be nearer to the target than at the next increment."""
     bench.put(0x6092, 3_000_000, 1).put(0x6067, 0).put(0x607A, 1_000).enabled(PP).control(0x1F).cycles(100)
     assert (bench.motor.position, bench.status(0x0400)) == (333, 0x0400)
 

@@ -80,7 +80,7 @@ def test_what_is_missing_is_named(tmp_path: Path) -> None:
     for arguments, what in (
         (("--rig", LAB, "--bus", "can7", "--node", 5), "has no bus 'can7'"),
         (("--rig", LAB, "--bus", "can0", "--node", 9), "has node-ID 9"),
-        (("--bus", "can.udp", "--node", 5, "--eds", tmp_path / "no.eds"), "can't be used as an EDS"),
+        (("--bus", "can.udp", "--node", 5, "--eds", tmp_path / "no.eds"), "cannot be used as an EDS"),
         (("--only", "SDO 99"), "no case matches"),
     ):
         fault = conform(*arguments).exception
@@ -99,4 +99,4 @@ def test_file_that_is_no_eds_is_named(tmp_path: Path, text: str) -> None:
     eds.write_text(text)
     fault = conform("--rig", LAB, "--bus", "can0", "--node", 5, "--eds", eds).exception
     assert isinstance(fault, UsageError)
-    assert "can't be used as an EDS" in fault.what
+    assert "cannot be used as an EDS" in fault.what

@@ -143,7 +143,7 @@ def test_plate_stands_in_data_field_0() -> None:
         ("4b 01 00 01 55 00", "12"),
         ("4c 01", "12"),
         ("4d 02 c8 55", "12"),  # fields are created in order
-        ("4d 01 48 55", "12"),  # one that isn't there can't be deleted
+        ("4d 01 48 55", "12"),  # one that isn't there cannot be deleted
         ("4f 04 55 66", "0d"),
         ("4f 00 56 66", "0f"),
         ("55 60 55", "0d"),

@@ -130,7 +130,7 @@ def renew(there: HiperfaceEncoder) -> None:
 
 
 def count_otherwise(there: HiperfaceEncoder) -> None:
-    """A right plate of a resolver (manual 6933), which the drive can't count by."""
+    """A right plate of a resolver (manual 6933), which the drive cannot count by."""
     there.eeprom.fields[0].data[:] = PLATE.model_copy(update={"encoder_increments": 65_000}).encode()
 
 

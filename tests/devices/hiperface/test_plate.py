@@ -175,7 +175,7 @@ def test_what_is_no_plate_file(text: str, tmp_path: Path) -> None:
     file.write_text(text)
     with pytest.raises(ConfigError):
         load_plate(file)
-    with pytest.raises(ConfigError, match="can't be read"):
+    with pytest.raises(ConfigError, match="cannot be read"):
         load_plate(tmp_path / "other.yaml")
 
 

@@ -201,7 +201,7 @@ def test_mode_without_its_command_value_is_refused_before_operation() -> None:
         ({"S-0-0051": 1}, "S-0-0051 is not a parameter"),
         ({"S-0-0099": 3}, "S-0-0099 is not a parameter"),
         ({"S-0-0206": 20}, "S-0-0206 is not a parameter"),
-        ({"s-0-104": 0}, "s-0-104 can't be 0; expected 1 to 6000"),
+        ({"s-0-104": 0}, "s-0-104 cannot be 0; expected 1 to 6000"),
         ({"S-0-0104": 6_001}, "expected 1 to 6000"),
         ({"S-0-0091": -1}, "expected 0 to 2147483647"),
     ],

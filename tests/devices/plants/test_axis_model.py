@@ -32,7 +32,7 @@ states = st.builds(State, st.floats(-1, 2), st.floats(-50, 50).map(lambda x: rou
 
 
 def stepped(axis: Mechanics, state: State, reference: float, load: float, seconds: float, steps: int) -> State:
-    """The same axis by Heun's method in fine steps: dry friction as a force that can't turn the speed round."""
+    """The same axis by Heun's method in fine steps: dry friction as a force that cannot turn the speed round."""
     position, speed, torque = state
     h = seconds / steps
     for n in range(steps):

@@ -74,10 +74,10 @@ fifos:
     )
     assert found == [
         "4: coils[1].name: run is already used at coils[0]",
-        "6: discrete_inputs[0].access: a client can't write discrete inputs",
+        "6: discrete_inputs[0].access: a client cannot write discrete inputs",
         "9: holding_registers[1].address: address 3 is in use by wide",
         "10: holding_registers[2].wire: pump.run is already used at coils[0]",
-        "11: holding_registers[3].direction: no client can write it, so it can't drive a wire",
+        "11: holding_registers[3].direction: no client can write it, so it cannot drive a wire",
         "14: fifos[1].address: 7 is already used at fifos[0]",
     ]
 

@@ -71,7 +71,7 @@ def test_wrong_values_are_named(values: dict[str, int], invalid: list[int]) -> N
     [
         ((47, 36), (51, 40), []),
         ((47, 80), (51,), [24]),  # there is no 80
-        ((51,), (51,), [24]),  # it can't be written
+        ((51,), (51,), [24]),  # it cannot be written
         ((30,), (30,), [16, 24]),  # a text
         ((99,), (99,), [16, 24]),  # a command
         ((47,) * 9, (51,) * 9, [16, 24]),  # 32 bytes are the most

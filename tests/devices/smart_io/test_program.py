@@ -1,4 +1,4 @@
-"""The node's program on the ring: items that can't be, the heap, wrong orders, the FIFO, and a node at rest."""
+"""The node's program on the ring: items that cannot be, the heap, wrong orders, the FIFO, and a node at rest."""
 
 import pytest
 from hypothesis import given

@@ -52,7 +52,7 @@ def test_a_move_replaces_the_one_in_progress(bench: ProgramBench) -> None:
     bench.run_to(500)
     assert bench.position == pytest.approx(4.5)
     number = bench.move(Move.ABSOLUTE_MOVE, 2.0, 10.0, 100.0)
-    bench.run_to(600)  # it can't stop before: half a turn further, then back
+    bench.run_to(600)  # it cannot stop before: half a turn further, then back
     assert (bench.position, bench.speed) == pytest.approx((5.0, 0.0), abs=1e-6)
     bench.run_to(2000)
     assert bench.position == pytest.approx(2.0)

@@ -91,7 +91,7 @@ class PamMedium(Medium[Station]):
         return self._reports(number, layout, reports, place, late), heard
 
     def lose(self, stations: list[str]) -> None:
-        """These stations can't hear what the PAM sends, as if they had no power."""
+        """These stations cannot hear what the PAM sends, as if they had no power."""
         if stations != self._lost:
             self._lost, self._layout = stations, None
 

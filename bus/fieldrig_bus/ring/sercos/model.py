@@ -23,8 +23,8 @@ class RingModel(MediumModel[RingMessage]):
         super().__init__(self.fibre)
         self._impostors = Impostors()
         self._over_ns = 0
-        """The instant at which the last cycle that has ended is heard.  A master that begins the next one earlier can't
-        overtake it."""
+        """The instant at which the last cycle that has ended is heard.  A master that begins the next one earlier does
+        not overtake it."""
 
     def submit(self, now_ns: int, member: str, message: RingMessage) -> None:
         fibre = self.fibre

@@ -202,7 +202,7 @@ class ZenohCarrier:
             session = endpoint.open_session({"mode": "peer", "listen/endpoints": [place], **TUNED})
         except zenoh.ZError as cause:
             reason = str(cause).partition(" at /")[0]
-            raise BusError(f"{self.name}: can't listen on {place}: {reason}", "choose another `endpoint`") from cause
+            raise BusError(f"{self.name}: cannot listen on {place}: {reason}", "choose another `endpoint`") from cause
         return ZenohSpokes(session, centre)
 
     def _place(self, at: Attachment) -> str:

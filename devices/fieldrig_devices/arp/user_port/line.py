@@ -127,7 +127,8 @@ def open_line(port: str, baud: int, timeout_s: float, retries: int) -> CardLine:
         line = _serial_for_url(port, baud, timeout=READ_S)
     except (serial.SerialException, OSError, ValueError) as cause:
         raise BusError(
-            f"can't open {port}: {reason(cause)}", "expected a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT"
+            f"cannot open {port}: {reason(cause)}",
+            "expected a device, a pty, socket://HOST:PORT or rfc2217://HOST:PORT",
         ) from cause
     longest_s = 20 * LARGEST_DATA / baud  # time of a request and its answer, at 10 bits per octet
     return CardLine(line, timeout_s + longest_s, retries)

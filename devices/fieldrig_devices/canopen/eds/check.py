@@ -56,7 +56,7 @@ DUMMIES = [f"Dummy{number:04d}" for number in range(1, 8)]
 
 
 def check_eds(path: Path) -> list[Finding]:
-    """Return all findings in order of lines.  Raises OSError if the file can't be read."""
+    """Return all findings in order of lines.  Raises OSError if the file cannot be read."""
     source = EdsSource(path)
     found = [
         *_lines(source),

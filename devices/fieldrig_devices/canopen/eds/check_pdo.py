@@ -119,7 +119,7 @@ def _wrong_entry(source: EdsSource, entry: int, is_received: bool) -> str:
     access = target.get("AccessType").lower()
     if access in (("ro", "const", "rwr") if is_received else ("wo", "rww")):
         pdo = "an RPDO" if is_received else "a TPDO"
-        return f"expected another object: {pdo} can't carry [{target.name}], AccessType={access}"
+        return f"expected another object: {pdo} cannot carry [{target.name}], AccessType={access}"
     data_type = DATA_TYPES.get(target.number("DataType") or 0)
     lengths = () if data_type is None or data_type.bits is None else (data_type.bits, (data_type.size or 0) * 8)
     if lengths and bits not in lengths:

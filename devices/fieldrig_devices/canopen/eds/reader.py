@@ -68,7 +68,7 @@ def describe(path: Path, node_id: int) -> Description:
 
 
 def oddities(path: Path) -> list[Finding]:
-    """Return the findings of the reader.  Raises OSError if the file can't be read."""
+    """Return the findings of the reader.  Raises OSError if the file cannot be read."""
     return _describe(path, CHECKED_AS, path.stat().st_mtime_ns).findings
 
 
@@ -197,7 +197,7 @@ class _Builder:
         return data_type.encode(nearest if isinstance(data_type, Real) else int(nearest))
 
     def _value(self, section: Section, key: str, data_type: DataType) -> bytes | None:
-        """Return the value of a key, or None if there is none or it can't be read."""
+        """Return the value of a key, or None if there is none or it cannot be read."""
         text = section.get(key)
         if not text or data_type is DOMAIN:
             return None

@@ -126,7 +126,7 @@ class Mapping:
         return parts
 
     def _resolve(self, number: int) -> Part:
-        """Return the part for an entry: index, sub-index and length.  Raises Abort if it can't be mapped."""
+        """Return the part for an entry: index, sub-index and length.  Raises Abort if it cannot be mapped."""
         index, subindex, bits = number >> 16, number >> 8 & 0xFF, number & 0xFF
         if index in self._dictionary.dummies and subindex == 0:
             if self._direction is Direction.RECEIVE and bits == self._dictionary.dummies[index]:

@@ -21,7 +21,7 @@ from fieldrig_devices.canopen.sdo.server import ABORTED, REQUEST_ID, RESPONSE_ID
 
 TIMEOUT_NS: Final = 1 * S
 LONGEST: Final = 1 << 20
-"""Most bytes of an upload, so that a server can't send forever."""
+"""Most bytes of an upload, so that a server cannot send forever."""
 
 # First bytes of requests.
 UPLOAD, UPLOAD_SEGMENT, DOWNLOAD_IN_SEGMENTS = 0x40, 0x60, 0x21

@@ -51,7 +51,7 @@ def defaults(bench: Bench) -> Steps[None]:
     yield from _compare_all(bench)
 
 
-@case("4.3", "OD 03", "Read-only objects of the EDS can't be written.", f"{ACCESS}; CiA 301 table 22")
+@case("4.3", "OD 03", "Read-only objects of the EDS cannot be written.", f"{ACCESS}; CiA 301 table 22")
 def read_only(bench: Bench) -> Steps[None]:
     entries = bench.entries(
         lambda entry: entry.access in ("ro", "const") and entry.size in (1, 2, 4), "read-only object"
@@ -68,7 +68,7 @@ def read_only(bench: Bench) -> Steps[None]:
     faults.check()
 
 
-@case("4.4", "OD 04", "Write-only objects of the EDS can't be read.", f"{ACCESS}; CiA 301 table 22")
+@case("4.4", "OD 04", "Write-only objects of the EDS cannot be read.", f"{ACCESS}; CiA 301 table 22")
 def write_only(bench: Bench) -> Steps[None]:
     entries = bench.entries(lambda entry: entry.access == "wo", "write-only object")
     for entry in entries:

@@ -45,7 +45,7 @@ def disable(bench: Bench) -> Steps[None]:
     yield from bench.silence(bench.boot_up_id, "heartbeat time 0", 4 * bench.period_ms)
 
 
-@case("7.104", "Heartbeat 04", "Two entries of 1016h can't supervise the same node.", "CiA 301 7.5.2.19")
+@case("7.104", "Heartbeat 04", "Two entries of 1016h cannot supervise the same node.", "CiA 301 7.5.2.19")
 def same_node_twice(bench: Bench) -> Steps[None]:
     bench.entry(CONSUMER_TIME, 1, writable=True)
     bench.entry(CONSUMER_TIME, 2, writable=True)

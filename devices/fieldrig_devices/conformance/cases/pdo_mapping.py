@@ -51,7 +51,7 @@ def new_mapping(bench: Bench) -> Steps[None]:
         yield from bench.change(pdo.communication, COB_ID, cob_id)
 
 
-@case("3.23", "PDO 23", "An entry of a mapping can't be written while sub-index 0 is not 0.", PROCEDURE)
+@case("3.23", "PDO 23", "An entry of a mapping cannot be written while sub-index 0 is not 0.", PROCEDURE)
 def without_the_procedure(bench: Bench) -> Steps[None]:
     pdo, wanted = _other_mapping(bench)
     yield from invalidate(bench, pdo)
@@ -63,7 +63,7 @@ def without_the_procedure(bench: Bench) -> Steps[None]:
     yield from bench.refuses(attempt, *OUT_OF_ORDER, what=f"writing {pdo.mapping:04X}h:01h while :00h is not 0")
 
 
-@case("3.24", "PDO 24", "The mapping of a valid PDO can't be changed.", PROCEDURE)
+@case("3.24", "PDO 24", "The mapping of a valid PDO cannot be changed.", PROCEDURE)
 def valid_pdo(bench: Bench) -> Steps[None]:
     pdo, wanted = _other_mapping(bench)
     cob_id = yield from invalidate(bench, pdo)
@@ -193,11 +193,11 @@ def _text(mapped: list[Mapped]) -> str:
 
 RULES = (
     (27, _accept_objects, False, "Objects for RPDOs (rww, wo) can be mapped to an RPDO."),
-    (28, _refuse_other_direction, False, "Objects for TPDOs (rwr, ro) can't be mapped to an RPDO."),
-    (29, _refuse_unmappable, False, "Objects with PDOMapping=0 can't be mapped to an RPDO."),
+    (28, _refuse_other_direction, False, "Objects for TPDOs (rwr, ro) cannot be mapped to an RPDO."),
+    (29, _refuse_unmappable, False, "Objects with PDOMapping=0 cannot be mapped to an RPDO."),
     (30, _accept_objects, True, "Objects for TPDOs (rwr, ro) can be mapped to a TPDO."),
-    (31, _refuse_other_direction, True, "Objects for RPDOs (rww, wo) can't be mapped to a TPDO."),
-    (32, _refuse_unmappable, True, "Objects with PDOMapping=0 can't be mapped to a TPDO."),
+    (31, _refuse_other_direction, True, "Objects for RPDOs (rww, wo) cannot be mapped to a TPDO."),
+    (32, _refuse_unmappable, True, "Objects with PDOMapping=0 cannot be mapped to a TPDO."),
 )
 """PDO 27 to 32: number, steps, direction (True for TPDOs), and requirement."""
 

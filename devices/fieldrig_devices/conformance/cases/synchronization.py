@@ -70,7 +70,7 @@ def consumer(bench: Bench) -> Steps[None]:
         yield from sync.produce(bench, bench.period_ms)
         yield from bench.wait(2 * bench.period_ms)
     except NotApplicable:
-        pass  # the node can't produce SYNC at all
+        pass  # the node cannot produce SYNC at all
     sync_id = yield from sync.consume(bench)
     yield from bench.change(PERIOD, 0, 0)
     yield from bench.silence(sync_id, "SYNC of a consumer", 3 * bench.period_ms)
@@ -116,7 +116,7 @@ def stored_overflow(bench: Bench) -> Steps[None]:
     bench.check(came == 20, "20 in 1019h:00h after saving and a reset", str(came))
 
 
-@case("6.9", "Synchronization 09", "While 1006h is not 0, the overflow value can't be changed.", "CiA 301 7.5.2.22")
+@case("6.9", "Synchronization 09", "While 1006h is not 0, the overflow value cannot be changed.", "CiA 301 7.5.2.22")
 def overflow_in_use(bench: Bench) -> Steps[None]:
     bench.entry(OVERFLOW, writable=True)
     bench.entry(PERIOD, writable=True)

@@ -33,7 +33,7 @@ class Planner:
         self._is_smooth = settings.ramps == "smooth"
 
     def move_relative(self, order: Order, ends: Ends) -> Plan | None:
-        """Return the plan of a move; None if it can't have a profile (SCU-045)."""
+        """Return the plan of a move; None if it cannot have a profile (SCU-045)."""
         top, distance = order.velocity, order.distance
         up = rate(self._settings.ramp_unit, order.acceleration, ends.start_hz, top)
         down = rate(self._settings.ramp_unit, order.deceleration, ends.stop_hz, top)

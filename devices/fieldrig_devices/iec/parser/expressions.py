@@ -49,7 +49,7 @@ _INSTEAD: Final[Mapping[LiteralKind, int | float | str]] = {
     LiteralKind.WSTRING: "",
     LiteralKind.REAL: 0.0,
 }
-"""The value of a literal that can't be read; 0 for the other kinds."""
+"""The value of a literal that cannot be read; 0 for the other kinds."""
 _TIMES: Final[Mapping[str, tuple[LiteralKind, Callable[[str], int]]]] = {
     "D": (LiteralKind.DATE, literals.day),
     "DATE": (LiteralKind.DATE, literals.day),

@@ -1,6 +1,6 @@
 """The framing of the Debug Adapter Protocol: a header with the length of a message, then the message in JSON.
 
-Source: the protocol's overview, section "Base protocol".  A message that can't be read is skipped, and a stream whose
+Source: the protocol's overview, section "Base protocol".  A message that cannot be read is skipped, and a stream whose
 headers make no sense is dropped up to the next header.
 """
 

@@ -179,7 +179,7 @@ class DebugService:
         self._stops += 1
 
     def _holds(self, condition: str, thread: int) -> bool:
-        """A condition that can't be evaluated stops the program, so that its author notices."""
+        """A condition that cannot be evaluated stops the program, so that its author notices."""
         try:
             return self._debuggee.evaluate(condition, thread).value is not False
         except ValueError:
@@ -192,7 +192,7 @@ class DebugService:
         return {"variables": [_shown(variable) for variable in self._debuggee.variables(path)]}
 
     def _read(self, message: Mapping[str, Any]) -> Answer:
-        """Read variables or expressions; one that can't be read has an `error` instead of a value."""
+        """Read variables or expressions; one that cannot be read has an `error` instead of a value."""
         names = items(field(message, "names", list), str, MOST_NAMES, "names")
         thread = self._thread(message) if "thread" in message else None
         frame = typed(message.get("frame", 0), int, "frame")

@@ -106,7 +106,7 @@ def trace(ask: Ask, words: Sequence[str], moments: Callable[[], Iterator[object]
     try:
         Path(wanted.file).write_text(text.getvalue(), encoding="utf-8")
     except OSError as cause:
-        raise ValueError(f"{wanted.file} can't be written: {cause.strerror or cause}") from cause
+        raise ValueError(f"{wanted.file} cannot be written: {cause.strerror or cause}") from cause
     return [f"{wanted.file}: {len(rows)} samples"]
 
 

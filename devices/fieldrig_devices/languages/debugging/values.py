@@ -19,7 +19,7 @@ def words_of(text: str) -> list[str]:
 def printed(ask: Ask, names: Sequence[str], thread: int | None) -> list[str]:
     """Return the values of variables and expressions, and what is in groups; the roots without names.
 
-    ValueError for one that can't be read.
+    ValueError for one that cannot be read.
     """
     if not names:
         return [_shown(variable) for variable in ask({"command": "variables", "path": ""})["variables"]]

@@ -199,7 +199,7 @@ def test_a_program_for_one_system_is_not_compiled_for_another(tmp_path: Path) ->
 def test_a_file_that_is_not_there_is_said(tmp_path: Path) -> None:
     refused = CliRunner().invoke(app, ["compile", str(tmp_path / "none.I01")]).exception
     assert isinstance(refused, UsageError)
-    assert "can't be read" in str(refused)
+    assert "cannot be read" in str(refused)
 
 
 def test_bytes_that_are_no_text_are_mistakes(tmp_path: Path) -> None:

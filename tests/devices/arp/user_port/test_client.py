@@ -182,7 +182,7 @@ def test_another_number_than_expected_is_refused() -> None:
 
 @pytest.mark.parametrize("port", ["/dev/no-such-port", "socket://127.0.0.1:1", "nonsense://x"])
 def test_a_port_that_is_not_there(port: str) -> None:
-    with pytest.raises(BusError, match="can't open"):
+    with pytest.raises(BusError, match="cannot open"):
         ArpPort.open(port)
 
 

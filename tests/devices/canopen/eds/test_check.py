@@ -151,4 +151,4 @@ def test_command_gives_json_and_passes_with_warnings(tmp_path: Path) -> None:
 def test_command_says_which_file_can_t_be_read(tmp_path: Path) -> None:
     refused = CliRunner().invoke(app, ["check", str(tmp_path / "none.eds")]).exception
     assert isinstance(refused, UsageError)
-    assert "can't be read: No such file" in str(refused)
+    assert "cannot be read: No such file" in str(refused)

@@ -254,7 +254,7 @@ REFUSED: dict[str, Script] = {
         ("23 00 18 01 85 01 00 c0", "60 00 18 01 00 00 00 00"),
         ("23 00 1a 01 08 02 00 60", "80 00 1a 01 00 00 01 06"),  # as the log of CiA's tool allows (PDO 23)
     ],
-    "what can't be mapped into a TPDO": [
+    "what cannot be mapped into a TPDO": [
         ("23 00 18 01 85 01 00 c0", "60 00 18 01 00 00 00 00"),
         ("2f 00 1a 00 00 00 00 00", "60 00 1a 00 00 00 00 00"),
         ("23 00 1a 01 08 01 00 55", "80 00 1a 01 00 00 02 06"),  # no object
@@ -264,7 +264,7 @@ REFUSED: dict[str, Script] = {
         ("23 00 1a 01 08 01 00 62", "80 00 1a 01 41 00 04 06"),  # rww
         ("23 00 1a 01 08 00 05 00", "80 00 1a 01 41 00 04 06"),  # a dummy
     ],
-    "what can't be mapped into an RPDO": [
+    "what cannot be mapped into an RPDO": [
         ("23 00 14 01 05 02 00 80", "60 00 14 01 00 00 00 00"),
         ("2f 00 16 00 00 00 00 00", "60 00 16 00 00 00 00 00"),
         ("23 00 16 01 08 01 00 60", "80 00 16 01 41 00 04 06"),  # ro

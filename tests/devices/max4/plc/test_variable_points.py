@@ -46,7 +46,7 @@ def test_a_variable_is_written_and_the_next_cycle_computes_with_it(bench: PlcBen
 def test_a_constant_is_read_only_and_a_value_has_to_fit(bench: PlcBench) -> None:
     with pytest.raises(ControlError, match="c_lLimit can only be read"):
         bench.set("c_lLimit", 5)
-    with pytest.raises(ControlError, match="lStep can't be 'many'"):
+    with pytest.raises(ControlError, match="lStep cannot be 'many'"):
         bench.set("lStep", "many")
     assert (bench.get("c_lLimit"), bench.get("lStep")) == (1000, 5)
 
