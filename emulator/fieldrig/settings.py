@@ -67,6 +67,11 @@ class Settings(BaseModel):
         """
         yield from ()
 
+    def wire_for(self, device: str, what: str) -> str:
+        """Return the wire for `what`: the value of the key `what_wire`, or else `device.what`."""
+        given: str | None = getattr(self, f"{what}_wire")
+        return given or f"{device}.{what}"
+
     def doubts(self) -> Iterator[Mistake]:
         """Yield what is unusual in the files that these settings name, though a rig can run with them.
 

@@ -97,8 +97,8 @@ class SmEncoder(Device):
         self._station_port = StationPort(clock, line, self.encoder)
         if wires is not None:
             handlers = {
-                settings.shaft_wire or f"{name}.shaft": self._on_shaft,
-                settings.temperature_wire or f"{name}.temperature": self._on_temperature,
+                settings.wire_for(name, "shaft"): self._on_shaft,
+                settings.wire_for(name, "temperature"): self._on_temperature,
             }
             wires.on_receive(lambda signal: handlers[signal.name](signal), tuple(handlers))
 

@@ -71,7 +71,7 @@ class Mc4(Device):
         self._encoder = self._encoder_at(encoder, plate)
         self.machine.encoder = self._encoder
         self._side = RingSide(clock, ring, settings.ring_address, table, self.machine)
-        self._names = {what: settings.wire(name, what) for what in (*INPUTS, "ready", "brake", "position", "shaft")}
+        self._names = {what: settings.wire_for(name, what) for what in (*INPUTS, "ready", "brake", "position", "shaft")}
         self._sent: dict[str, bool] = {}
         self._motions: dict[str, Motion] = {}
         self._publishes_shaft = encoder is not None or settings.shaft_wire is not None

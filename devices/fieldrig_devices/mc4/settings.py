@@ -1,7 +1,7 @@
 """The keys of an MC-4 in a rig file."""
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
@@ -152,8 +152,4 @@ class Mc4Settings(Settings):
     def claims(self, device: str) -> Iterator[Claim]:
         yield Claim("ring", "ring address", self.ring_address, ("ring_address",))
         for what in ("ready", "brake", "position", "shaft"):
-            yield Claim("wires", "wire", self.wire(device, what), (f"{what}_wire",))
-
-    def wire(self, device: str, what: str) -> str:
-        own: Any = getattr(self, f"{what}_wire")
-        return own or f"{device}.{what}"
+            yield Claim("wires", "wire", self.wire_for(device, what), (f"{what}_wire",))

@@ -39,8 +39,8 @@ class Conveyor(Device):
         )
         self._belt = Belt(settings.length_m, settings.product_m, places, settings.pitch_m, self._grip)
         self._sensor_wires = {sensor: settings.wire_of(name, sensor) for sensor in settings.sensors}
-        self._discharge_wire = settings.discharge_wire or f"{name}.discharge"
-        self._feed_wire = settings.feed_wire or f"{name}.feed"
+        self._discharge_wire = settings.wire_for(name, "discharge")
+        self._feed_wire = settings.wire_for(name, "feed")
         self._drive: Signal | None = None
         self._origin_m = 0.0
         """Position of the roller's wire at which the belt began."""

@@ -56,7 +56,7 @@ class ConveyorSettings(PlantSettings):
     def claims(self, device: str) -> Iterator[Claim]:
         for name in self.sensors:
             yield Claim("wires", "wire", self.wire_of(device, name), ("sensors", name))
-        yield Claim("wires", "wire", self.discharge_wire or f"{device}.discharge", ("discharge_wire",))
+        yield Claim("wires", "wire", self.wire_for(device, "discharge"), ("discharge_wire",))
 
 
 class Slip(Timed):

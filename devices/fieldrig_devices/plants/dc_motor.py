@@ -68,8 +68,8 @@ class DcMotorSettings(PlantSettings):
     def outputs(self, device: str) -> dict[str, str]:
         """Return the wires that the motor drives, by their keys."""
         return {
-            "pulse_wire": self.pulse_wire or f"{device}.pulse",
-            "zero_wire": self.zero_wire or f"{device}.zero",
+            "pulse_wire": self.wire_for(device, "pulse"),
+            "zero_wire": self.wire_for(device, "zero"),
         }
 
     def claims(self, device: str) -> Iterator[Claim]:

@@ -58,9 +58,9 @@ class HeaterSettings(PlantSettings):
         return self.resistance_k_per_w * self.heat_capacity_j_per_k
 
     def claims(self, device: str) -> Iterator[Claim]:
-        yield Claim("wires", "wire", self.temperature_wire or f"{device}.temperature", ("temperature_wire",))
+        yield Claim("wires", "wire", self.wire_for(device, "temperature"), ("temperature_wire",))
         if self.limit_degc is not None:
-            yield Claim("wires", "wire", self.over_wire or f"{device}.over", ("over_wire",))
+            yield Claim("wires", "wire", self.wire_for(device, "over"), ("over_wire",))
 
 
 class Broken(Timed):
@@ -93,13 +93,13 @@ class Heater(Device):
         self._since_ns = clock.now_ns()
         self._begin_degc = settings.ambient_degc if settings.initial_degc is None else settings.initial_degc
         self._final_degc = settings.ambient_degc
-        self._temperature_wire = settings.temperature_wire or f"{name}.temperature"
-        self._over_wire = settings.over_wire or f"{name}.over"
-        self._power_wire = settings.power_wire or f"{name}.power"
+        self._temperature_wire = settings.wire_for(name, "temperature")
+        self._over_wire = settings.wire_for(name, "over")
+        self._power_wire = settings.wire_for(name, "power")
         self._is_over: bool | None = None
         self._published: Motion | None = None
         self._timer = Alarm(self._clock)
-        wires.on_receive(self._on_signal, (self._power_wire, settings.load_wire or f"{name}.load"))
+        wires.on_receive(self._on_signal, (self._power_wire, settings.wire_for(name, "load")))
 
     def start(self) -> None:
         self._since_ns = self._clock.now_ns()

@@ -112,7 +112,7 @@ class PulseServo(Device):
         self._names = settings.outputs(name)
         self._published: dict[str, Signal] = {}
         self._timer = Alarm(self._clock)
-        self._handlers = {settings.reset_wire or f"{name}.reset": self._on_reset}
+        self._handlers = {settings.wire_for(name, "reset"): self._on_reset}
         for wire, handler in ((settings.enable_wire, self._on_enable), (settings.direction_wire, self._on_direction)):
             if wire is not None:
                 self._handlers[wire] = handler

@@ -46,17 +46,17 @@ class Servo(Device):
         self._state = State(settings.initial_position_rad * settings.gear_ratio)
         self._timer = Alarm(self._clock)
         self._due_ns = 0
-        self._encoder_wire = settings.encoder_wire or f"{name}.encoder"
+        self._encoder_wire = settings.wire_for(name, "encoder")
         self._published: Motion | None = None
         self._switches = _switches(settings)
         self._closed: dict[str, bool] = {}
         self._inputs = {
-            settings.reference_wire or f"{name}.reference": self._on_reference,
-            settings.load_torque_wire or f"{name}.load_torque": self._on_load_torque,
-            settings.blocked_wire or f"{name}.blocked": self._on_blocked,
+            settings.wire_for(name, "reference"): self._on_reference,
+            settings.wire_for(name, "load_torque"): self._on_load_torque,
+            settings.wire_for(name, "blocked"): self._on_blocked,
         }
         if settings.brake_torque_nm is not None:
-            self._inputs[settings.brake_wire or f"{name}.brake"] = self._on_brake
+            self._inputs[settings.wire_for(name, "brake")] = self._on_brake
         self._begin()
         wires.on_receive(self._on_signal, tuple(self._inputs))
 

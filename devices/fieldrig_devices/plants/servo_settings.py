@@ -83,7 +83,7 @@ class ServoSettings(PlantSettings):
         return self
 
     def claims(self, device: str) -> Iterator[Claim]:
-        yield Claim("wires", "wire", self.encoder_wire or f"{device}.encoder", ("encoder_wire",))
+        yield Claim("wires", "wire", self.wire_for(device, "encoder"), ("encoder_wire",))
         if self.index_wire is not None:
             yield Claim("wires", "wire", self.index_wire, ("index_wire",))
         for wire in self.switches:

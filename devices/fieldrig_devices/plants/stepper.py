@@ -66,8 +66,8 @@ class Stepper(Device):
         """The silences after the last segments, by wire."""
         self._timer = Alarm(clock)
         self._handlers = {
-            settings.load_torque_wire or f"{name}.load_torque": self._on_load_torque,
-            settings.reset_wire or f"{name}.reset": self._on_reset,
+            settings.wire_for(name, "load_torque"): self._on_load_torque,
+            settings.wire_for(name, "reset"): self._on_reset,
         }
         for wire, handler in ((settings.enable_wire, self._on_enable), (settings.direction_wire, self._on_direction)):
             if wire is not None:

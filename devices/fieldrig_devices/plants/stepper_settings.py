@@ -82,9 +82,9 @@ class StepperSettings(PlantSettings):
     def outputs(self, device: str) -> dict[str, str]:
         """Return the wires that the drive drives, by their keys."""
         return {
-            "position_wire": self.position_wire or f"{device}.position",
-            "ready_wire": self.ready_wire or f"{device}.ready",
-            "alarm_wire": self.alarm_wire or f"{device}.alarm",
+            "position_wire": self.wire_for(device, "position"),
+            "ready_wire": self.wire_for(device, "ready"),
+            "alarm_wire": self.wire_for(device, "alarm"),
         }
 
     def claims(self, device: str) -> Iterator[Claim]:

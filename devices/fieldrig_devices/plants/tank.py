@@ -93,15 +93,15 @@ class Tank(Device):
         self._is_ticking = False
         self._is_high = self._is_low = False
         self._published: dict[str, float] = {}
-        self._level_wire = settings.level_wire or f"{name}.level"
-        self._inflow_wire = settings.inflow_wire or f"{name}.inflow"
-        self._outflow_wire = settings.outflow_wire or f"{name}.outflow"
-        self._high_wire = settings.high_wire or f"{name}.high"
-        self._low_wire = settings.low_wire or f"{name}.low"
+        self._level_wire = settings.wire_for(name, "level")
+        self._inflow_wire = settings.wire_for(name, "inflow")
+        self._outflow_wire = settings.wire_for(name, "outflow")
+        self._high_wire = settings.wire_for(name, "high")
+        self._low_wire = settings.wire_for(name, "low")
         self._inputs = {
             settings.speed_wire: self._on_speed,
             settings.run_wire: self._on_run,
-            settings.outlet_wire or f"{name}.outlet": self._on_outlet,
+            settings.wire_for(name, "outlet"): self._on_outlet,
         }
         wires.on_receive(self._on_signal, tuple(self._inputs))
 

@@ -44,12 +44,12 @@ class Winder(Device):
         self._is_moving = False
         self._motion: Motion | None = None
         self._published: dict[str, bool | float] = {}
-        self._encoder_wire = settings.encoder_wire or f"{name}.encoder"
-        self._web_wire = settings.web_wire or f"{name}.web"
+        self._encoder_wire = settings.wire_for(name, "encoder")
+        self._web_wire = settings.wire_for(name, "web")
         cell, dancer = settings.load_cell, settings.dancer
         self._cell_wire = (cell and cell.wire) or f"{name}.load_cell"
         self._dancer_wire = (dancer and dancer.wire) or f"{name}.dancer"
-        self._reference_wire = settings.reference_wire or f"{name}.reference"
+        self._reference_wire = settings.wire_for(name, "reference")
         self._look_at_model()
         wires.on_receive(self._on_signal, (self._reference_wire, settings.line_wire))
 

@@ -97,8 +97,8 @@ class WinderSettings(PlantSettings):
         return self
 
     def claims(self, device: str) -> Iterator[Claim]:
-        yield Claim("wires", "wire", self.encoder_wire or f"{device}.encoder", ("encoder_wire",))
-        yield Claim("wires", "wire", self.web_wire or f"{device}.web", ("web_wire",))
+        yield Claim("wires", "wire", self.wire_for(device, "encoder"), ("encoder_wire",))
+        yield Claim("wires", "wire", self.wire_for(device, "web"), ("web_wire",))
         for what, measure in (("load_cell", self.load_cell), ("dancer", self.dancer)):
             if measure is not None:
                 yield Claim("wires", "wire", measure.wire or f"{device}.{what}", (what, "wire"))

@@ -67,7 +67,7 @@ class St1(Device):
         self.program.registers = registers_of(servo, self.program.boards, self.sensors, clock.now_ns, self.further)
         self._rad = tau / TURN / settings.motor.gear_ratio
         self._set, self._tolerance = servo.set, settings.position_tolerance
-        self._position_wire = settings.wire(name, "position")
+        self._position_wire = settings.wire_for(name, "position")
         self._published: Motion | None = None
         if wires is not None:
             self._inputs = self._handlers()
@@ -107,7 +107,7 @@ class St1(Device):
             settings.terminal(name, f"IN{number}"): partial(level, number) for number in INPUTS
         }
         for what in WIRES_IN:
-            handlers[settings.wire(name, what)] = getattr(self, f"_on_{what}")
+            handlers[settings.wire_for(name, what)] = getattr(self, f"_on_{what}")
         for kind, registers in (("variables", settings.variables), ("parameters", settings.further_parameters)):
             for code, of_it in registers.items():
                 if of_it.wire is not None:

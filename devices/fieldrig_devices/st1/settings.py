@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from math import tau
-from typing import Any, Literal, Self
+from typing import Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
@@ -156,16 +156,12 @@ class St1Settings(Settings):
     def claims(self, device: str) -> Iterator[Claim]:
         yield Claim("ring", "ring address", self.ring_address, ("ring_address",))
         if self.plant is None:
-            yield Claim("wires", "wire", self.wire(device, "position"), ("position_wire",))
+            yield Claim("wires", "wire", self.wire_for(device, "position"), ("position_wire",))
         else:
             yield Claim("wires", "wire", self.reference_wire(device), ("plant", "reference_wire"))
         for number in OUTPUTS if self.oio_board else ():
             terminal = f"OUT{number}"
             yield Claim("wires", "wire", self.terminal(device, terminal), ("terminals", terminal))
-
-    def wire(self, device: str, what: str) -> str:
-        own: Any = getattr(self, f"{what}_wire")
-        return own or f"{device}.{what}"
 
     def reference_wire(self, device: str) -> str:
         own = None if self.plant is None else self.plant.reference_wire
