@@ -13,7 +13,7 @@ from fieldrig.clock import S, VirtualClock
 from fieldrig.storage.store import MemoryStore
 from fieldrig_devices.connections.connection import Serve
 from fieldrig_devices.ftp import server as ftp
-from fieldrig_devices.ftp.login import LoginGuard
+from fieldrig_devices.ftp.login import FtpLogin
 from fieldrig_devices.http import server as http
 from fieldrig_devices.http.messages import Request, Response, refusal
 from fieldrig_devices.max4.storage.disk import FlashDisk
@@ -38,7 +38,7 @@ def _answer(request: Request) -> Response:
 
 
 def _ftp(clock: VirtualClock) -> Serve:
-    return ftp.serving(clock, FtpFiles(FlashDisk(MemoryStore(), 65_536)), LoginGuard("service", "pacdrive"))
+    return ftp.serving(clock, FtpFiles(FlashDisk(MemoryStore(), 65_536)), FtpLogin("service", "pacdrive"))
 
 
 SERVICES: dict[str, tuple[Callable[[VirtualClock], Serve], list[bytes], bytes]] = {

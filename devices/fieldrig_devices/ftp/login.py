@@ -1,34 +1,27 @@
-"""The login of FTP: one user, and a delay after three failures in a row over all connections."""
+"""The login of FTP: one user."""
 
-import hmac
 from collections.abc import Callable
-from typing import Final
 
-from fieldrig.clock import S
-
-ALARM_AFTER: Final = 3
-DELAY_NS: Final = 10 * S
+from fieldrig_devices.logins.guard import LoginGuard
 
 
-class LoginGuard:
-    """Checks the logins of one server.  `on_refused` is called with the name from the third failure in a row on."""
+class FtpLogin:
+    """Checks the logins of one server.  `on_refused` is called with the name while the guard is alarmed."""
 
     def __init__(self, user_name: str, password: str, on_refused: Callable[[str], None] = lambda _: None) -> None:
-        self._login = user_name.encode(), password.encode()
+        self._wanted = (user_name.encode(), password.encode())
         self._on_refused = on_refused
-        self.failures = 0
+        self._guard = LoginGuard()
 
     @property
     def delay_ns(self) -> int:
         """Time by which the answer to a login is delayed."""
-        return DELAY_NS if self.failures >= ALARM_AFTER else 0
+        return self._guard.delay_ns
 
     def is_right(self, user_name: str, password: str) -> bool:
         """Check a login, and count a failure."""
-        wanted_name, wanted_password = self._login
-        is_name_right = hmac.compare_digest(user_name.encode("utf-8", "replace"), wanted_name)
-        is_right = hmac.compare_digest(password.encode("utf-8", "replace"), wanted_password) and is_name_right
-        self.failures = 0 if is_right else self.failures + 1
-        if self.failures >= ALARM_AFTER:
+        given = user_name.encode("utf-8", "replace"), password.encode("utf-8", "replace")
+        is_right = self._guard.is_right(given, self._wanted)
+        if self._guard.is_alarmed:
             self._on_refused(user_name)
         return is_right

@@ -18,7 +18,7 @@ from fieldrig_bus.browsers import is_request
 from fieldrig_devices.connections.connection import Connection, Serve
 from fieldrig_devices.ftp.commands import Command, FileCommands
 from fieldrig_devices.ftp.files import Files
-from fieldrig_devices.ftp.login import LoginGuard
+from fieldrig_devices.ftp.login import FtpLogin
 from fieldrig_devices.ftp.replies import Reply, lines_of, printable
 from fieldrig_devices.ftp.transfer import DataPort
 
@@ -36,16 +36,16 @@ HELP_COLUMNS: Final = 8
 TELNET_SIGNALS: Final = (b"\xff\xf4", b"\xff\xf2")  # RFC 959, 4.1.3: before ABOR
 
 
-def serving(clock: Clock, files: Files, guard: LoginGuard) -> Serve:
+def serving(clock: Clock, files: Files, login: FtpLogin) -> Serve:
     """Return the service for these files."""
-    return lambda connection: FtpSession(clock, connection, files, guard)
+    return lambda connection: FtpSession(clock, connection, files, login)
 
 
 class FtpSession:
     """One control connection."""
 
-    def __init__(self, clock: Clock, connection: Connection, files: Files, guard: LoginGuard) -> None:
-        self._clock, self._connection, self._files, self._guard = clock, connection, files, guard
+    def __init__(self, clock: Clock, connection: Connection, files: Files, login: FtpLogin) -> None:
+        self._clock, self._connection, self._files, self._login = clock, connection, files, login
         self._data = DataPort(clock, self._reply)
         self._partial = b""
         self._lines: deque[bytes] = deque()
@@ -137,8 +137,8 @@ class FtpSession:
         if name is None:
             self._reply(Reply.WRONG_ORDER)
             return
-        is_right = self._guard.is_right(name, password)
-        delay_ns = 0 if is_right else self._guard.delay_ns
+        is_right = self._login.is_right(name, password)
+        delay_ns = 0 if is_right else self._login.delay_ns
         if delay_ns:
             self._delay.after(delay_ns, partial(self._answer_login, is_right))
         else:

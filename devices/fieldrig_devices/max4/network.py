@@ -11,7 +11,7 @@ from fieldrig_bus.ip.message import RelayMessage
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.tcp.message import TcpMessage
 from fieldrig_devices.connections.face import TcpFace
-from fieldrig_devices.ftp.login import LoginGuard
+from fieldrig_devices.ftp.login import FtpLogin
 from fieldrig_devices.ip.services import RelayedServices
 from fieldrig_devices.max4.com1.dial_in import Chance, DialIn, Owner
 from fieldrig_devices.max4.com1.parameters import Com1Parameters
@@ -48,7 +48,7 @@ class Network:
         relay: Link[RelayMessage] | None,
     ) -> None:
         ftp = settings.ftp
-        login = None if ftp is None else LoginGuard(ftp.user_name, ftp.password, host.login_refused)
+        login = None if ftp is None else FtpLogin(ftp.user_name, ftp.password, host.login_refused)
         services = services_of(clock, host, disk, settings.load.tcp_us, login, settings.http_names)
         relayed = None if relay is None else RelayedServices(host.name, relay, lambda: self._dial_in.wake())
         self._host = host

@@ -13,7 +13,7 @@ from typing import Final
 from fieldrig.clock import Clock
 from fieldrig_devices.connections.connection import Connection, Serve, Session
 from fieldrig_devices.ftp import server as ftp
-from fieldrig_devices.ftp.login import LoginGuard
+from fieldrig_devices.ftp.login import FtpLogin
 from fieldrig_devices.http import server as http
 from fieldrig_devices.iec.tasks.system_work import TCP_PRIORITY
 from fieldrig_devices.max4.core import Controller
@@ -32,7 +32,7 @@ def services_of(
     controller: Controller,
     disk: FlashDisk,
     tcp_us: int,
-    login: LoginGuard | None,
+    login: FtpLogin | None,
     names: Collection[str] = (),
 ) -> Mapping[str, Serve]:
     """Return the services by name.

@@ -13,11 +13,11 @@ from ipaddress import IPv4Address
 from typing import Final, Protocol
 
 from fieldrig.clock import Alarm, VirtualClock
+from fieldrig_devices.logins.guard import LoginGuard
 from fieldrig_devices.ppp.framing import ALL_CONTROLS, Deframer, FrameCounts, FrameFormat, framed, unpacked
 from fieldrig_devices.ppp.ipcp import Ipcp
 from fieldrig_devices.ppp.lcp import Lcp
 from fieldrig_devices.ppp.logins import Logins
-from fieldrig_devices.ppp.pap import LoginGuard
 from fieldrig_devices.ppp.phases import End, Phase
 from fieldrig_devices.ppp.protocols import ProtocolNumber
 from fieldrig_devices.ppp.settings import DEFAULT_MRU, UNSET, Login, PppSettings

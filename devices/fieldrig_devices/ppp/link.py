@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from functools import partial
 from ipaddress import IPv4Address
 
+from fieldrig_devices.logins.guard import ALARM_AFTER, LoginGuard
 from fieldrig_devices.ppp.call import Call
 from fieldrig_devices.ppp.framing import FrameCounts
-from fieldrig_devices.ppp.pap import ALARM_AFTER, LoginGuard
 from fieldrig_devices.ppp.phases import End, Phase
 from fieldrig_devices.ppp.settings import Login, PppSettings
 

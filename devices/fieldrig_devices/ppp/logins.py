@@ -5,8 +5,9 @@ from collections.abc import Callable
 from typing import Protocol
 
 from fieldrig.clock import Clock
+from fieldrig_devices.logins.guard import LoginGuard
 from fieldrig_devices.ppp.packets import Packet
-from fieldrig_devices.ppp.pap import LoginGuard, PapAuthenticator, PapCode, PapPeer
+from fieldrig_devices.ppp.pap import PapAuthenticator, PapCode, PapPeer
 from fieldrig_devices.ppp.phases import End
 from fieldrig_devices.ppp.settings import Login, PppSettings
 

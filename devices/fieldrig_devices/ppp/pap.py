@@ -2,16 +2,11 @@
 
 from collections.abc import Callable
 from enum import IntEnum
-from hmac import compare_digest
-from typing import Final
 
-from fieldrig.clock import Alarm, Clock, S
+from fieldrig.clock import Alarm, Clock
+from fieldrig_devices.logins.guard import LoginGuard
 from fieldrig_devices.ppp.packets import Packet
 from fieldrig_devices.ppp.settings import Login
-
-ALARM_AFTER: Final = 3
-"""Failed attempts in a row, across calls, from which on every answer is delayed."""
-DELAY_NS: Final = 10 * S
 
 
 class PapCode(IntEnum):
@@ -82,20 +77,6 @@ class PapPeer:
             self._on_result(packet.code == PapCode.ACK)
 
 
-class LoginGuard:
-    """Counts failed logins across calls, and delays answers after three in a row."""
-
-    def __init__(self) -> None:
-        self.failures = 0
-
-    @property
-    def delay_ns(self) -> int:
-        return DELAY_NS if self.failures >= ALARM_AFTER else 0
-
-    def note(self, is_accepted: bool) -> None:
-        self.failures = 0 if is_accepted else self.failures + 1
-
-
 class PapAuthenticator:
     """The end that checks the login.  It checks one attempt, and repeats its answer to every further request."""
 
@@ -140,8 +121,8 @@ class PapAuthenticator:
         assert self._attempt is not None
         assert self._demanded is not None
         identifier, login = self._attempt
-        is_accepted = _is_same(login, self._demanded)
-        self._guard.note(is_accepted)
+        demanded = self._demanded
+        is_accepted = self._guard.is_right((login.name, login.password), (demanded.name, demanded.password))
         self._attempt, self._answer = None, PapCode.ACK if is_accepted else PapCode.NAK
         self._reply(identifier, self._answer)
         self._on_result(login, is_accepted)
@@ -149,8 +130,3 @@ class PapAuthenticator:
     def _reply(self, identifier: int, code: PapCode) -> None:
         text = b"" if code == PapCode.ACK else b"Login incorrect"
         self._send(Packet(code, identifier, bytes((len(text),)) + text).encode())
-
-
-def _is_same(login: Login, demanded: Login) -> bool:
-    # Both are compared, and in a time that says nothing about where they differ.
-    return compare_digest(login.name, demanded.name) & compare_digest(login.password, demanded.password)

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from tcp_client import ServedConnection
 
 from fieldrig.clock import S, VirtualClock
-from fieldrig_devices.ftp.login import LoginGuard
+from fieldrig_devices.ftp.login import FtpLogin
 from fieldrig_devices.ftp.server import LONGEST_LINE, serving
 
 
@@ -54,7 +54,7 @@ class Client:
         self.clock = VirtualClock()
         self.folder = Folder()
         self.refused: list[str] = []
-        self.serve = serving(self.clock, self.folder, LoginGuard("service", "pacdrive", self.refused.append))
+        self.serve = serving(self.clock, self.folder, FtpLogin("service", "pacdrive", self.refused.append))
         self.control = self.connect()
         if is_logged_in:
             assert self.do("USER service") == "331"

@@ -9,7 +9,7 @@ from tcp_client import ServedConnection
 
 from fieldrig.clock import VirtualClock
 from fieldrig.storage.store import MemoryStore, StoreError
-from fieldrig_devices.ftp.login import LoginGuard
+from fieldrig_devices.ftp.login import FtpLogin
 from fieldrig_devices.ftp.server import serving
 from fieldrig_devices.max4.storage import disk as flash
 from fieldrig_devices.max4.storage.disk import FlashDisk
@@ -24,7 +24,7 @@ def full(store: MemoryStore | None = None) -> FlashDisk:
 
 def put(disk: FlashDisk, data: bytes) -> str:
     """Store a file by FTP, and return the last reply."""
-    control = ServedConnection(serving(VirtualClock(), FtpFiles(disk), LoginGuard("service", "pacdrive")))
+    control = ServedConnection(serving(VirtualClock(), FtpFiles(disk), FtpLogin("service", "pacdrive")))
     control.send(b"USER service\r\nPASS pacdrive\r\nEPSV\r\nSTOR A.HTM\r\n")
     assert control.serve_extra is not None
     connection = ServedConnection(control.serve_extra)

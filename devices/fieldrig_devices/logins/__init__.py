@@ -1,0 +1,1 @@
+"""The check of user names and passwords."""
