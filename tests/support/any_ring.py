@@ -199,7 +199,7 @@ class StarRing(LoopBench, Generic[Ma, St]):
     def observe(self, name: str) -> list[Any]:
         heard: list[Any] = []
         self.open(name, name).on_receive(heard.append)
-        self.pump(lambda: self.star.is_observed)
+        self.pump(lambda: bool(self.star._ring.observers))
         return heard
 
     def kill(self, process: str) -> None:

@@ -12,7 +12,6 @@ from asyncua import ua
 
 log = logging.getLogger(__name__)
 
-FASTEST_MS: Final = 1.0
 DEFAULT_MS: Final = 100.0
 """Interval for clients that leave it to the server with 0 (OPC 10000-4, 5.13.1.2: "the fastest practical rate")."""
 SLOWEST_MS: Final = 3_600_000.0

@@ -65,10 +65,6 @@ def increments_of(steps: int) -> int:
     return -(-steps * INCREMENTS // STEPS)
 
 
-def steps_of_increments(increments: int) -> int:
-    return increments * STEPS // INCREMENTS
-
-
 def signals(turns: float) -> Signals:
     """Return the signals; the zero pulse is the first quarter of the first period (our choice)."""
     phase = turns % 1.0 * PERIODS

@@ -118,11 +118,6 @@ class Axis:
         return Arrangement(self._plant, self._gains, self._limits, self._cycle_steps, self._dry_nm, self._lead_gain)
 
     @property
-    def is_stiff(self) -> bool:
-        """True if the load has no elastic coupling."""
-        return self._plant.elastic is None
-
-    @property
     def limits(self) -> Limits:
         return self._limits
 

@@ -77,7 +77,7 @@ class Pam(Device):
     ) -> None:
         """ConfigError, with every mistake, for an application that cannot be compiled."""
         self._clock, self._settings, self._ring = clock, settings, ring
-        self._wires, self._debugger, self._rs422 = wires, debugger, rs422
+        self._wires, self._rs422 = wires, rs422
         self._compiled = _compiled(settings)
         self._memory = Memory(words_behind(dualport))
         self._faces = MemoryFaces(

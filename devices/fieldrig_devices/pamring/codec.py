@@ -15,7 +15,6 @@ from typing import Any, Final, NamedTuple, cast
 from fieldrig_devices.pamring import frames
 from fieldrig_devices.pamring.messages import LARGEST_NUMBER
 
-LONGEST_REPORT: Final = 0xFF
 _VALUE: Final = struct.Struct("<q")
 
 

@@ -11,12 +11,9 @@ DRIVE_ON: Final = 0x8000
 ENABLE: Final = 0x4000
 RUN: Final = 0x2000
 """Halt/restart: 1 lets the drive follow its command values."""
-IPOSYNC: Final = 0x0400
 MODE_MASK: Final = 0x0300
 APPLICATION_MASK: Final = DRIVE_ON | ENABLE | RUN | MODE_MASK
 """Bits that concern the drive, not its ring interface."""
-REAL_TIME_2: Final = 0x0080
-REAL_TIME_1: Final = 0x0040
 # status word
 NOT_READY: Final = 0x0000
 READY_FOR_POWER: Final = 0x4000

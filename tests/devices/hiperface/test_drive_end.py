@@ -15,7 +15,7 @@ from fieldrig_devices.hiperface.conversation import AnsweredError, Conversation,
 from fieldrig_devices.hiperface.drive_end import EncoderEnd, built_in
 from fieldrig_devices.hiperface.encoder import HiperfaceEncoder, eeprom_with
 from fieldrig_devices.hiperface.line import InternalLine
-from fieldrig_devices.hiperface.shaft import TYPES, Turning, TypeName, increments_of, steps_of_increments
+from fieldrig_devices.hiperface.shaft import INCREMENTS, STEPS, TYPES, Turning, TypeName, increments_of
 from fieldrig_devices.hiperface.telegram import Status
 
 
@@ -69,7 +69,7 @@ def test_position_is_told_in_increments_of_the_drive() -> None:
 @settings(max_examples=200, deadline=None)
 @given(st.integers(0, 4096 * 32768 - 1))
 def test_increments_lie_within_their_step(steps: int) -> None:
-    assert steps_of_increments(increments_of(steps)) == steps
+    assert increments_of(steps) * STEPS // INCREMENTS == steps
 
 
 def test_line_takes_its_time() -> None:

@@ -310,11 +310,6 @@ class Centre(ABC):
         """The stations whose process stands still and is sent nothing."""
         return [name for process_name in self._hung for name in self._processes[process_name].names]
 
-    @property
-    def is_observed(self) -> bool:
-        """True if a member hears everything without being a station."""
-        return bool(self._ring.observers)
-
     def statistics(self) -> dict[str, float]:
         """Counters by name with unit.
 

@@ -7,13 +7,6 @@ from fieldrig_devices.arp.language import tree
 from fieldrig_devices.arp.language.expression import PRECEDENCE
 
 
-def program_text(program: tree.Program) -> str:
-    lines = [line_text(line) for line in program.outside]
-    for routine in program.routines:
-        lines += (text for _, text in routine_lines(routine))
-    return "".join(f"{line}\n" for line in lines)
-
-
 def routine_lines(routine: tree.Routine) -> Iterator[tuple[int, str]]:
     """The lines of a routine with their numbers in the source."""
     suffix = "A" if routine.is_interrupt else ""

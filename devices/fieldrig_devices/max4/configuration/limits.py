@@ -11,7 +11,6 @@ from fieldrig_devices.max4.configuration.version import IEC_STEPS, LARGE_VARIABL
 
 MOST_AXES: Final = 47
 CYCLES_MS: Final = (1, 2, 4)
-SYSTEM_CLOCK_US: Final = 250
 
 
 def limits_of(version: Version) -> Limits:

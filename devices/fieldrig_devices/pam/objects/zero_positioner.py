@@ -61,7 +61,7 @@ class ZeroPositioner(ObjectItem):
         self, declared: Declared, site: Site, axis: Axis, sensor: BinaryInput | None, fine_phases: FinePhases
     ) -> None:
         super().__init__(declared.name)
-        self._site, self._axis, self._sensor, self._fine_phases = site, axis, sensor, fine_phases
+        self._site, self._axis, self._fine_phases = site, axis, fine_phases
         self._searches: dict[str, Search] = {}
         for phase in ("coarse", "fine"):
             name = phase.upper()

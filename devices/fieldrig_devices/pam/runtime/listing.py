@@ -23,11 +23,6 @@ def identifiers(program: Program) -> Mapping[str, Mapping[str, int]]:
     return found
 
 
-def identifier_of(program: Program, name: str) -> int:
-    """Return the compiler ID of an object by its name."""
-    return next(ids[name] for ids in identifiers(program).values() if name in ids)
-
-
 def _classified(items: tuple[Item, ...] | tuple[Declaration, ...]) -> Iterator[tuple[str, str]]:
     for item in items:
         if isinstance(item, Declaration):

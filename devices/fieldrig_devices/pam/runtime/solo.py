@@ -32,7 +32,7 @@ class Solo(PamDebuggee):
         self._runtime = Runtime(self._compiled, self._on_message, self._limits)
         self.objects = MemoryObjects(self._compiled, self._runtime)
         self._runtime.start(self.objects)
-        self._start_ns, self._start_cycle = self._now_ns, 0
+        self._start_ns = self._now_ns
         self.attach(self._runtime)
 
     @property

@@ -12,7 +12,7 @@ from fieldrig_devices.arp.language.compiler import Compiled, compile_text
 from fieldrig_devices.arp.language.instructions import KEYWORDS, SIGNATURES, Value
 from fieldrig_devices.arp.language.lower import NAMES
 from fieldrig_devices.arp.language.parser import parse
-from fieldrig_devices.arp.language.printer import line_text, program_text
+from fieldrig_devices.arp.language.printer import line_text, routine_lines
 from fieldrig_devices.arp.runtime.program import ArpProgram
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.languages.writer import Build
@@ -166,4 +166,6 @@ PROGRAM = st.builds(
 @given(program=PROGRAM)
 @pytest.mark.long
 def test_a_printed_program_is_read_as_the_same_program(program: tree.Program) -> None:
-    assert parse(program_text(program)) == (program, [])
+    lines = [line_text(line) for line in program.outside]
+    lines += [text for routine in program.routines for _, text in routine_lines(routine)]
+    assert parse("".join(f"{line}\n" for line in lines)) == (program, [])

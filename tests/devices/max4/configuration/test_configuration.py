@@ -11,7 +11,7 @@ from fieldrig.errors import ConfigError, ControlError, RigError
 from fieldrig.storage.store import MemoryStore
 from fieldrig_devices.iec.dialect import EPAS_4
 from fieldrig_devices.max4.configuration.files import configuration_of_file, parameters_of_file
-from fieldrig_devices.max4.configuration.limits import SYSTEM_CLOCK_US, limits_of
+from fieldrig_devices.max4.configuration.limits import limits_of
 from fieldrig_devices.max4.configuration.tree import Kind, Object
 from fieldrig_devices.max4.configuration.version import Version, goes_with, version_of
 from fieldrig_devices.max4.storage.disk import FlashDisk
@@ -349,7 +349,6 @@ def test_system_data_of_chapter_9() -> None:
     limits = limits_of(Version(0, 15))
     assert (limits.tasks, limits.code, limits.variables) == (64, 2_097_152, 1_900_544)
     assert (limits.area, limits.stack, limits.if_depth, EPAS_4.bit_address_bytes) == (65_536, 10_240, 15, 4096)
-    assert SYSTEM_CLOCK_US == 250
 
 
 @pytest.mark.manual("PD-335")
