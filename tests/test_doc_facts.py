@@ -65,9 +65,10 @@ from fieldrig_devices.modbus.client_settings import (
 from fieldrig_devices.modbus.device import ModbusDeviceSettings, UnitSettings
 from fieldrig_devices.modem.faults import ModemFault
 from fieldrig_devices.pam import faults as pam_faults
+from fieldrig_devices.pam.objects.readings import ObjectReadings
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import ClassCodes, PortOptions
-from fieldrig_devices.pam.settings import ObjectReadings, ProgramReadings, RingReadings
+from fieldrig_devices.pam.settings import ProgramReadings, RingReadings
 from fieldrig_devices.plants import dc_motor, heater, pulse_servo
 from fieldrig_devices.plants.cam_switches import CamSettings
 from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings

@@ -79,7 +79,7 @@ class PowerCycle:
         self._panel, self._on_message = panel, on_message
         self.state = State.RING
         self._has_begun = False
-        self.runtime = Runtime(compiled, self._on_kernel_message, settings.limits(), settings.readings())
+        self.runtime = Runtime(compiled, self._on_kernel_message, settings.limits(), settings.programs)
         self.ring = RingMaster(
             clock,
             ring,
@@ -89,7 +89,7 @@ class PowerCycle:
             self._on_kernel_message,
         )
         self.objects = ApplicationObjects(
-            compiled.program, self.runtime, self.ring, options=settings.options(), shapes=shapes, volts=volts
+            compiled.program, self.runtime, self.ring, readings=settings.objects, shapes=shapes, volts=volts
         )
         self.ports = Ports(compiled.program, memory, self.runtime, settings.ports, self.objects.is_active, rs422)
         for node in self.objects.nodes:

@@ -16,7 +16,6 @@ from fieldrig_devices.pam.objects.inputs import BinaryInput, CounterInput, Digit
 from fieldrig_devices.pam.objects.motor import DcMotor
 from fieldrig_devices.pam.objects.nodes import declare_nodes, on_trouble
 from fieldrig_devices.pam.objects.object_item import ObjectItem
-from fieldrig_devices.pam.objects.options import Options
 from fieldrig_devices.pam.objects.outputs import (
     AnalogOutput,
     BinaryOutput,
@@ -27,6 +26,7 @@ from fieldrig_devices.pam.objects.outputs import (
     Volts,
 )
 from fieldrig_devices.pam.objects.pipes import ConverterItem, Pipes
+from fieldrig_devices.pam.objects.readings import ObjectReadings
 from fieldrig_devices.pam.objects.site import ApplicationNode, Site
 from fieldrig_devices.pam.objects.sources import PmpItem, SamplerItem, TmpItem
 from fieldrig_devices.pam.objects.transformers import (
@@ -98,12 +98,12 @@ class ApplicationObjects:
         kernel: Kernel,
         port: PamPort,
         *,
-        options: Options | None = None,
+        readings: ObjectReadings | None = None,
         shapes: Shapes = no_shapes,
         volts: Volts = no_volts,
     ) -> None:
         """`volts` takes the voltages of the PAM's analog outputs."""
-        self._site = Site(kernel, port, options or Options())
+        self._site = Site(kernel, port, readings or ObjectReadings())
         self._pipes = Pipes(self._site)
         self._shapes, self._volts = shapes, volts
         self._followers: list[CamItem] = []
@@ -183,7 +183,7 @@ class ApplicationObjects:
             return found
 
         item = CamItem(declared, self._site, find(declared.reference("PROFILE")), find)
-        if self._site.options.profiles_act_at_once:
+        if self._site.readings.profiles_act_at_once:
             self._followers.append(item)
         return [item]
 

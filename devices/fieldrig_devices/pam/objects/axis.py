@@ -49,10 +49,10 @@ class Axis(ObjectItem):
         self.on_stop: list[Callable[[], None]] = []
         """They are called before a stop, which ends what else moves the axis."""
         self.is_grouped = False
-        self._run_lasts = not site.options.run_is_ready_at_speed
+        self._run_lasts = not site.readings.run_is_ready_at_speed
         self._runs = False
         """True during a run that is complete only when it ends."""
-        self._shows_in_node = site.options.st1_nodes_have_errors
+        self._shows_in_node = site.readings.st1_nodes_have_errors
         self._status = self._error = 0
         self.ordered = self._done = 0
         """The numbers of the last order, and of the last that is done."""
@@ -173,7 +173,7 @@ class Axis(ObjectItem):
 
     def _absolute_move(self, position: float) -> AxisOrder:
         position = float(position)
-        if self.site.options.takes_shorter_way:
+        if self.site.readings.takes_shorter_way:
             position = self._own + nearest(position - self._own, self.period)
         self._own = wrapped(position, self.period)
         return self._limited(Move.ABSOLUTE_MOVE, position, self.travel_speed)
@@ -187,7 +187,7 @@ class Axis(ObjectItem):
 
     def _power_on(self) -> AxisOrder:
         """Set the position to 0, or by the other reading to INITIAL_POSITION (1130, 6838)."""
-        self._own = self.initial_position if self.site.options.power_on_sets_initial_position else 0.0
+        self._own = self.initial_position if self.site.readings.power_on_sets_initial_position else 0.0
         return AxisOrder(1, Move.POWER_ON, nearest_units(self._own * self.units))
 
     def _power_off(self) -> AxisOrder:

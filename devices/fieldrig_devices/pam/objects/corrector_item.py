@@ -21,14 +21,14 @@ class CorrectorItem(TransformerItem):
             is_output=declared.word("CORRECTION_REFERENCE") == "OUTPUT",
             is_repetitive=declared.word("TRIGGER_MODE") == "REPETITIVE",
             value_period=declared.number("VALUE_PERIOD") or None,
-            is_input_sign_reversed=site.options.corrector_input_sign_reversed,
-            is_ended_by_trigger_off=site.options.trigger_off_ends_correction,
+            is_input_sign_reversed=site.readings.corrector_input_sign_reversed,
+            is_ended_by_trigger_off=site.readings.trigger_off_ends_correction,
         )
         self.block = Corrector(settings, 1.0, 1.0, 0.0)
         self.flowed_in = 0
         """The basic cycle of the last value of the flow."""
         self.declare(declared)
-        trigger.watchers.append(self._on_event if site.options.corrector_takes_both_edges else self._on_trigger)
+        trigger.watchers.append(self._on_event if site.readings.corrector_takes_both_edges else self._on_trigger)
 
     def declare(self, declared: Declared) -> None:
         self.correction_slope, self.correction_level = (
@@ -48,10 +48,10 @@ class CorrectorItem(TransformerItem):
         """
         if not self.block.is_active:
             return
-        site, options = self.site, self.site.options
+        site, readings = self.site, self.site.readings
         self.block.slope, self.block.level = self.correction_slope, self.correction_level
-        cycles = options.report_delay_cycles - (site.cycle - self.flowed_in)
-        delay_s = options.set_point_delay_periods * self.block.period_s
+        cycles = readings.report_delay_cycles - (site.cycle - self.flowed_in)
+        delay_s = readings.set_point_delay_periods * self.block.period_s
         self.block.event(age_us / 1e6 + cycles * site.cycle_s + delay_s)
         site.changes += 1
         site.kernel.touched(self.name)

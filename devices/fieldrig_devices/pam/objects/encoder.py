@@ -111,7 +111,7 @@ class Encoder(ObjectItem):
             answer.value = getattr(self, attribute)
 
         self._pending += 1
-        self._read(give, self._site.options.read_cycles)
+        self._read(give, self._site.readings.read_cycles)
         return answer
 
     def do_position(self, position: float) -> None:

@@ -111,7 +111,7 @@ class KeyInput(Switched):
 
     def _on_change(self, report: InputChanged) -> None:
         """Take a change, unless it is from before the last order; an order that is lost counts for a while only."""
-        waits = self._site.cycle - self._written_in < self._site.options.read_timeout_cycles
+        waits = self._site.cycle - self._written_in < self._site.readings.read_timeout_cycles
         if waits and report.number != self._written:
             return
         self.is_on = bool(report.value)
@@ -120,7 +120,7 @@ class KeyInput(Switched):
 
 def order_of_bits(bits: int, site: Site) -> Callable[[int], int]:
     """Return what makes a number of the program from the bits of a frame, or the other way round."""
-    if not site.options.lowest_address_is_highest_bit:
+    if not site.readings.lowest_address_is_highest_bit:
         return int
     return lambda number: int(f"{number:0{bits}b}"[::-1], 2)
 

@@ -107,7 +107,7 @@ class TorqueInput(SpeedInput):
 
     def follow(self, value: float) -> int:
         """Take a torque limit in Nm (PAML-484)."""
-        return min(round(abs(value) / self._axis.site.options.largest_torque_nm * 1000), 1000)
+        return min(round(abs(value) / self._axis.site.readings.largest_torque_nm * 1000), 1000)
 
 
 PIPE_INPUTS: Final[Mapping[str, type[PipeInput]]] = {

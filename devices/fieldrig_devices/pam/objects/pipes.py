@@ -258,7 +258,7 @@ class Pipes:
         self._declared: dict[str, Declared] = {}
         self._pipes: list[Pipe] = []
         self._networks: dict[str, Network] = {}
-        self._most_blocks = max(1, site.options.blocks_per_ms * site.kernel.thirds // 3)
+        self._most_blocks = max(1, site.readings.blocks_per_ms * site.kernel.thirds // 3)
         self._may_overrun = False
         """True if the networks have more blocks than a basic cycle has time for."""
         site.periods_changed = self._hand_periods_on

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from fieldrig_devices.pam.objects.options import Options
+from fieldrig_devices.pam.objects.readings import ObjectReadings
 from fieldrig_devices.pam.runtime.item import Kernel
 from fieldrig_devices.pamring.ends import PamPort
 from fieldrig_devices.pamring.frames import Answer, Configuration, InputChanged, NodeType, Order, Read
@@ -68,8 +68,8 @@ class _Request:
 class Site:
     """The parts of the PAM that all objects use: ring, run time, groups of axes, and requests for registers."""
 
-    def __init__(self, kernel: Kernel, port: PamPort, options: Options) -> None:
-        self.kernel, self.port, self.options = kernel, port, options
+    def __init__(self, kernel: Kernel, port: PamPort, readings: ObjectReadings) -> None:
+        self.kernel, self.port, self.readings = kernel, port, readings
         self.cycle_s = kernel.thirds / 3000
         self.cycle = kernel.cycle_number
         """The number of the present basic cycle."""
@@ -152,7 +152,7 @@ class Site:
             elif not request.node.is_active:
                 del self._requests[number]
                 request.then(None)
-            elif cycles >= self.options.read_timeout_cycles:
+            elif cycles >= self.readings.read_timeout_cycles:
                 del self._requests[number]
                 self.kernel.report("07..E021", (request.node.address,))
                 request.then(None)

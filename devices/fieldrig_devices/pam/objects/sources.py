@@ -56,11 +56,11 @@ class GeneratorItem(SourceItem):
 
     def _set_up(self, declared: Declared, block: TmpGenerator | PmpGenerator) -> None:
         self.block = block
-        options = self.site.options
-        block.takes_shorter_way = options.takes_shorter_way
-        block.run_is_ready_at_speed = options.run_is_ready_at_speed
+        readings = self.site.readings
+        block.takes_shorter_way = readings.takes_shorter_way
+        block.run_is_ready_at_speed = readings.run_is_ready_at_speed
         if declared.word("ANTI_DELAY", "YES") == "YES":
-            block.lead_s = options.set_point_delay_periods * self.period
+            block.lead_s = readings.set_point_delay_periods * self.period
 
     def do(self, function: str, arguments: object = ()) -> None:
         super().do(function, arguments)  # type: ignore[arg-type]
@@ -127,7 +127,7 @@ class PmpItem(GeneratorItem):
         super().__init__(declared, site)
         self.declare(declared)
         generator = PmpGenerator(self._limits(), declared.number("INITIAL_POSITION"), _period(declared))
-        generator.supersedes = site.options.pmp_supersedes
+        generator.supersedes = site.readings.pmp_supersedes
         self._set_up(declared, generator)
 
     def declare(self, declared: Declared) -> None:

@@ -22,7 +22,7 @@ class AmplifierItem(TransformerItem):
 
     def __init__(self, declared: Declared, site: Site) -> None:
         super().__init__(declared, site)
-        self.block = Amplifier(0.0, 0.0, unwraps=site.options.amplifier_unwraps)
+        self.block = Amplifier(0.0, 0.0, unwraps=site.readings.amplifier_unwraps)
         self.declare(declared)
 
     def declare(self, declared: Declared) -> None:

@@ -17,6 +17,8 @@ from fieldrig_devices.pamring.registers import Parameter, Primary, parameter_add
 
 MOST_FINE: Final = 6
 """Zero positioners of a PAM in the fine phase at once (PAML-207)."""
+MOTOR_TURN: Final = 1 << 32
+"""Resolver units in a turn of the motor (PAML-045)."""
 COUNTS_PER_TURN: Final = 1 << 16
 """Counts of the main resolver's register (Table 2-2, E-24)."""
 
@@ -158,7 +160,7 @@ class ZeroPositioner(ObjectItem):
     def _read_limits(self) -> None:
         def put(attribute: str, count: int | None) -> None:
             if count:
-                turn = self._site.options.motor_turn / abs(self._axis.units)
+                turn = MOTOR_TURN / abs(self._axis.units)
                 setattr(self, attribute, count / COUNTS_PER_TURN * turn)
 
         for code, attribute in ((Parameter.CKV, "_fastest"), (Parameter.CKA, "_strongest")):
@@ -179,7 +181,7 @@ class ZeroPositioner(ObjectItem):
         """Return the way from the edge to the instant at which an order of this cycle works (PAML-203)."""
         site = self._site
         now_s = (site.cycle - self._began_in) * site.cycle_s
-        back_s = age_us / 1e6 + site.options.report_delay_cycles * site.cycle_s
+        back_s = age_us / 1e6 + site.readings.report_delay_cycles * site.cycle_s
         if self._way is None:
             return 0.0
         return self._way.values_at(now_s)[0] - self._way.values_at(max(now_s - back_s, 0.0))[0]
@@ -197,7 +199,7 @@ class ZeroPositioner(ObjectItem):
         if count is None:
             self._abort()
             return
-        axis, turn = self._axis, self._site.options.motor_turn
+        axis, turn = self._axis, MOTOR_TURN
         angle = count % COUNTS_PER_TURN * turn / COUNTS_PER_TURN
         self._is_waiting_for_axis = True
         axis.do_relative_move(nearest(self.resolver_offset * axis.units - angle, turn) / axis.units)

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from pam_objects import Bench
 from pam_programs import HEADER
 
-from fieldrig_devices.pam.objects.options import Options
+from fieldrig_devices.pam.objects.readings import ObjectReadings
 from fieldrig_devices.pamring.frames import (
     AxisItem,
     AxisOrder,
@@ -173,8 +173,8 @@ def test_power_on_makes_the_position_zero(bench: Bench) -> None:
 
 @pytest.mark.manual("PAMS-010")
 def test_an_absolute_move_is_the_numeric_difference_or_the_shorter_way() -> None:
-    for options, target in ((Options(), 10), (Options(takes_shorter_way=True), 370)):
-        bench = Bench(AXES, options=options)
+    for readings, target in ((ObjectReadings(), 10), (ObjectReadings(takes_shorter_way=True), 370)):
+        bench = Bench(AXES, readings=readings)
         bench.do("AXI_Belt", "position", 350)
         bench.do("AXI_Belt", "absolute_move", 10)
         assert order(bench).value == pytest.approx(target / 360 * TURN, abs=1)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from pam_objects import Bench
 from pam_programs import HEADER
 
-from fieldrig_devices.pam.objects.options import Options
+from fieldrig_devices.pam.objects.readings import ObjectReadings
 from fieldrig_devices.pam.runtime.item import RoutineRef
 
 MACHINE = (
@@ -42,7 +42,7 @@ CORRECTOR COR_Always; CORRECTION_SLOPE = 360000; CORRECTION_LEVEL = 3600; CORREC
 
 def running(*blocks: str, speed: float = 1000, **options: float) -> Bench:
     """A machine whose belt runs through these blocks; it begins at 1 in the next cycle."""
-    bench = Bench(MACHINE, options=Options(**options))  # type: ignore[arg-type]
+    bench = Bench(MACHINE, readings=ObjectReadings(**options))  # type: ignore[arg-type]
     bench.connect("CNV_Values", *blocks, "TMP_Belt")
     bench.cycle()
     if speed:

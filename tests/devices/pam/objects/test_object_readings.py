@@ -7,7 +7,7 @@ import pytest
 from pam_objects import Bench
 from pam_programs import HEADER
 
-from fieldrig_devices.pam.objects.options import Options
+from fieldrig_devices.pam.objects.readings import ObjectReadings
 from fieldrig_devices.pam.pipes.shapes import shape_of
 from fieldrig_devices.pamring.frames import AxisOrder, AxisReport, Move, SetOutput
 
@@ -47,7 +47,9 @@ CORRECTOR COR_Mark; CORRECTION_SLOPE = 1; CORRECTION_LEVEL = 1; CORRECTION_REFER
 
 def machine(*blocks: str, volts: Callable[[int, float], None] = lambda _address, _volts: None, **options: Any) -> Bench:
     """The machine, with a pipe through these blocks if there are any."""
-    bench = Bench(HEADER + MACHINE, options=Options(**options), shapes=lambda _: shape_of(b"0 0\n1 1\n"), volts=volts)
+    bench = Bench(
+        HEADER + MACHINE, readings=ObjectReadings(**options), shapes=lambda _: shape_of(b"0 0\n1 1\n"), volts=volts
+    )
     bench.st1(1)
     if blocks:
         bench.connect("CNV_Values", *blocks, "TMP_Belt")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from pam_objects import Bench
 from pam_programs import HEADER
 
-from fieldrig_devices.pam.objects.options import Options
+from fieldrig_devices.pam.objects.readings import ObjectReadings
 from fieldrig_devices.pam.pipes.shapes import shape_of
 
 RANGE = "POSITION_RANGE = -1 1;"
@@ -41,7 +41,7 @@ STRAIGHT = b"0 0\n1 1\n"
 
 def machine(thirds: int = 3, **options: object) -> Bench:
     header = HEADER.replace("BASIC_PAM_CYCLE = 3", f"BASIC_PAM_CYCLE = {thirds}")
-    return Bench(header + PIPES, shapes=lambda _name: shape_of(STRAIGHT), options=Options(**options))  # type: ignore[arg-type]
+    return Bench(header + PIPES, shapes=lambda _name: shape_of(STRAIGHT), readings=ObjectReadings(**options))  # type: ignore[arg-type]
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from pam_programs import HEADER
 from smart_io_bench import SmartIoBench
 from st1_bench import AXIS, ProgramBench
 
-from fieldrig_devices.pam.objects.options import Options
+from fieldrig_devices.pam.objects.readings import ObjectReadings
 from fieldrig_devices.pamring.frames import (
     AxisItem,
     AxisOrder,
@@ -80,7 +80,7 @@ class Machine:
         reports: Callable[[], list[Report]],
         **options: Any,
     ) -> None:
-        self.bench, self._address = Bench(APPLICATION, options=Options(**options)), address
+        self.bench, self._address = Bench(APPLICATION, readings=ObjectReadings(**options)), address
         self._order, self._go_on, self._reports = order, go_on, reports
         self._orders, self._answers = Delayed(), Delayed()
         self.cycle, self._sent, self.delay = 0, 0, 0

@@ -5,7 +5,7 @@ from pam_objects import Bench
 from pam_programs import HEADER
 
 from fieldrig_devices.motion.profile import Limits
-from fieldrig_devices.pam.objects.options import Options
+from fieldrig_devices.pam.objects.readings import ObjectReadings
 from fieldrig_devices.pamring.frames import AxisOrder, AxisReport, InputChanged, Move, Read
 from fieldrig_devices.pamring.registers import Parameter, parameter_address
 
@@ -22,14 +22,14 @@ ZERO_POSITIONER ZEP_Main; OBJECT = AXI_Main; SENSOR = SBI_Sensor;
 """
 SENSOR = 2
 """The sensor's item; the axis is item 1."""
-A_CYCLE_LATE = Options(report_delay_cycles=1)
+A_CYCLE_LATE = ObjectReadings(report_delay_cycles=1)
 RESOLVER = "RESOLVER_OFFSET = 100;"
 COARSE = "COARSE_SPEED = 3600; COARSE_EDGE = RISING; COARSE_MOVE = 0.0;"
 FINE = "FINE_SPEED = -90; FINE_EDGE = FALLING; FINE_MOVE = 30;"
 
 
 def started(phases: str) -> Bench:
-    bench = Bench(f"{HEADER}{AXIS}{phases} END\n", options=A_CYCLE_LATE)
+    bench = Bench(f"{HEADER}{AXIS}{phases} END\n", readings=A_CYCLE_LATE)
     bench.st1(1)
     bench.cycle()
     bench.cycle(work=lambda: bench.do("ZEP_Main", "start"))
@@ -95,7 +95,7 @@ def test_the_edge_is_found_on_the_ramp_and_counted_from_its_instant() -> None:
 def test_the_limits_of_the_node_count() -> None:
     """At 3 turns/s and 20 turns/s2 the axis is far behind its declaration."""
     bench = Bench(
-        f"{HEADER}{AXIS}{COARSE.replace('COARSE_MOVE = 0.0', 'COARSE_MOVE = 300')} END\n", options=A_CYCLE_LATE
+        f"{HEADER}{AXIS}{COARSE.replace('COARSE_MOVE = 0.0', 'COARSE_MOVE = 300')} END\n", readings=A_CYCLE_LATE
     )
     bench.st1(1)
     bench.nodes[1].limits = Limits(3 * TURN, 20 * TURN, 20 * TURN)
@@ -134,7 +134,7 @@ def test_the_current_speed_is_that_of_the_axis() -> None:
 @pytest.mark.manual("PAML-200")
 @pytest.mark.manual("PAML-201")
 def test_the_fine_phase_follows_with_its_own_edge() -> None:
-    bench = Bench(f"{HEADER}{AXIS}{COARSE}{FINE} END\n", options=A_CYCLE_LATE)
+    bench = Bench(f"{HEADER}{AXIS}{COARSE}{FINE} END\n", readings=A_CYCLE_LATE)
     bench.st1(1)
     bench.cycle()
     bench.item("ZEP_Main").set_parameter("FINE_SPEED", -180)
