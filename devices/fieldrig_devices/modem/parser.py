@@ -50,7 +50,7 @@ class Mistake(NamedTuple):
 
 Item = Basic | Register | Dial | Extended | StoreNumber | Mistake
 LONGEST_NUMBER: Final = 5
-"""Digits of the largest number that is one."""
+"""The most digits of the number behind a basic command; a command with a longer one is refused."""
 
 _BASIC = re.compile(rf"([A-CE-RT-Z]|[&%\\*#-][A-Z])(\d{{0,{LONGEST_NUMBER}}})(?!\d)")
 _REGISTER = re.compile(r"S(\d{0,3})(?!\d)(?:(\?)|=(\d{0,5}))?")

@@ -34,7 +34,11 @@ class Supervisor:
     def __init__(
         self, config: RigConfig, plans: dict[str, ProcessPlan], control: Control, children: Children, report: Report
     ) -> None:
-        """`children` that are not forked yet are spawned."""
+        """Make the supervisor of the processes `plans`; it starts nothing before `run`.
+
+        `children` are the same processes, by their names.  Those that were forked already are taken over, and the
+        others are spawned.  `report` gets what a user should see of starts, ends and restarts.
+        """
         self.roster = Roster(config, plans, control, report)
         self._patience = {name: Patience(config.start_timeout_s) for name in plans}
         self._ready_at_s: dict[str, float] = {}

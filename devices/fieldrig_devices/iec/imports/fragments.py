@@ -82,7 +82,7 @@ class Fragments:
         return tree.Direct(area.upper(), size.upper(), parts, place=tree.Place(line, 1))
 
     def is_name(self, text: str, line: int, of: str) -> bool:
-        """True for a legal name of something; False with a message."""
+        """Return whether the text may be a name (6.1.2); if not, report it as a mistake in the name `of` something."""
         if _NAME.fullmatch(text):
             return True
         self.report.mistake(line, f"{_short(text)} cannot be the name of {of}", "a letter, then letters, digits and _")

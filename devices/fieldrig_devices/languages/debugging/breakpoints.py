@@ -16,11 +16,12 @@ Place = tuple[str, int]
 
 @dataclass(slots=True)
 class Breakpoints:
-    """`conditions` are the conditions by place; an empty one always holds."""
+    """The breakpoints of a program, which stay where they are in its text when it is loaded again."""
 
     conditions: dict[Place, str] = field(default_factory=dict)
+    """The condition at each place; an empty one always holds."""
     moves: dict[Place, int | None] = field(default_factory=dict)
-    """The lines of breakpoints after the last load by their places before; None for one that is gone."""
+    """The effect of the last load on each breakpoint that was there: its new line, or None if its text is gone."""
     _texts: dict[Place, str] = field(default_factory=dict)
 
     def replace(self, debuggee: Debuggee, file: str, wanted: Mapping[int, str]) -> set[int]:

@@ -13,7 +13,7 @@ from fieldrig_devices.max4.terminals import DigitalInput, DigitalOutput, Termina
 
 
 class Areas:
-    """The areas of one boot, connected to its terminals."""
+    """The areas %I and %Q of a program, one byte for eight terminals; each boot begins with zeros."""
 
     def __init__(self, terminals: Terminals, on_input: Callable[[], None]) -> None:
         """`on_input` is called after each change of an input."""
