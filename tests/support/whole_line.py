@@ -6,8 +6,8 @@ Labels, labeller, modems and the glue are the devices and programs of their own 
 from typing import ClassVar
 
 from fault_choices import Injected
-from faulted_machine import Effect
-from max4_machines import CONTROLLER, DRIVES, Max4Machine
+from faulted_machine import Effect, stops
+from max4_machines import CONTROLLER, DRIVES, Max4Machine, diagnosis
 from rig_hands import ModbusClient
 
 FILM_RUNS, RUNNING = 3, 3
@@ -15,13 +15,13 @@ AUTOMATIC, STATE, PACKS = 32768, 32769, 32770
 
 
 class WholeLine(Max4Machine):
-    """docs/machine.md: a lost axis ends automatic operation; the client takes the bit back, and sets it again."""
+    """docs/machine.md: a lost axis or an overload ends automatic operation; the client takes its bit back and sets it."""
 
     file = "machine-virtual.yaml"
-    wheres = ("infeed", "film", "jaw", "outfeed", "ring")
+    wheres = ("max4", "infeed", "film", "jaw", "outfeed", "ring")
     can_nodes: ClassVar = {"can2": 1}
     axes: ClassVar = ("infeed", "film", "jaw", "outfeed")
-    table: ClassVar = {**DRIVES, **{key: is_so for key, is_so in CONTROLLER.items() if key.startswith("ring")}}
+    table: ClassVar = {**DRIVES, **CONTROLLER, "max4 overrun": stops(diagnosis(6507))}
     overrides = tuple(
         f"devices.{name}=null"
         for name in (
