@@ -185,7 +185,7 @@ FAULTS = [
     (Rpdo, "_is_length_good", lambda self, frame: False),
     (Sync, "is_window_open", True),
     (Dictionary, "restore", lambda self, first, last: None),
-    (HeartbeatProducer, "enter", lambda self, state: self._due.cancel()),
+    (HeartbeatProducer, "enter", lambda self, state: self._due.stop()),
 ]
 
 

@@ -133,7 +133,7 @@ plain = st.one_of(
 in_program = st.one_of(plain, st.builds("fb(p := {});".format, operands), st.sampled_from(["l0 := fb.q;", "g1 := l0;"]))
 
 
-def nested(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+def branches(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
     body = st.lists(inner, max_size=3).map(" ".join)
     return st.one_of(
         st.builds("IF {} > 0 THEN {} END_IF;".format, operands, body),
@@ -141,8 +141,15 @@ def nested(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
             "IF {} > 0 THEN {} ELSIF {} > 1 THEN {} ELSE {} END_IF;".format, operands, body, operands, body, body
         ),
         st.builds("CASE {} OF 0: {} 1: {} ELSE {} END_CASE;".format, operands, body, body, body),
-        st.builds("FOR i := 1 TO {} DO {} END_FOR;".format, st.sampled_from("012"), body),
     )
+
+
+in_loop = st.lists(st.recursive(plain, branches, max_leaves=3), max_size=3).map(" ".join)
+"""The body of a loop has no loop, because one with the same variable would keep it from its end."""
+
+
+def nested(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+    return branches(inner) | st.builds("FOR i := 1 TO {} DO {} END_FOR;".format, st.sampled_from("012"), in_loop)
 
 
 def bodies(statement: st.SearchStrategy[str]) -> st.SearchStrategy[str]:

@@ -185,7 +185,7 @@ def _everywhere(made: Made, number: int) -> str:
         argument := Same({made.text}); keep(x := {made.text}); long_real := TO_LREAL({made.text});
         is_same := {made.text} = assigned; indexed := table[{made.text} AND 3];
         CASE {made.text} AND 3 OF {cases} END_CASE
-        FOR bound := {made.text} TO {made.text} DO looped := bound; END_FOR"""
+        FOR bound := {made.text} TO {made.text} DO looped := bound; EXIT; END_FOR"""
 
 
 def _in_all_places(value: int) -> dict[str, Value]:
