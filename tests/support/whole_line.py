@@ -15,7 +15,7 @@ AUTOMATIC, STATE, PACKS = 32768, 32769, 32770
 
 
 class WholeLine(Max4Machine):
-    """docs/machine.md: a lost axis or an overload ends automatic operation; the client takes its bit back and sets it."""
+    """docs/machine.md: a lost axis or an overload ends automatic operation; the client takes its bit back, sets it."""
 
     file = "machine-virtual.yaml"
     wheres = ("max4", "infeed", "film", "jaw", "outfeed", "ring")
