@@ -8,6 +8,7 @@ import pytest
 
 from fieldrig.cli.points import _echo
 from fieldrig.cli.status import _lateness
+from fieldrig.cli.watch import _of_point, _Shown
 from fieldrig.clock import S
 from fieldrig.control.device_questions import RealPoints
 from fieldrig.control.troubles import LATER_NS, Troubles
@@ -104,3 +105,24 @@ def test_the_facts_of_a_point_have_the_words(bench: Bench) -> None:
     found = asyncio.run(facts())
     assert found["code"]["host"] == f"at 14:03:22 {WORDS}"
     assert "host" not in found["speed"]
+
+
+def test_watch_shows_a_trouble_once_more_when_words_come_later_and_not_when_it_is_over() -> None:
+    shown, beside = _Shown(["c*"], later_s=10), {"code": {"host": f"at 14:03:22 {WORDS}"}}
+    assert not shown.wants_facts(0.0), "nothing has changed"
+    assert list(shown.changed({"code": 2560, "speed": 1.5}, {}, 0.0)) == ["code"]
+    assert [shown.wants_facts(now_s) for now_s in (0.1, 0.2, 1.2, 10.1)] == [True, False, True, False]
+    assert list(shown.changed({"code": 2560, "speed": 2.5}, beside, 1.2)) == ["code"]
+    assert list(shown.changed({"code": 2560}, beside, 1.3)) == []
+    assert list(shown.changed({"code": 0}, beside, 1.4)) == ["code"]
+    assert list(shown.changed({"code": 0}, {}, 2.4)) == []
+
+
+def test_watch_has_the_words_in_the_line_and_in_json_only_beside_a_trouble() -> None:
+    fact = {"unit": "", "host": f"at 14:03:22 {WORDS}"}
+    line, data = _of_point("belt/code", 2560, fact)
+    assert line.endswith(f"  belt/code = 2560 (at 14:03:22 {WORDS})")
+    assert data["host"] == fact["host"]
+    line, data = _of_point("belt/code", 0, fact)
+    assert line.endswith("  belt/code = 0")
+    assert "host" not in data

@@ -1,6 +1,7 @@
 """The command `watch`: see what happens in a running rig."""
 
 import json
+import math
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from fieldrig.control.messages import Client
 
 POLL_S = 0.1
+FACTS_S = 1.0
+"""Time between two questions for the words about a late host: they cost a device more than its values do."""
 
 
 def watch(
@@ -120,6 +123,7 @@ def _of_batch(
 def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
     """Yield changes of points.  Devices are polled, as they report values only when asked."""
     from fieldrig.control.messages import NoAnswerError
+    from fieldrig.control.troubles import LATER_NS
 
     parts = Parts(client)
     check_patterns((pattern.partition("/")[0] for pattern in patterns), parts.devices, f"{parts.rig} has no device")
@@ -131,26 +135,59 @@ def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
     units = _units(client, watched)
     if len(units) == len(watched):  # the keys of a device that does not answer are not known
         _check_keys(patterns, units)
-    present: dict[str, Any] = {}
+    shown = {device: _Shown(keys, LATER_NS / S + FACTS_S) for device, keys in watched.items()}
     while True:
         started_s = time.monotonic()
-        for device, keys in watched.items():
+        for device, its in shown.items():
             try:
-                if device not in units:
+                if device not in units or its.wants_facts(started_s):
                     units[device] = client.ask(f"device/{device}/keys")
                 values = client.ask(f"device/{device}/get")
             except NoAnswerError:  # it is being restarted
                 continue
-            for key, value in values.items():
-                name = f"{device}/{key}"
-                if present.get(name, _missing) != value and any(fnmatchcase(key, pattern) for pattern in keys):
-                    present[name] = value
-                    unit = units[device].get(key, {}).get("unit", "")
-                    now_ns = time.time_ns()
-                    data = {"time_ns": now_ns, "point": name, "value": value, "unit": unit}
-                    yield f"{_time_of_day(now_ns)}  {name} = {show_value(value, unit)} {unit}".rstrip(), data
+            for key in its.changed(values, units[device], started_s):
+                yield _of_point(f"{device}/{key}", values[key], units[device].get(key, {}))
         yield None
         time.sleep(max(0.0, POLL_S - (time.monotonic() - started_s)))
+
+
+class _Shown:
+    """What was shown of one device."""
+
+    def __init__(self, patterns: Iterable[str], later_s: float) -> None:
+        """Words about a late host may come up to `later_s` after a change."""
+        self._patterns, self._later_s = patterns, later_s
+        self._present: dict[str, tuple[Any, str]] = {}
+        """Value, and words about a late host, by key."""
+        self._last_change_s = self._next_facts_s = -math.inf
+
+    def wants_facts(self, now_s: float) -> bool:
+        """Return whether the facts are to be asked for, because words about the host may have come."""
+        is_due = self._next_facts_s <= now_s <= self._last_change_s + self._later_s
+        if is_due:
+            self._next_facts_s = now_s + FACTS_S
+        return is_due
+
+    def changed(self, values: Mapping[str, Any], facts: Mapping[str, Any], now_s: float) -> Iterator[str]:
+        """Yield the keys that are to be shown: another value, or words beside the same one."""
+        for key, value in values.items():
+            words = facts.get(key, {}).get("host", "") if value else ""  # the facts may be older than the value
+            before, words_before = self._present.get(key, (_missing, ""))
+            if before == value and words in ("", words_before):
+                continue
+            if any(fnmatchcase(key, pattern) for pattern in self._patterns):
+                self._present[key] = (value, words)
+                if before != value:
+                    self._last_change_s = now_s
+                yield key
+
+
+def _of_point(name: str, value: Any, fact: Mapping[str, Any]) -> Line:
+    unit, now_ns = fact.get("unit", ""), time.time_ns()
+    words = fact.get("host", "") if value else ""
+    line = f"{_time_of_day(now_ns)}  {name} = {show_value(value, unit)} {unit}".rstrip()
+    data = {"time_ns": now_ns, "point": name, "value": value, "unit": unit}
+    return (f"{line} ({words})", data | {"host": words}) if words else (line, data)
 
 
 def _units(client: "Client", devices: Iterable[str]) -> dict[str, Any]:
