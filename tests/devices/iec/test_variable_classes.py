@@ -1,7 +1,9 @@
 """The classes of variables in a program that runs (manual 971-996)."""
 
 import pytest
-from iec_program import IecBench
+from iec_program import IecBench, program, refused
+
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4, Dialect
 
 PROGRAM = """
 VAR_GLOBAL gTotal : DINT := 100; END_VAR
@@ -37,3 +39,39 @@ def test_each_class_of_variables_keeps_and_shares_what_it_has_to() -> None:
     assert bench["gTotal"] == 100 + 3 * (5 + 2)  # VAR_EXTERNAL is the global one
     assert [bench[name] for name in ("first.step", "second.step")] == [5, 2]
     assert (bench["lamp"], bench["seen"]) == (0xA5, 0xA5)
+
+
+OUTSIDE = """FUNCTION_BLOCK B
+VAR CONSTANT c : INT := 4; a : ARRAY[0..2] OF INT := 1, 2, 3; END_VAR
+VAR_IN_OUT r : INT; END_VAR
+r := c;
+END_FUNCTION_BLOCK
+"""
+
+
+@pytest.mark.manual("PD-351")
+@pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3, CODESYS])
+@pytest.mark.parametrize("statement", ["x := i.r;", "i.r := 4;"])
+def test_a_variable_of_the_caller_is_not_known_outside_the_block(dialect: Dialect, statement: str) -> None:
+    text = OUTSIDE + program("i : B; x : INT;", f"i(r := x);\n{statement}")
+    assert any("r is a VAR_IN_OUT of B and not known outside" in message for message in refused(text, dialect))
+
+
+@pytest.mark.manual("PD-351")
+@pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3, CODESYS])
+@pytest.mark.parametrize("statement", ["i.c := 3;", "i.a[1] := 3;", "i.a := z;"])
+def test_a_constant_of_a_block_is_written_nowhere(dialect: Dialect, statement: str) -> None:
+    text = OUTSIDE
+    text += program("i : B; x : INT; z : ARRAY[0..2] OF INT;", f"i(r := x);\n{statement}")
+    expected = "is a constant" if dialect is CODESYS else "is a VAR of B and not known outside"
+    assert any(expected in message for message in refused(text, dialect))
+    inside = OUTSIDE.replace("r := c;", statement.replace("i.", "").replace(":= z", ":= a"))
+    assert any("is a constant" in message for message in refused(inside + program("i : B;", "i();"), dialect))
+
+
+@pytest.mark.manual("PD-351")
+@pytest.mark.parametrize("given", ["4", "k", "x + 1"])
+def test_a_variable_in_and_out_takes_nothing_that_cannot_be_written(given: str) -> None:
+    constant = "VAR_GLOBAL CONSTANT k : INT := 2; END_VAR\n"
+    text = constant + OUTSIDE + program("i : B; x : INT;", f"i(r := {given});")
+    assert any("is passed to the VAR_IN_OUT r" in message for message in refused(text, EPAS_4))
