@@ -67,6 +67,8 @@ class Variable:
     place: SourcePlace = NOWHERE
     file: str = ""
     comment: str = ""
+    narrow: Type | None = None
+    """The type of the operands, in a hidden variable that holds the result of arithmetic with all of its 32 bits."""
 
     @property
     def is_reference(self) -> bool:

@@ -45,8 +45,6 @@ class Context:
         """How many steps above the function block the code was declared that is checked; SUPER^ is above it."""
         self.listed: Mapping[str, str] = {}
         """The names of the list of global variables that is declared, with those by which the project knows them."""
-        self.narrow: dict[Variable, Type] = {}
-        """Hidden variables that hold the result of arithmetic in 32 bits, and the smaller types of these results."""
         self._unknown: set[str] = set()
         self._hidden = 0
 

@@ -206,8 +206,8 @@ def _named(of: Expressions, node: tree.Expression, wanted: Type | None) -> Expre
             hint = f"choose an element: {text(node)}[...]"
             of.context.say(node, f"{text(node)} is {a(found.type)} and has no value as a whole", "an element", hint)
             return None
-        if isinstance(found, Cell) and found.variable in of.context.narrow:
-            return constants.narrowed(Load(found), of.context.narrow[found.variable])
+        if isinstance(found, Cell) and found.variable.narrow is not None:
+            return constants.narrowed(Load(found), found.variable.narrow)
         return None if found.type is UNKNOWN else Load(found)
     if isinstance(found, Pou) and found.kind is PouKind.PROGRAM and found.instance is not None:
         return Load(Cell(found.instance, found.instance.type))

@@ -160,7 +160,7 @@ class _Instructions:
         kind = _typed(whole)
         name = self._variable(kind, line)
         if whole is not checked:
-            self._context.narrow[self._context.names[self._context.key(name.text)]] = checked.type
+            self._context.names[self._context.key(name.text)].narrow = checked.type
         self._assign(name, whole, kind, line)
         return name
 

@@ -234,6 +234,7 @@ class Variables:
             place=node.place,
             file=context.file,
             comment=comment_of(node),
+            narrow=self._specs.resolve(node.narrow, context) if node.narrow is not None else None,
         )
         self._project.declared[made] = node
         self._check_type(made, node, source, context)

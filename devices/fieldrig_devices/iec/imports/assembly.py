@@ -71,7 +71,7 @@ def _pou(raw: Raw, kinds: Kinds, fragments: Fragments) -> tree.Pou:
     parts = {part.name.casefold() for part in (*raw.actions, *raw.transitions)}
     taken = {raw.name.casefold(), *names, *parts, *kinds.variables, *kinds.pous, *kinds.types}
     inner = kinds.of_pou(raw.name, raw.blocks, raw.result)
-    hidden = Hidden(taken, raw.kind is not tree.PouKind.FUNCTION, inner.variables)
+    hidden = Hidden(taken, raw.kind is not tree.PouKind.FUNCTION, inner.variables, inner.narrow)
     bodies = Bodies(fragments, hidden, inner)
     for part in raw.transitions:
         bodies.conditions[part.name.casefold()] = Condition(part.line, body=part.body)
@@ -100,7 +100,9 @@ def _pou(raw: Raw, kinds: Kinds, fragments: Fragments) -> tree.Pou:
 def _method(raw: Raw, outer: Raw, kinds: Kinds, fragments: Fragments) -> tree.Method:
     inner = kinds.of_pou(outer.name, outer.blocks, None).of_pou(raw.name, raw.blocks, raw.result)
     place = tree.Place(raw.line, 1)
-    hidden = Hidden({raw.name.casefold(), *inner.variables, *inner.pous, *inner.types}, False, inner.variables)
+    hidden = Hidden(
+        {raw.name.casefold(), *inner.variables, *inner.pous, *inner.types}, False, inner.variables, inner.narrow
+    )
     with fragments.report.inside(f"method {raw.name[:60]}"):
         bodies = Bodies(fragments, hidden, inner)
         body = _joined([bodies.body(drawn) for drawn in raw.bodies], fragments, place)

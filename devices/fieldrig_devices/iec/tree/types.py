@@ -115,3 +115,5 @@ class Variable(Statement):
     """The address behind AT.  An incomplete one, %I* of VAR_CONFIG programs, has no numbers."""
     edge: str = ""
     """R_EDGE or F_EDGE."""
+    narrow: TypeSpec | None = None
+    """The smaller type of the result of arithmetic in 32 bits that a variable of a drawing holds."""

@@ -1,6 +1,7 @@
 """Blocks of a network: instances, functions, operators and boxes with code, with EN and ENO, and their outputs."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.networks import functions
@@ -10,8 +11,14 @@ from fieldrig_devices.iec.imports.networks.graph import Edge, Item, Kind, Pin, S
 from fieldrig_devices.iec.imports.networks.kinds import BOOL
 from fieldrig_devices.iec.imports.networks.results import type_of, whole_type_of
 from fieldrig_devices.iec.imports.networks.terms import conditional, is_true, negated, place_of
-from fieldrig_devices.iec.program import Expression
-from fieldrig_devices.iec.types import Elementary
+
+
+class Kept(NamedTuple):
+    """The type of a variable for a result."""
+
+    type: tree.TypeSpec
+    narrow: tree.TypeSpec | None = None
+    """The type of the result, if arithmetic has given it more bits and the variable holds them all."""
 
 
 @dataclass(slots=True)
@@ -20,8 +27,6 @@ class Blocks(Foreseeing):
 
     enos: dict[str, tree.Name] = field(default_factory=dict)
     """Hidden variables for the ENO of blocks whose body may set it."""
-    narrow: dict[str, str] = field(default_factory=dict)
-    """The types of the results that are kept with 32 bits, because arithmetic has made them larger than these."""
 
     def block(self, item: Item) -> None:
         is_declared = self.kinds.parameter(item.text, "EN") is not None
@@ -234,52 +239,35 @@ class Blocks(Foreseeing):
     def _kept_result(
         self, item: Item, wire: Wire, enable: tree.Expression | None, call: tree.Expression, result: Pin
     ) -> None:
-        name = self.loops.get(wire) or self._variable_for(item, result, call)
+        kept, loop = self._kept_as(item, result, call), self.loops.get(wire)
+        is_whole = kept is not None and kept.narrow is not None
+        name = loop if loop is not None and not is_whole else self._variable_for(item, result, kept)
         if name is None:
             return
-        self._guarded(enable, [tree.Assign(name, call, place=place_of(item))], item)
+        statements: list[tree.AnyStatement] = [tree.Assign(name, call, place=place_of(item))]
+        if loop is not None and loop is not name:  # what comes back is cut, and what follows is not
+            statements.append(tree.Assign(loop, name, place=place_of(item)))
+        self._guarded(enable, statements, item)
         self.values[wire] = negated(name) if result.is_negated else name
 
-    def _variable_for(self, item: Item, pin: Pin, call: tree.Expression | None) -> tree.Name | None:
-        wanted = self.wanted(item, pin.name)
-        value = self.kinds.value(call, wanted) if call is not None else self.foreseen(item, wanted)
-        of = self.kinds.of_function(item.text) or self._kept_as(item, pin, value, wanted)
-        of = of or self.kinds.of_standard(item.text) or wanted
-        if of is None:
+    def _variable_for(self, item: Item, pin: Pin, kept: Kept | None) -> tree.Name | None:
+        if kept is None:
             self._unknown(item, pin)
             return None
-        return self.hidden.add("Result", of, item.line, f"result of the {item}")
+        return self.hidden.add("Result", kept.type, item.line, f"result of the {item}", kept.narrow)
 
-    def _kept_as(
-        self, item: Item, pin: Pin, value: Expression | None, wanted: tree.TypeSpec | None
-    ) -> tree.TypeSpec | None:
-        """Return the type in which a result is kept: with all of its bits if arithmetic has made it larger."""
-        if value is None:
-            return None
-        of = self.kinds.spec(type_of(value, self.kinds.type(wanted)))
-        whole = whole_type_of(value)
-        if whole is None or pin.is_negated or not isinstance(of, tree.NamedType):
-            return of
-        self.narrow[item.id] = of.name
-        return self.kinds.spec(whole)
-
-    def taken(self, value: tree.Expression, wire: Wire, owner: Item) -> tree.Expression:
-        """Return a value cut to its type, unless the consumer takes all bits of it."""
-        narrow = self.narrow.get(wire.source)
-        whole = self.kinds.of(value) if narrow is not None else None
-        if not isinstance(whole, tree.NamedType) or whole.name == narrow:
-            return value
-        if functions.OPERATORS.get(owner.text.casefold()) in functions.COMPARISONS or self._takes(owner):
-            return value
-        cut = tree.Name(f"{whole.name}_TO_{narrow}", place=place_of(owner))
-        return tree.Call(cut, (tree.Argument(value, place=place_of(owner)),), place=place_of(owner))
-
-    def _takes(self, owner: Item) -> bool:
-        """True for a variable of 32 bits or more, or of real numbers."""
-        if owner.kind not in (Kind.SINK, Kind.THROUGH):
-            return False
-        kind = self.kinds.type(self.kinds.of(self.fragments.expression(owner.text, owner.line)))
-        return isinstance(kind, Elementary) and kind.size >= 4
+    def _kept_as(self, item: Item, pin: Pin, call: tree.Expression | None) -> Kept | None:
+        """Return the type in which a result is kept, None for an unknown one.  `call` is None for a loop."""
+        wanted = self.wanted(item, pin.name)
+        value = self.kinds.value(call, wanted) if call is not None else self.foreseen(item, wanted)
+        of = self.kinds.of_function(item.text)
+        if of is None and value is not None:
+            of = self.kinds.spec(type_of(value, self.kinds.type(wanted)))
+            whole = whole_type_of(value)
+            if of is not None and whole is not None and (wide := self.kinds.spec(whole)) is not None:
+                return Kept(wide, of)
+        of = of or self.kinds.of_standard(item.text) or wanted
+        return Kept(of) if of is not None else None
 
     def _unknown(self, item: Item, pin: Pin) -> None:
         self.mistake(
@@ -319,7 +307,8 @@ class Blocks(Foreseeing):
             self.mistake(item.line, f"The {item} is part of a loop, and a function has no memory for it")
             return None
         if wire not in self.loops:
-            name = self._variable_for(item, pin, None)
+            kept = self._kept_as(item, pin, None)
+            name = self._variable_for(item, pin, Kept(kept.narrow or kept.type) if kept is not None else None)
             if name is None:
                 return None
             self.loops[wire] = name

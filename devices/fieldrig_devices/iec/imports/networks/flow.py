@@ -67,10 +67,6 @@ class Flow:
         """Return the value of an output of a block."""
         raise NotImplementedError
 
-    def taken(self, value: tree.Expression, wire: Wire, owner: Item) -> tree.Expression:
-        """Return a value of a wire as its consumer takes it."""
-        raise NotImplementedError
-
     # ---- values
 
     def power(self, item: Item) -> tree.Expression | None:
@@ -92,11 +88,7 @@ class Flow:
             if pin.expression and not pin.wires:
                 value = self.fragments.expression(pin.expression, pin.line)
             else:
-                values = [
-                    self.taken(found, wire, owner)
-                    for wire in pin.wires
-                    if (found := self.value(wire, owner)) is not None
-                ]
+                values = [found for wire in pin.wires if (found := self.value(wire, owner)) is not None]
                 value = parallel(values, pin.line) if values else None
         finally:
             self.depth -= 1

@@ -18,17 +18,26 @@ class Hidden:
     """False for a function, whose variables do not outlive the call."""
     known: dict[str, tree.TypeSpec]
     """The types of the variables that the POU sees, to which the added ones belong."""
+    narrow: dict[str, tree.TypeSpec]
+    """The smaller types of the results that some of them hold with 32 bits."""
     variables: list[tree.Variable] = field(default_factory=list)
     network: int = 0
     _count: int = 0
 
-    def add(self, what: str, type: tree.TypeSpec, line: int, remark: str) -> tree.Name:
-        """Declare a variable for `what` and return its name."""
+    def add(
+        self, what: str, type: tree.TypeSpec, line: int, remark: str, narrow: tree.TypeSpec | None = None
+    ) -> tree.Name:
+        """Declare a variable for `what` and return its name.
+
+        `narrow` is the type of a result that the variable holds with more bits, which each use of it cuts or takes.
+        """
         self._count += 1
         name = self.free(f"Net{self.network}_{what}{self._count}")
         place = tree.Place(line, 1)
         self.known[name.casefold()] = type
-        self.variables.append(tree.Variable(name, type, remark=f"(* {remark} *)", place=place))
+        if narrow is not None:
+            self.narrow[name.casefold()] = narrow
+        self.variables.append(tree.Variable(name, type, narrow=narrow, remark=f"(* {remark} *)", place=place))
         return tree.Name(name, place=place)
 
     def free(self, name: str) -> str:

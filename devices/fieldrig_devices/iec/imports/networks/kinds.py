@@ -10,6 +10,7 @@ from functools import cache
 from typing import Final
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.constants import narrowed
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.imports.networks import functions
 from fieldrig_devices.iec.imports.networks.graph import Item, Kind, Pin
@@ -37,6 +38,8 @@ class Kinds:
     def __init__(self, dialect: Dialect) -> None:
         self.dialect = dialect
         self.variables: dict[str, tree.TypeSpec] = {}
+        self.narrow: dict[str, tree.TypeSpec] = {}
+        """The smaller types of the results that hidden variables hold with 32 bits."""
         self.pous: dict[str, tree.Pou] = {}
         self.types: dict[str, tree.TypeSpec] = {}
         self._results = Results(dialect)
@@ -50,6 +53,7 @@ class Kinds:
             own[name.casefold()] = result
         found = copy(self)
         found.variables = {**self.variables, **own}
+        found.narrow = {}
         return found
 
     # ---- types
@@ -107,7 +111,10 @@ class Kinds:
                 known = [value for value in given if value is not None]
                 if len(known) == len(given):
                     return self.result(name, known, wanted)
-        return self.value_of(self._declared(expression))
+        found = self.value_of(self._declared(expression))
+        narrow = self.narrow.get(expression.text.casefold()) if isinstance(expression, tree.Name) else None
+        cut_to = self.type(narrow)
+        return found if found is None or cut_to is None else narrowed(found, cut_to)
 
     def value_of(self, spec: tree.TypeSpec | None) -> Expression | None:
         kind = self.type(spec)
