@@ -152,7 +152,7 @@ def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
 
 
 class _Shown:
-    """What was shown of one device."""
+    """The values and words that were shown of one device."""
 
     def __init__(self, patterns: Iterable[str], later_s: float) -> None:
         """Words about a late host may come up to `later_s` after a change."""
