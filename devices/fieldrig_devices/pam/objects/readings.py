@@ -6,7 +6,7 @@ from fieldrig.settings import Settings
 
 
 class ObjectReadings(Settings):
-    """The defaults are the readings of the manual's digest, whose rows stand beside them."""
+    """The defaults are the readings of the manual's digest, whose rows are in the comments."""
 
     # G-14
     takes_shorter_way: bool = Field(
