@@ -13,7 +13,7 @@ from fault_choices import CONFIGS, Injected, faults_of
 from faulted_machine import Machine, expected_of, keys_of, try_fault
 from labelling_machine import Labeller
 from max4_machines import Conveyor, RingLab
-from small_machines import Feeder, SmartIo
+from small_machines import Cell, Feeder, SmartIo
 from telephone_machines import Modems, Teleservice
 from whole_line import WholeLine
 
@@ -22,6 +22,7 @@ from fieldrig.config.rig_file import load
 pytestmark = pytest.mark.long
 
 MACHINES: Final[tuple[type[Machine], ...]] = (
+    Cell,
     Conveyor,
     Feeder,
     Lab,
@@ -33,7 +34,6 @@ MACHINES: Final[tuple[type[Machine], ...]] = (
     WholeLine,
 )
 TRIED_ELSEWHERE: Final = {
-    "arp-cell-virtual.yaml": "no device has faults; those of its CAN bus are not tried yet",
     "packaging-line-virtual.yaml": "controller and drives of ring.yaml, ten times, and no program",
 }
 

@@ -4,8 +4,11 @@ from typing import ClassVar, Final
 
 from fault_choices import Injected
 from faulted_machine import CAN_STAYS_ASIDE, Effect, Machine, Sign, goes_on, stops, waits
+from rig_hands import START_ALL
 
 READY: Final = "ready"
+FILM_RUNS: Final = 3
+NIP_STANDS_RAD_S: Final = 0.05
 
 
 class Feeder(Machine):
@@ -123,3 +126,48 @@ class SmartIo(Machine):
         self.set("io", "motor1.second", second)
         self.set("io", "motor1.order", 0)
         self.set("io", "motor1.order", order)
+
+
+class Cell(Machine):
+    """docs/arp-cell.md: without the other card the line stops; Enable is opened and closed, and a person starts."""
+
+    file = "arp-cell-virtual.yaml"
+    can_nodes: ClassVar = {"can0": 3}
+    table: ClassVar = {
+        "can drop": stops(),
+        "can delay": goes_on(),
+        "can duplicate": goes_on(),
+        "can replace": goes_on(),
+        "can corrupt": stops(),
+        "can error_frame": stops(),
+        "can short": stops(),
+        "can wrong_bit_rate": goes_on(),
+        "can babble": stops(),
+    }
+
+    def begin(self) -> None:
+        self.set("panel", "6200:01", 1)
+        self.wait(1)
+        self.start()
+
+    def start(self) -> None:
+        self.set("io1", "6000:01", 1)
+        self.wait(0.3)
+        self.set("io1", "6000:01", 0)
+        self.until(self.works, 20, what="the film")
+
+    def works(self) -> bool:
+        self.wait(0.2)
+        return self.get("line", "V20") == FILM_RUNS and float(self.get("nip", "speed")) > 1
+
+    def is_safe(self, where: str) -> bool:
+        return abs(float(self.get("nip", "speed"))) < NIP_STANDS_RAD_S
+
+    def come_back(self, injected: Injected, effect: Effect) -> None:
+        self.masters["can0"].send(START_ALL)
+        self.wait(0.5)
+        for level in (0, 1):
+            self.set("panel", "6200:01", level)
+            self.wait(1)
+        assert self.is_safe("can0")
+        self.start()
