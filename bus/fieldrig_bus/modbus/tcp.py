@@ -144,7 +144,7 @@ class TcpMaster(Master):
 
     def on_close(self) -> None:
         self._waiting.clear()
-        self._stop_timer()
+        self._timer.stop()
         self.server.turns.leave(self)
         while self._asked:
             self.server.turns.end(self._asked.popleft()[1])
@@ -199,6 +199,3 @@ class TcpMaster(Master):
     def resume_writing(self) -> None:
         super().resume_writing()
         self._stop_or_read()
-
-    def _stop_timer(self) -> None:
-        self._timer.stop()

@@ -60,7 +60,7 @@ class OutsideModem:
         if self._is_off:
             self._is_off = False
             self._link.send(Hook(False))
-            self._stop_limit()
+            self._limit.stop()
             self.pump.start(Carrier(0))
             if self._handshake is not None:
                 self._handshake.stop()
@@ -92,8 +92,5 @@ class OutsideModem:
         self._link.send(Hook(True))
 
     def _on_connected(self, agreed: Agreed, theirs: Carrier) -> None:
-        self._stop_limit()
-        self.pump.start(Carrier(agreed.bps, agreed.is_corrected, theirs.is_paced))
-
-    def _stop_limit(self) -> None:
         self._limit.stop()
+        self.pump.start(Carrier(agreed.bps, agreed.is_corrected, theirs.is_paced))

@@ -62,7 +62,7 @@ class DataPort:
     def start(self, job: Job) -> None:
         """Carry out a command on the connection, or when it is there."""
         self._job = job
-        self._watch(CONNECT_NS)
+        self._timer.after(CONNECT_NS, self._on_timer)
         connect, self._connect = self._connect, None
         if connect is not None:
             connect()
@@ -81,7 +81,7 @@ class DataPort:
         """End without a reply.  Return true if a transfer was under way."""
         transfer, self._transfer = self._transfer, None
         was_busy, self._job, self._connect, self.is_open = self._job is not None, None, None, False
-        self._stop_watching()
+        self._timer.stop()
         if transfer is not None:
             transfer.close()
         return was_busy
@@ -91,7 +91,7 @@ class DataPort:
     def moved(self) -> None:
         """Bytes have arrived, so the transfer is not stalled."""
         if self._job is not None:
-            self._watch(STALL_NS)
+            self._timer.after(STALL_NS, self._on_timer)
 
     def complete(self, transfer: "_Transfer", received: bytes) -> None:
         job = self._job
@@ -108,7 +108,7 @@ class DataPort:
     def _begin(self) -> None:
         if self._job is None or self._transfer is None:
             return
-        self._watch(STALL_NS)
+        self._timer.after(STALL_NS, self._on_timer)
         self._on_reply(Reply.OPENING)
         content = self._job.content()
         if content is None:
@@ -116,16 +116,9 @@ class DataPort:
         else:
             self._transfer.send(content)
 
-    def _watch(self, delay_ns: int) -> None:
-        self._stop_watching()
-        self._timer.after(delay_ns, self._on_timer)
-
-    def _stop_watching(self) -> None:
-        self._timer.stop()
-
     def _on_timer(self) -> None:
         if self._transfer is not None and self._transfer.has_moved():
-            self._watch(STALL_NS)
+            self._timer.after(STALL_NS, self._on_timer)
             return
         reply = Reply.NO_DATA_CONNECTION if self._transfer is None else Reply.TRANSFER_ABORTED
         if self.abort():

@@ -35,9 +35,7 @@ class InternalLine:
         self._arm()
 
     def _arm(self) -> None:
-        self._timer.stop()
-        next_ns = self._model.next_ns()
-        self._timer.at(next_ns, self._deliver)
+        self._timer.at(self._model.next_ns(), self._deliver)
 
     def _deliver(self) -> None:
         for delivery in self._model.collect(self._clock.now_ns()):

@@ -80,7 +80,7 @@ class HttpSession:
 
     def lost(self) -> None:
         self._is_closed = True
-        self._stop_waiting()
+        self._timer.stop()
 
     # ---- requests
 
@@ -186,13 +186,10 @@ class HttpSession:
     # ---- limits of time
 
     def _wait(self) -> None:
-        self._stop_waiting()
+        self._timer.stop()
         self._unsent = self._connection.unsent
         if not self._is_closed:
             self._timer.after(IDLE_NS, self._on_timer)
-
-    def _stop_waiting(self) -> None:
-        self._timer.stop()
 
     def _on_timer(self) -> None:
         """Close the connection, unless the client goes on taking its response."""
@@ -204,5 +201,5 @@ class HttpSession:
     def _close(self) -> None:
         if not self._is_closed:
             self._is_closed = True
-            self._stop_waiting()
+            self._timer.stop()
             self._connection.close()

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fieldrig.clock import NEVER_NS, Alarm, Clock
+from fieldrig.clock import Alarm, Clock
 from fieldrig.device import Device, Point
 from fieldrig.faults.faults import Fault, Faults, Timed, models_of
 from fieldrig.faults.injected import InjectedFaults
@@ -183,9 +183,7 @@ class DcMotorPlant(Device):
         if self._faults.first(NoPulses) is None:
             self._show("pulse_wire", self._model.is_high)
         self._show("zero_wire", self._is_zero())
-        self._timer.stop()
-        if self._model.next_ns < NEVER_NS:
-            self._timer.at(self._model.next_ns, self._on_timer)
+        self._timer.at(self._model.next_ns, self._on_timer)
 
     def _show(self, key: str, level: bool) -> None:
         if self._shown.get(key) is level:

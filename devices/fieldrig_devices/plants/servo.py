@@ -45,7 +45,6 @@ class Servo(Device):
         self._since_ns = clock.now_ns()
         self._state = State(settings.initial_position_rad * settings.gear_ratio)
         self._timer = Alarm(self._clock)
-        self._due_ns = 0
         self._encoder_wire = settings.wire_for(name, "encoder")
         self._published: Motion | None = None
         self._switches = _switches(settings)
@@ -152,7 +151,7 @@ class Servo(Device):
             self._publish_switches()
             self._wake_s = min(self._wake_s, self._seconds_to_switch())
         if self._segment.direction or self._ends_s < inf:
-            self._wake_at(self._since_ns + max(1, ceil(self._wake_s * S)))
+            self._timer.at(self._since_ns + max(1, ceil(self._wake_s * S)), self._on_timer)
 
     def _publish_encoder(self) -> None:
         scale, last = self._counts_per_rad, self._published
@@ -182,16 +181,7 @@ class Servo(Device):
         ahead = (edge - self._segment.at(self._wake_s)[0]) * direction
         return inf if ahead > 0 else self._segment.seconds_to(edge, self._wake_s)
 
-    def _wake_at(self, when_ns: int) -> None:
-        """Wake at this instant or earlier: a timer that expires early is cheaper than a new one each time."""
-        self._due_ns = when_ns
-        if when_ns < self._timer.when_ns:
-            self._timer.at(when_ns, self._on_timer)
-
     def _on_timer(self) -> None:
-        if self._clock.now_ns() < self._due_ns:
-            self._wake_at(self._due_ns)
-            return
         self._look()
         self._go_on()
 

@@ -191,8 +191,7 @@ class Call:
         is_running = phase is Phase.RUNNING
         state.local_address, state.peer_address = self._ipcp.addresses if is_running else (UNSET, UNSET)
         if phase is Phase.ESTABLISH and not self._setup_timer.is_set:
-            limit_ns = self.clock.now_ns() + self._settings.setup_limit_ns
-            self._setup_timer.at(limit_ns, self._on_setup_limit)
+            self._setup_timer.after(self._settings.setup_limit_ns, self._on_setup_limit)
         elif phase in (Phase.RUNNING, Phase.DEAD):
             self._setup_timer.stop()
         self._user.on_phase(phase)
