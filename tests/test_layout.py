@@ -19,8 +19,6 @@ CIRCLES_TO_BREAK: Mapping[str, str] = {
     "fieldrig.config": "conflicts links rig_file",
     "fieldrig": "bus control.bus_questions control.fault_questions device points.values",
     "fieldrig_devices.iec": "dialect program types",
-    "fieldrig_devices.iec.check": "access arguments assignable calls dispatch enable expressions methods open_arrays "
-    "places properties references type_specs",
     "fieldrig_devices.max4": "controller opcua operations plc.debuggee plc.library plc.plc points",
     "fieldrig_devices.pam.runtime": "armed binding equations processor reactions runtime sequence services waits watch",
 }

@@ -7,18 +7,16 @@ without a word is PUBLIC.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import methods
+from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import Guard, Project
 from fieldrig_devices.iec.check.texts import a
 from fieldrig_devices.iec.program import Place, Pou, Variable
 from fieldrig_devices.iec.tree import PouKind
-
-if TYPE_CHECKING:
-    from fieldrig_devices.iec.check.expressions import Expressions
 
 _OPEN: Final = frozenset({"PUBLIC", "INTERNAL"})
 
@@ -53,9 +51,9 @@ def allows_variable(context: Context, found: Variable, node: tree.Node) -> bool:
     return False
 
 
-def allows_call(of: "Expressions", node: tree.Call, instance: Place | None, method: Pou) -> bool:
+def allows_call(checker: Checker, node: tree.Call, instance: Place | None, method: Pou) -> bool:
     """True if the code may call a method; a message otherwise."""
-    context = of.context
+    context = checker.context
     called = node.called
     if isinstance(called, tree.Member) and methods.is_super(context, called.of) and _is_abstract(context, method):
         context.say(called, f"{called.name} is ABSTRACT above {_here(context)} and has no code", "a method with code")

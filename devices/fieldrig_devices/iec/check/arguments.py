@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import dispatch, enable, open_arrays
+from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import Pins
 from fieldrig_devices.iec.check.texts import a, listed, text
@@ -28,9 +28,6 @@ from fieldrig_devices.iec.program import (
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import Elementary, EnumType, ObjectType, OpenArrayType, StringType, Type
 
-if TYPE_CHECKING:
-    from fieldrig_devices.iec.check.expressions import Expressions
-
 
 @dataclass(slots=True)
 class Arguments:
@@ -40,29 +37,29 @@ class Arguments:
 
 
 def match_arguments(
-    of: "Expressions", node: tree.Call, pou: Pou, inputs: Sequence[Variable], outputs: Sequence[Variable]
+    checker: Checker, node: tree.Call, pou: Pou, inputs: Sequence[Variable], outputs: Sequence[Variable]
 ) -> Arguments | None:
     """Return the arguments by parameter; None after a message about the call as a whole."""
     matched = Arguments()
     is_whole = True
-    pins = _pins(of.context, pou, inputs, outputs)
+    pins = _pins(checker.context, pou, inputs, outputs)
     for position, argument in enumerate(node.arguments):
-        named = pins.outputs.get(of.context.key(argument.name)) if argument.name else None
+        named = pins.outputs.get(checker.context.key(argument.name)) if argument.name else None
         placed = pins.placed[position] if not argument.name and position < len(pins.placed) else None
         if placed is not None and placed.section is Section.OUTPUT and argument.value is not None:
             matched.outputs.append((placed, argument.value, False))
         elif argument.is_output or named is not None:
-            is_whole = _output(of, argument, pou, named, pins, matched) and is_whole
+            is_whole = _output(checker, argument, pou, named, pins, matched) and is_whole
         elif argument.value is not None:
-            found = _parameter(of, argument, position, pou, pins)
+            found = _parameter(checker, argument, position, pou, pins)
             if found is not None and found in matched.inputs:
-                of.context.say(argument, f"the argument {found.name} is given twice", "one value for each input")
+                checker.context.say(argument, f"the argument {found.name} is given twice", "one value for each input")
                 found = None
             if found is None:
                 is_whole = False
             else:
                 matched.inputs[found] = argument.value
-    return matched if is_whole and not _misses(of, node, pou, inputs, matched) else None
+    return matched if is_whole and not _misses(checker, node, pou, inputs, matched) else None
 
 
 def _pins(context: Context, pou: Pou, inputs: Sequence[Variable], outputs: Sequence[Variable]) -> Pins:
@@ -79,9 +76,9 @@ def _pins(context: Context, pou: Pou, inputs: Sequence[Variable], outputs: Seque
 
 
 def _output(
-    of: "Expressions", argument: tree.Argument, pou: Pou, variable: Variable | None, pins: Pins, matched: Arguments
+    checker: Checker, argument: tree.Argument, pou: Pou, variable: Variable | None, pins: Pins, matched: Arguments
 ) -> bool:
-    context = of.context
+    context = checker.context
     if variable is None and context.project.lacks_base(pou):
         return False
     if variable is None:
@@ -98,16 +95,16 @@ def _output(
 
 
 def _parameter(
-    of: "Expressions",
+    checker: Checker,
     argument: tree.Argument,
     position: int,
     pou: Pou,
     pins: Pins,
 ) -> Variable | None:
     """Return the input of an argument."""
-    context = of.context
+    context = checker.context
     is_by_position = context.project.dialect.has_calls_by_position
-    compared = _compared(of, argument, pins, is_certain=pou.kind is not PouKind.FUNCTION and not is_by_position)
+    compared = _compared(checker, argument, pins, is_certain=pou.kind is not PouKind.FUNCTION and not is_by_position)
     if compared is not None:
         value = text(argument.value) if argument.value is not None else ""
         context.say(argument, f"{value} is a comparison", compared, "A value is passed with :=.")
@@ -132,29 +129,29 @@ def _parameter(
     return pins.placed[position]
 
 
-def _compared(of: "Expressions", argument: tree.Argument, pins: Pins, *, is_certain: bool) -> str | None:
+def _compared(checker: Checker, argument: tree.Argument, pins: Pins, *, is_certain: bool) -> str | None:
     """Return the argument that `IN = TRUE` means, if IN is an input, and no variable of the caller or `is_certain`."""
     match argument:
         case tree.Argument(name="", value=tree.Binary(operator="=", left=tree.Name(text=name), right=right)):
-            if of.context.key(name) in pins.inputs and (is_certain or of.context.find(name) is None):
+            if checker.context.key(name) in pins.inputs and (is_certain or checker.context.find(name) is None):
                 return f"{name} := {text(right)}"
     return None
 
 
-def _misses(of: "Expressions", node: tree.Call, pou: Pou, inputs: Sequence[Variable], matched: Arguments) -> bool:
+def _misses(checker: Checker, node: tree.Call, pou: Pou, inputs: Sequence[Variable], matched: Arguments) -> bool:
     """A function needs every input without a declared start value, or none in a formal call of edition 3.
 
     A block needs only its VAR_IN_OUT.
     """
     is_formal = all(argument.name or argument.is_output for argument in node.arguments)
-    may_miss = is_formal and of.context.project.dialect.allows_missing_inputs
+    may_miss = is_formal and checker.context.project.dialect.allows_missing_inputs
     missing = [
         variable.name
         for variable in inputs
         if variable not in matched.inputs
         and (
             variable.section is Section.IN_OUT
-            or (pou.kind is PouKind.FUNCTION and not may_miss and not of.context.project.has_start(variable))
+            or (pou.kind is PouKind.FUNCTION and not may_miss and not checker.context.project.has_start(variable))
             or (pou.kind is PouKind.FUNCTION and (variable.is_reference or isinstance(variable.type, ObjectType)))
         )
     ]
@@ -165,17 +162,17 @@ def _misses(of: "Expressions", node: tree.Call, pou: Pou, inputs: Sequence[Varia
             else f"the arguments {', '.join(missing)} are missing"
         )
         all_names = ", ".join(variable.name for variable in inputs)
-        of.context.say(node, f"{what} in the call of {pou.name}", f"values for {all_names}")
+        checker.context.say(node, f"{what} in the call of {pou.name}", f"values for {all_names}")
     return bool(missing)
 
 
-def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> Place | None:
+def reference(checker: Checker, node: tree.Expression, variable: Variable) -> Place | None:
     """Return the argument of a VAR_IN_OUT or an ARRAY[*], which is passed by its address (PD-352)."""
-    context, section = of.context, variable.section.value
-    if variable.is_constant and (kept := _constant(of, node, variable)) is not None:
+    context, section = checker.context, variable.section.value
+    if variable.is_constant and (kept := _constant(checker, node, variable)) is not None:
         return kept
-    is_value = isinstance(node, tree.Literal | tree.Unary | tree.Binary) or _is_value(of, node)
-    found = of.meaning(node) if not is_value else None
+    is_value = isinstance(node, tree.Literal | tree.Unary | tree.Binary) or _is_value(checker, node)
+    found = checker.meaning(node) if not is_value else None
     if isinstance(found, Constant | Result) or is_value:
         context.say(
             node,
@@ -186,7 +183,7 @@ def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> P
         return None
     if found is None:
         return None
-    place = of.place(node)
+    place = checker.place(node)
     if place is None:
         return None
     is_bit = isinstance(place, Bit) or (isinstance(place, Located) and place.bit >= 0)
@@ -215,22 +212,22 @@ def reference(of: "Expressions", node: tree.Expression, variable: Variable) -> P
     return place
 
 
-def _constant(of: "Expressions", node: tree.Expression, variable: Variable) -> Place | None:
+def _constant(checker: Checker, node: tree.Expression, variable: Variable) -> Place | None:
     """Return a hidden variable with a constant that is passed to a VAR_IN_OUT CONSTANT; None for other arguments."""
     if isinstance(node, tree.Call) or not isinstance(variable.type, Elementary | StringType | EnumType):
         return None
     is_named = isinstance(node, tree.Name | tree.Member)
-    if is_named and not isinstance(of.meaning(node), Constant):
+    if is_named and not isinstance(checker.meaning(node), Constant):
         return None
     if isinstance(node, tree.Index | tree.Dereference | tree.BitOf | tree.Direct):
         return None
-    found = of.expression_as(node, variable.type)
+    found = checker.expression_as(node, variable.type)
     if not isinstance(found, Constant):
         return None
     wanted = found.type if isinstance(found.type, StringType) else variable.type
-    name = f"$constant{len(of.context.project.globals)}"
+    name = f"$constant{len(checker.context.project.globals)}"
     made = Variable(name, wanted, Space.GLOBAL, Section.GLOBAL, found.value, is_constant=True)
-    of.context.project.globals[of.context.key(name)] = made
+    checker.context.project.globals[checker.context.key(name)] = made
     return Cell(made, wanted)
 
 
@@ -238,9 +235,9 @@ def _is_text(given: Type, wanted: Type) -> bool:
     return isinstance(given, StringType) and isinstance(wanted, StringType) and given.is_wide is wanted.is_wide
 
 
-def _is_value(of: "Expressions", node: tree.Expression) -> bool:
+def _is_value(checker: Checker, node: tree.Expression) -> bool:
     """True for a call without a reference as its result."""
-    return isinstance(node, tree.Call) and not isinstance(of.expression(node), Load)
+    return isinstance(node, tree.Call) and not isinstance(checker.expression(node), Load)
 
 
 def _fixed(place: Place) -> str:

@@ -1,11 +1,11 @@
 """Calls as statements: instances of function blocks, programs, actions, and functions for their effects."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import access, calls, dispatch, enable, inheritance, methods, open_arrays, places
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
+from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.library import intrinsics
@@ -27,32 +27,29 @@ from fieldrig_devices.iec.program import (
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import BlockType
 
-if TYPE_CHECKING:
-    from fieldrig_devices.iec.check.expressions import Expressions
-
 Resolved = tuple[Place | None, Pou]
 """The instance, if it is not the one whose body this is, and what is called."""
 
 
-def call_statement(of: "Expressions", node: tree.Call, line: int) -> list[AnyStatement]:
+def call_statement(checker: Checker, node: tree.Call, line: int) -> list[AnyStatement]:
     """Return the statements of a call: usually one; none after a message."""
-    found = _resolve(of, node)
+    found = _resolve(checker, node)
     if found is None:
         return []
     instance, pou = found
-    calls.note_call(of.context, pou, node)
+    calls.note_call(checker.context, pou, node)
     if pou.is_method or (pou.kind is PouKind.FUNCTION and pou.owner is None):
-        value = calls.call(of, pou, node, instance)
+        value = calls.call(checker, pou, node, instance)
         return enable.statements(value, lambda _: Evaluate(value, line=line), line) if value is not None else []
     if pou.owner is not None:
-        return _action(of, node, instance, pou, line)
+        return _action(checker, node, instance, pou, line)
     assert instance is not None
-    return call_block(of, node, instance, pou, line)
+    return call_block(checker, node, instance, pou, line)
 
 
-def _resolve(of: "Expressions", node: tree.Call) -> Resolved | None:
-    context = of.context
-    method = methods.find(of, node.called)
+def _resolve(checker: Checker, node: tree.Call) -> Resolved | None:
+    context = checker.context
+    method = methods.find(checker, node.called)
     if method is not None:
         return method
     called = places.without_library(context, node.called)
@@ -69,17 +66,17 @@ def _resolve(of: "Expressions", node: tree.Call) -> Resolved | None:
             function = calls.called_function(context, called.text)
             action = context.block.actions.get(context.key(called.text)) if context.block is not None else None
             if function is None and action is None:
-                _say_unknown(of, node, called)
+                _say_unknown(checker, node, called)
                 return None
         else:
             function = calls.called_function(context, called.text)
         if function is not None:
             return None, function
     if isinstance(called, tree.Member):
-        member = _member_action(of, called)
+        member = _member_action(checker, called)
         if member is not None:
             return member
-    meaning = of.meaning(called)
+    meaning = checker.meaning(called)
     if isinstance(meaning, Pou):
         if meaning.kind is PouKind.FUNCTION or meaning.owner is not None:
             return None, meaning
@@ -93,7 +90,7 @@ def _resolve(of: "Expressions", node: tree.Call) -> Resolved | None:
         if isinstance(meaning.type, BlockType) and meaning.type.pou is not None:
             if meaning.type.pou.kind is not PouKind.CLASS:
                 return meaning, meaning.type.pou
-            _say_class(of, called, meaning.type.pou)
+            _say_class(checker, called, meaning.type.pou)
             return None
         if meaning.type is not UNKNOWN:
             context.say(
@@ -104,17 +101,19 @@ def _resolve(of: "Expressions", node: tree.Call) -> Resolved | None:
     return None
 
 
-def _say_class(of: "Expressions", called: tree.Expression, pou: Pou) -> None:
+def _say_class(checker: Checker, called: tree.Expression, pou: Pou) -> None:
     """A class has methods instead of a body (IEC 61131-3:2013, 6.6.5.3)."""
     open_methods = (method for method in pou.methods.values() if not method.is_accessor)
-    names = [method.name.rpartition(".")[2] for method in open_methods if access.is_open(of.context.project, method)]
+    names = [
+        method.name.rpartition(".")[2] for method in open_methods if access.is_open(checker.context.project, method)
+    ]
     hint = f"write {text(called)}.{names[0]}(...)" if names else f"give {pou.name} a METHOD PUBLIC"
     what = f"{text(called)} is an instance of the class {pou.name} and cannot be called"
-    of.context.say(called, what, "a call of one of its methods", hint)
+    checker.context.say(called, what, "a call of one of its methods", hint)
 
 
-def _say_unknown(of: "Expressions", node: tree.Call, called: tree.Name) -> None:
-    context, name = of.context, called.text
+def _say_unknown(checker: Checker, node: tree.Call, called: tree.Name) -> None:
+    context, name = checker.context, called.text
     is_bound = name.upper() in open_arrays.FUNCTIONS and context.project.dialect.has_open_arrays
     if is_bound or intrinsics.is_standard(name) or name.upper() in calls.SPECIAL:
         context.say(
@@ -127,13 +126,13 @@ def _say_unknown(of: "Expressions", node: tree.Call, called: tree.Name) -> None:
     context.say_unknown(called, name, "an instance, program, action or function")
 
 
-def _member_action(of: "Expressions", node: tree.Member) -> Resolved | None:
+def _member_action(checker: Checker, node: tree.Member) -> Resolved | None:
     """`instance.action`, as a call of the action of that instance; None for anything else."""
-    if methods.is_this(of.context, node.of):
+    if methods.is_this(checker.context, node.of):
         return None
-    if isinstance(node.of, tree.Name) and of.context.find(node.of.text) is None:
+    if isinstance(node.of, tree.Name) and checker.context.find(node.of.text) is None:
         return None
-    owner = of.meaning(node.of)
+    owner = checker.meaning(node.of)
     if isinstance(owner, Pou) and owner.instance is not None:
         instance: Place = Cell(owner.instance, owner.instance.type)
         pou: Pou | None = owner
@@ -141,19 +140,19 @@ def _member_action(of: "Expressions", node: tree.Member) -> Resolved | None:
         instance, pou = owner, owner.type.pou
     else:
         return None
-    action = pou.actions.get(of.context.key(node.name)) if pou is not None else None
+    action = pou.actions.get(checker.context.key(node.name)) if pou is not None else None
     if action is None:
         return None
-    return (None if pou is of.context.block else instance), action
+    return (None if pou is checker.context.block else instance), action
 
 
 # ---- blocks
 
 
-def call_block(of: "Expressions", node: tree.Call, instance: Place, pou: Pou, line: int) -> list[AnyStatement]:
-    parts = enable.split(of, node, pou)
-    source = of.context.project.sources[pou]
-    matched = match_arguments(of, parts[0], pou, source.inputs, source.outputs) if parts is not None else None
+def call_block(checker: Checker, node: tree.Call, instance: Place, pou: Pou, line: int) -> list[AnyStatement]:
+    parts = enable.split(checker, node, pou)
+    source = checker.context.project.sources[pou]
+    matched = match_arguments(checker, parts[0], pou, source.inputs, source.outputs) if parts is not None else None
     if matched is None or parts is None:
         return []
     inputs: list[tuple[Variable, Expression]] = []
@@ -161,17 +160,17 @@ def call_block(of: "Expressions", node: tree.Call, instance: Place, pou: Pou, li
     is_whole = True
     for variable, given in matched.inputs.items():
         if variable.section is Section.IN_OUT:
-            place = reference(of, given, variable)
+            place = reference(checker, given, variable)
             is_whole = is_whole and place is not None
             if place is not None:
                 references.append((variable, place))
                 inputs += open_arrays.limits(variable, place)
         else:
-            value = of.expression_as(given, variable.type)
+            value = checker.expression_as(given, variable.type)
             is_whole = is_whole and value is not None
             if value is not None:
                 inputs.append((variable, value))
-    outputs = _outputs(of, matched, lambda variable: Component(instance, 0, variable.type, variable))
+    outputs = _outputs(checker, matched, lambda variable: Component(instance, 0, variable.type, variable))
     if not is_whole or outputs is None:
         return []
     instance, pou = dispatch.body(instance, pou)
@@ -179,18 +178,18 @@ def call_block(of: "Expressions", node: tree.Call, instance: Place, pou: Pou, li
 
 
 def _outputs(
-    of: "Expressions", matched: Arguments, pin: Callable[[Variable], Place]
+    checker: Checker, matched: Arguments, pin: Callable[[Variable], Place]
 ) -> list[tuple[Place, Expression]] | None:
     """The assignments after the call, `Q => target`; None after a message."""
     made: list[tuple[Place, Expression]] = []
     is_whole = True
     for variable, given, is_negated in matched.outputs:
-        target = of.target(given)
+        target = checker.target(given)
         value: Expression | None = Load(pin(variable))
         if is_negated and value is not None:
-            value = of.negate(Operator.NOT, value, given)
+            value = checker.negate(Operator.NOT, value, given)
         if target is not None and value is not None:
-            value = of.convert(value, target.type, tree.Name(variable.name, place=given.place))
+            value = checker.convert(value, target.type, tree.Name(variable.name, place=given.place))
         if target is None or value is None:
             is_whole = False
         else:
@@ -201,12 +200,12 @@ def _outputs(
 # ---- actions
 
 
-def _action(of: "Expressions", node: tree.Call, instance: Place | None, action: Pou, line: int) -> list[AnyStatement]:
+def _action(checker: Checker, node: tree.Call, instance: Place | None, action: Pou, line: int) -> list[AnyStatement]:
     """An action may be called with inputs, which are assigned before, and outputs, as in CoDeSys V2.3."""
     assert action.owner is not None
-    source = of.context.project.sources[action.owner]
+    source = checker.context.project.sources[action.owner]
     given = [variable for variable in source.inputs if variable.section is not Section.IN_OUT]
-    matched = match_arguments(of, node, action.owner, given, source.outputs)
+    matched = match_arguments(checker, node, action.owner, given, source.outputs)
     if matched is None:
         return []
 
@@ -217,11 +216,11 @@ def _action(of: "Expressions", node: tree.Call, instance: Place | None, action: 
 
     before: list[AnyStatement] = []
     for variable, argument in matched.inputs.items():
-        value = of.expression_as(argument, variable.type)
+        value = checker.expression_as(argument, variable.type)
         if value is None:
             return []
         before.append(Assign(pin(variable), value, line=line))
-    outputs = _outputs(of, matched, pin)
+    outputs = _outputs(checker, matched, pin)
     if outputs is None:
         return []
     after = [Assign(target, value, line=line) for target, value in outputs]

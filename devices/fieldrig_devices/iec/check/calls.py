@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable, Collection, Iterator, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final, TypeGuard
+from typing import Final, TypeGuard
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import (
@@ -18,6 +18,7 @@ from fieldrig_devices.iec.check import (
     registers,
 )
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
+from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.context import Context, place_of
 from fieldrig_devices.iec.check.project import start_of
 from fieldrig_devices.iec.check.sizes import Sizes
@@ -44,19 +45,16 @@ from fieldrig_devices.iec.program import (
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import ArrayType, Elementary, Family, PointerType, StringType, StructType, Type
 
-if TYPE_CHECKING:
-    from fieldrig_devices.iec.check.expressions import Expressions
 
-
-def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression | None:
+def value(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression | None:
     """Return the result of a call in an expression; None after a message."""
-    context = of.context
-    method = methods.find(of, node.called)
+    context = checker.context
+    method = methods.find(checker, node.called)
     if method is not None:
-        return _method_value(of, node, *method)
+        return _method_value(checker, node, *method)
     called = places.without_library(context, node.called)
     if not isinstance(called, tree.Name):
-        if of.meaning(node.called) is None:
+        if checker.meaning(node.called) is None:
             return None
         context.say(node, f"the call of {text(node.called)} has no result", "a function", _pin_hint(text(node.called)))
         return None
@@ -65,20 +63,20 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
     if found is None or isinstance(found, Variable):
         function = called_function(context, name)
         if function is not None:
-            return _function_value(of, node, function, wanted)
+            return _function_value(checker, node, function, wanted)
     if isinstance(found, Pou) and found.kind is PouKind.FUNCTION:
-        return _function_value(of, node, found, wanted)
+        return _function_value(checker, node, found, wanted)
     if found is not None:
         hint = _pin_hint(name) if isinstance(found, Variable) else f"declare an instance: x : {name};"
         context.say(node, f"{name} is not a function", "a function", hint)
         return None
     if name.upper() in open_arrays.FUNCTIONS and context.project.dialect.has_open_arrays:
-        return open_arrays.bound(of, node, wanted)
+        return open_arrays.bound(checker, node, wanted)
     special = SPECIAL.get(name.upper())
     if special is not None and (context.project.dialect.has_references or name.upper() not in references.FUNCTIONS):
-        return special(of, node)
+        return special(checker, node)
     if intrinsics.is_standard(name):
-        return _standard_call(of, name.upper(), node, wanted)
+        return _standard_call(checker, name.upper(), node, wanted)
     if context.project.lacks_base(context.block):
         return None
     functions = [known for known, pou in context.project.pous.items() if pou.kind is PouKind.FUNCTION]
@@ -87,16 +85,16 @@ def value(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression
     return None
 
 
-def _function_value(of: "Expressions", node: tree.Call, function: Pou, wanted: Type | None) -> Expression | None:
+def _function_value(checker: Checker, node: tree.Call, function: Pou, wanted: Type | None) -> Expression | None:
     if function.result is not None:
-        made = call(of, function, node)
-        source = of.context.project.sources.get(function)
+        made = call(checker, function, node)
+        source = checker.context.project.sources.get(function)
         is_of_any_type = source is not None and source.is_library and function.name in _OF_ANY_INTEGER
         is_wanted = is_of_any_type and wanted is not None and _is_number(wanted)
         return constants.converted(made, wanted) if made is not None and is_wanted and wanted is not None else made
-    if of.context.project.dialect.has_void_functions:  # otherwise its declaration has the message
+    if checker.context.project.dialect.has_void_functions:  # otherwise its declaration has the message
         expected = f"a function with a type, FUNCTION {function.name} : INT"
-        of.context.say(node, f"the function {function.name} has no result", expected)
+        checker.context.say(node, f"the function {function.name} has no result", expected)
     return None
 
 
@@ -104,10 +102,10 @@ _OF_ANY_INTEGER: Final = frozenset({"DAY_OF_WEEK"})
 """Functions of the libraries whose result is an integer of any type, small enough for each."""
 
 
-def _method_value(of: "Expressions", node: tree.Call, instance: Place | None, method: Pou) -> Expression | None:
+def _method_value(checker: Checker, node: tree.Call, instance: Place | None, method: Pou) -> Expression | None:
     if method.result is not None:
-        return call(of, method, node, instance)
-    of.context.say(node, f"the method {method.name} has no result", "a method with a type, METHOD name : INT")
+        return call(checker, method, node, instance)
+    checker.context.say(node, f"the method {method.name} has no result", "a method with a type, METHOD name : INT")
     return None
 
 
@@ -127,26 +125,26 @@ def note_call(context: Context, pou: Pou, node: tree.Node) -> None:
         context.project.calls.setdefault(context.pou, {}).setdefault(pou, place_of(node))
 
 
-def call(of: "Expressions", pou: Pou, node: tree.Call, instance: Place | None = None) -> CallFunction | Enabled | None:
+def call(checker: Checker, pou: Pou, node: tree.Call, instance: Place | None = None) -> CallFunction | Enabled | None:
     """Check a call of a FUNCTION or a method with its arguments, which may be given by position or by name."""
-    if not access.allows_call(of, node, instance, pou):
+    if not access.allows_call(checker, node, instance, pou):
         return None
-    note_call(of.context, pou, node)
-    parts = enable.split(of, node, pou)
-    made = _call(of, pou, parts[0], instance) if parts is not None else None
+    note_call(checker.context, pou, node)
+    parts = enable.split(checker, node, pou)
+    made = _call(checker, pou, parts[0], instance) if parts is not None else None
     if made is None or parts is None or parts[1] is enable.ALWAYS:
         return made
     return Enabled(made, parts[1])
 
 
-def _call(of: "Expressions", pou: Pou, node: tree.Call, instance: Place | None) -> CallFunction | None:
-    source = of.context.project.sources[pou]
-    matched = match_arguments(of, node, pou, source.inputs, source.outputs)
+def _call(checker: Checker, pou: Pou, node: tree.Call, instance: Place | None) -> CallFunction | None:
+    source = checker.context.project.sources[pou]
+    matched = match_arguments(checker, node, pou, source.inputs, source.outputs)
     if matched is None:
         return None
-    inputs = _inputs(of, pou, matched, source.inputs)
-    arrays = _output_arrays(of, matched, source.outputs, node)
-    outputs = _outputs(of, pou, matched)
+    inputs = _inputs(checker, pou, matched, source.inputs)
+    arrays = _output_arrays(checker, matched, source.outputs, node)
+    outputs = _outputs(checker, pou, matched)
     if inputs is None or arrays is None or outputs is None:
         return None
     kind = pou.result.type if pou.result is not None else Elementary.BOOL
@@ -166,21 +164,21 @@ def _goes_into(context: Context, pou: Pou, variable: Variable, kind: Type) -> bo
     return kind == variable.type or is_part or (variable.type, kind) in allowed
 
 
-def _outputs(of: "Expressions", pou: Pou, matched: Arguments) -> tuple[tuple[Variable, Place, bool], ...] | None:
+def _outputs(checker: Checker, pou: Pou, matched: Arguments) -> tuple[tuple[Variable, Place, bool], ...] | None:
     """Check the targets of outputs, which have the types of these; None after a message."""
     made: list[tuple[Variable, Place, bool]] = []
     for variable, given, is_negated in matched.outputs:
-        place = of.target(given)
-        if place is not None and not _goes_into(of.context, pou, variable, place.type):
+        place = checker.target(given)
+        if place is not None and not _goes_into(checker.context, pou, variable, place.type):
             hint = "an output goes into its own type, or into one that has all of its values"
-            of.context.say(given, f"{text(given)} is {a(place.type)}", str(variable.type), hint)
-        elif place is not None and (not is_negated or of.negate(Operator.NOT, Load(place), given) is not None):
+            checker.context.say(given, f"{text(given)} is {a(place.type)}", str(variable.type), hint)
+        elif place is not None and (not is_negated or checker.negate(Operator.NOT, Load(place), given) is not None):
             made.append((variable, place, is_negated))
     return tuple(made) if len(made) == len(matched.outputs) else None
 
 
 def _inputs(
-    of: "Expressions", pou: Pou, matched: Arguments, variables: Sequence[Variable]
+    checker: Checker, pou: Pou, matched: Arguments, variables: Sequence[Variable]
 ) -> list[tuple[Variable, Expression | Place]] | None:
     made: list[tuple[Variable, Expression | Place]] = []
     is_whole = True
@@ -188,13 +186,13 @@ def _inputs(
         given = matched.inputs.get(variable)
         argument: Expression | Place | None
         if given is None:
-            argument = _default(of.context, variable)
+            argument = _default(checker.context, variable)
         elif variable.is_reference:
-            argument = reference(of, given, variable)
-        elif _is_part_of_a_date(of.context, pou, variable):
-            argument = _any_integer(of, given)
+            argument = reference(checker, given, variable)
+        elif _is_part_of_a_date(checker.context, pou, variable):
+            argument = _any_integer(checker, given)
         else:
-            argument = of.expression_as(given, variable.type)
+            argument = checker.expression_as(given, variable.type)
         if argument is None:
             is_whole = False
         else:
@@ -202,11 +200,11 @@ def _inputs(
     return made if is_whole else None
 
 
-def _any_integer(of: "Expressions", node: tree.Expression) -> Expression | None:
+def _any_integer(checker: Checker, node: tree.Expression) -> Expression | None:
     """Return an integer of any type as a LINT."""
-    found = of.expression(node)
+    found = checker.expression(node)
     if found is None or type(found) is Untyped or not _is_number(found.type):
-        return of.convert(found, Elementary.LINT, node) if found is not None else None
+        return checker.convert(found, Elementary.LINT, node) if found is not None else None
     return constants.converted(found, Elementary.LINT)
 
 
@@ -215,7 +213,7 @@ def _limits(variable: Variable, argument: Expression | Place) -> Iterator[tuple[
 
 
 def _output_arrays(
-    of: "Expressions", matched: Arguments, outputs: Sequence[Variable], node: tree.Call
+    checker: Checker, matched: Arguments, outputs: Sequence[Variable], node: tree.Call
 ) -> list[tuple[Variable, Expression | Place]] | None:
     """Take the outputs that are ARRAY[*] out of the arguments, since the function writes into these arrays."""
     given = {variable: target for variable, target, _ in matched.outputs if open_arrays.is_open(variable)}
@@ -224,14 +222,14 @@ def _output_arrays(
     is_whole = True
     for variable in outputs:
         target = given.get(variable)
-        place = reference(of, target, variable) if target is not None else None
+        place = reference(checker, target, variable) if target is not None else None
         if place is not None:
             made += [(variable, place), *open_arrays.limits(variable, place)]
         elif open_arrays.is_open(variable):
             is_whole = False
             if target is None:
                 what = f"the output {variable.name} is missing in the call of {text(node.called)}"
-                of.context.say(node, what, f"{variable.name} => array")
+                checker.context.say(node, what, f"{variable.name} => array")
     return made if is_whole else None
 
 
@@ -256,19 +254,19 @@ def _default(context: Context, variable: Variable) -> Expression | None:
 # ---- standard functions
 
 
-def _standard_call(of: "Expressions", name: str, node: tree.Call, wanted: Type | None) -> Expression | None:
-    parts = enable.split(of, node, None)
-    given = _in_order(of.context, name, parts[0]) if parts is not None else None
+def _standard_call(checker: Checker, name: str, node: tree.Call, wanted: Type | None) -> Expression | None:
+    parts = enable.split(checker, node, None)
+    given = _in_order(checker.context, name, parts[0]) if parts is not None else None
     if given is None or parts is None:
         return None
     inner = _wanted_inside(name, wanted)
-    values = [of.expression(argument, inner) if argument is not None else None for argument in given]
+    values = [checker.expression(argument, inner) if argument is not None else None for argument in given]
     if any(value is None and argument is not None for value, argument in zip(values, given, strict=True)):
         return None
-    whole = _with_defaults(of.context, name, values, node)
+    whole = _with_defaults(checker.context, name, values, node)
     nodes = [argument or node for argument in given]
-    found = standard(of, name, whole, node, wanted, nodes) if whole is not None else None
-    return enable.result(of, found, parts[1], wanted, node) if found is not None else None
+    found = standard(checker, name, whole, node, wanted, nodes) if whole is not None else None
+    return enable.result(checker, found, parts[1], wanted, node) if found is not None else None
 
 
 def _wanted_inside(name: str, wanted: Type | None) -> Type | None:
@@ -345,7 +343,7 @@ def _as_in_standard(name: str, names: Collection[str]) -> str:
 
 
 def standard(
-    of: "Expressions",
+    checker: Checker,
     name: str,
     values: Sequence[Expression],
     at: tree.Node,
@@ -355,31 +353,31 @@ def standard(
     """Call a standard function with checked arguments; `nodes` are their trees, for messages."""
     operator = intrinsics.OPERATORS.get(name)
     if operator is not None:
-        return _operator_call(of, name, operator, values, at)
+        return _operator_call(checker, name, operator, values, at)
     if name in TIMED:
-        return _timed(of, name, values, at, nodes)
+        return _timed(checker, name, values, at, nodes)
     if name in ("SEL", "MUX") and values and isinstance(values[-1].type, StructType | ArrayType):
-        return _selected(of, name, values, at)
+        return _selected(checker, name, values, at)
     if name in templates.SHIFTS:
         values = [*values[:1], *map(_steps, values[1:])]
     name, values = registers.conversion(name, values)
-    values, power = registers.powers(of.context, values, wanted) if name == "EXPT" else (values, None)
-    is_of_standard = name in fixed.ON_TEXTS and not of.context.mixes_integers
+    values, power = registers.powers(checker.context, values, wanted) if name == "EXPT" else (values, None)
+    is_of_standard = name in fixed.ON_TEXTS and not checker.context.mixes_integers
     if is_of_standard:
-        values = [_position(of, value, at) for value in values]
+        values = [_position(checker, value, at) for value in values]
     kinds = [value.argument if type(value) is Untyped else value.type for value in values]
-    time = of.context.project.dialect.time
+    time = checker.context.project.dialect.time
     found = intrinsics.find(conversions.of_dialect(name, time), kinds, wanted)
     if isinstance(found, str):
         head, _, rest = found.replace(time.name, str(time)).partition(": expected ")
         expected, _, got = rest.rpartition(", got ")
-        of.context.say(at, f"{head} with {got}" if got else found, expected)
+        checker.context.say(at, f"{head} with {got}" if got else found, expected)
         return None
-    if not of.context.mixes_integers:
+    if not checker.context.mixes_integers:
         found = intrinsics.transferring(found)
     places = nodes or [at] * len(values)
     converted = [
-        of.convert(value, kind, node) for value, kind, node in zip(values, found.parameters, places, strict=True)
+        checker.convert(value, kind, node) for value, kind, node in zip(values, found.parameters, places, strict=True)
     ]
     known = [
         constants.folded(_cut(value, kind))
@@ -389,7 +387,7 @@ def standard(
     if len(known) < len(converted):
         return None
     made = constants.intrinsic(found, known)
-    whole = _whole(of, name, values, found.parameters, at, nodes) if name in registers.OF_THEIR_ARGUMENTS else None
+    whole = _whole(checker, name, values, found.parameters, at, nodes) if name in registers.OF_THEIR_ARGUMENTS else None
     if whole is not None:
         return constants.narrowed(whole, made.type)
     if made.type is Elementary.TIME or power is not None:
@@ -399,42 +397,42 @@ def standard(
 
 
 def _timed(
-    of: "Expressions", name: str, values: Sequence[Expression], at: tree.Node, nodes: Sequence[tree.Node]
+    checker: Checker, name: str, values: Sequence[Expression], at: tree.Node, nodes: Sequence[tree.Node]
 ) -> Expression | None:
     """Call a function such as ADD_TOD_TIME, an operator whose operands have these types."""
     operator, *kinds = TIMED[name]
     if len(values) != len(kinds):
-        of.context.say(at, f"{name} with {len(values)} arguments", "two arguments")
+        checker.context.say(at, f"{name} with {len(values)} arguments", "two arguments")
         return None
     made = [
-        of.convert(value, _of_dialect(of.context, kind), node) if kind is not None else value
+        checker.convert(value, _of_dialect(checker.context, kind), node) if kind is not None else value
         for value, kind, node in zip(values, kinds, nodes or [at] * len(values), strict=True)
     ]
     left, right = made
-    return of.operate(operator, left, right, at) if left is not None and right is not None else None
+    return checker.operate(operator, left, right, at) if left is not None and right is not None else None
 
 
 def _of_dialect(context: Context, kind: Elementary) -> Elementary:
     return context.project.dialect.time if kind is Elementary.TIME else kind
 
 
-def _selected(of: "Expressions", name: str, values: Sequence[Expression], at: tree.Node) -> Expression | None:
+def _selected(checker: Checker, name: str, values: Sequence[Expression], at: tree.Node) -> Expression | None:
     """Return what SEL or MUX of structures or arrays selects: the variable with the address that is selected."""
     kind, addresses = values[-1].type, list[Expression]()
     for value in values[1:]:
         if value.type != kind or not isinstance(value, Load):
-            of.context.say(at, f"{name} with {a(value.type)} beside {a(kind)}", "variables of the same type")
+            checker.context.say(at, f"{name} with {a(value.type)} beside {a(kind)}", "variables of the same type")
             return None
-        address = address_of(of, value.place, at)
+        address = address_of(checker, value.place, at)
         if address is None:
             return None
         addresses.append(address)
-    found = standard(of, name, [values[0], *addresses], at)
+    found = standard(checker, name, [values[0], *addresses], at)
     return Load(Target(found, kind)) if found is not None else None
 
 
 def _whole(
-    of: "Expressions",
+    checker: Checker,
     name: str,
     values: Sequence[Expression],
     parameters: Sequence[Type],
@@ -442,8 +440,8 @@ def _whole(
     nodes: Sequence[tree.Node],
 ) -> Expression | None:
     """Return the function of arguments that arithmetic has made larger than their type; None if none is."""
-    whole = registers.whole_arguments(of.context, name, values, parameters)
-    made = standard(of, name, whole, at, parameters[-1], nodes) if whole is not None else None
+    whole = registers.whole_arguments(checker.context, name, values, parameters)
+    made = standard(checker, name, whole, at, parameters[-1], nodes) if whole is not None else None
     return made if made is not None and made.type in constants.REGISTER.values() else None
 
 
@@ -458,7 +456,7 @@ def _is_number(kind: Type) -> TypeGuard[Elementary]:
     return isinstance(kind, Elementary) and kind.family in (Family.SIGNED, Family.UNSIGNED)
 
 
-def _position(of: "Expressions", value: Expression, at: tree.Node) -> Expression:
+def _position(checker: Checker, value: Expression, at: tree.Node) -> Expression:
     """Return a position or a length, which the standard allows to be any integer, as an INT that no cut has changed."""
     kind = value.type
     if type(value) is Untyped or not _is_number(kind) or kind is Elementary.INT:
@@ -466,7 +464,7 @@ def _position(of: "Expressions", value: Expression, at: tree.Node) -> Expression
     if kind.low >= Elementary.INT.low and kind.high <= Elementary.INT.high:
         return constants.converted(value, Elementary.INT)
     low, high = max(kind.low, -1), min(kind.high, Elementary.INT.high)
-    limited = standard(of, "LIMIT", [Constant(low, kind), value, Constant(high, kind)], at)
+    limited = standard(checker, "LIMIT", [Constant(low, kind), value, Constant(high, kind)], at)
     assert limited is not None
     return constants.converted(limited, Elementary.INT)
 
@@ -479,44 +477,44 @@ def _cut(value: Expression, kind: Type) -> Expression:
 
 
 def _operator_call(
-    of: "Expressions", name: str, operator: Operator, values: Sequence[Expression], at: tree.Node
+    checker: Checker, name: str, operator: Operator, values: Sequence[Expression], at: tree.Node
 ) -> Expression | None:
     """ADD(a, b, c) is a + b + c, and GT(a, b, c) is a > b AND b > c."""
     if operator is Operator.NOT and len(values) == 1:
-        return of.negate(operator, values[0], at)
+        return checker.negate(operator, values[0], at)
     is_binary = operator.name in intrinsics.BINARY_ONLY
     if operator is Operator.NOT or len(values) < 2 or (is_binary and len(values) != 2):
         expected = (
             "one argument" if operator is Operator.NOT else "two arguments" if is_binary else "two arguments or more"
         )
-        of.context.say(at, f"{name} with {len(values)} arguments", expected)
+        checker.context.say(at, f"{name} with {len(values)} arguments", expected)
         return None
     if operator not in COMPARISONS:
         result: Expression | None = values[0]
         for value in values[1:]:
-            result = of.operate(operator, result, value, at) if result is not None else None
+            result = checker.operate(operator, result, value, at) if result is not None else None
         return result
-    result = of.operate(operator, values[0], values[1], at)
+    result = checker.operate(operator, values[0], values[1], at)
     for left, right in pairwise(values[1:]):
-        step = of.operate(operator, left, right, at)
-        result = of.operate(Operator.AND, result, step, at) if result is not None and step is not None else None
+        step = checker.operate(operator, left, right, at)
+        result = checker.operate(Operator.AND, result, step, at) if result is not None and step is not None else None
     return result
 
 
 # ---- ADR, SIZEOF, INDEXOF
 
 
-def _one_argument(of: "Expressions", node: tree.Call) -> tree.Expression | None:
+def _one_argument(checker: Checker, node: tree.Call) -> tree.Expression | None:
     if len(node.arguments) == 1 and node.arguments[0].value is not None:
         return node.arguments[0].value
-    of.context.say(node, f"{text(node.called)} with {len(node.arguments)} arguments", "one argument")
+    checker.context.say(node, f"{text(node.called)} with {len(node.arguments)} arguments", "one argument")
     return None
 
 
-def address_of(of: "Expressions", place: Place, at: tree.Node) -> Expression | None:
+def address_of(checker: Checker, place: Place, at: tree.Node) -> Expression | None:
     """Return the address of a checked place, as a DWORD (PD-358)."""
     if not places.has_cell(place):
-        of.context.say(
+        checker.context.say(
             at,
             f"{text(at)} has no address of its own",
             "a variable",
@@ -526,51 +524,51 @@ def address_of(of: "Expressions", place: Place, at: tree.Node) -> Expression | N
     return AddressOf(place, Elementary.DWORD)
 
 
-def _adr(of: "Expressions", node: tree.Call) -> Expression | None:
-    given = _one_argument(of, node)
-    place = _cell_of(of, given) if given is not None else None
-    return address_of(of, place, given) if place is not None and given is not None else None
+def _adr(checker: Checker, node: tree.Call) -> Expression | None:
+    given = _one_argument(checker, node)
+    place = _cell_of(checker, given) if given is not None else None
+    return address_of(checker, place, given) if place is not None and given is not None else None
 
 
-def _cell_of(of: "Expressions", node: tree.Expression) -> Place | None:
+def _cell_of(checker: Checker, node: tree.Expression) -> Place | None:
     """The place of an argument, also of a constant, which has a cell too."""
-    found = of.context.find(node.text) if isinstance(node, tree.Name) else None
+    found = checker.context.find(node.text) if isinstance(node, tree.Name) else None
     if isinstance(found, Variable) and found.is_constant:
         return Cell(found, found.type)
-    return of.place(node)
+    return checker.place(node)
 
 
-def _sizeof(of: "Expressions", node: tree.Call) -> Expression | None:
-    given = _one_argument(of, node)
+def _sizeof(checker: Checker, node: tree.Call) -> Expression | None:
+    given = _one_argument(checker, node)
     if given is None:
         return None
-    if isinstance(given, tree.Name) and of.context.find(given.text) is None:
-        kind = of.context.project.named_type(given.text)
+    if isinstance(given, tree.Name) and checker.context.find(given.text) is None:
+        kind = checker.context.project.named_type(given.text)
         if kind is not None:
-            return _size(of, given, kind)
-    found = of.expression(given)
-    return _size(of, given, found.type) if found is not None else None
+            return _size(checker, given, kind)
+    found = checker.expression(given)
+    return _size(checker, given, found.type) if found is not None else None
 
 
-def _size(of: "Expressions", at: tree.Node, kind: Type) -> Expression | None:
-    if kind in of.context.project.unfinished:
-        of.context.say(at, f"the size of {kind} depends on itself", "the size of another type")
+def _size(checker: Checker, at: tree.Node, kind: Type) -> Expression | None:
+    if kind in checker.context.project.unfinished:
+        checker.context.say(at, f"the size of {kind} depends on itself", "the size of another type")
         return None
-    return integer(Sizes(of.context.project).of(kind))
+    return integer(Sizes(checker.context.project).of(kind))
 
 
-def _indexof(of: "Expressions", node: tree.Call) -> Expression | None:
-    given = _one_argument(of, node)
-    found = of.meaning(given) if given is not None else None
+def _indexof(checker: Checker, node: tree.Call) -> Expression | None:
+    given = _one_argument(checker, node)
+    found = checker.meaning(given) if given is not None else None
     if found is None or given is None:
         return None
     if not isinstance(found, Pou):
-        of.context.say(given, f"{text(given)} is not a POU", "a program, function or function block")
+        checker.context.say(given, f"{text(given)} is not a POU", "a program, function or function block")
         return None
-    return integer(list(of.context.project.pous.values()).index(found))
+    return integer(list(checker.context.project.pous.values()).index(found))
 
 
-SPECIAL: Final[dict[str, "Callable[[Expressions, tree.Call], Expression | None]"]] = {
+SPECIAL: Final[dict[str, Callable[[Checker, tree.Call], Expression | None]]] = {
     "ADR": _adr,
     "SIZEOF": _sizeof,
     "INDEXOF": _indexof,

@@ -12,9 +12,10 @@ declaring them; a declared `VAR_INPUT EN : BOOL` or `VAR_OUTPUT ENO : BOOL` mean
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import PouSource, Project
 from fieldrig_devices.iec.check.texts import a, text
@@ -41,9 +42,6 @@ from fieldrig_devices.iec.program import (
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import Elementary, Type
 
-if TYPE_CHECKING:
-    from fieldrig_devices.iec.check.expressions import Expressions
-
 BOOL: Final = Elementary.BOOL
 NAMES: Final = frozenset({"EN", "ENO"})
 ALWAYS: Final = Enable()
@@ -62,9 +60,9 @@ def hint(context: Context, word: str) -> str:
 # ---- calls
 
 
-def split(of: "Expressions", node: tree.Call, pou: Pou | None) -> Split | None:
+def split(checker: Checker, node: tree.Call, pou: Pou | None) -> Split | None:
     """Take EN and ENO out of a call; None after a message.  `pou` is None for a standard function."""
-    if not of.context.project.dialect.has_enable:
+    if not checker.context.project.dialect.has_enable:
         return node, ALWAYS
     given = [argument for argument in node.arguments if argument.name.upper() in NAMES]
     given = [argument for argument in given if not _is_ordinary(argument.name, pou)]
@@ -77,13 +75,13 @@ def split(of: "Expressions", node: tree.Call, pou: Pou | None) -> Split | None:
         name = argument.name.upper()
         wanted = "ENO => target" if name == "ENO" else "EN := condition"
         if name in found:
-            of.context.say(argument, f"{name} is given twice", wanted)
+            checker.context.say(argument, f"{name} is given twice", wanted)
             return None
         if argument.is_output is (name == "EN"):
-            of.context.say(argument, f"{name} is an {'input' if name == 'EN' else 'output'} of every call", wanted)
+            checker.context.say(argument, f"{name} is an {'input' if name == 'EN' else 'output'} of every call", wanted)
             return None
         found[name] = argument
-    return _checked(of, call, found.get("EN"), found.get("ENO"))
+    return _checked(checker, call, found.get("EN"), found.get("ENO"))
 
 
 def _is_ordinary(name: str, pou: Pou | None) -> bool:
@@ -92,34 +90,34 @@ def _is_ordinary(name: str, pou: Pou | None) -> bool:
     return declared is not None and (pou is None or declared is not pou.eno)
 
 
-def _checked(of: "Expressions", call: tree.Call, en: tree.Argument | None, eno: tree.Argument | None) -> Split | None:
+def _checked(checker: Checker, call: tree.Call, en: tree.Argument | None, eno: tree.Argument | None) -> Split | None:
     condition: Expression | None = None
     if en is not None and en.value is not None:
-        condition = of.expression_as(en.value, BOOL)
+        condition = checker.expression_as(en.value, BOOL)
         if condition is None:
             return None
         if isinstance(condition, Constant) and condition.value:
             condition = None
     ok: Place | None = None
     if eno is not None and eno.value is not None:
-        ok = of.target(eno.value)
+        ok = checker.target(eno.value)
         if ok is None:
             return None
         if ok.type is not BOOL:
-            of.context.say(eno.value, f"{text(eno.value)} is {a(ok.type)}", "a BOOL for ENO")
+            checker.context.say(eno.value, f"{text(eno.value)} is {a(ok.type)}", "a BOOL for ENO")
             return None
     return call, Enable(condition, ok, eno is not None and eno.is_negated)
 
 
 def result(
-    of: "Expressions", value: Expression, enable: Enable, wanted: Type | None, at: tree.Node
+    checker: Checker, value: Expression, enable: Enable, wanted: Type | None, at: tree.Node
 ) -> Expression | None:
     """Return the result of a standard function with its EN and ENO; None after a message."""
     if enable is ALWAYS:
         return value
     found: Expression | None = value
     if type(value) is Untyped:  # ADD(1, 2) is a constant, whose type the surroundings give
-        found = of.convert(value, wanted if _holds(wanted, value) and wanted is not None else value.type, at)
+        found = checker.convert(value, wanted if _holds(wanted, value) and wanted is not None else value.type, at)
     return Enabled(found, enable) if found is not None else None
 
 

@@ -1,18 +1,11 @@
 """Expressions: from the tree to the checked program, with explicit types and conversions.
 
-`Expressions` is what the bodies of all languages stand on (statements.py, il.py, sfc.py):
+`Expressions` is what the bodies of all languages stand on (statements.py, il.py, sfc.py).  `checker.Checker` says what
+its methods promise; `constant` and `constant_as` want a value that is known at compile time.
 
-    expression(tree)               the checked expression, or None after a message
-    expression_as(tree, type)      the same, converted to a type
-    place(tree)                    a place that can be read, for VAR_IN_OUT and ADR
-    target(tree)                   a place that may be written, with messages for constants, inputs and so on
-    convert(expression, type, at)  a checked expression in another type; `at` is the tree that messages point to
-    operate(operator, left, right, at)   an operator on checked expressions
-    constant(tree), constant_as(tree, type), constant_integer(tree)   what must be known at compile time
-
-None always means that the mistake was reported, so nothing more is said about it.  Constants without a type of their
-own are `Untyped` until `convert`, `operate` or a call gives them one.  Values of subranges and enumerations stay what
-they are until an operator or a conversion needs the integer behind them; that is a `Convert`, which costs nothing.
+Constants without a type of their own are `Untyped` until `convert`, `operate` or a call gives them one.  Values of
+subranges and enumerations stay what they are until an operator or a conversion needs the integer behind them; that is a
+`Convert`, which costs nothing.
 """
 
 from collections.abc import Callable
@@ -29,8 +22,8 @@ from fieldrig_devices.iec.check import (
     properties,
     references,
 )
+from fieldrig_devices.iec.check.checker import Checker, Meaning
 from fieldrig_devices.iec.check.context import Context
-from fieldrig_devices.iec.check.places import Meaning
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer, real
@@ -66,7 +59,6 @@ class Expressions:
     # ---- expressions
 
     def expression(self, node: tree.Expression, wanted: Type | None = None) -> Expression | None:
-        """`wanted` is the type of the surroundings, for functions such as SQRT whose arguments are literals."""
         return _EXPRESSIONS[type(node)](self, node, wanted)
 
     def expression_as(self, node: tree.Expression, kind: Type) -> Expression | None:
@@ -84,13 +76,11 @@ class Expressions:
         return operators.binary(self.context, operator, left, right, at)
 
     def negate(self, operator: Operator, operand: Expression, at: tree.Node) -> Expression | None:
-        """Apply NEG or NOT."""
         return operators.unary(self.context, operator, operand, at)
 
     # ---- places
 
     def meaning(self, node: tree.Expression) -> Meaning | None:
-        """Return what a name or a path means: a place, a constant, a POU or an enumeration; None after a message."""
         return places.meaning(self, node)
 
     def place(self, node: tree.Expression) -> Place | None:
@@ -138,7 +128,6 @@ class Expressions:
         return made if isinstance(made, Constant) else None
 
     def constant_integer(self, node: tree.Expression) -> int | None:
-        """Return the value of a constant of any integer type."""
         found = self.constant(node)
         if found is None:
             return None
@@ -151,10 +140,10 @@ class Expressions:
 # ---- the kinds of trees
 
 
-def _literal(of: Expressions, node: tree.Literal, wanted: Type | None) -> Expression | None:
+def _literal(checker: Checker, node: tree.Literal, wanted: Type | None) -> Expression | None:
     value = node.value
     if node.type_name:
-        return _typed_literal(of, node)
+        return _typed_literal(checker, node)
     if node.kind is LiteralKind.INTEGER:
         assert isinstance(value, int)
         return integer(value, is_pattern="#" in node.text)
@@ -167,21 +156,21 @@ def _literal(of: Expressions, node: tree.Literal, wanted: Type | None) -> Expres
     if node.kind is LiteralKind.WSTRING:
         assert isinstance(value, str)
         return _text_constant(value, is_wide=True)
-    return Constant(value, _type_of(of, node.kind))
+    return Constant(value, _type_of(checker, node.kind))
 
 
-def _type_of(of: Expressions, kind: LiteralKind) -> Elementary:
-    return of.context.project.dialect.time if kind is LiteralKind.TIME else LITERAL_TYPES[kind]
+def _type_of(checker: Checker, kind: LiteralKind) -> Elementary:
+    return checker.context.project.dialect.time if kind is LiteralKind.TIME else LITERAL_TYPES[kind]
 
 
 def _text_constant(value: str, *, is_wide: bool = False) -> Constant:
     return Constant(value, StringType(max(len(value), 1), is_wide))
 
 
-def _typed_literal(of: Expressions, node: tree.Literal) -> Expression | None:
-    kind = of.context.project.types.get(of.context.key(node.type_name))
+def _typed_literal(checker: Checker, node: tree.Literal) -> Expression | None:
+    kind = checker.context.project.types.get(checker.context.key(node.type_name))
     if kind is None:
-        of.context.say_unknown(node, node.type_name, "a declared type")
+        checker.context.say_unknown(node, node.type_name, "a declared type")
         return None
     if isinstance(node.value, str):
         given = _text_constant(node.value, is_wide=node.kind is LiteralKind.WSTRING)
@@ -190,21 +179,23 @@ def _typed_literal(of: Expressions, node: tree.Literal) -> Expression | None:
     elif node.kind is LiteralKind.REAL:
         given = real(float(node.value))
     else:
-        given = Constant(node.value, _type_of(of, node.kind))
-    return of.convert(given, kind, node)
+        given = Constant(node.value, _type_of(checker, node.kind))
+    return checker.convert(given, kind, node)
 
 
-def _named(of: Expressions, node: tree.Expression, wanted: Type | None) -> Expression | None:
-    reading = properties.reading(of, node) if of.context.project.properties else None
+def _named(checker: Checker, node: tree.Expression, wanted: Type | None) -> Expression | None:
+    reading = properties.reading(checker, node) if checker.context.project.properties else None
     if reading is not None:
-        return _call(of, reading[0], wanted) if reading else None
-    found = places.meaning(of, node)
+        return _call(checker, reading[0], wanted) if reading else None
+    found = places.meaning(checker, node)
     if found is None or isinstance(found, Constant):
         return found
     if isinstance(found, Place):
         if isinstance(found.type, OpenArrayType):
             hint = f"choose an element: {text(node)}[...]"
-            of.context.say(node, f"{text(node)} is {a(found.type)} and has no value as a whole", "an element", hint)
+            checker.context.say(
+                node, f"{text(node)} is {a(found.type)} and has no value as a whole", "an element", hint
+            )
             return None
         if isinstance(found, Cell) and found.variable.narrow is not None:
             return constants.narrowed(Load(found), found.variable.narrow)
@@ -212,62 +203,62 @@ def _named(of: Expressions, node: tree.Expression, wanted: Type | None) -> Expre
     if isinstance(found, Pou) and found.kind is PouKind.PROGRAM and found.instance is not None:
         return Load(Cell(found.instance, found.instance.type))
     if isinstance(found, Pou) and found.owner is not None:
-        of.context.say(node, f"{found.name} is an action", "a value", f"call it as a statement: {text(node)};")
+        checker.context.say(node, f"{found.name} is an action", "a value", f"call it as a statement: {text(node)};")
         return None
     if isinstance(found, Pou):
         hints = {PouKind.FUNCTION: f"{found.name}(...) calls it", PouKind.FUNCTION_BLOCK: f"declare x : {found.name};"}
-        of.context.say(node, f"{found.name} is {a(found.kind.value)}", "a value", hints.get(found.kind, ""))
+        checker.context.say(node, f"{found.name} is {a(found.kind.value)}", "a value", hints.get(found.kind, ""))
         return None
-    of.context.say(node, f"{text(node)} is a type", "a value")
+    checker.context.say(node, f"{text(node)} is a type", "a value")
     return None
 
 
-def _unary(of: Expressions, node: tree.Unary, wanted: Type | None) -> Expression | None:
-    operand = of.expression(node.operand, wanted)
+def _unary(checker: Checker, node: tree.Unary, wanted: Type | None) -> Expression | None:
+    operand = checker.expression(node.operand, wanted)
     if operand is None:
         return None
     if node.operator == "+":
-        return operators.positive(of.context, operand, node)
-    return operators.unary(of.context, Operator.NEG if node.operator == "-" else Operator.NOT, operand, node)
+        return operators.positive(checker.context, operand, node)
+    return operators.unary(checker.context, Operator.NEG if node.operator == "-" else Operator.NOT, operand, node)
 
 
 _OPERATORS: Final = {operator.value: operator for operator in Operator}
 
 
-def _binary(of: Expressions, node: tree.Binary, wanted: Type | None) -> Expression | None:
+def _binary(checker: Checker, node: tree.Binary, wanted: Type | None) -> Expression | None:
     """Check the operators of a chain from left to right."""
     chain = [node]
     first = node.left
     while isinstance(first, tree.Binary):
         chain.append(first)
         first = first.left
-    found = _EXPRESSIONS[type(first)](of, first, wanted)
+    found = _EXPRESSIONS[type(first)](checker, first, wanted)
     while chain:
-        found = _with_right_side(of, found, chain.pop(), wanted)
+        found = _with_right_side(checker, found, chain.pop(), wanted)
     return found
 
 
 def _with_right_side(
-    of: Expressions, left: Expression | None, node: tree.Binary, wanted: Type | None
+    checker: Checker, left: Expression | None, node: tree.Binary, wanted: Type | None
 ) -> Expression | None:
-    right = _EXPRESSIONS[type(node.right)](of, node.right, wanted)
+    right = _EXPRESSIONS[type(node.right)](checker, node.right, wanted)
     if left is None or right is None:
         return None
     if node.operator == "**":
-        return calls.standard(of, "EXPT", [left, right], node, wanted)
-    return operators.binary(of.context, _OPERATORS[node.operator], left, right, node)
+        return calls.standard(checker, "EXPT", [left, right], node, wanted)
+    return operators.binary(checker.context, _OPERATORS[node.operator], left, right, node)
 
 
-def _call(of: Expressions, node: tree.Call, wanted: Type | None) -> Expression | None:
+def _call(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression | None:
     """A result that is a reference means what it refers to."""
-    found = calls.value(of, node, wanted)
+    found = calls.value(checker, node, wanted)
     kind = found.type if found is not None and type(found) is not Untyped else None
     if found is not None and isinstance(kind, PointerType) and kind.is_reference:
-        return Load(Target(check_functions.address(of.context, found, node), kind.to))
+        return Load(Target(check_functions.address(checker.context, found, node), kind.to))
     return found
 
 
-_EXPRESSIONS: Final[dict[type, Callable[[Expressions, Any, Type | None], Expression | None]]] = {
+_EXPRESSIONS: Final[dict[type, Callable[[Checker, Any, Type | None], Expression | None]]] = {
     tree.Literal: _literal,
     tree.Name: _named,
     tree.Member: _named,

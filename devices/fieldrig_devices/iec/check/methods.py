@@ -1,15 +1,11 @@
 """Methods: which one a call means, and the instance that it works with."""
 
-from typing import TYPE_CHECKING
-
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import dispatch, inheritance
+from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.program import Cell, Place, Pou
 from fieldrig_devices.iec.types import BlockType
-
-if TYPE_CHECKING:
-    from fieldrig_devices.iec.check.expressions import Expressions
 
 Found = tuple[Place | None, Pou]
 """The instance, unless it is the one whose code runs, and the method."""
@@ -38,9 +34,9 @@ def _is_word(context: Context, node: tree.Expression, word: str) -> bool:
     return context.block is not None and (named is not node or context.find(word) is None)
 
 
-def find(of: "Expressions", called: tree.Expression) -> Found | None:
+def find(checker: Checker, called: tree.Expression) -> Found | None:
     """Return the method that is called; None if what is called is no method."""
-    context = of.context
+    context = checker.context
     if isinstance(called, tree.Name):
         method = _own(context, called.text) if context.find(called.text) is None else None
         return None if method is None else (None, method)
@@ -54,7 +50,7 @@ def find(of: "Expressions", called: tree.Expression) -> Found | None:
         return None if method is None else (None, method)
     if isinstance(called.of, tree.Name) and context.find(called.of.text) is None:
         return None
-    owner = of.meaning(called.of)
+    owner = checker.meaning(called.of)
     if isinstance(owner, Pou) and owner.instance is not None:
         owner = Cell(owner.instance, owner.instance.type)
     owner = dispatch.target(owner) if isinstance(owner, Place) else owner

@@ -7,10 +7,11 @@ The caller also passes the limits, in two hidden variables for each dimension.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import constants
+from fieldrig_devices.iec.check.checker import Checker, Types
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.operators import integer_of, plain
 from fieldrig_devices.iec.check.project import UNKNOWN, PouSource
@@ -30,10 +31,6 @@ from fieldrig_devices.iec.program import (
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import ArrayType, Elementary, OpenArrayType, Type
 
-if TYPE_CHECKING:
-    from fieldrig_devices.iec.check.expressions import Expressions
-    from fieldrig_devices.iec.check.type_specs import TypeSpecs
-
 FUNCTIONS: Final = frozenset({"LOWER_BOUND", "UPPER_BOUND"})
 LIMIT: Final = Elementary.DINT
 """The type of the limits, and of LOWER_BOUND and UPPER_BOUND where no other integer is wanted."""
@@ -46,24 +43,22 @@ _PLACES: Final = {
 # ---- declarations
 
 
-def declared(
-    specs: "TypeSpecs", node: tree.Variable, section: Section, source: PouSource | None, context: Context
-) -> Type:
+def declared(types: Types, node: tree.Variable, section: Section, source: PouSource | None, context: Context) -> Type:
     """Return the type of a declared variable; with the variables for the limits of an ARRAY[*]."""
     allowed = _PLACES.get(source.pou.kind, ()) if source is not None else ()
     if source is None or section not in allowed:
-        return specs.resolve(node.type, context)
-    kind, made = argument(specs, node, source.pou, context)
+        return types.resolve(node.type, context)
+    kind, made = argument(types, node, source.pou, context)
     source.pou.variables |= {variable.name.casefold(): variable for variable in made}
     return kind
 
 
-def argument(specs: "TypeSpecs", node: tree.Variable, pou: Pou | None, context: Context) -> tuple[Type, list[Variable]]:
+def argument(types: Types, node: tree.Variable, pou: Pou | None, context: Context) -> tuple[Type, list[Variable]]:
     """Return the type of an argument of a POU, or of an interface, and the variables for the limits of an ARRAY[*]."""
     spec, made = node.type, list[Variable]()
     if not isinstance(spec, tree.OpenArraySpec):
-        return specs.resolve(spec, context), made
-    kind = specs.resolve(spec.element, context)
+        return types.resolve(spec, context), made
+    kind = types.resolve(spec.element, context)
     most = context.project.dialect.array_dimensions
     if spec.count > most:
         context.say(spec, f"an array of {spec.count} dimensions", f"1 to {most} dimensions (PD-361)")
@@ -131,26 +126,26 @@ def ends(kind: ArrayType | OpenArrayType) -> tuple[Expression, Expression]:
 # ---- LOWER_BOUND and UPPER_BOUND
 
 
-def bound(of: "Expressions", node: tree.Call, wanted: Type | None) -> Expression | None:
+def bound(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression | None:
     """Check LOWER_BOUND(array, dimension) or UPPER_BOUND, whose result is an integer of the type that is wanted."""
     name = text(node.called).upper()
-    given = _array_and_dimension(of, node, name)
-    place = of.place(given[0]) if given is not None else None
-    index = of.expression(given[1]) if given is not None else None
+    given = _array_and_dimension(checker, node, name)
+    place = checker.place(given[0]) if given is not None else None
+    index = checker.expression(given[1]) if given is not None else None
     if place is None or index is None or given is None:
         return None
     kinds = list(_dimensions(place.type))
     if not kinds:
-        of.context.say(given[0], f"{text(given[0])} is {a(place.type)}", "an array")
+        checker.context.say(given[0], f"{text(given[0])} is {a(place.type)}", "an array")
         return None
     if not isinstance(index, Constant) and all(isinstance(kind, OpenArrayType) for kind in kinds):
-        return _in(_chosen(of, kinds, index, given[1], is_high=name == "UPPER_BOUND"), wanted)
-    number = of.constant_integer(given[1])
+        return _in(_chosen(checker, kinds, index, given[1], is_high=name == "UPPER_BOUND"), wanted)
+    number = checker.constant_integer(given[1])
     if number is None:
         return None
     if not 1 <= number <= len(kinds):
         expected = "1" if len(kinds) == 1 else f"1 to {len(kinds)}"
-        of.context.say(given[1], f"{text(given[0])} has no dimension {number}", expected)
+        checker.context.say(given[1], f"{text(given[0])} has no dimension {number}", expected)
         return None
     kind, is_high = kinds[number - 1], name == "UPPER_BOUND"
     if isinstance(kind, ArrayType):
@@ -164,7 +159,7 @@ def _in(found: Expression | None, wanted: Type | None) -> Expression | None:
 
 
 def _chosen(
-    of: "Expressions", kinds: Sequence[Type], index: Expression, node: tree.Expression, *, is_high: bool
+    checker: Checker, kinds: Sequence[Type], index: Expression, node: tree.Expression, *, is_high: bool
 ) -> Expression | None:
     """Return a limit of the dimension with this number; other numbers are a fault at run time.
 
@@ -173,7 +168,7 @@ def _chosen(
     first = kinds[0]
     assert isinstance(first, OpenArrayType)
     if integer_of(index) is None:
-        of.context.say(node, f"the dimension is {a(index.type)}", "an integer")
+        checker.context.say(node, f"the dimension is {a(index.type)}", "an integer")
         return None
     start = Cell(first.limits[is_high], LIMIT)
     return Load(Element(start, plain(index), 1, len(kinds), 2 * LIMIT.size, LIMIT))
@@ -186,7 +181,7 @@ def _dimensions(kind: Type) -> Iterator[ArrayType | OpenArrayType]:
 
 
 def _array_and_dimension(
-    of: "Expressions", node: tree.Call, name: str
+    checker: Checker, node: tree.Call, name: str
 ) -> tuple[tree.Expression, tree.Expression] | None:
     names = [argument.name.upper() for argument in node.arguments]
     values = [argument.value for argument in node.arguments if not argument.is_output]
@@ -194,5 +189,5 @@ def _array_and_dimension(
         first, second = values if names[0] != "DIM" else reversed(values)
         if first is not None and second is not None:
             return first, second
-    of.context.say(node, f"{name} with other arguments than its own", f"{name}(array, 1)")
+    checker.context.say(node, f"{name} with other arguments than its own", f"{name}(array, 1)")
     return None

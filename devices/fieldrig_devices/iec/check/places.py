@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import (
@@ -15,6 +15,7 @@ from fieldrig_devices.iec.check import (
     open_arrays,
     properties,
 )
+from fieldrig_devices.iec.check.checker import Checker, Meaning
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
 from fieldrig_devices.iec.check.operators import integer_of, plain
@@ -61,11 +62,6 @@ from fieldrig_devices.iec.types import (
     Type,
 )
 
-if TYPE_CHECKING:
-    from fieldrig_devices.iec.check.expressions import Expressions
-
-Meaning = Place | Constant | Pou | EnumType
-
 PARTS: Final = {"B": Elementary.BYTE, "W": Elementary.WORD, "D": Elementary.DWORD, "L": Elementary.LWORD}
 """The types of the parts of a value, by the letter behind %."""
 
@@ -75,25 +71,25 @@ LOGICAL_ADDRESS: Final = "logadr"
 SCALAR: Final = (Elementary, StringType, EnumType, SubrangeType)
 
 
-def meaning(of: "Expressions", node: tree.Expression) -> Meaning | None:
+def meaning(checker: Checker, node: tree.Expression) -> Meaning | None:
     """Return what the name or path means; None after a message."""
-    found = itself(of, node)
+    found = itself(checker, node)
     kind = found.type if isinstance(found, Place) else None
     if isinstance(found, Place) and isinstance(kind, PointerType) and kind.is_reference:
-        return Target(check_functions.address(of.context, Load(found), node), kind.to)
+        return Target(check_functions.address(checker.context, Load(found), node), kind.to)
     return found
 
 
-def itself(of: "Expressions", node: tree.Expression) -> Meaning | None:
+def itself(checker: Checker, node: tree.Expression) -> Meaning | None:
     """Return the same, but a REFERENCE TO itself instead of what it refers to."""
-    reading = properties.reading(of, node) if of.context.project.properties else None
+    reading = properties.reading(checker, node) if checker.context.project.properties else None
     if reading is not None:
-        return _result(of, reading[0]) if reading else None
-    node = without_library(of.context, node)
+        return _result(checker, reading[0]) if reading else None
+    node = without_library(checker.context, node)
     find = _MEANINGS.get(type(node))
     if find is not None:
-        return find(of, node)
-    of.context.say(node, f"{text(node)} is a value", "a variable")
+        return find(checker, node)
+    checker.context.say(node, f"{text(node)} is a value", "a variable")
     return None
 
 
@@ -116,8 +112,8 @@ def without_library(context: Context, node: tree.Expression) -> tree.Expression:
     return tree.Name(node.name, place=node.place) if is_ours else node
 
 
-def _name(of: "Expressions", node: tree.Name) -> Meaning | None:
-    context = of.context
+def _name(checker: Checker, node: tree.Name) -> Meaning | None:
+    context = checker.context
     found = context.find(node.text)
     if type(found) is Variable:
         if context.project.guards and not access.allows_variable(context, found, node):
@@ -156,39 +152,41 @@ def variable(context: Context, found: Variable) -> Place | Constant | None:
 # ---- components
 
 
-def _member(of: "Expressions", node: tree.Member) -> Meaning | None:
-    if methods.is_this(of.context, node.of):
-        return _own(of.context, node)
-    listed = _of_list(of.context, node)
+def _member(checker: Checker, node: tree.Member) -> Meaning | None:
+    if methods.is_this(checker.context, node.of):
+        return _own(checker.context, node)
+    listed = _of_list(checker.context, node)
     if listed is not None:
-        return variable(of.context, listed)
-    owner = _owner(of, node)
+        return variable(checker.context, listed)
+    owner = _owner(checker, node)
     if owner is None:
         return None
     match owner:
         case EnumType():
-            return _value_of(of.context, owner, node)
+            return _value_of(checker.context, owner, node)
         case Pou() if owner.kind is PouKind.PROGRAM and owner.instance is not None and owner.owner is None:
             instance = owner.instance
-            return _pin(of.context, Cell(instance, instance.type), owner, node)
+            return _pin(checker.context, Cell(instance, instance.type), owner, node)
         case Pou():
-            of.context.say(
+            checker.context.say(
                 node, f"{owner.name} is {a(owner.kind.value)}, not a variable", "an instance in front of the point"
             )
             return None
         case Constant():
-            return _of_object(of.context, owner, owner.type, node)
+            return _of_object(checker.context, owner, owner.type, node)
     kind = owner.type
     if isinstance(kind, StructType):
-        return _field(of.context, owner, kind, node)
+        return _field(checker.context, owner, kind, node)
     if isinstance(kind, BlockType) and kind.pou is not None:
-        return _pin(of.context, owner, kind.pou, node)
+        return _pin(checker.context, owner, kind.pou, node)
     if isinstance(kind, InterfaceType):
-        known = [name.partition("@")[0] for name in of.context.project.facades[of.context.key(str(kind))].methods]
-        hint = of.context.project.reports.closest(node.name, known)
-        of.context.say(node, f"{kind} has no method or property {node.name}", ", ".join(known[:8]), hint)
+        known = [
+            name.partition("@")[0] for name in checker.context.project.facades[checker.context.key(str(kind))].methods
+        ]
+        hint = checker.context.project.reports.closest(node.name, known)
+        checker.context.say(node, f"{kind} has no method or property {node.name}", ", ".join(known[:8]), hint)
         return None
-    return _of_object(of.context, Load(owner), kind, node)
+    return _of_object(checker.context, Load(owner), kind, node)
 
 
 def _own(context: Context, node: tree.Member) -> Meaning | None:
@@ -221,17 +219,20 @@ def _of_list(context: Context, node: tree.Member) -> Variable | None:
     return found if isinstance(found, Variable) else None
 
 
-def _owner(of: "Expressions", node: tree.Member) -> Meaning | None:
+def _owner(checker: Checker, node: tree.Member) -> Meaning | None:
     """The meaning in front of the point; also a type, whose enumeration value follows.
 
     A variable without components may have the name of the type.
     """
-    named = without_library(of.context, node.of)
+    named = without_library(checker.context, node.of)
     if isinstance(named, tree.Name):
-        kind, known = of.context.project.types.get(of.context.key(named.text)), of.context.find(named.text)
+        kind, known = (
+            checker.context.project.types.get(checker.context.key(named.text)),
+            checker.context.find(named.text),
+        )
         if isinstance(kind, EnumType) and (known is None or isinstance(getattr(known, "type", None), SCALAR)):
             return kind
-    found = meaning(of, node.of)
+    found = meaning(checker, node.of)
     return None if isinstance(found, Place) and found.type is UNKNOWN else found
 
 
@@ -338,50 +339,50 @@ def _as_number(place: Place) -> Place:
 # ---- bits, elements, pointers, addresses
 
 
-def _bit_of(of: "Expressions", node: tree.BitOf) -> Place | None:
-    owner = of.place(node.of)
+def _bit_of(checker: Checker, node: tree.BitOf) -> Place | None:
+    owner = checker.place(node.of)
     if owner is None:
         return None
     kind = owner.type.base if isinstance(owner.type, SubrangeType) else owner.type
     if not isinstance(kind, Elementary) or not kind.is_integer:
-        of.context.say(node, f"{text(node.of)} is {a(owner.type)} and has no bits", "an integer or bit string")
+        checker.context.say(node, f"{text(node.of)} is {a(owner.type)} and has no bits", "an integer or bit string")
         return None
     if node.size:
-        return _part_of(of, node, owner, kind)
+        return _part_of(checker, node, owner, kind)
     if node.number >= kind.bits:
-        of.context.say(node, f"{kind} has no bit {node.number}", f"0 to {kind.bits - 1}")
+        checker.context.say(node, f"{kind} has no bit {node.number}", f"0 to {kind.bits - 1}")
         return None
     return Bit(owner, node.number)
 
 
-def _part_of(of: "Expressions", node: tree.BitOf, owner: Place, kind: Elementary) -> Place | None:
+def _part_of(checker: Checker, node: tree.BitOf, owner: Place, kind: Elementary) -> Place | None:
     """A byte or word of a larger value, which is in memory with its lowest byte first."""
     part = PARTS[node.size]
     count = kind.size // part.size
     if count < 2 or node.number >= count:
         expected = f"%{node.size}0 to %{node.size}{count - 1}" if count > 1 else "a smaller part"
-        of.context.say(node, f"{kind} has no part %{node.size}{node.number}", expected)
+        checker.context.say(node, f"{kind} has no part %{node.size}{node.number}", expected)
         return None
     if not has_cell(owner):
-        of.context.say(node, f"{text(node.of)} has no parts", "a variable", "copy it into a variable first")
+        checker.context.say(node, f"{text(node.of)} has no parts", "a variable", "copy it into a variable first")
         return None
     offset = Constant(node.number * part.size, Elementary.DWORD)
     where = Binary(Operator.ADD, AddressOf(owner, Elementary.DWORD), offset, Elementary.DWORD)
     return Target(where, part)
 
 
-def _index(of: "Expressions", node: tree.Index) -> Place | None:
-    found: Place | None = of.place(node.of)
+def _index(checker: Checker, node: tree.Index) -> Place | None:
+    found: Place | None = checker.place(node.of)
     for position, index in enumerate(node.indices):
-        value = of.expression(index)
+        value = checker.expression(index)
         if found is None:
             return None
         kind = found.type
-        if _is_indexed(of.context, kind) and value is not None:
-            found = _behind(of.context, found, value, index)
+        if _is_indexed(checker.context, kind) and value is not None:
+            found = _behind(checker.context, found, value, index)
             continue
         if isinstance(kind, OpenArrayType):
-            opened = _open_element(of.context, found, kind, value, index) if value is not None else None
+            opened = _open_element(checker.context, found, kind, value, index) if value is not None else None
             if opened is None:
                 return None
             found = opened
@@ -390,18 +391,18 @@ def _index(of: "Expressions", node: tree.Index) -> Place | None:
             what = f"{text(node.of)} is {a(kind)}, not an array"
             if position:
                 what = f"the array {text(node.of)} has {position} dimension{'s' * (position > 1)}"
-            of.context.say(
+            checker.context.say(
                 node, what, f"{position} {'indices' if position > 1 else 'index'}" if position else "an array"
             )
             return None
-        made = _subscript(of.context, value, kind, index) if value is not None else None
+        made = _subscript(checker.context, value, kind, index) if value is not None else None
         if made is None:
             return None
         limits = (check_functions.limit(kind.low), check_functions.limit(kind.high))
-        made = check_functions.index(of.context, made, *limits, index)
+        made = check_functions.index(checker.context, made, *limits, index)
         found = Element(found, made, kind.low, kind.high, kind.element.size, kind.element)
         if not isinstance(kind.element, SCALAR):
-            of.context.project.elements.append(found)
+            checker.context.project.elements.append(found)
     return found
 
 
@@ -471,21 +472,21 @@ def _subscript(context: Context, value: Expression, kind: ArrayType, node: tree.
     return plain(value)
 
 
-def _dereference(of: "Expressions", node: tree.Dereference) -> Place | None:
-    if methods.is_this(of.context, node) and not methods.is_super(of.context, node):
-        return _this(of.context)
-    pointer = of.place(node.of)
+def _dereference(checker: Checker, node: tree.Dereference) -> Place | None:
+    if methods.is_this(checker.context, node) and not methods.is_super(checker.context, node):
+        return _this(checker.context)
+    pointer = checker.place(node.of)
     if pointer is None:
         return None
     if not isinstance(pointer.type, PointerType) or isinstance(pointer.type, InterfaceType):
-        of.context.say(node, f"{text(node.of)} is {a(pointer.type)}", "a pointer in front of ^")
+        checker.context.say(node, f"{text(node.of)} is {a(pointer.type)}", "a pointer in front of ^")
         return None
-    return Target(check_functions.address(of.context, Load(pointer), node), pointer.type.to)
+    return Target(check_functions.address(checker.context, Load(pointer), node), pointer.type.to)
 
 
-def _result(of: "Expressions", node: tree.Call) -> Place | None:
+def _result(checker: Checker, node: tree.Call) -> Place | None:
     """The result of a call: what a reference refers to, or a structure or array of which a part is read."""
-    found = of.expression(node)
+    found = checker.expression(node)
     if isinstance(found, Load):
         return found.place
     if isinstance(found, CallFunction) and isinstance(found.type, StructType | ArrayType):
@@ -493,15 +494,15 @@ def _result(of: "Expressions", node: tree.Call) -> Place | None:
     if found is not None and isinstance(found.type, InterfaceType):
         return Target(found, found.type.to)
     if found is not None:
-        of.context.say(node, f"{text(node)} is a value", "a variable")
+        checker.context.say(node, f"{text(node)} is a value", "a variable")
     return None
 
 
-def _direct(of: "Expressions", node: tree.Direct) -> Place | None:
-    return located(node, of.context)
+def _direct(checker: Checker, node: tree.Direct) -> Place | None:
+    return located(node, checker.context)
 
 
-_MEANINGS: Final[dict[type, "Callable[[Expressions, Any], Meaning | None]"]] = {
+_MEANINGS: Final[dict[type, Callable[[Checker, Any], Meaning | None]]] = {
     tree.Name: _name,
     tree.Member: _member,
     tree.BitOf: _bit_of,

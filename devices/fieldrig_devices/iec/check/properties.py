@@ -1,15 +1,11 @@
 """Properties: an access to one is a call of the method behind it, of which there is one to read and one to write it."""
 
-from typing import TYPE_CHECKING
-
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import methods
+from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.texts import text
 from fieldrig_devices.iec.types import PointerType
-
-if TYPE_CHECKING:
-    from fieldrig_devices.iec.check.expressions import Expressions
 
 Access = tree.Name | tree.Member
 
@@ -19,31 +15,31 @@ def name_to_write(name: str) -> str:
     return f"{name}@set"
 
 
-def reading(of: "Expressions", node: tree.Expression) -> list[tree.Call] | None:
+def reading(checker: Checker, node: tree.Expression) -> list[tree.Call] | None:
     """Return the call that reads a property, or an empty list after a message; None if the expression is none."""
-    if not _may_be_one(of.context, node):
+    if not _may_be_one(checker.context, node):
         return None
     assert isinstance(node, Access)
-    if _exists(of, node):
+    if _exists(checker, node):
         return [tree.Call(node, (), place=node.place)]
-    if not _exists(of, _to_write(node)):
+    if not _exists(checker, _to_write(node)):
         return None
-    of.context.say(node, f"the property {text(node)} has no GET", "a property that can be read")
+    checker.context.say(node, f"the property {text(node)} has no GET", "a property that can be read")
     return []
 
 
-def writing(of: "Expressions", node: tree.Assign) -> list[tree.Call] | None:
+def writing(checker: Checker, node: tree.Assign) -> list[tree.Call] | None:
     """Return the call that writes a property, or an empty list after a message; None if the target is none."""
     target = node.target
-    if not _may_be_one(of.context, target):
+    if not _may_be_one(checker.context, target):
         return None
     assert isinstance(target, Access)
     called = _to_write(target)
-    if _exists(of, called):
+    if _exists(checker, called):
         return [tree.Call(called, (tree.Argument(node.value, place=node.value.place),), place=node.place)]
-    if not _exists(of, target) or _refers(of, target):
+    if not _exists(checker, target) or _refers(checker, target):
         return None
-    of.context.say(target, f"the property {text(target)} has no SET", "a property that can be written")
+    checker.context.say(target, f"the property {text(target)} has no SET", "a property that can be written")
     return []
 
 
@@ -60,16 +56,16 @@ def _to_write(node: Access) -> Access:
     return tree.Member(node.of, name_to_write(node.name), place=node.place)
 
 
-def _refers(of: "Expressions", node: Access) -> bool:
+def _refers(checker: Checker, node: Access) -> bool:
     """True for a property that is a reference, by which what it refers to is written."""
-    found = methods.find(of, node)
+    found = methods.find(checker, node)
     kind = found[1].result.type if found is not None and found[1].result is not None else None
     return isinstance(kind, PointerType) and kind.is_reference
 
 
-def _exists(of: "Expressions", called: Access) -> bool:
+def _exists(checker: Checker, called: Access) -> bool:
     """True for an accessor; a variable or component of the same name is none."""
-    if isinstance(called, tree.Name) and of.context.find(called.text.removesuffix("@set")) is not None:
+    if isinstance(called, tree.Name) and checker.context.find(called.text.removesuffix("@set")) is not None:
         return False
-    found = methods.find(of, called)
+    found = methods.find(checker, called)
     return found is not None and found[1].is_accessor

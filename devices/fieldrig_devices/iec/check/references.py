@@ -5,10 +5,11 @@ reference itself.  A reference to nothing is a fault at run time, like a pointer
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import dispatch, places
+from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.program import (
@@ -26,117 +27,118 @@ from fieldrig_devices.iec.program import (
 )
 from fieldrig_devices.iec.types import BlockType, Elementary, InterfaceType, OpenArrayType, PointerType, StringType
 
-if TYPE_CHECKING:
-    from fieldrig_devices.iec.check.expressions import Expressions
 
-
-def assignment(of: "Expressions", node: tree.Assign) -> Assign | None:
+def assignment(checker: Checker, node: tree.Assign) -> Assign | None:
     """`x REF= y` lets x refer to y, and `x REF= 0` to nothing."""
-    target = _reference(of, node.target)
-    if target is None or not places.is_writable(of.context, target, node.target):
+    target = _reference(checker, node.target)
+    if target is None or not places.is_writable(checker.context, target, node.target):
         return None
     assert isinstance(target.type, PointerType)
     value: Expression | None
     if isinstance(node.value, tree.Literal) and node.value.value == 0:
         value = Constant(0, target.type)
     else:
-        value = reference_to(of, node.value, target.type)
+        value = reference_to(checker, node.value, target.type)
     return Assign(target, value, line=node.place.line) if value is not None else None
 
 
-def attempt(of: "Expressions", node: tree.Assign) -> Evaluate | None:
+def attempt(checker: Checker, node: tree.Assign) -> Evaluate | None:
     """`x ?= y` lets x refer to the instance of y if that implements the interface of x, and to nothing if not."""
-    call = _query_of(of, node.value, node.target)
+    call = _query_of(checker, node.value, node.target)
     return Evaluate(call, line=node.place.line) if call is not None else None
 
 
-def reference_to(of: "Expressions", node: tree.Expression, kind: PointerType) -> Expression | None:
+def reference_to(checker: Checker, node: tree.Expression, kind: PointerType) -> Expression | None:
     """Return a reference to a variable, for REF= and for an input; None after a message."""
-    place = of.place(node)
+    place = checker.place(node)
     if place is None:
         return None
     if not places.has_cell(place):
-        of.context.say(node, f"{text(node)} has no address of its own", "a variable", "copy it into a variable first")
+        checker.context.say(
+            node, f"{text(node)} has no address of its own", "a variable", "copy it into a variable first"
+        )
         return None
     if isinstance(place.type, OpenArrayType):
-        of.context.say(node, f"{text(node)} is {a(place.type)}", "an element of it")
+        checker.context.say(node, f"{text(node)} is {a(place.type)}", "an element of it")
         return None
-    if place.type != kind.to and not dispatch.derives(of.context.project, place.type, kind.to):
-        of.context.say(node, f"{text(node)} is {a(place.type)}", f"a variable of type {kind.to} for the {kind}")
+    if place.type != kind.to and not dispatch.derives(checker.context.project, place.type, kind.to):
+        checker.context.say(node, f"{text(node)} is {a(place.type)}", f"a variable of type {kind.to} for the {kind}")
         return None
     return AddressOf(place, kind)
 
 
-def _reference(of: "Expressions", node: tree.Expression, *, may_be_interface: bool = False) -> Place | None:
+def _reference(checker: Checker, node: tree.Expression, *, may_be_interface: bool = False) -> Place | None:
     """Return the place of the reference itself; None after a message."""
-    found = places.itself(of, node)
+    found = places.itself(checker, node)
     if found is None or (isinstance(found, Place) and found.type is UNKNOWN):
         return None
     if isinstance(found, Place) and isinstance(found.type, PointerType) and found.type.is_reference:
         return found
     if isinstance(found, Place) and isinstance(found.type, InterfaceType) and may_be_interface:
         return found
-    of.context.say(node, f"{text(node)} is not a reference", "a variable that is declared as REFERENCE TO")
+    checker.context.say(node, f"{text(node)} is not a reference", "a variable that is declared as REFERENCE TO")
     return None
 
 
-def _is_valid(of: "Expressions", node: tree.Call) -> Expression | None:
-    given = _argument(of, node)
-    found = _reference(of, given, may_be_interface=True) if given is not None else None
+def _is_valid(checker: Checker, node: tree.Call) -> Expression | None:
+    given = _argument(checker, node)
+    found = _reference(checker, given, may_be_interface=True) if given is not None else None
     if found is None:
         return None
     number = Convert(Load(found), Elementary.DWORD)
     return Binary(Operator.NE, number, Constant(0, Elementary.DWORD), Elementary.BOOL)
 
 
-def _ref(of: "Expressions", node: tree.Call) -> Expression | None:
+def _ref(checker: Checker, node: tree.Call) -> Expression | None:
     """REF of the standard is the address of a variable, with its type."""
-    given = _argument(of, node)
-    place = of.place(given) if given is not None else None
-    return reference_to(of, given, PointerType(place.type)) if place is not None and given is not None else None
+    given = _argument(checker, node)
+    place = checker.place(given) if given is not None else None
+    return reference_to(checker, given, PointerType(place.type)) if place is not None and given is not None else None
 
 
-def _argument(of: "Expressions", node: tree.Call) -> tree.Expression | None:
+def _argument(checker: Checker, node: tree.Call) -> tree.Expression | None:
     if len(node.arguments) == 1 and node.arguments[0].value is not None:
         return node.arguments[0].value
-    of.context.say(node, f"{text(node.called)} with {len(node.arguments)} arguments", "one argument")
+    checker.context.say(node, f"{text(node.called)} with {len(node.arguments)} arguments", "one argument")
     return None
 
 
-def _query(of: "Expressions", node: tree.Call) -> Expression | None:
+def _query(checker: Checker, node: tree.Call) -> Expression | None:
     """__QUERYINTERFACE(from, into) lets `into` refer to the instance if that implements the interface of `into`."""
     values = [argument.value for argument in node.arguments if argument.value is not None]
     if len(values) != 2:
-        of.context.say(node, f"{text(node.called)} with {len(node.arguments)} arguments", "two variables of interfaces")
+        checker.context.say(
+            node, f"{text(node.called)} with {len(node.arguments)} arguments", "two variables of interfaces"
+        )
         return None
-    return _query_of(of, *values)
+    return _query_of(checker, *values)
 
 
-def _query_of(of: "Expressions", given: tree.Expression, into: tree.Expression) -> CallFunction | None:
-    source, target = of.place(given), of.target(into)
+def _query_of(checker: Checker, given: tree.Expression, into: tree.Expression) -> CallFunction | None:
+    source, target = checker.place(given), checker.target(into)
     if source is None or target is None:
         return None
     kind = target.type
     if not isinstance(kind, InterfaceType) or not isinstance(source.type, InterfaceType | BlockType):
         wrong, found = (given, source) if isinstance(kind, InterfaceType) else (into, target)
-        of.context.say(wrong, f"{text(wrong)} is {a(found.type)}", "a variable of an interface")
+        checker.context.say(wrong, f"{text(wrong)} is {a(found.type)}", "a variable of an interface")
         return None
     address = Load(source) if isinstance(source.type, InterfaceType) else AddressOf(source, Elementary.DWORD)
-    function, (parameter, result) = dispatch.query(of.context.project, kind)
+    function, (parameter, result) = dispatch.query(checker.context.project, kind)
     return CallFunction(function, ((parameter, Convert(address, Elementary.DWORD)), (result, target)), Elementary.BOOL)
 
 
-def _pou_name(of: "Expressions", node: tree.Call) -> Expression | None:
+def _pou_name(checker: Checker, node: tree.Call) -> Expression | None:
     """__POUNAME() is the name of the unit whose code it is in, `Tank.Fill` in a method."""
-    pou = of.context.pou
+    pou = checker.context.pou
     if node.arguments or pou is None:
-        of.context.say(node, f"{text(node.called)} with {len(node.arguments)} arguments", "no argument")
+        checker.context.say(node, f"{text(node.called)} with {len(node.arguments)} arguments", "no argument")
         return None
     name = ".".join(part.partition("@")[0] for part in pou.name.split("."))
     return Constant(name, StringType(max(len(name), 1)))
 
 
-FUNCTIONS: Final[dict[str, Callable[["Expressions", tree.Call], Expression | None]]] = {
+FUNCTIONS: Final[dict[str, Callable[[Checker, tree.Call], Expression | None]]] = {
     "REF": _ref,
     "__ISVALIDREF": _is_valid,
     "__POUNAME": _pou_name,
