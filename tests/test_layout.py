@@ -18,7 +18,6 @@ LARGEST_CIRCLE = 2
 CIRCLES_TO_BREAK: Mapping[str, str] = {
     "fieldrig.config": "conflicts links rig_file",
     "fieldrig": "bus control.bus_questions control.fault_questions device points.values",
-    "fieldrig_devices.iec": "dialect program types",
     "fieldrig_devices.max4": "controller opcua operations plc.debuggee plc.library plc.plc points",
     "fieldrig_devices.pam.runtime": "armed binding equations processor reactions runtime sequence services waits watch",
 }

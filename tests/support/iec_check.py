@@ -11,6 +11,7 @@ from fieldrig_devices.iec.check.declarations import Declarations
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.host import Library, NativeFunction
 from fieldrig_devices.iec.library.selection import needed
 from fieldrig_devices.iec.library.sources import sources
@@ -18,7 +19,7 @@ from fieldrig_devices.iec.limits import MAX_4, Limits
 from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.program import ConfiguredObject, Program, Variable
 from fieldrig_devices.iec.standalone import StandaloneHost
-from fieldrig_devices.iec.types import Elementary, ObjectParameter, ObjectType, Type
+from fieldrig_devices.iec.types import ObjectParameter, ObjectType, Type
 from fieldrig_devices.languages.mistakes import Mistake
 
 MC_4 = ObjectType(

@@ -13,6 +13,7 @@ from fieldrig.loop.background import Background, Bulk, Failure
 from fieldrig_devices.iec import debugged_objects, debugged_scopes, tree
 from fieldrig_devices.iec.debug_builds import Order, make
 from fieldrig_devices.iec.debugged_scopes import Scope
+from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.library.texts import writer
 from fieldrig_devices.iec.loaded import LoadedProgram
@@ -22,7 +23,7 @@ from fieldrig_devices.iec.tasks.programs import Programs
 from fieldrig_devices.iec.tasks.task import Phase, Task, TaskState
 from fieldrig_devices.iec.thread import Thread
 from fieldrig_devices.iec.tokens import KEYWORDS, tokens
-from fieldrig_devices.iec.types import Elementary, EnumType, Family, StringType, Type
+from fieldrig_devices.iec.types import EnumType, StringType, Type
 from fieldrig_devices.iec.watch import evaluate, expression_of, path_of
 from fieldrig_devices.languages.debugging import spans
 from fieldrig_devices.languages.debugging.debuggee import (

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from fieldrig_devices.iec.types import Elementary
+from fieldrig_devices.iec.elementary import Elementary
 
 
 @dataclass(frozen=True, slots=True)

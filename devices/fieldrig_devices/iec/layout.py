@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from typing import Final
 
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import Pou, Program, Space, Variable
 from fieldrig_devices.iec.types import (
     ArrayType,
     BlockType,
-    Elementary,
     EnumType,
     InitialValue,
     ObjectType,

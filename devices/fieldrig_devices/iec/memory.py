@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.carrying import Run
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.layout import (
     AREA_SIZE,
@@ -27,7 +28,7 @@ from fieldrig_devices.iec.layout import (
 from fieldrig_devices.iec.library.integers import cut
 from fieldrig_devices.iec.lower.names import CUTS, REALS
 from fieldrig_devices.iec.lower.texts import FASTER
-from fieldrig_devices.iec.types import Elementary, StringType, Type, Value
+from fieldrig_devices.iec.types import StringType, Type, Value
 from fieldrig_devices.languages.faults import RunError
 
 _LETTERS: Final = {1: "Bb", 2: "Hh", 4: "Ii", 8: "Qq"}

@@ -17,11 +17,11 @@ from enum import Enum
 from typing import Final
 
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.tree import NOWHERE, PouKind, Section
 from fieldrig_devices.iec.tree import Place as SourcePlace
 from fieldrig_devices.iec.types import (
     BlockType,
-    Elementary,
     EnumType,
     InitialValue,
     ObjectType,

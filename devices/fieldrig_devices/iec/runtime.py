@@ -18,6 +18,7 @@ from weakref import WeakSet
 from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.carrying import Carrier
 from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.layout import AREA_SIZE, AREAS, INSIDE, STACK_SIZE, Images, Layout, kind_number, storage
 from fieldrig_devices.iec.library.intrinsics import IMPLEMENTATIONS
@@ -27,7 +28,7 @@ from fieldrig_devices.iec.natives import Natives
 from fieldrig_devices.iec.program import Link, Located, Pou, Variable
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.thread import Start, Thread
-from fieldrig_devices.iec.types import Elementary, EnumType, StringType, SubrangeType, Type, Value
+from fieldrig_devices.iec.types import EnumType, StringType, SubrangeType, Type, Value
 from fieldrig_devices.languages.resumable import Code
 
 __all__ = ["Runtime", "Start", "Thread"]

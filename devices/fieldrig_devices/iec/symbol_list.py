@@ -11,14 +11,13 @@ from collections.abc import Iterator
 from typing import Final
 from xml.etree import ElementTree as ET
 
+from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.symbols import Symbol, Symbols
 from fieldrig_devices.iec.tree import Section
 from fieldrig_devices.iec.types import (
     ArrayType,
     BlockType,
-    Elementary,
     EnumType,
-    Family,
     ObjectType,
     PointerType,
     StringType,

@@ -7,8 +7,8 @@ from iec_program import IecBench, program, refused
 
 from fieldrig_devices.iec import literals
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
+from fieldrig_devices.iec.elementary import LONGER, UNITS_NS, Elementary
 from fieldrig_devices.iec.library.conversions import convert
-from fieldrig_devices.iec.types import LONGER, UNITS_NS, Elementary
 
 S, DAY = 10**9, 86_400 * 10**9
 IN_2000 = 10_957 * DAY

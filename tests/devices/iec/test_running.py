@@ -5,11 +5,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from iec_program import ENOUGH_NS, IecBench, PlainHost, program
 
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.host import Library, NativeBlock, NativeFunction, Pending, Results
 from fieldrig_devices.iec.program import ConfiguredObject
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.thread import Fault
-from fieldrig_devices.iec.types import Elementary, ObjectParameter, ObjectType, Value
+from fieldrig_devices.iec.types import ObjectParameter, ObjectType, Value
 from fieldrig_devices.languages.debugging.debuggee import Step
 
 

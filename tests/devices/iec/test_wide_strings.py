@@ -7,8 +7,9 @@ from iec_program import IecBench, program, refused
 
 from fieldrig_devices.iec import characters, literals
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library.conversions import convert
-from fieldrig_devices.iec.types import Elementary, StringType
+from fieldrig_devices.iec.types import StringType
 
 WIDE, NARROW = StringType(is_wide=True), StringType()
 OF_16_BITS = st.text(st.characters(max_codepoint=0xFFFF, exclude_categories=["Cs"]), max_size=40)

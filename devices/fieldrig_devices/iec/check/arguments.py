@@ -9,6 +9,7 @@ from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import Pins
 from fieldrig_devices.iec.check.texts import a, listed, text
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import (
     Bit,
     Cell,
@@ -26,7 +27,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import Elementary, EnumType, ObjectType, OpenArrayType, StringType, Type
+from fieldrig_devices.iec.types import EnumType, ObjectType, OpenArrayType, StringType, Type
 
 
 @dataclass(slots=True)

@@ -9,16 +9,14 @@ from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
+from fieldrig_devices.iec.elementary import SHORT_TIMES, Elementary, Family
 from fieldrig_devices.iec.library.integers import cut
 from fieldrig_devices.iec.library.reals import single
 from fieldrig_devices.iec.program import AddressOf, Constant, Convert, Expression, Load
 from fieldrig_devices.iec.types import (
-    SHORT_TIMES,
     ArrayType,
     BlockType,
-    Elementary,
     EnumType,
-    Family,
     InterfaceType,
     ObjectType,
     PointerType,

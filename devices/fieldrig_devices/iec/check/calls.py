@@ -24,6 +24,7 @@ from fieldrig_devices.iec.check.project import start_of
 from fieldrig_devices.iec.check.sizes import Sizes
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer
+from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.library import conversions, fixed, intrinsics, templates
 from fieldrig_devices.iec.library.timed import TIMED
 from fieldrig_devices.iec.program import (
@@ -43,7 +44,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import ArrayType, Elementary, Family, PointerType, StringType, StructType, Type
+from fieldrig_devices.iec.types import ArrayType, PointerType, StringType, StructType, Type
 
 
 def value(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression | None:

@@ -2,8 +2,8 @@
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import Variable
-from fieldrig_devices.iec.types import Elementary
 
 
 def check_chart(body: tree.SfcBody, context: Context) -> bool:

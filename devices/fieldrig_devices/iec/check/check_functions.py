@@ -18,6 +18,7 @@ from typing import Final
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import constants
 from fieldrig_devices.iec.check.context import Context, place_of
+from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.program import (
     Bit,
     CallFunction,
@@ -31,7 +32,7 @@ from fieldrig_devices.iec.program import (
     Target,
 )
 from fieldrig_devices.iec.tree import PouKind
-from fieldrig_devices.iec.types import Elementary, Family, PointerType, SubrangeType
+from fieldrig_devices.iec.types import PointerType, SubrangeType
 
 BOUNDS: Final = "CheckBounds"
 POINTER: Final = "CheckPointer"

@@ -7,12 +7,13 @@ in it is constant.  A division by zero is left to the run time, where it is a fa
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.library import conversions, intrinsics
 from fieldrig_devices.iec.library.integers import cut
 from fieldrig_devices.iec.library.overload import Overload
 from fieldrig_devices.iec.library.reals import single
 from fieldrig_devices.iec.program import COMPARISONS, Binary, Constant, Convert, Expression, Intrinsic, Operator, Unary
-from fieldrig_devices.iec.types import Elementary, EnumType, Family, PointerType, StringType, SubrangeType, Type, Value
+from fieldrig_devices.iec.types import EnumType, PointerType, StringType, SubrangeType, Type, Value
 
 
 def divided(left: int, right: int) -> int:

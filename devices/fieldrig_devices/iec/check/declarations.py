@@ -20,19 +20,10 @@ from fieldrig_devices.iec.check.project import UNKNOWN, Entity, Pending, PouSour
 from fieldrig_devices.iec.check.sizes import DEEPEST, MOST_PARTS, Refused, Sizes
 from fieldrig_devices.iec.check.type_specs import TypeSpecs
 from fieldrig_devices.iec.check.variables import Variables
+from fieldrig_devices.iec.elementary import ALIASES, LONG_ALIASES, OF_EDITION_3, Elementary
 from fieldrig_devices.iec.program import Constant, Pou, Space, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import (
-    ALIASES,
-    LONG_ALIASES,
-    OF_EDITION_3,
-    ArrayType,
-    BlockType,
-    Elementary,
-    StringType,
-    StructType,
-    Type,
-)
+from fieldrig_devices.iec.types import ArrayType, BlockType, StringType, StructType, Type
 
 
 class Declarations:

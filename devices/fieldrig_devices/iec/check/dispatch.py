@@ -14,6 +14,7 @@ from zlib import crc32
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import enable, inheritance, open_arrays
 from fieldrig_devices.iec.check.project import PouSource, Project
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import (
     CLASS,
     AddressOf,
@@ -40,7 +41,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import BlockType, Elementary, InterfaceType, Type
+from fieldrig_devices.iec.types import BlockType, InterfaceType, Type
 
 BODY: Final = "$body"
 """The dispatcher of the bodies of function blocks."""

@@ -10,9 +10,9 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import Edge, PouSource, Project
 from fieldrig_devices.iec.check.texts import a
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import AnyStatement, Assign, Binary, Cell, Load, Operator, Space, Unary, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import Elementary
 
 BOOL: Final = Elementary.BOOL
 

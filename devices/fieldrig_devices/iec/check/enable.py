@@ -20,6 +20,7 @@ from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import PouSource, Project
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import (
     AnyStatement,
     Assign,
@@ -40,7 +41,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import Elementary, Type
+from fieldrig_devices.iec.types import Type
 
 BOOL: Final = Elementary.BOOL
 NAMES: Final = frozenset({"EN", "ENO"})

@@ -27,18 +27,10 @@ from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer, real
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import Cell, Constant, Expression, Load, Operator, Place, Pou, Target, Variable
 from fieldrig_devices.iec.tree import LiteralKind, PouKind
-from fieldrig_devices.iec.types import (
-    BlockType,
-    Elementary,
-    EnumType,
-    ObjectType,
-    OpenArrayType,
-    PointerType,
-    StringType,
-    Type,
-)
+from fieldrig_devices.iec.types import BlockType, EnumType, ObjectType, OpenArrayType, PointerType, StringType, Type
 
 LITERAL_TYPES: Final[dict[LiteralKind, Elementary]] = {
     LiteralKind.BOOL: Elementary.BOOL,

@@ -16,10 +16,11 @@ from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.instructions import SPELLINGS, SYMBOLS
 from fieldrig_devices.iec.library import intrinsics
 from fieldrig_devices.iec.program import AnyStatement, Expression
-from fieldrig_devices.iec.types import Elementary, Type
+from fieldrig_devices.iec.types import Type
 
 LARGEST: Final = 32
 """Operations in one expression; a longer list is computed in parts."""

@@ -8,9 +8,9 @@ every value of the one type is a value of the other, and keeps bit strings and n
 from functools import cache
 from typing import Final
 
+from fieldrig_devices.iec.elementary import SHORT_TIMES, Elementary, Family
 from fieldrig_devices.iec.library.arguments import common as common_type
 from fieldrig_devices.iec.library.arguments import widens
-from fieldrig_devices.iec.types import SHORT_TIMES, Elementary, Family
 
 Pair = tuple[Elementary, Elementary]
 

@@ -13,8 +13,9 @@ from typing import Final
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import WINDOW
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import Located
-from fieldrig_devices.iec.types import ArrayType, Elementary, EnumType, StringType, StructType, SubrangeType, Type
+from fieldrig_devices.iec.types import ArrayType, EnumType, StringType, StructType, SubrangeType, Type
 
 SIZES: Final = {"B": 1, "W": 2, "D": 4, "L": 8}
 BITS: Final = {"B": Elementary.BYTE, "W": Elementary.WORD, "D": Elementary.DWORD, "L": Elementary.LWORD}

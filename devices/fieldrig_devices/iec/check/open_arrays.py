@@ -17,6 +17,7 @@ from fieldrig_devices.iec.check.operators import integer_of, plain
 from fieldrig_devices.iec.check.project import UNKNOWN, PouSource
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import integer
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import (
     Cell,
     Constant,
@@ -29,7 +30,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import ArrayType, Elementary, OpenArrayType, Type
+from fieldrig_devices.iec.types import ArrayType, OpenArrayType, Type
 
 FUNCTIONS: Final = frozenset({"LOWER_BOUND", "UPPER_BOUND"})
 LIMIT: Final = Elementary.DINT

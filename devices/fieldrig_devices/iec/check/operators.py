@@ -19,19 +19,11 @@ from fieldrig_devices.iec.check import check_functions, constants, implicit, tim
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, bit_string, integer, real
+from fieldrig_devices.iec.elementary import SHORT_TIMES, Elementary, Family
 from fieldrig_devices.iec.library.arguments import common as common_type
 from fieldrig_devices.iec.library.arguments import widens
 from fieldrig_devices.iec.program import COMPARISONS, Binary, Constant, Expression, Operator
-from fieldrig_devices.iec.types import (
-    SHORT_TIMES,
-    Elementary,
-    EnumType,
-    Family,
-    PointerType,
-    StringType,
-    SubrangeType,
-    Type,
-)
+from fieldrig_devices.iec.types import EnumType, PointerType, StringType, SubrangeType, Type
 
 ARITHMETIC: Final = frozenset({Operator.ADD, Operator.SUB, Operator.MUL, Operator.DIV, Operator.MOD})
 LOGIC: Final = frozenset({Operator.AND, Operator.OR, Operator.XOR})

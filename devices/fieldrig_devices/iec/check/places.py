@@ -22,6 +22,7 @@ from fieldrig_devices.iec.check.operators import integer_of, plain
 from fieldrig_devices.iec.check.project import START, UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library import intrinsics
 from fieldrig_devices.iec.program import (
     AddressOf,
@@ -50,7 +51,6 @@ from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import (
     ArrayType,
     BlockType,
-    Elementary,
     EnumType,
     InterfaceType,
     ObjectType,

@@ -7,21 +7,12 @@ from typing import Final
 from fieldrig_devices.iec import program, tree
 from fieldrig_devices.iec.check.reports import Keys, Reports
 from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.program import Component, Constant, Element, Pou, Variable
 from fieldrig_devices.iec.tree import Action
-from fieldrig_devices.iec.types import (
-    Elementary,
-    EnumType,
-    Field,
-    InitialValue,
-    StringType,
-    StructType,
-    SubrangeType,
-    Type,
-    Value,
-)
+from fieldrig_devices.iec.types import EnumType, Field, InitialValue, StringType, StructType, SubrangeType, Type, Value
 
 WINDOW: Final = 256
 """Bytes of the addresses with the same leading levels, as much as a Modbus request can have."""

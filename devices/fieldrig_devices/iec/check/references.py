@@ -12,6 +12,7 @@ from fieldrig_devices.iec.check import dispatch, places
 from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import (
     AddressOf,
     Assign,
@@ -25,7 +26,7 @@ from fieldrig_devices.iec.program import (
     Operator,
     Place,
 )
-from fieldrig_devices.iec.types import BlockType, Elementary, InterfaceType, OpenArrayType, PointerType, StringType
+from fieldrig_devices.iec.types import BlockType, InterfaceType, OpenArrayType, PointerType, StringType
 
 
 def assignment(checker: Checker, node: tree.Assign) -> Assign | None:

@@ -12,10 +12,11 @@ from typing import Final
 from fieldrig_devices.iec.check import constants
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.untyped import Untyped
+from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.library import conversions
 from fieldrig_devices.iec.library.arguments import plain, widens
 from fieldrig_devices.iec.program import Constant, Expression
-from fieldrig_devices.iec.types import Elementary, Family, Type
+from fieldrig_devices.iec.types import Type
 
 ARITHMETIC: Final = frozenset({"ABS", "EXPT"})
 """Functions that compute in 32 bits themselves."""

@@ -24,9 +24,10 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.charts import check_chart
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.statements import Statements
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import AnyStatement, Pou, Space, Variable
 from fieldrig_devices.iec.tree import Member, Name, PouKind, Section
-from fieldrig_devices.iec.types import Elementary, Field, InitialValue, StructType, Type
+from fieldrig_devices.iec.types import Field, InitialValue, StructType, Type
 
 STEP: Final = StructType(
     "SFCStepType",

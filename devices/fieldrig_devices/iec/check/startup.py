@@ -14,6 +14,7 @@ from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.project import START, PouSource, Project, Start
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import (
     AnyStatement,
     Assign,
@@ -30,7 +31,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import ArrayType, BlockType, Elementary, PointerType, StructType, Type
+from fieldrig_devices.iec.types import ArrayType, BlockType, PointerType, StructType, Type
 
 COUNTER: Final = "$element"
 MOST_LOOPS: Final = 3

@@ -12,9 +12,10 @@ from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.operators import integer_of
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import AnyStatement, Constant, Expression
 from fieldrig_devices.iec.tree import NOWHERE
-from fieldrig_devices.iec.types import Elementary, EnumType, SubrangeType, Type
+from fieldrig_devices.iec.types import EnumType, SubrangeType, Type
 
 BOOL: Final = Elementary.BOOL
 ONE: Final = tree.Literal(tree.LiteralKind.INTEGER, 1)

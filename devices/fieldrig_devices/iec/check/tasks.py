@@ -8,10 +8,10 @@ from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.check.texts import a, text
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.literals import time_text
 from fieldrig_devices.iec.program import Pou, Task, TaskKind, Variable
 from fieldrig_devices.iec.tree import PouKind
-from fieldrig_devices.iec.types import Elementary
 
 LOWEST_PRIORITY: Final = 31
 DEFAULT_PRIORITY: Final = LOWEST_PRIORITY

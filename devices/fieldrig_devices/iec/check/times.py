@@ -9,8 +9,8 @@ from typing import Final
 
 from fieldrig_devices.iec.check import constants
 from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.elementary import LONGER, SHORT_TIMES, UNITS_NS, Elementary
 from fieldrig_devices.iec.program import COMPARISONS, Constant, Expression, Operator
-from fieldrig_devices.iec.types import LONGER, SHORT_TIMES, UNITS_NS, Elementary
 
 _DURATIONS: Final = (*SHORT_TIMES, Elementary.LTIME)
 _DAY_MS: Final = 86_400_000

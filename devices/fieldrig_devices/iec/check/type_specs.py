@@ -9,10 +9,10 @@ from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.project import UNKNOWN, Pending, Project
 from fieldrig_devices.iec.check.texts import a
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import Constant, Pou
 from fieldrig_devices.iec.types import (
     ArrayType,
-    Elementary,
     EnumType,
     Field,
     InterfaceType,

@@ -7,10 +7,10 @@ it is needed in if its value fits.
 from dataclasses import dataclass
 from typing import Final
 
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library.arguments import INTEGERS, smallest
 from fieldrig_devices.iec.library.arguments import Untyped as UntypedArgument
 from fieldrig_devices.iec.program import Constant
-from fieldrig_devices.iec.types import Elementary
 
 
 @dataclass(slots=True)

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fieldrig_devices.iec.types import LONGER, SHORT_TIMES, Elementary, EnumType, Family, StringType, SubrangeType, Type
+from fieldrig_devices.iec.elementary import LONGER, SHORT_TIMES, Elementary, Family
+from fieldrig_devices.iec.types import EnumType, StringType, SubrangeType, Type
 
 
 @dataclass(frozen=True, slots=True)

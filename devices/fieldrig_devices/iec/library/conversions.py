@@ -22,23 +22,11 @@ from functools import cache
 from typing import Final
 
 from fieldrig_devices.iec import characters
+from fieldrig_devices.iec.elementary import ALIASES, LONG_ALIASES, LONGER, UNITS_NS, Elementary, Family
 from fieldrig_devices.iec.library import reals, texts
 from fieldrig_devices.iec.library.integers import wrapped
 from fieldrig_devices.iec.library.overload import REAL_NS, SIMPLE_NS, TEXT_NS, expand
-from fieldrig_devices.iec.types import (
-    ALIASES,
-    LONG_ALIASES,
-    LONGER,
-    UNITS_NS,
-    Elementary,
-    EnumType,
-    Family,
-    PointerType,
-    StringType,
-    SubrangeType,
-    Type,
-    Value,
-)
+from fieldrig_devices.iec.types import EnumType, PointerType, StringType, SubrangeType, Type, Value
 
 Plain = Elementary | StringType
 

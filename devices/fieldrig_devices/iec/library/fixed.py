@@ -7,9 +7,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library import strings
 from fieldrig_devices.iec.library.overload import REAL_NS, SIMPLE_NS, TEXT_NS, Implementation
-from fieldrig_devices.iec.types import Elementary, StringType, Type
+from fieldrig_devices.iec.types import StringType, Type
 
 _E = Elementary
 _TEXT: Final = StringType(strings.LONGEST)

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from fieldrig_devices.iec.types import Elementary
+from fieldrig_devices.iec.elementary import Elementary
 
 
 def wrapped(python: str, kind: Elementary) -> str:

@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final, TypeGuard
 
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library import conversions, fixed
 from fieldrig_devices.iec.library.arguments import (
     ANY_INTEGER,
@@ -41,7 +42,7 @@ from fieldrig_devices.iec.library.templates import (
 )
 from fieldrig_devices.iec.library.timed import TIMED
 from fieldrig_devices.iec.program import Operator
-from fieldrig_devices.iec.types import BlockType, Elementary, EnumType, PointerType, StringType, SubrangeType, Type
+from fieldrig_devices.iec.types import BlockType, EnumType, PointerType, StringType, SubrangeType, Type
 
 __all__ = [
     "BINARY_ONLY", "IMPLEMENTATIONS", "OPERATORS", "REAL_FUNCTIONS", "SHIFTS",

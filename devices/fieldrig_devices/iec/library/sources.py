@@ -12,7 +12,7 @@ from importlib.resources import files
 from typing import Final
 
 from fieldrig_devices.iec import library
-from fieldrig_devices.iec.types import Elementary
+from fieldrig_devices.iec.elementary import Elementary
 
 EDITION_3: Final = "edition-3"
 """Name of the dialect with the standard's own names."""

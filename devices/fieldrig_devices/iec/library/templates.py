@@ -4,10 +4,11 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Final
 
+from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.library import conversions, fixed, integers, reals
 from fieldrig_devices.iec.library.integers import wrapped
 from fieldrig_devices.iec.library.overload import REAL_NS, SIMPLE_NS, Implementation, expand
-from fieldrig_devices.iec.types import Elementary, Family, Value
+from fieldrig_devices.iec.types import Value
 
 IMPLEMENTATIONS: Final[Mapping[str, object]] = {
     "MAX": max,

@@ -15,8 +15,9 @@ from typing import Final
 
 from fieldrig_devices.iec import characters, literals
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
+from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.library import reals
-from fieldrig_devices.iec.types import Elementary, Family, Value
+from fieldrig_devices.iec.types import Value
 
 LONGEST: Final = 40
 """No text of a value is longer."""

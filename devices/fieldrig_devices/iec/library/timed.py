@@ -6,8 +6,8 @@ Source: IEC 61131-3:2013, table 34.  Each is an operator that takes operands of 
 from collections.abc import Iterator, Mapping
 from typing import Final
 
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import Operator
-from fieldrig_devices.iec.types import Elementary
 
 _E = Elementary
 Timed = tuple[Operator, Elementary, Elementary | None]

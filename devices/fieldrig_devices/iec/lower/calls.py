@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.layout import CALL_SIZE, kind_number, storage
 from fieldrig_devices.iec.lower.assembler import Assembler, Label
 from fieldrig_devices.iec.lower.context import Context
@@ -37,7 +38,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import Section
-from fieldrig_devices.iec.types import Elementary, OpenArrayType, Type
+from fieldrig_devices.iec.types import OpenArrayType, Type
 
 
 class Calls:

@@ -3,9 +3,10 @@
 from typing import Final
 
 from fieldrig_devices.iec.costs import Costs
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.lower.names import CUTS, REALS
 from fieldrig_devices.iec.lower.values import LARGEST, Value, outside
-from fieldrig_devices.iec.types import Elementary, StringType
+from fieldrig_devices.iec.types import StringType
 
 INDENT: Final = "    "
 LONGEST_TEXT: Final = 400

@@ -6,6 +6,7 @@ division, becomes a line of its own; the text that is left never does, and may b
 
 from typing import Final
 
+from fieldrig_devices.iec.elementary import SHORT_TIMES, Elementary, Family
 from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.library import conversions, intrinsics
 from fieldrig_devices.iec.library.overload import expand
@@ -25,7 +26,7 @@ from fieldrig_devices.iec.program import (
     Operator,
     Unary,
 )
-from fieldrig_devices.iec.types import SHORT_TIMES, Elementary, EnumType, Family, SubrangeType
+from fieldrig_devices.iec.types import EnumType, SubrangeType
 
 COMPARE: Final = {
     Operator.EQ: "==",

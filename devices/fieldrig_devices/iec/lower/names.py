@@ -7,8 +7,8 @@ stored in it is read back as a REAL, exactly as IEEE 754 prescribes, with infini
 from typing import Final
 
 from fieldrig.sandbox import Values
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library.intrinsics import IMPLEMENTATIONS
-from fieldrig_devices.iec.types import Elementary
 
 REALS: Final = 64  # elements of F
 CUTS: Final = {kind: f"as_{kind.name}" for kind in Elementary if kind.is_integer or kind.is_signed}

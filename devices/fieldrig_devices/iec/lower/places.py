@@ -7,6 +7,7 @@ what is there is compared with the type that is wanted, and read or written byte
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.layout import AREAS, kind_number, storage
 from fieldrig_devices.iec.lower.emitter import INDENT, Emitter
 from fieldrig_devices.iec.lower.names import AREA_TABLES
@@ -29,7 +30,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind
-from fieldrig_devices.iec.types import BlockType, Elementary, Family, OpenArrayType, StringType, Type
+from fieldrig_devices.iec.types import BlockType, OpenArrayType, StringType, Type
 from fieldrig_devices.iec.types import Value as PlainValue
 from fieldrig_devices.languages.registers import is_register
 

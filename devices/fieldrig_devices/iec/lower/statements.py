@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.lower.assembler import Label
 from fieldrig_devices.iec.lower.calls import Calls
@@ -35,7 +36,6 @@ from fieldrig_devices.iec.program import (
 )
 from fieldrig_devices.iec.program import Label as LabelStatement
 from fieldrig_devices.iec.tree import Section
-from fieldrig_devices.iec.types import Elementary
 
 FEWEST_FOR_TABLE: Final = 7  # branches of a CASE; fewer are compared one after the other
 LARGEST_TABLE: Final = 1_000  # numbers in the labels of a CASE

@@ -7,10 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library.strings import LONGEST
 from fieldrig_devices.iec.lower.emitter import Emitter
 from fieldrig_devices.iec.lower.values import Value
-from fieldrig_devices.iec.types import Elementary, StringType
+from fieldrig_devices.iec.types import StringType
 
 FASTER: Final = {"LENGTH": len, "FIND_IN": str.find}
 """Functions of Python that stand for the library's."""

@@ -7,7 +7,8 @@ same whether they are cut at each operation or at the end, so they are only cut 
 from dataclasses import dataclass
 from typing import Final
 
-from fieldrig_devices.iec.types import Elementary, Family, StringType
+from fieldrig_devices.iec.elementary import Elementary, Family
+from fieldrig_devices.iec.types import StringType
 
 Stored = Elementary | StringType
 LARGEST: Final = 2**62

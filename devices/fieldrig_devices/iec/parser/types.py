@@ -7,8 +7,8 @@ from typing import Final
 
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.parser.initials import Initials
-from fieldrig_devices.iec.types import Elementary
 
 UNKNOWN: Final = {
     "REFERENCE": "Use POINTER TO, or pass the variable as VAR_IN_OUT.",

@@ -1,9 +1,9 @@
 """Expressions as text, with the brackets that their precedence needs."""
 
 from fieldrig_devices.iec import literals, tree
+from fieldrig_devices.iec.elementary import UNITS_NS, Elementary
 from fieldrig_devices.iec.parser.expressions import RANKS
 from fieldrig_devices.iec.tree import LiteralKind
-from fieldrig_devices.iec.types import UNITS_NS, Elementary
 
 _SIGN = max(RANKS.values()) + 1
 _PLACES = (tree.Name, tree.Member, tree.Index, tree.Dereference, tree.Call)

@@ -8,8 +8,9 @@ has all of them, each with a number of its own.
 from collections.abc import Mapping
 from typing import Final
 
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import ConfiguredObject
-from fieldrig_devices.iec.types import Elementary, ObjectParameter, ObjectType, StringType
+from fieldrig_devices.iec.types import ObjectParameter, ObjectType, StringType
 from fieldrig_devices.max4.configuration.tree import OBJECT_STEP, Kind, Object, ObjectTree, Parameter, Type
 
 TYPES: Final[Mapping[Type, Elementary | StringType]] = {

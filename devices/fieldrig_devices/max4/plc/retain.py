@@ -15,19 +15,10 @@ from typing import Final, NamedTuple, Self
 
 from fieldrig.outside.untrusted import MalformedError, items, read_json, typed
 from fieldrig_devices.iec import characters
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.layout import AREA_SIZE, AREAS
 from fieldrig_devices.iec.program import Program, Variable
-from fieldrig_devices.iec.types import (
-    ArrayType,
-    BlockType,
-    Elementary,
-    EnumType,
-    StringType,
-    StructType,
-    SubrangeType,
-    Type,
-    Value,
-)
+from fieldrig_devices.iec.types import ArrayType, BlockType, EnumType, StringType, StructType, SubrangeType, Type, Value
 from fieldrig_devices.max4.storage.retained import MARK_BYTES, Values
 
 CODES: Final[Mapping[str, str]] = {

@@ -14,8 +14,9 @@ from typing import Final, Protocol
 from fieldrig.outside.untrusted import MalformedError, items, read_json, typed
 from fieldrig.storage.store import Store, StoreError
 from fieldrig_devices.iec import characters
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library.integers import cut
-from fieldrig_devices.iec.types import Elementary, Value
+from fieldrig_devices.iec.types import Value
 from fieldrig_devices.max4.plc.retain import LONGEST_MAP, Leaf, RetainMap
 from fieldrig_devices.max4.storage.retained import Retained
 

@@ -3,6 +3,7 @@
 import pytest
 from iec_check import checked, messages, program
 
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import (
     Assign,
     CallAction,
@@ -15,7 +16,7 @@ from fieldrig_devices.iec.program import (
     Load,
     Pou,
 )
-from fieldrig_devices.iec.types import BlockType, Elementary
+from fieldrig_devices.iec.types import BlockType
 
 F = "FUNCTION F : INT VAR_INPUT a : INT; b : INT := 3; END_VAR F := a + b; END_FUNCTION"
 

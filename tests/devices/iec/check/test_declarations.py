@@ -4,8 +4,9 @@ import pytest
 from iec_check import checked, messages, program, variables
 
 from fieldrig_devices.iec.dialect import EDITION_3
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import Space
-from fieldrig_devices.iec.types import ArrayType, Elementary, EnumType, PointerType, StringType, StructType
+from fieldrig_devices.iec.types import ArrayType, EnumType, PointerType, StringType, StructType
 
 INT = Elementary.INT
 

@@ -4,7 +4,7 @@ import pytest
 from iec_check import messages, program, type_of
 
 from fieldrig_devices.iec.dialect import EDITION_3
-from fieldrig_devices.iec.types import Elementary
+from fieldrig_devices.iec.elementary import Elementary
 
 ALL = (
     "b : BOOL; bt : BYTE; w : WORD; dw : DWORD; si : SINT; i : INT; di : DINT; usi : USINT; ui : UINT; udi : UDINT; "

@@ -4,8 +4,8 @@ import pytest
 from iec_check import checked, messages, program
 
 from fieldrig_devices.iec.dialect import CODESYS
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import Located, Task, TaskKind
-from fieldrig_devices.iec.types import Elementary
 
 PROGRAMS = """
 PROGRAM Belt ; END_PROGRAM

@@ -6,7 +6,7 @@ from iec_program import IecBench, program
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import DIALECTS
-from fieldrig_devices.iec.types import Elementary, Family
+from fieldrig_devices.iec.elementary import Elementary, Family
 
 ARITHMETIC = ("ADD", "SUB", "MUL", "DIV", "MOD")
 LOGIC = ("AND", "OR", "XOR")

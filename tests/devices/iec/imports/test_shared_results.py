@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from iec_program import IecBench, program
 
 from fieldrig_devices.iec.dialect import CODESYS, DIALECTS, EPAS_4, Dialect
-from fieldrig_devices.iec.types import Elementary, Value
+from fieldrig_devices.iec.elementary import Elementary
+from fieldrig_devices.iec.types import Value
 
 LONG = replace(EPAS_4, name="epas-4 with 64 bits", has_long_types=True)
 KINDS = ("SINT", "USINT", "BYTE", "INT", "UINT", "WORD", "DINT", "UDINT", "DWORD")

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from library_bench import Bench
 
 from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4, Dialect
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library.sources import sources
-from fieldrig_devices.iec.types import Elementary, Value
+from fieldrig_devices.iec.types import Value
 
 Row = tuple[int, Mapping[str, Value], Mapping[str, Value]]
 

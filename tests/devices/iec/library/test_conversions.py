@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library.conversions import FUNCTIONS, convert, name_of, pair, python_of
 from fieldrig_devices.iec.library.reals import single
-from fieldrig_devices.iec.types import Elementary, EnumType, PointerType, StringType, SubrangeType, Value
+from fieldrig_devices.iec.types import EnumType, PointerType, StringType, SubrangeType, Value
 
 E = Elementary
 TEXT, WIDE = StringType(), StringType(is_wide=True)

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from library_bench import Bench
 
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library import fixed, intrinsics
 from fieldrig_devices.iec.library.arguments import Argument, Untyped, common, widens
 from fieldrig_devices.iec.library.conversions import convert
@@ -25,7 +26,6 @@ from fieldrig_devices.iec.library.timed import TIMED
 from fieldrig_devices.iec.types import (
     ArrayType,
     BlockType,
-    Elementary,
     EnumType,
     Field,
     ObjectType,

@@ -12,6 +12,7 @@ from doc_pages import ROOT, Block, Row, blocks, code_in, prose, rows
 from library_bench import Bench
 
 from fieldrig_devices.iec.dialect import CODESYS, DIALECTS, EDITION_3, EPAS_4
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.instructions import BRACKETS, CONDITIONAL, NEGATABLE, SPELLINGS
 from fieldrig_devices.iec.library.conversions import convert
 from fieldrig_devices.iec.library.intrinsics import OPERATORS, formal_names, is_standard
@@ -19,7 +20,7 @@ from fieldrig_devices.iec.library.sources import sources
 from fieldrig_devices.iec.library.timed import TIMED
 from fieldrig_devices.iec.parser.sections import QUALIFIERS
 from fieldrig_devices.iec.tasks.task import WorkState
-from fieldrig_devices.iec.types import Elementary, StringType
+from fieldrig_devices.iec.types import StringType
 
 PAGES = [
     ROOT / "docs" / f"iec-{name}.md" for name in ("language", "dialects", "types", "functions", "charts", "objects")

@@ -12,13 +12,14 @@ from typing import Final
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.constants import narrowed
 from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.elementary import ALIASES, LONG_ALIASES, Elementary
 from fieldrig_devices.iec.imports.networks import functions
 from fieldrig_devices.iec.imports.networks.graph import Item, Kind, Pin
 from fieldrig_devices.iec.imports.networks.results import Results, result_by_name, type_of
 from fieldrig_devices.iec.library.parsed import parsed
 from fieldrig_devices.iec.library.sources import sources
 from fieldrig_devices.iec.program import Expression
-from fieldrig_devices.iec.types import ALIASES, LONG_ALIASES, Elementary, EnumType, StringType, StructType, Type
+from fieldrig_devices.iec.types import EnumType, StringType, StructType, Type
 
 BOOL = tree.NamedType("BOOL")
 _ELEMENTARY: Final[Mapping[str, Elementary]] = {**{str(kind): kind for kind in Elementary}, **ALIASES, **LONG_ALIASES}

@@ -13,13 +13,14 @@ from fieldrig_devices.iec.check.expressions import LITERAL_TYPES, Expressions
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library import conversions, fixed, intrinsics
 from fieldrig_devices.iec.library.arguments import fits
 from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.program import Cell, Constant, Expression, Load, Operator, Space, Variable
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.tree import LiteralKind, Section
-from fieldrig_devices.iec.types import Elementary, StringType, Type
+from fieldrig_devices.iec.types import StringType, Type
 
 _SIGNS = {operator.value: operator for operator in Operator}
 _SOMEWHERE = tree.Name("", place=tree.NOWHERE)
