@@ -16,7 +16,7 @@ from fieldrig.clock import Clock
 from fieldrig.link import Link
 
 if TYPE_CHECKING:
-    from fieldrig.control.bus_questions import Subject
+    from fieldrig.control.subject import Subject
     from fieldrig.device import Tool, WayIn
     from fieldrig.loop.pace import Pace
 

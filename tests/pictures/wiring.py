@@ -6,7 +6,8 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Final, Self
 
-from fieldrig.config.rig_file import BusEntry, DeviceEntry, RigConfig, load
+from fieldrig.config.entries import BusEntry, DeviceEntry
+from fieldrig.config.rig_file import RigConfig, load
 from fieldrig.text.svg import Drawing
 
 LEFT: Final = 240

@@ -10,7 +10,7 @@ from typing import Any
 from hub_bench import LoopBench
 
 from fieldrig.bus import DirectBus
-from fieldrig.control.bus_questions import Subject
+from fieldrig.control.subject import Subject
 from fieldrig.link import Link
 from fieldrig.loop.real_clock import RealClock
 from fieldrig_bus.can.frame import CanFrame

@@ -11,7 +11,8 @@ from fieldrig.errors import UsageError
 from fieldrig.system.exits import Exit
 
 if TYPE_CHECKING:
-    from fieldrig.config.rig_file import DeviceEntry, RigConfig
+    from fieldrig.config.entries import DeviceEntry
+    from fieldrig.config.rig_file import RigConfig
     from fieldrig_devices.canopen.described import DescribedNode
     from fieldrig_devices.conformance.case import Case
     from fieldrig_devices.conformance.description import Description

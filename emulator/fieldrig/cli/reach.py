@@ -12,7 +12,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from fieldrig.config.rig_file import DeviceEntry, RigConfig
+from fieldrig.config.entries import DeviceEntry
+from fieldrig.config.rig_file import RigConfig
 from fieldrig.device import RUN, Tool
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 

@@ -5,8 +5,9 @@ from random import Random
 from typing import Any
 
 from fieldrig.clock import Clock, VirtualClock
+from fieldrig.config.entries import DeviceEntry
 from fieldrig.config.kinds import constructor_parameters, link_parameters
-from fieldrig.config.rig_file import DeviceEntry, described
+from fieldrig.config.rig_file import described
 from fieldrig.device import Device
 from fieldrig.errors import ConfigError, Mistake, RigError
 from fieldrig.link import Link, UnconnectedLink

@@ -4,13 +4,11 @@ import re
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
+from fieldrig.config.entries import BusEntry, DeviceEntry
 from fieldrig.config.yaml_source import KeyPath, key_text
 from fieldrig.settings import MASTER, Claim, Settings, WrongKey
-
-if TYPE_CHECKING:
-    from fieldrig.config.rig_file import BusEntry, DeviceEntry
 
 ADDRESS = re.compile(r"(?:(?P<scheme>[a-z-]+)(?:://|/))?(?P<host>\[[0-9a-fA-F:.]+\]|[\w.-]*|\*):(?P<port>[0-9]{1,5})")
 LOOPBACK = {"localhost": "127.0.0.1", "[::1]": "127.0.0.1"}
@@ -24,8 +22,8 @@ Text = tuple[KeyPath, str]
 
 
 def conflicts(
-    buses: "Mapping[str, BusEntry]",
-    devices: "Mapping[str, DeviceEntry]",
+    buses: Mapping[str, BusEntry],
+    devices: Mapping[str, DeviceEntry],
     control: str | None,
     written: Mapping[Any, Any] = MappingProxyType({}),
 ) -> Iterator[WrongKey]:
@@ -101,7 +99,7 @@ class _Claimed(NamedTuple):
 
 
 def _claims(
-    buses: "Mapping[str, BusEntry]", devices: "Mapping[str, DeviceEntry]", written: Mapping[Any, Any]
+    buses: Mapping[str, BusEntry], devices: Mapping[str, DeviceEntry], written: Mapping[Any, Any]
 ) -> Iterator[_Claimed]:
     """Yield everything that devices claim on their buses.
 
@@ -123,7 +121,7 @@ def says_claims(settings: Settings) -> bool:
     return type(settings).claims is not Settings.claims
 
 
-def _on_buses(name: str, device: "DeviceEntry", stated: Callable[[str], Iterator[Claim]]) -> Iterator[_Claimed]:
+def _on_buses(name: str, device: DeviceEntry, stated: Callable[[str], Iterator[Claim]]) -> Iterator[_Claimed]:
     for claim in stated(name):
         buses = device.links.get(claim.link, ())
         for bus in buses if claim.place is None else buses[claim.place : claim.place + 1]:
@@ -145,8 +143,8 @@ def _claimed_twice(claims: list[_Claimed]) -> Iterator[WrongKey]:
 
 
 def _needed_in_vain(
-    buses: "Mapping[str, BusEntry]",
-    devices: "Mapping[str, DeviceEntry]",
+    buses: Mapping[str, BusEntry],
+    devices: Mapping[str, DeviceEntry],
     written: Mapping[Any, Any],
     claims: list[_Claimed],
 ) -> Iterator[WrongKey]:
@@ -176,7 +174,7 @@ def _needed_in_vain(
                 )
 
 
-def _wrong_members(buses: "Mapping[str, BusEntry]", claims: list[_Claimed]) -> Iterator[WrongKey]:
+def _wrong_members(buses: Mapping[str, BusEntry], claims: list[_Claimed]) -> Iterator[WrongKey]:
     """Yield what the settings of buses say about devices that are not linked to them."""
     for name, entry in buses.items():
         masters = [claimed.device for claimed in claims if claimed.bus == name and claimed.claim.what == MASTER]
@@ -192,7 +190,7 @@ class _Numbered(Protocol):
     def node_id(self) -> Any: ...
 
 
-def _node_of(device: "DeviceEntry") -> tuple[Any, set[Any]]:
+def _node_of(device: DeviceEntry) -> tuple[Any, set[Any]]:
     """Return the node-ID of a device, or None, and the buses that it is linked to."""
     return device.settings.node_id if isinstance(device.settings, _Numbered) else None, _names(device.links)
 

@@ -1,17 +1,14 @@
 """Check that each link of a device goes to a bus that carries its messages."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
+from fieldrig.config.entries import BusEntry
 from fieldrig.config.keys import Names, as_tuple
 from fieldrig.config.kinds import LinkParameter, bus_kinds_of
 from fieldrig.settings import WrongKey
 from fieldrig.text.nearest import closest
 
-if TYPE_CHECKING:
-    from fieldrig.config.rig_file import BusEntry
-
-Buses = Mapping[str, "BusEntry | None"]
+Buses = Mapping[str, BusEntry | None]
 """The buses by name; None for a bus that is wrong itself, so that its messages are unknown."""
 
 

@@ -15,21 +15,21 @@ import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-from fieldrig.bus import Bus, Time
+from fieldrig.bus import Time
 from fieldrig.config import kinds
 from fieldrig.config.conflicts import conflicts
+from fieldrig.config.entries import BusEntry, DeviceEntry
 from fieldrig.config.homes import homes, linked, names_of_part, rules_of, unmatched
-from fieldrig.config.keys import NAME, SECTIONS, BusKeys, DeviceKeys, OnExit, RigKeys, as_tuple, right_part
+from fieldrig.config.keys import NAME, SECTIONS, BusKeys, DeviceKeys, RigKeys, as_tuple, right_part
 from fieldrig.config.links import wrong_links
 from fieldrig.config.settings_file import validated
 from fieldrig.config.source import TYPED, gather
 from fieldrig.config.wording import show
-from fieldrig.config.yaml_source import NOWHERE, KeyPath, Mark, Source, key_text
-from fieldrig.device import Device
+from fieldrig.config.yaml_source import KeyPath, Source, key_text
 from fieldrig.errors import ArgumentError, ConfigError, Mistake, RigError
 from fieldrig.outside.addresses import UNIX_SOCKET
 from fieldrig.outside.untrusted import shown
@@ -39,32 +39,6 @@ from fieldrig.text.nearest import closest
 
 S = TypeVar("S", bound=Settings)
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class BusEntry:
-    name: str
-    kind: str
-    bus: Bus[Any]
-    process: str | None
-    members: Mapping[str, str] = field(default_factory=dict)
-    """Every device of the file that is linked to the bus, with its process, in the order of the file."""
-
-
-@dataclass(frozen=True)
-class DeviceEntry:
-    name: str
-    kind: str
-    cls: type[Device]
-    settings: Settings
-    links: dict[str, tuple[str, ...]]
-    """The names of the buses by parameter."""
-    many: frozenset[str]
-    """The parameters that take a list of buses."""
-    process: str
-    on_exit: OnExit
-    after: tuple[str, ...]
-    place: Mark = NOWHERE
 
 
 @dataclass(frozen=True)

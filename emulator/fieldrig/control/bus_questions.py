@@ -1,21 +1,12 @@
 """Answers to questions about a bus with a model, in real and virtual time: `status`, and those about its faults."""
 
-from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any
 
-from fieldrig.control.fault_questions import VERBS, Faulty, answer_of_faults
+from fieldrig.control.fault_questions import VERBS, answer_of_faults
 from fieldrig.control.messages import Answer
 from fieldrig.control.question_words import asked
+from fieldrig.control.subject import Subject
 from fieldrig.errors import ControlError
-
-
-class Subject(Faulty, Protocol):
-    """A bus that can be asked for its statistics and its faults."""
-
-    def statistics(self) -> dict[str, float]: ...
-
-    def conditions(self) -> Mapping[str, str]:
-        """Return the states that are reported to a person (`BusModel.conditions`)."""
 
 
 def answers_of_bus(bus: Subject) -> Answer:

@@ -6,9 +6,10 @@ They are about its points (`keys`, `get`, `set`), its faults, and whatever else 
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-from fieldrig.control.fault_questions import VERBS, Faulty, answer_of_faults
+from fieldrig.control.fault_questions import VERBS, answer_of_faults
 from fieldrig.control.messages import Answer
 from fieldrig.control.question_words import asked
+from fieldrig.control.subject import Faulty
 from fieldrig.control.troubles import Troubles
 from fieldrig.device import Device, Value
 from fieldrig.errors import ControlError, refusals

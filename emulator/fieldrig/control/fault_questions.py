@@ -6,9 +6,10 @@ clear_fault   {"number": 1}, or null for all: which ones were cleared
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from fieldrig.control.question_words import asked
+from fieldrig.control.subject import Faulty
 from fieldrig.errors import ControlError
 from fieldrig.points.values import show_number
 
@@ -20,16 +21,6 @@ STATE: Final = ("state", "applied")
 STANDING: Final = ("what", *STATE)
 """The keys of a fault that `fieldrig fault` shows in columns of their own."""
 IN_HEX: Final = ("identifier", "mask")
-
-
-class Faulty(Protocol):
-    """Something with faults.  ControlError for a fault that it refuses, or that does not exist."""
-
-    def add_fault(self, fault: Mapping[str, Any]) -> int: ...
-
-    def clear_fault(self, number: int) -> None: ...
-
-    def faults(self) -> Mapping[int, Mapping[str, Any]]: ...
 
 
 def in_words(fault: Mapping[str, Any], without: Sequence[str] = STATE) -> str:

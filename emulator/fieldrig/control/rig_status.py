@@ -6,7 +6,8 @@ from collections.abc import Callable
 from importlib.metadata import version
 from typing import Any
 
-from fieldrig.config.rig_file import DeviceEntry, RigConfig
+from fieldrig.config.entries import DeviceEntry
+from fieldrig.config.rig_file import RigConfig
 from fieldrig.control.messages import VERSION
 
 

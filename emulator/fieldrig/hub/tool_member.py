@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from fieldrig.bus import Bus, DirectBus, ModelBus
 from fieldrig.clock import Clock
-from fieldrig.control.bus_questions import Subject
+from fieldrig.control.subject import Subject
 from fieldrig.errors import BusError
 from fieldrig.hub.attach import RemoteLink
 from fieldrig.hub.checked_link import CheckedLink

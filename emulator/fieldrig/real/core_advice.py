@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from typing import Final
 
 from fieldrig.clock import MS
-from fieldrig.config.rig_file import DeviceEntry, RigConfig
+from fieldrig.config.entries import DeviceEntry
+from fieldrig.config.rig_file import RigConfig
 from fieldrig.settings import MASTER
 
 LARGEST_SHARE: Final = 0.25

@@ -9,8 +9,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fieldrig.bus import ModelBus
+from fieldrig.config.entries import BusEntry, DeviceEntry
 from fieldrig.config.keys import OnExit
-from fieldrig.config.rig_file import BusEntry, DeviceEntry, RigConfig, start_order
+from fieldrig.config.rig_file import RigConfig, start_order
 from fieldrig.errors import RigError
 
 

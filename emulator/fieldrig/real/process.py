@@ -13,11 +13,13 @@ from typing import Any
 
 from fieldrig.bus import Bus, Delivery, DirectBus, ModelBus
 from fieldrig.config.build import build_device
-from fieldrig.config.rig_file import DeviceEntry, RigConfig
-from fieldrig.control.bus_questions import Subject, answers_of_bus
+from fieldrig.config.entries import DeviceEntry
+from fieldrig.config.rig_file import RigConfig
+from fieldrig.control.bus_questions import answers_of_bus
 from fieldrig.control.end_questions import FaultyEnd, TellingEnd, answers_of_end
 from fieldrig.control.messages import Control
 from fieldrig.control.notices import Watched
+from fieldrig.control.subject import Subject
 from fieldrig.device import Device
 from fieldrig.errors import BusError
 from fieldrig.hub.attach import OutsidersLink, RemoteLink

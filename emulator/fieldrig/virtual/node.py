@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 from fieldrig.bus import Bus
 from fieldrig.clock import VirtualClock
 from fieldrig.config.build import build_device
-from fieldrig.config.rig_file import DeviceEntry
+from fieldrig.config.entries import DeviceEntry
 from fieldrig.device import Device, Value
 from fieldrig.errors import RigError, refusals
 from fieldrig.hub.checked_link import uninteresting, unsendable

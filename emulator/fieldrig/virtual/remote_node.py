@@ -10,7 +10,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from fieldrig.bus import Bus
-from fieldrig.config.rig_file import DeviceEntry
+from fieldrig.config.entries import DeviceEntry
 from fieldrig.device import Value
 from fieldrig.errors import RigError
 from fieldrig.storage.store import Store

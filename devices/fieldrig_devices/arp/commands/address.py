@@ -7,7 +7,8 @@ from fieldrig.errors import RigError
 from fieldrig.text.nearest import closest
 
 if TYPE_CHECKING:
-    from fieldrig.config.rig_file import BusEntry, DeviceEntry, RigConfig
+    from fieldrig.config.entries import BusEntry, DeviceEntry
+from fieldrig.config.rig_file import RigConfig
 
 PORTS = "serial.pty, serial.tcp with listen, or serial.rfc2217"
 

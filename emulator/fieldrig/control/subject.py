@@ -1,0 +1,23 @@
+"""What questions about faults and about a bus are put to: protocols, because `bus.py` knows them too."""
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+
+class Faulty(Protocol):
+    """Something with faults.  ControlError for a fault that it refuses, or that does not exist."""
+
+    def add_fault(self, fault: Mapping[str, Any]) -> int: ...
+
+    def clear_fault(self, number: int) -> None: ...
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]: ...
+
+
+class Subject(Faulty, Protocol):
+    """A bus that can be asked for its statistics and its faults."""
+
+    def statistics(self) -> dict[str, float]: ...
+
+    def conditions(self) -> Mapping[str, str]:
+        """Return the states that are reported to a person (`BusModel.conditions`)."""
