@@ -1,4 +1,4 @@
-"""What the rules of the checker need of the one that checks a body: `Expressions`, seen by the parts that it calls.
+"""The methods of `Expressions` that the rules of the checker use, as a protocol.
 
 Each rule (a call, a place, a reference, EN and ENO, and so on) checks the trees inside its own, so it calls back.  None
 always means that the mistake was reported, so nothing more is said about it.
@@ -12,7 +12,7 @@ from fieldrig_devices.iec.program import Constant, Expression, Operator, Place, 
 from fieldrig_devices.iec.types import EnumType, Type
 
 Meaning = Place | Constant | Pou | EnumType
-"""What a name or a path means."""
+"""The meaning of a name or a path."""
 
 
 class Checker(Protocol):
@@ -50,7 +50,7 @@ class Checker(Protocol):
 
 
 class Types(Protocol):
-    """What works out declared types: `TypeSpecs`."""
+    """The declared types: `TypeSpecs`."""
 
     def resolve(self, spec: tree.TypeSpec, context: Context) -> Type:
         """Return the type; UNKNOWN after a message."""
