@@ -27,6 +27,9 @@ class Assembler:
         self._next += 1
         return self._next
 
+    def labels(self, count: int) -> list[Label]:
+        return [self.label() for _ in range(count)]
+
     def place(self, label: Label) -> None:
         self._labels[label] = len(self._made)
 

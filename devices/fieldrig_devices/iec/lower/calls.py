@@ -1,18 +1,17 @@
-"""Assignments and calls as instructions: what every statement of a body stands on."""
+"""Assignments, branches and calls as instructions: what every statement of a body stands on."""
 
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
 from fieldrig_devices.iec.elementary import Elementary
-from fieldrig_devices.iec.layout import CALL_SIZE, kind_number, storage
-from fieldrig_devices.iec.lower.assembler import Assembler, Label
-from fieldrig_devices.iec.lower.context import Context
+from fieldrig_devices.iec.layout import kind_number, storage
+from fieldrig_devices.iec.lower.assembler import Label
+from fieldrig_devices.iec.lower.body import Body
 from fieldrig_devices.iec.lower.emitter import Emitter
-from fieldrig_devices.iec.lower.expressions import Expressions
 from fieldrig_devices.iec.lower.hoisting import Hoisting, has_call
-from fieldrig_devices.iec.lower.places import Address, Places, common
-from fieldrig_devices.iec.lower.values import constant, of_type
+from fieldrig_devices.iec.lower.places import Address, common
+from fieldrig_devices.iec.lower.values import of_type
 from fieldrig_devices.iec.program import (
     Assign,
     Binary,
@@ -26,7 +25,6 @@ from fieldrig_devices.iec.program import (
     Convert,
     Enable,
     Enabled,
-    Evaluate,
     Expression,
     Load,
     Operator,
@@ -42,42 +40,41 @@ from fieldrig_devices.iec.types import OpenArrayType, Type
 
 
 class Calls:
-    """The assignments and calls of one body.
+    """The assignments, branches and calls of one body: whatever may have calls in its expressions.
 
-    `intermediate` is the number of bytes in the frame for intermediate results; `used` is how many it takes.
+    It is the `Caller` of its hoisting: a call in an argument is made by the one who makes the outer call.
     """
 
-    def __init__(self, context: Context, pou: Pou, intermediate: int) -> None:
-        self._context, self._pou = context, pou
-        self.assembler = Assembler(context.costs)
-        self._places = Places(pou, context.form)
-        self._expressions = Expressions(self._places)
+    def __init__(self, body: Body) -> None:
+        self._body = body
+        self._assembler, self._places, self._expressions = body.assembler, body.places, body.expressions
         self._hoisting = Hoisting(self)
-        self._first = pou.frame_size
-        self._taken = 0
-        self.used = 0
-        self.frame_size = pou.frame_size + intermediate + CALL_SIZE
-        self._loops: list[tuple[Label, Label]] = []
-        """Labels that CONTINUE and EXIT jump to."""
-        self._labels: dict[str, Label] = {}
 
-    @property
-    def registers(self) -> frozenset[str]:
-        return frozenset(self._places.registers)
+    def keep(self, value: Expression) -> Load:
+        return self._body.keep(value)
 
-    @property
-    def keeps_stack_addresses(self) -> bool:
-        return self._places.keeps_stack_addresses
+    def out_of(self, expression: Expression) -> Expression:
+        """Make the calls in an expression; return it with their results."""
+        return self._hoisting.out_of(expression)
+
+    # ---- branches
 
     def branch_unless(self, condition: Expression, target: Label) -> None:
-        raise NotImplementedError
+        free = self._hoisting.out_of(condition)
+        emitter = self._body.emitter()
+        self._assembler.branch(emitter, f"not {self._expressions.value(free, emitter).text}", target)
+
+    def branch_if(self, condition: Expression, target: Label) -> None:
+        free = self._hoisting.out_of(condition)
+        emitter = self._body.emitter()
+        text = self._expressions.value(free, emitter).text
+        self._assembler.branch(emitter, text, target)
 
     def choose(self, first: Load, is_and: bool, second: Callable[[], Expression]) -> None:
-        """Evaluate `second` into the cell of `first` unless its value decides."""
-        raise NotImplementedError
-
-    def emitter(self) -> Emitter:
-        return self.assembler.emitter()
+        end = self._assembler.label()
+        (self.branch_unless if is_and else self.branch_if)(first, end)
+        self._body.store(first.place, second())
+        self._assembler.place(end)
 
     # ---- assignments
 
@@ -86,36 +83,11 @@ class Calls:
         if has_call(value) or has_call(place):
             value = self._hoisting.out_of(value)
             if has_call(place):
-                value = self.keep(value) if not isinstance(value, Constant) else value
+                value = self._body.keep(value) if not isinstance(value, Constant) else value
                 place = self._hoisting.out_of_place(place)
-        self.store(place, value)
-
-    def store(self, place: Place, value: Expression) -> None:
-        emitter = self.emitter()
-        if storage(place.type) is None:
-            assert isinstance(value, Load)
-            cells = self._places.cells(value.place, emitter)
-            self._places.store_cells(place, cells, emitter)
-        elif isinstance(place, Parameter) and place.is_slow:
-            text = self._expressions.value(value, emitter).text
-            emitter.add(f"begin_write({self._places.parameter(place, emitter)}, {text})")
-            emitter.charge(emitter.costs.parameter_ns)
-            self.assembler.do(emitter)
-            emitter = self.wait()
-            emitter.add("finish()")
-        else:
-            raw = self._expressions.raw(value, emitter)
-            self._places.store(place, raw, emitter)
-        self.assembler.do(emitter)
-
-    def wait(self) -> Emitter:
-        self.assembler.hold("is_waiting()")
-        return self.emitter()
+        self._body.store(place, value)
 
     # ---- calls
-
-    def evaluate(self, statement: Evaluate) -> None:
-        self._hoisting.out_of(statement.value)
 
     def call_action(self, statement: CallAction) -> None:
         base = self._own_base() if statement.instance is None else self._base_of(statement.instance)
@@ -135,17 +107,17 @@ class Calls:
         references = [(variable, self._hoisting.out_of_place(place)) for variable, place in statement.references]
         values = self._hoisting.all_out_of([value for _, value in statement.inputs])
         base = self._base_of(instance)
-        emitter = self.emitter()
+        emitter = self._body.emitter()
         for (variable, _), value in zip(statement.inputs, values, strict=True):
             self._pass(_at(base, variable), variable.type, value, emitter)
         copies = [(_at(base, variable), self._refer(place, variable, emitter)) for variable, place in references]
         for cell, (text, _, _) in copies:
             emitter.add(f"M[{cell}] = {text}")
-        self.assembler.do(emitter)
+        self._body.do(emitter)
         self._call(statement.pou, base)
         given, eno = (_TRUE if own is None else Load(own)), statement.pou.eno
         if eno is not None and own is None and statement.enable.ok is not None:
-            given = self.keep(Load(_callee_cell(eno, self.frame_size)))
+            given = self._body.keep(Load(_callee_cell(eno, self._body.frame_size)))
         self._copy_back([copy for _, copy in copies])
         for target, value in statement.outputs:
             self.assign(Assign(target, value, line=statement.line))
@@ -155,7 +127,7 @@ class Calls:
         self, enable: Enable, run: Callable[[Label], None], own: Place | None, *, may_fail: bool = False
     ) -> None:
         """Do what `run` does while EN is TRUE; otherwise, and where it jumps to its label, ENO is FALSE."""
-        otherwise, end = self.assembler.label(), self.assembler.label()
+        otherwise, end = self._assembler.labels(2)
         if enable.condition is None and not may_fail:
             run(otherwise)
             return
@@ -163,29 +135,29 @@ class Calls:
             self.branch_unless(enable.condition, otherwise)
         run(otherwise)
         if own is not None or enable.ok is not None:
-            self.assembler.jump(end)
-        self.assembler.place(otherwise)
+            self._assembler.jump(end)
+        self._assembler.place(otherwise)
         if own is not None:
-            self.store(own, _FALSE)
+            self._body.store(own, _FALSE)
         self._give_eno(enable, _FALSE)
-        self.assembler.place(end)
+        self._assembler.place(end)
 
     def _give_eno(self, enable: Enable, value: Expression) -> None:
         if enable.ok is not None:
             given = Unary(Operator.NOT, value, Elementary.BOOL) if enable.is_negated else value
-            self.assign(Assign(enable.ok, given, line=self.assembler.line))
+            self.assign(Assign(enable.ok, given, line=self._assembler.line))
 
     def enabled(self, call: Enabled) -> Cell:
         """Compute a call with EN or ENO; return where its result is, which is kept."""
         function = call.value.pou if isinstance(call.value, CallFunction) else None
-        kept = self._intermediate(call.type)
+        kept = self._body.intermediate(call.type)
         if function is not None and function.result is not None:
             kept.initial = function.result.initial
         may_fail = _may_fail(call)
         if call.enable.condition is not None or may_fail:
-            emitter = self.emitter()
-            self.start(kept, emitter)
-            self.assembler.do(emitter)
+            emitter = self._body.emitter()
+            self._body.start(kept, emitter)
+            self._body.do(emitter)
         self._while_enabled(
             call.enable, lambda otherwise: self._computed(call, kept, otherwise), None, may_fail=may_fail
         )
@@ -196,36 +168,25 @@ class Calls:
         if _may_fail(call):
             value = self._divided(value, otherwise)
         if isinstance(value, CallFunction) and value.pou.eno is not None:
-            copy = Cell(self._intermediate(Elementary.BOOL), Elementary.BOOL)
+            copy = Cell(self._body.intermediate(Elementary.BOOL), Elementary.BOOL)
             value, eno = replace(value, outputs=(*value.outputs, (value.pou.eno, copy, False))), Load(copy)
         free = self._hoisting.out_of(value)
         if not isinstance(value, CallFunction) or value.pou.result is not None:
-            self.store(Cell(kept, kept.type), free)
+            self._body.store(Cell(kept, kept.type), free)
         self._give_eno(call.enable, eno)
 
     def _divided(self, value: Expression, otherwise: Label) -> Expression:
         """Return a division whose divisor is not 0; jump to the label if it is."""
         value = self._hoisting.out_of(value)
         assert isinstance(value, Binary)
-        left, right = self.keep(value.left), self.keep(value.right)
+        left, right = self._body.keep(value.left), self._body.keep(value.right)
         is_right = Binary(Operator.NE, right, Constant(_zero(right.type), right.type), Elementary.BOOL)
         self.branch_unless(is_right, otherwise)
         return replace(value, left=left, right=right)
 
-    def start(self, variable: Variable, emitter: Emitter) -> None:
-        """Add the lines that give a variable on the stack its start value."""
-        cells = self._context.images.variable(variable)
-        where = self._places.cell(variable)
-        emitter.charge(emitter.costs.copy_ns * len(cells))
-        kind = storage(variable.type)
-        if kind is None:
-            emitter.add(f"M[{where}:{where.plus(len(cells))}] = {self._context.image(cells)}")
-        else:
-            emitter.add(f"M[{where}] = {constant(cells[0], kind).text}")
-
     def call(self, call: CallFunction) -> Cell:
         """Call a function; return where its result is, in the frame that it had, until the next call."""
-        pou, step = call.pou, self.frame_size
+        pou, step = call.pou, self._body.frame_size
         base = self._base_of_method(call)
         arguments = [value if isinstance(value, Expression) else Load(value) for _, value in call.inputs]
         variables = [variable for variable, _ in call.inputs]
@@ -235,7 +196,7 @@ class Calls:
         by_value = [number for number, one in enumerate(variables) if not one.is_reference]
         for number, value in zip(by_value, self._hoisting.all_out_of([arguments[n] for n in by_value]), strict=True):
             arguments[number] = value
-        emitter = self.emitter()
+        emitter = self._body.emitter()
         copies = []
         for variable, value in zip(variables, arguments, strict=True):
             cell = Address(("frame",), step + variable.offset, is_frame=True)
@@ -250,7 +211,7 @@ class Calls:
                     copies.append(referred)
             else:
                 self._pass(cell, variable.type, value, emitter)
-        self.assembler.do(emitter)
+        self._body.do(emitter)
         self._call(pou, base)
         self._copy_back(copies)
         for variable, place, is_negated in call.outputs:
@@ -258,7 +219,7 @@ class Calls:
             given: Expression = Unary(Operator.NOT, value, value.type) if is_negated else value
             if isinstance(place.type, Elementary) and place.type is not variable.type:
                 given = Convert(given, place.type)
-            self.assign(Assign(place, given, line=self.assembler.line))
+            self.assign(Assign(place, given, line=self._assembler.line))
         return _callee_cell(pou.result, step) if pou.result is not None else Cell(_NOTHING, Elementary.BOOL)
 
     def _base_of_method(self, call: CallFunction) -> Address:
@@ -270,22 +231,22 @@ class Calls:
         return self._base_of(call.instance)
 
     def _call(self, pou: Pou, base: Address) -> None:
-        self.assembler.call(self._context.routine(pou), str(base))
+        self._assembler.call(self._body.context.routine(pou), str(base))
 
     def _own_base(self) -> Address:
-        owner = self._pou.owner or self._pou
+        owner = self._body.pou.owner or self._body.pou
         return Address((), owner.instance.offset) if owner.instance is not None else Address(("base",), 0)
 
     def _base_of(self, instance: Place) -> Address:
         """Return the address of an instance, as an expression that stays the same during the call."""
         instance = self._hoisting.out_of_place(instance)
-        emitter = self.emitter()
+        emitter = self._body.emitter()
         where = self._places.instance(instance, emitter)
         if not emitter.lines and where.terms in ((), ("base",), ("frame",)):
             return where
-        cell = self._places.cell(self._intermediate(Elementary.DWORD))
+        cell = self._places.cell(self._body.intermediate(Elementary.DWORD))
         emitter.add(f"M[{cell}] = {where}")
-        self.assembler.do(emitter)
+        self._body.do(emitter)
         return Address((f"M[{cell}]",), 0)
 
     def _pass(self, where: Address, kind: Type, value: Expression, emitter: Emitter) -> None:
@@ -309,9 +270,9 @@ class Calls:
                 self._places.keep(where)
             if where.is_raw:
                 wanted = place.type if isinstance(variable.type, OpenArrayType) else variable.type
-                return emitter.new(f"of_form({where}, {self._context.form(common(wanted))})"), place, None
+                return emitter.new(f"of_form({where}, {self._body.context.form(common(wanted))})"), place, None
             return emitter.new(str(where)) if len(where.terms) > 1 else str(where), place, None
-        copy = self._intermediate(place.type)
+        copy = self._body.intermediate(place.type)
         cell = self._places.cell(copy)
         if variable.space is Space.INSTANCE:
             self._places.keep(cell)
@@ -324,20 +285,9 @@ class Calls:
     def _copy_back(self, copies: "list[tuple[str, Place, Load | None]]") -> None:
         for _, place, copy in copies:
             if copy is not None:
-                self.store(place, copy)
+                self._body.store(place, copy)
 
-    # ---- intermediate results (`hoisting.Caller`)
-
-    def _intermediate(self, kind: Type) -> Variable:
-        variable = Variable("", kind, Space.FRAME, Section.TEMP, offset=self._first + self._taken)
-        self._taken += kind.size
-        self.used = max(self.used, self._taken)
-        return variable
-
-    def keep(self, value: Expression) -> Load:
-        cell = Cell(self._intermediate(value.type), value.type)
-        self.store(cell, value)
-        return Load(cell)
+    # ---- parameters that are read slowly
 
     def read_slowly(self, place: Parameter) -> Cell:
         place = Parameter(
@@ -345,14 +295,14 @@ class Calls:
         )
         kind = storage(place.type)
         assert kind is not None
-        emitter = self.emitter()
+        emitter = self._body.emitter()
         emitter.add(f"begin_read({self._places.parameter(place, emitter)})")
         emitter.charge(emitter.costs.parameter_ns)
-        self.assembler.do(emitter)
-        emitter = self.wait()
-        cell = Cell(self._intermediate(place.type), place.type)
+        self._body.do(emitter)
+        emitter = self._body.wait()
+        cell = Cell(self._body.intermediate(place.type), place.type)
         self._places.store(cell, of_type(f"taken({kind_number(kind)})", kind), emitter)
-        self.assembler.do(emitter)
+        self._body.do(emitter)
         return cell
 
 

@@ -44,7 +44,7 @@ ARITHMETIC: Final = {Operator.ADD: "+", Operator.SUB: "-", Operator.MUL: "*"}
 class Expressions:
     def __init__(self, places: Places) -> None:
         self._places = places
-        places.value_of, places.raw_of = self.value, self.raw
+        places.values = self
 
     def value(self, expression: Expression, emitter: Emitter) -> Value:
         """Add the lines that compute an expression, and return its value in the range of its type."""

@@ -6,6 +6,7 @@ what is there is compared with the type that is wanted, and read or written byte
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.layout import AREAS, kind_number, storage
@@ -69,12 +70,20 @@ class AreaAddress:
         return replace(self, terms=(*self.terms, *terms), byte=self.byte + offset)
 
 
+class Values(Protocol):
+    """The other half, `Expressions`: values are in places, and an index or a pointer in a place is a value."""
+
+    def value(self, expression: Expression, emitter: Emitter) -> Value:
+        """Add the lines that compute an expression, and return its value in the range of its type."""
+
+    def raw(self, expression: Expression, emitter: Emitter) -> Value:
+        """Return the value, which may have to be cut to its type."""
+
+
 class Places:
     """The places as one POU sees them."""
 
-    value_of: Callable[[Expression, Emitter], Value]
-    """Returns the value of an expression; `raw_of` the same, perhaps not cut to its type."""
-    raw_of: Callable[[Expression, Emitter], Value]
+    values: Values
 
     def __init__(self, pou: Pou, form_of: Callable[[Type], int]) -> None:
         """`form_of` numbers types that a pointer may point to, for checks at run time."""
@@ -107,7 +116,7 @@ class Places:
                 return Address((f"M[{inner}]",), 0) if variable.is_reference else inner
             case Target(pointer):
                 emitter.charge(emitter.costs.access_ns)
-                return Address((emitter.atom(self.value_of(pointer, emitter)).text,), 0, is_raw=True)
+                return Address((emitter.atom(self.values.value(pointer, emitter)).text,), 0, is_raw=True)
             case This():
                 return Address((), self._base) if self._base is not None else Address(("base",), 0)
             case Located():
@@ -153,7 +162,7 @@ class Places:
     def _open_element(self, place: OpenElement, emitter: Emitter) -> Address | AreaAddress:
         """Return the address of an element of an ARRAY[*]; the limits are in variables."""
         outer = self.address(place.of, emitter)
-        index = emitter.cut(self.raw_of(place.index, emitter))
+        index = emitter.cut(self.values.raw(place.index, emitter))
         if not is_register(index.text):
             index = emitter.atom(index)
         low, high = (self._limit(limit, emitter) for limit in place.array.limits)
@@ -177,7 +186,7 @@ class Places:
 
     def _index(self, expression: Expression, low: int, high: int, emitter: Emitter) -> Value:
         """Return an index, without cutting it if what is cut could not become an index of the array."""
-        raw = emitter.short(self.raw_of(expression, emitter))
+        raw = emitter.short(self.values.raw(expression, emitter))
         assert isinstance(raw.type, Elementary)
         span = 1 << raw.type.bits
         return raw if high - span < raw.low and raw.high < low + span else emitter.cut(raw)
@@ -255,7 +264,7 @@ class Places:
 
     def parameter(self, place: Parameter, emitter: Emitter) -> str:
         """Return the logical address of a parameter."""
-        outer = self.value_of(place.object, emitter)
+        outer = self.values.value(place.object, emitter)
         if outer.low == outer.high:
             return str(outer.low + place.number)
         return f"{outer.text} + {place.number}"

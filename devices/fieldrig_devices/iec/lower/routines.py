@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from fieldrig_devices.iec.costs import CODE_PER_NS, CODE_PER_ROUTINE, Costs
 from fieldrig_devices.iec.host import NativeBlock, NativeFunction
 from fieldrig_devices.iec.layout import STACK_SIZE
+from fieldrig_devices.iec.lower.body import Body
 from fieldrig_devices.iec.lower.context import Context
 from fieldrig_devices.iec.lower.names import BEGIN, NATIVE
 from fieldrig_devices.iec.lower.statements import Statements
@@ -46,7 +47,7 @@ def lower(
     """Lower all POUs.  Their offsets must have been set by `layout.place`."""
     context, lowered = Context(costs), Lowered()
     bodies = [body for pou in program.pous.values() for body in (pou, *pou.actions.values())]
-    parts: dict[str, tuple[Statements, Pou]] = {}
+    parts: dict[str, tuple[Body, Pou]] = {}
     for number, pou in enumerate(bodies):
         name = context.routine(pou)
         parts[name] = (_native(pou, natives, context, lowered) if pou.is_native else _routine(pou, context)), pou
@@ -59,35 +60,36 @@ def lower(
         if pou.kind is PouKind.PROGRAM and needs[name] > STACK_SIZE:
             is_deep = True
     for name, (part, _) in parts.items():
-        assembler = part.assembler
-        lowered.routines[name] = Routine(assembler.finished(is_deep=is_deep), part.frame_size, part.registers)
-        lowered.keeps_stack_addresses |= part.keeps_stack_addresses
+        assembler, registers = part.assembler, frozenset(part.places.registers)
+        lowered.routines[name] = Routine(assembler.finished(is_deep=is_deep), part.frame_size, registers)
+        lowered.keeps_stack_addresses |= part.places.keeps_stack_addresses
         lowered.code_size += CODE_PER_ROUTINE + round(assembler.cost * CODE_PER_NS)
     lowered.forms, lowered.constants = context.forms, context.constants
     return lowered
 
 
-def _routine(pou: Pou, context: Context) -> Statements:
+def _routine(pou: Pou, context: Context) -> Body:
     part = _attempt(pou, context, 0)
     return part if part.used == 0 else _attempt(pou, context, part.used)
 
 
-def _attempt(pou: Pou, context: Context, intermediate: int) -> Statements:
+def _attempt(pou: Pou, context: Context, intermediate: int) -> Body:
     """Lower a body with this number of bytes for intermediate results in its frame."""
-    part = Statements(context, pou, intermediate)
-    part.assembler.line = pou.body[0].line if pou.body else 0
-    part.prologue()
-    part.body(pou.body)
+    part = Body(context, pou, intermediate)
+    part.begin(pou.body[0].line if pou.body else 0)
+    statements = Statements(part)
+    statements.prologue()
+    statements.add(pou.body)
     part.assembler.end()
     return part
 
 
-def _native(pou: Pou, natives: Natives, context: Context, lowered: Lowered) -> Statements:
-    part = Statements(context, pou, 0)
+def _native(pou: Pou, natives: Natives, context: Context, lowered: Lowered) -> Body:
+    part = Body(context, pou, 0)
     number = len(lowered.natives)
     lowered.natives.append(pou.name.lower())
     known = natives.get(pou.name.lower())
-    part.native(
+    Statements(part).native(
         (NATIVE if known is None or not known.is_slow else BEGIN).format(number),
         is_block=pou.kind is not PouKind.FUNCTION,
         is_slow=known is not None and known.is_slow,
@@ -96,7 +98,7 @@ def _native(pou: Pou, natives: Natives, context: Context, lowered: Lowered) -> S
     return part
 
 
-def _stack_needs(parts: Mapping[str, tuple[Statements, Pou]]) -> dict[str, float]:
+def _stack_needs(parts: Mapping[str, tuple[Body, Pou]]) -> dict[str, float]:
     """Return the bytes that each routine needs with all that it calls, callees first; infinite for a recursion.
 
     It is no recursive function, because programs may have longer rows of calls than Python has room for.

@@ -6,8 +6,8 @@ from typing import Final
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.lower.assembler import Label
+from fieldrig_devices.iec.lower.body import Body
 from fieldrig_devices.iec.lower.calls import Calls
-from fieldrig_devices.iec.lower.emitter import Emitter
 from fieldrig_devices.iec.lower.values import Value
 from fieldrig_devices.iec.program import (
     AnyStatement,
@@ -52,88 +52,91 @@ def frame_variables(pou: Pou) -> list[Variable]:
     return own if pou.result is None else [pou.result, *own]
 
 
-class Statements(Calls):
+class Statements:
     """The statements of one body."""
+
+    def __init__(self, body: Body) -> None:
+        self._body, self._calls, self._assembler = body, Calls(body), body.assembler
+        self._loops: list[tuple[Label, Label]] = []
+        """Labels that CONTINUE and EXIT jump to."""
+        self._labels: dict[str, Label] = {}
 
     # ---- bodies
 
     def prologue(self) -> None:
         """Give the variables on the stack their start values, and check the references of an action."""
-        pou, emitter = self._pou, self.emitter()
+        pou, emitter = self._body.pou, self._body.emitter()
         for variable in frame_variables(pou):
-            self.start(variable, emitter)
+            self._body.start(variable, emitter)
         if pou.owner is not None:
             for variable in pou.owner.variables.values():
                 if variable.is_reference and variable.space is Space.INSTANCE:
-                    emitter.add(f"if not M[{self._places.cell(variable)}]:")
+                    emitter.add(f"if not M[{self._body.places.cell(variable)}]:")
                     emitter.add("    null_reference()")
-        self.assembler.do(emitter)
+        self._body.do(emitter)
 
     def native(self, function: str, *, is_block: bool, is_slow: bool, cost_ns: int) -> None:
         """Add the body of a POU that the host implements."""
-        emitter = self.emitter()
+        emitter = self._body.emitter()
         emitter.add(f"{function}({'base' if is_block else 'frame'})")
         emitter.charge(cost_ns)
-        self.assembler.do(emitter)
+        self._body.do(emitter)
         if is_slow:
-            emitter = self.wait()
+            emitter = self._body.wait()
             emitter.add("finish()")
-            self.assembler.do(emitter)
-        self.assembler.end()
+            self._body.do(emitter)
+        self._assembler.end()
 
-    def body(self, statements: Sequence[AnyStatement]) -> None:
+    def add(self, statements: Sequence[AnyStatement]) -> None:
         for statement in statements:
-            self.assembler.line = statement.line
-            self._taken = 0
+            self._body.begin(statement.line)
             _STATEMENTS[type(statement)](self, statement)
 
-    def _condition(self, expression: Expression, emitter: Emitter) -> str:
-        return self._expressions.value(expression, emitter).text
+    def _assign(self, statement: Assign) -> None:
+        self._calls.assign(statement)
 
-    def branch_unless(self, condition: Expression, target: Label) -> None:
-        free = self._hoisting.out_of(condition)
-        emitter = self.emitter()
-        self.assembler.branch(emitter, f"not {self._condition(free, emitter)}", target)
+    def _evaluate(self, statement: Evaluate) -> None:
+        self._calls.out_of(statement.value)
 
-    def _branch_if(self, condition: Expression, target: Label) -> None:
-        free = self._hoisting.out_of(condition)
-        emitter = self.emitter()
-        text = self._condition(free, emitter)
-        self.assembler.branch(emitter, text, target)
+    def _call_block(self, statement: CallBlock) -> None:
+        self._calls.call_block(statement)
+
+    def _call_action(self, statement: CallAction) -> None:
+        self._calls.call_action(statement)
 
     # ---- selection and loops
 
     def _if(self, statement: If) -> None:
         """Add an IF with all its ELSIF, of which each is the only statement behind the ELSE of the one before."""
-        end = self.assembler.label()
+        end = self._assembler.label()
         rest: Sequence[AnyStatement] = [statement]
         while len(rest) == 1 and isinstance(found := rest[0], If):
-            otherwise = self.assembler.label()
-            self.assembler.line, self._taken = found.line, 0
-            self.branch_unless(found.condition, otherwise)
-            self.body(found.then)
+            otherwise = self._assembler.label()
+            self._body.begin(found.line)
+            self._calls.branch_unless(found.condition, otherwise)
+            self.add(found.then)
             if found.otherwise:
-                self.assembler.jump(end)
-            self.assembler.place(otherwise)
+                self._assembler.jump(end)
+            self._assembler.place(otherwise)
             rest = found.otherwise
-        self.body(rest)
-        self.assembler.place(end)
+        self.add(rest)
+        self._assembler.place(end)
 
     def _case(self, statement: Case) -> None:
-        selector = self._hoisting.out_of(statement.selector)
+        selector = self._calls.out_of(statement.selector)
         if not isinstance(selector, Load | Constant) or not isinstance(getattr(selector, "place", None), Cell):
-            selector = self.keep(selector)
-        otherwise, end = self.assembler.label(), self.assembler.label()
-        labels = [self.assembler.label() for _ in statement.branches]
+            selector = self._body.keep(selector)
+        otherwise, end = self._assembler.labels(2)
+        labels = self._assembler.labels(len(statement.branches))
         counted = sum(high - low + 1 for ranges, _ in statement.branches for low, high in ranges)
         if len(labels) >= FEWEST_FOR_TABLE and counted <= LARGEST_TABLE:
             self._by_table(selector, statement, labels, otherwise, end)
         else:
             self._by_comparisons(selector, statement)
             return
-        self.assembler.place(otherwise)
-        self.body(statement.otherwise)
-        self.assembler.place(end)
+        self._assembler.place(otherwise)
+        self.add(statement.otherwise)
+        self._assembler.place(end)
 
     def _by_table(
         self, selector: Expression, statement: Case, labels: list[Label], otherwise: Label, end: Label
@@ -143,48 +146,48 @@ class Statements(Calls):
             for low, high in ranges:
                 for number in range(low, high + 1):
                     targets.setdefault(number, label)
-        emitter = self.emitter()
-        text = self._expressions.value(selector, emitter).text
-        self.assembler.switch(emitter, text, targets, otherwise)
+        emitter = self._body.emitter()
+        text = self._body.expressions.value(selector, emitter).text
+        self._assembler.switch(emitter, text, targets, otherwise)
         for label, (_, body) in zip(labels, statement.branches, strict=True):
-            self.assembler.place(label)
-            self.body(body)
-            self.assembler.jump(end)
+            self._assembler.place(label)
+            self.add(body)
+            self._assembler.jump(end)
 
     def _by_comparisons(self, selector: Expression, statement: Case) -> None:
         """Add comparisons of the form of IF ... ELSIF, so that short branches stay in one block."""
-        end, line = self.assembler.label(), self.assembler.line
+        end, line = self._assembler.label(), self._assembler.line
         for ranges, body in statement.branches:
-            after = self.assembler.label()
-            self.assembler.line = line
-            emitter = self.emitter()
-            value = self._expressions.value(selector, emitter)
+            after = self._assembler.label()
+            self._assembler.line = line
+            emitter = self._body.emitter()
+            value = self._body.expressions.value(selector, emitter)
             emitter.charge(emitter.costs.operation_ns * len(ranges))
             tests = [_within(value, low, high) for low, high in ranges]
-            self.assembler.branch(emitter, f"not ({' or '.join(tests)})", after)
-            self.body(body)
-            self.assembler.jump(end)
-            self.assembler.place(after)
-        self.body(statement.otherwise)
-        self.assembler.place(end)
+            self._assembler.branch(emitter, f"not ({' or '.join(tests)})", after)
+            self.add(body)
+            self._assembler.jump(end)
+            self._assembler.place(after)
+        self.add(statement.otherwise)
+        self._assembler.place(end)
 
     def _for(self, statement: For) -> None:
         kind = storage(statement.variable.type)
         assert isinstance(kind, Elementary)
-        head, after, end = (self.assembler.label() for _ in range(3))
+        head, after, end = self._assembler.labels(3)
         line, variable = statement.line, Load(statement.variable)
-        self.assign(Assign(statement.variable, statement.first, line=line))
-        self.assembler.place(head)
-        self.branch_unless(self._in_range(statement, variable), end)
-        self._loops.append((after, end))
-        self.body(statement.body)
+        self._calls.assign(Assign(statement.variable, statement.first, line=line))
+        self._assembler.place(head)
+        self._calls.branch_unless(self._in_range(statement, variable), end)
+        self._loops.append((after, end))  # CONTINUE still steps, else it would never end
+        self.add(statement.body)
         self._loops.pop()
-        self.assembler.place(after)
-        self.assembler.line, self._taken = line, 0
+        self._assembler.place(after)
+        self._body.begin(line)
         step = Binary(Operator.ADD, variable, statement.step, kind)
-        self.assign(Assign(statement.variable, step, line=line))
-        self.assembler.jump(head)
-        self.assembler.place(end)
+        self._calls.assign(Assign(statement.variable, step, line=line))
+        self._assembler.jump(head)
+        self._assembler.place(end)
 
     @staticmethod
     def _in_range(statement: For, variable: Load) -> Expression:
@@ -199,47 +202,42 @@ class Statements(Calls):
         return Binary(Operator.OR, both, other, boolean)
 
     def _loop(self, statement: Loop) -> None:
-        head, test, end = (self.assembler.label() for _ in range(3))
-        self.assembler.place(head)
+        head, test, end = self._assembler.labels(3)
+        self._assembler.place(head)
         if statement.condition is not None:
-            self.branch_unless(statement.condition, end)
+            self._calls.branch_unless(statement.condition, end)
+        # CONTINUE goes to the condition: that of WHILE is at the head, that of REPEAT behind the body.
         self._loops.append((head if statement.until is None else test, end))
-        self.body(statement.body)
+        self.add(statement.body)
         self._loops.pop()
-        self.assembler.place(test)
-        self._taken = 0
+        self._assembler.place(test)
+        self._body.begin(self._assembler.line)
         if statement.until is not None:
-            self.branch_unless(statement.until, head)
+            self._calls.branch_unless(statement.until, head)
         else:
-            self.assembler.jump(head)
-        self.assembler.place(end)
+            self._assembler.jump(head)
+        self._assembler.place(end)
 
     def _exit(self, statement: Exit) -> None:
-        self.assembler.jump(self._loops[-1][1])
+        self._assembler.jump(self._loops[-1][1])
 
     def _continue(self, statement: Continue) -> None:
-        self.assembler.jump(self._loops[-1][0])
+        self._assembler.jump(self._loops[-1][0])
 
     def _return(self, statement: Return) -> None:
-        self.assembler.end()
+        self._assembler.end()
 
     def _label_of(self, name: str) -> Label:
-        return self._labels.setdefault(name.lower(), self.assembler.label())
+        return self._labels.setdefault(name.lower(), self._assembler.label())
 
     def _label(self, statement: LabelStatement) -> None:
-        self.assembler.place(self._label_of(statement.name))
+        self._assembler.place(self._label_of(statement.name))
 
     def _jump(self, statement: Jump) -> None:
         if statement.condition is None:
-            self.assembler.jump(self._label_of(statement.label))
+            self._assembler.jump(self._label_of(statement.label))
         else:
-            self._branch_if(statement.condition, self._label_of(statement.label))
-
-    def choose(self, first: Load, is_and: bool, second: Callable[[], Expression]) -> None:
-        end = self.assembler.label()
-        (self.branch_unless if is_and else self._branch_if)(first, end)
-        self.store(first.place, second())
-        self.assembler.place(end)
+            self._calls.branch_if(statement.condition, self._label_of(statement.label))
 
 
 def _within(value: Value, low: int, high: int) -> str:
@@ -247,10 +245,10 @@ def _within(value: Value, low: int, high: int) -> str:
 
 
 _STATEMENTS: Final[dict[type, Callable[..., None]]] = {
-    Assign: Statements.assign,
-    Evaluate: Statements.evaluate,
-    CallBlock: Statements.call_block,
-    CallAction: Statements.call_action,
+    Assign: Statements._assign,
+    Evaluate: Statements._evaluate,
+    CallBlock: Statements._call_block,
+    CallAction: Statements._call_action,
     If: Statements._if,
     Case: Statements._case,
     For: Statements._for,

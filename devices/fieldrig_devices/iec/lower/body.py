@@ -1,0 +1,88 @@
+"""One body while it is lowered: its instructions so far, its places, and its intermediate results.
+
+What is here knows no calls: the expressions that it stores are free of them (`hoisting`).
+"""
+
+from fieldrig_devices.iec.layout import CALL_SIZE, storage
+from fieldrig_devices.iec.lower.assembler import Assembler
+from fieldrig_devices.iec.lower.context import Context
+from fieldrig_devices.iec.lower.emitter import Emitter
+from fieldrig_devices.iec.lower.expressions import Expressions
+from fieldrig_devices.iec.lower.places import Places
+from fieldrig_devices.iec.lower.values import constant
+from fieldrig_devices.iec.program import Cell, Expression, Load, Parameter, Place, Pou, Space, Variable
+from fieldrig_devices.iec.tree import Section
+from fieldrig_devices.iec.types import Type
+
+
+class Body:
+    """`intermediate` is the number of bytes in the frame for intermediate results; `used` is how many it takes."""
+
+    def __init__(self, context: Context, pou: Pou, intermediate: int) -> None:
+        self.context, self.pou = context, pou
+        self.assembler = Assembler(context.costs)
+        self.places = Places(pou, context.form)
+        self.expressions = Expressions(self.places)
+        self.frame_size = pou.frame_size + intermediate + CALL_SIZE
+        self.used = 0
+        self._taken = 0
+
+    def begin(self, line: int) -> None:
+        """Begin a statement, which may use the cells for intermediate results again."""
+        self.assembler.line, self._taken = line, 0
+
+    def emitter(self) -> Emitter:
+        return self.assembler.emitter()
+
+    def do(self, emitter: Emitter) -> None:
+        self.assembler.do(emitter)
+
+    def wait(self) -> Emitter:
+        """Hold the task up until the host has done its work."""
+        self.assembler.hold("is_waiting()")
+        return self.emitter()
+
+    # ---- stores
+
+    def store(self, place: Place, value: Expression) -> None:
+        emitter = self.emitter()
+        if storage(place.type) is None:
+            assert isinstance(value, Load)
+            cells = self.places.cells(value.place, emitter)
+            self.places.store_cells(place, cells, emitter)
+        elif isinstance(place, Parameter) and place.is_slow:
+            text = self.expressions.value(value, emitter).text
+            emitter.add(f"begin_write({self.places.parameter(place, emitter)}, {text})")
+            emitter.charge(emitter.costs.parameter_ns)
+            self.do(emitter)
+            emitter = self.wait()
+            emitter.add("finish()")
+        else:
+            raw = self.expressions.raw(value, emitter)
+            self.places.store(place, raw, emitter)
+        self.do(emitter)
+
+    def start(self, variable: Variable, emitter: Emitter) -> None:
+        """Add the lines that give a variable on the stack its start value."""
+        cells = self.context.images.variable(variable)
+        where = self.places.cell(variable)
+        emitter.charge(emitter.costs.copy_ns * len(cells))
+        kind = storage(variable.type)
+        if kind is None:
+            emitter.add(f"M[{where}:{where.plus(len(cells))}] = {self.context.image(cells)}")
+        else:
+            emitter.add(f"M[{where}] = {constant(cells[0], kind).text}")
+
+    # ---- intermediate results
+
+    def intermediate(self, kind: Type) -> Variable:
+        offset = self.pou.frame_size + self._taken
+        self._taken += kind.size
+        self.used = max(self.used, self._taken)
+        return Variable("", kind, Space.FRAME, Section.TEMP, offset=offset)
+
+    def keep(self, value: Expression) -> Load:
+        """Store a value in an intermediate cell."""
+        cell = Cell(self.intermediate(value.type), value.type)
+        self.store(cell, value)
+        return Load(cell)
