@@ -304,8 +304,6 @@ class Expressions(Cursor):
             elif kind == "^":
                 self.i += 1
                 of = tree.Dereference(of, place=place)
-                if not self.dialect.has_pointers:
-                    self.say(at, "pointers are not supported", "a variable")
             elif kind == "(":
                 self._rise()
                 of = tree.Call(of, self.arguments(), place=place)

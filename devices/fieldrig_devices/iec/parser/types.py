@@ -39,8 +39,6 @@ class Types(Initials):
                 return self._array()
             if kind == "POINTER":
                 self.i += 1
-                if not self.dialect.has_pointers:
-                    self.say(at, "pointers are not supported", "another type")
                 self.expect("TO")
                 return tree.PointerSpec(self.type_spec(), place=place)
             if kind == "REFERENCE":
