@@ -14,9 +14,8 @@ from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction
 from fieldrig_devices.iec.imports import read_source
 from fieldrig_devices.iec.layout import Layout
-from fieldrig_devices.iec.library.parsed import parsed
 from fieldrig_devices.iec.library.selection import needed
-from fieldrig_devices.iec.library.sources import sources
+from fieldrig_devices.iec.library.sources import parsed, sources
 from fieldrig_devices.iec.limits import MAX_4, MOST_CHARACTERS, MOST_STATEMENTS, Limits
 from fieldrig_devices.iec.lower.names import names_of, rules_of
 from fieldrig_devices.iec.lower.routines import Lowered, lower

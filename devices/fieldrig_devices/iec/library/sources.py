@@ -1,4 +1,4 @@
-"""The source text of the standard function blocks, and of functions with several results.
+"""The source text of the standard function blocks and of functions with several results, and the trees of libraries.
 
 The counters and bistables exist twice: CoDeSys names their inputs RESET, LOAD and SET1, edition 3 of the standard names
 them R, LD and S1. Edition 3 also has counters for larger types: CTU_DINT and so on, and functions for the parts of
@@ -12,7 +12,11 @@ from importlib.resources import files
 from typing import Final
 
 from fieldrig_devices.iec import library
+from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.elementary import Elementary
+from fieldrig_devices.iec.parser import parse
+from fieldrig_devices.iec.tree import Unit
+from fieldrig_devices.languages.mistakes import CompileError
 
 EDITION_3: Final = "edition-3"
 """Name of the dialect with the standard's own names."""
@@ -38,6 +42,15 @@ def sources(dialect: str) -> tuple[tuple[str, str], ...]:
     kinds = (Elementary.TIME, Elementary.LTIME)
     timers = tuple((f"timers_{kind.name.lower()}.st", _timers(rf"\1_{kind.name}", kind)) for kind in kinds)
     return (*others, ("counters.st", counters), *large, *timers)
+
+
+@cache
+def parsed(text: str, name: str, dialect: Dialect) -> Unit:
+    """Return the tree of a library, parsed once in a process; CompileError for mistakes, which are ours."""
+    unit, mistakes = parse(text, name, dialect)
+    if mistakes:
+        raise CompileError(mistakes)
+    return unit
 
 
 def _text(name: str) -> str:

@@ -3,16 +3,44 @@
 What is here knows no calls: the expressions that it stores are free of them (`hoisting`).
 """
 
-from fieldrig_devices.iec.layout import CALL_SIZE, storage
+from fieldrig_devices.iec.costs import Costs
+from fieldrig_devices.iec.layout import CALL_SIZE, Images, storage
 from fieldrig_devices.iec.lower.assembler import Assembler
-from fieldrig_devices.iec.lower.context import Context
 from fieldrig_devices.iec.lower.emitter import Emitter
 from fieldrig_devices.iec.lower.expressions import Expressions
 from fieldrig_devices.iec.lower.places import Places
 from fieldrig_devices.iec.lower.values import constant
 from fieldrig_devices.iec.program import Cell, Expression, Load, Parameter, Place, Pou, Space, Variable
 from fieldrig_devices.iec.tree import Section
-from fieldrig_devices.iec.types import Type
+from fieldrig_devices.iec.types import Type, Value
+
+
+class Context:
+    """The common part of the routines of one program: numbers of types, images and native POUs."""
+
+    def __init__(self, costs: Costs) -> None:
+        self.costs = costs
+        self.images = Images()
+        self.forms: list[Type] = []
+        """The types that pointers are compared with, by number."""
+        self._form_numbers: dict[Type, int] = {}
+        self.constants: list[list[Value]] = []
+        """The start values of structures and arrays on the stack, by number."""
+
+    def form(self, kind: Type) -> int:
+        if kind not in self._form_numbers:
+            self._form_numbers[kind] = len(self.forms)
+            self.forms.append(kind)
+        return self._form_numbers[kind]
+
+    def image(self, cells: list[Value]) -> str:
+        self.constants.append(cells)
+        return f"image_{len(self.constants) - 1}"
+
+    @staticmethod
+    def routine(pou: Pou) -> str:
+        """Return the name of the routine of a POU."""
+        return pou.name.lower()
 
 
 class Body:

@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 from fieldrig_devices.iec.costs import CODE_PER_NS, CODE_PER_ROUTINE, Costs
 from fieldrig_devices.iec.host import NativeBlock, NativeFunction
 from fieldrig_devices.iec.layout import STACK_SIZE
-from fieldrig_devices.iec.lower.body import Body
-from fieldrig_devices.iec.lower.context import Context
+from fieldrig_devices.iec.lower.body import Body, Context
 from fieldrig_devices.iec.lower.names import BEGIN, NATIVE
 from fieldrig_devices.iec.lower.statements import Statements
 from fieldrig_devices.iec.program import Pou, Program

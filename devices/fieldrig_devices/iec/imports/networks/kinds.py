@@ -16,8 +16,7 @@ from fieldrig_devices.iec.elementary import ALIASES, LONG_ALIASES, Elementary
 from fieldrig_devices.iec.imports.networks import functions
 from fieldrig_devices.iec.imports.networks.graph import Item, Kind, Pin
 from fieldrig_devices.iec.imports.networks.results import Results, result_by_name, type_of
-from fieldrig_devices.iec.library.parsed import parsed
-from fieldrig_devices.iec.library.sources import sources
+from fieldrig_devices.iec.library.sources import parsed, sources
 from fieldrig_devices.iec.program import Expression
 from fieldrig_devices.iec.types import EnumType, StringType, StructType, Type
 
