@@ -73,10 +73,10 @@ def _parts(old: Type, new: Type) -> Iterator[tuple[int, int, Type, Type]]:
 
 def _joined(runs: Iterable[Run]) -> Sequence[Run]:
     """Join runs that follow one another in both variables."""
-    found: list[Run] = []
+    joined: list[Run] = []
     for source, target, size in runs:
-        if found and found[-1][0] + found[-1][2] == source and found[-1][1] + found[-1][2] == target:
-            last = found.pop()
+        if joined and joined[-1][0] + joined[-1][2] == source and joined[-1][1] + joined[-1][2] == target:
+            last = joined.pop()
             source, target, size = last[0], last[1], last[2] + size
-        found.append((source, target, size))
-    return found
+        joined.append((source, target, size))
+    return joined

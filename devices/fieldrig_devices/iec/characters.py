@@ -14,8 +14,8 @@ _UNKNOWN: Final = "\ufffd"
 
 def first_outside(text: str, *, is_wide: bool) -> str | None:
     """Return the first character that the kind of string does not have; None if there is none."""
-    found = (_OUTSIDE_WIDE if is_wide else _OUTSIDE_NARROW).search(text)
-    return None if found is None else found[0]
+    match = (_OUTSIDE_WIDE if is_wide else _OUTSIDE_NARROW).search(text)
+    return None if match is None else match[0]
 
 
 def narrowed(text: str) -> str:

@@ -100,14 +100,14 @@ def _compiled(
     libraries += [parsed(library.text, library.name, dialect) for library in host.libraries]
     for number, file in enumerate(files):
         on_progress("parse", number, len(files))
-        unit, found = read_source(file.name, file.text, dialect)
+        unit, of_file = read_source(file.name, file.text, dialect)
         units.append(unit)
-        mistakes += found
-        if not unit.declarations and not found:
+        mistakes += of_file
+        if not unit.declarations and not of_file:
             mistakes.append(_nothing_in(file))
     on_progress("parse", len(files), len(files))
     libraries = needed(libraries, units, (file.text for file in files))
-    program, found = check(
+    program, of_program = check(
         [*libraries, *units],
         host,
         dialect,
@@ -116,7 +116,7 @@ def _compiled(
         resource=resource,
         on_progress=lambda done, total: on_progress("check", done, total),
     )
-    mistakes += found
+    mistakes += of_program
     if any(not mistake.is_note for mistake in mistakes):
         raise CompileError(sorted(mistakes, key=lambda mistake: (mistake.file, mistake.line, mistake.column)))
     return build(program, host, costs, limits, previous, tuple(files), tuple(mistakes), on_progress)
@@ -144,7 +144,7 @@ def build(
         natives |= {**library.functions, **library.blocks}
     lowered = lower(program, natives, costs, lambda done, total: on_progress("lower", done, total))
     survey = surveyed(lowered.callees_first)
-    missing = list(open_inputs(survey.found, {name for library in host.libraries for name in library.required}))
+    missing = list(open_inputs(survey.mentioned, {name for library in host.libraries for name in library.required}))
     if missing:
         raise CompileError(missing)
     compiled = Compiled(program, lowered, placed, files, notes, costs, written_by(program, survey))
@@ -176,15 +176,15 @@ def _check_sources(files: Sequence[SourceFile]) -> None:
 
 
 def _check_limits(compiled: Compiled, limits: Limits) -> None:
-    found = []
+    mistakes = []
     if compiled.code_size > limits.code:
         what = f"the program has {compiled.code_size} bytes of code"
-        found.append(Mistake(1, 1, what, f"at most {limits.code}", file=_first(compiled)))
+        mistakes.append(Mistake(1, 1, what, f"at most {limits.code}", file=_first(compiled)))
     if compiled.data_size > limits.variables:
         what = f"the variables take {compiled.data_size} bytes"
-        found.append(Mistake(1, 1, what, f"at most {limits.variables}", file=_first(compiled)))
-    if found:
-        raise CompileError(found)
+        mistakes.append(Mistake(1, 1, what, f"at most {limits.variables}", file=_first(compiled)))
+    if mistakes:
+        raise CompileError(mistakes)
 
 
 def _first(compiled: Compiled) -> str:

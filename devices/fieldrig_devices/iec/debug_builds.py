@@ -44,8 +44,8 @@ def make(order: Order, report: Report) -> Sequence[tuple[int, Bulk]]:
     """Return what the routines need, with their numbers."""
     names, rules = names_of(order.constants, order.natives), rules_of(order.constants)
     numbers = {name: number for number, name in enumerate(order.routines)}
-    texts, found = Texts(list(order.routines.values()), numbers, names, rules), list[tuple[int, Bulk]]()
+    texts, builds = Texts(list(order.routines.values()), numbers, names, rules), list[tuple[int, Bulk]]()
     for done, number in enumerate(order.wanted):
         report("breakpoints", done, len(order.wanted))
-        found.append((number, Bulk(texts.for_debugging(number))))
-    return found
+        builds.append((number, Bulk(texts.for_debugging(number))))
+    return builds

@@ -15,7 +15,7 @@ from fieldrig_devices.iec.types import ObjectParameter
 from fieldrig_devices.languages.debugging.debuggee import Variable
 
 
-class Found(NamedTuple):
+class NamedParameter(NamedTuple):
     """A parameter of an object."""
 
     owner: ConfiguredObject
@@ -35,12 +35,12 @@ class Found(NamedTuple):
         return Symbol(self.path, self.parameter.name, self.parameter.type)
 
 
-def find(host: Host, path: str) -> Found | None:
+def find(host: Host, path: str) -> NamedParameter | None:
     """Find a parameter by its path; None if there is none."""
     name, _, rest = path.strip().partition(".")
     owner = host.objects.get(name.casefold())
     parameter = None if owner is None else owner.type.parameter(rest)
-    return None if owner is None or parameter is None else Found(owner, parameter)
+    return None if owner is None or parameter is None else NamedParameter(owner, parameter)
 
 
 def inside(host: Host, path: str) -> list[Variable] | None:
@@ -48,7 +48,7 @@ def inside(host: Host, path: str) -> list[Variable] | None:
     owner = host.objects.get(path.strip().casefold())
     if owner is None:
         return None
-    return [shown(host, Found(owner, parameter)) for parameter in owner.type.parameters]
+    return [shown(host, NamedParameter(owner, parameter)) for parameter in owner.type.parameters]
 
 
 def group(host: Host, path: str) -> Variable | None:
@@ -57,22 +57,22 @@ def group(host: Host, path: str) -> Variable | None:
     return None if owner is None else Variable(owner.name, owner.name, str(owner.type))
 
 
-def shown(host: Host, found: Found) -> Variable:
-    parameter = found.parameter
+def shown(host: Host, named: NamedParameter) -> Variable:
+    parameter = named.parameter
     about = "as it was read last" if parameter.is_slow else ""
     try:
-        value: Value | None = host.read(found.address)
+        value: Value | None = host.read(named.address)
     except KeyError:  # another object of the same type has it
         value, about = None, "this object does not have it"
-    return Variable(found.path, parameter.name, str(parameter.type), value, parameter.is_writable, about=about)
+    return Variable(named.path, parameter.name, str(parameter.type), value, parameter.is_writable, about=about)
 
 
-def write(host: Host, found: Found, value: Value) -> None:
+def write(host: Host, named: NamedParameter, value: Value) -> None:
     """Write a parameter.  ValueError if it is read-only or cannot have the value."""
-    if not found.parameter.is_writable:
-        raise ValueError(f"{found.path} is read-only: expected a parameter that can be written")
-    fitting = checked(value, found.symbol)
-    if found.parameter.is_slow:
-        host.write_slowly(found.address, fitting)
+    if not named.parameter.is_writable:
+        raise ValueError(f"{named.path} is read-only: expected a parameter that can be written")
+    fitting = checked(value, named.symbol)
+    if named.parameter.is_slow:
+        host.write_slowly(named.address, fitting)
     else:
-        host.write(found.address, fitting)
+        host.write(named.address, fitting)

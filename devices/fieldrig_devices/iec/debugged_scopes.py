@@ -22,10 +22,10 @@ _PATH: Final = re.compile(r"@(\d{1,4}):(\d{1,6})(?:\.(.*))?", re.ASCII | re.DOTA
 
 def parts_of(path: str) -> tuple[int, int, str]:
     """Return the task, the frame and the rest of a path.  ValueError, saying what was expected, for another form."""
-    found = _PATH.fullmatch(path)
-    if found is None:
+    match = _PATH.fullmatch(path)
+    if match is None:
         raise ValueError(f"expected @TASK:FRAME.NAME, such as @1:0.count, got {path!r}")
-    return int(found[1]), int(found[2]), found[3] or ""
+    return int(match[1]), int(match[2]), match[3] or ""
 
 
 @dataclass(frozen=True, slots=True)

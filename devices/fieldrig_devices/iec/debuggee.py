@@ -125,16 +125,16 @@ class IecDebuggee:
 
     def break_at(self, places: Mapping[str, set[int]]) -> Mapping[str, set[int]]:
         runtime = self._loaded().runtime
-        found = runtime.break_at(places)
-        if any(found.values()):
+        lines = runtime.break_at(places)
+        if any(lines.values()):
             self._prepare(runtime)
-        return found
+        return lines
 
     def goes_on(self, file: str, first: int, last: int) -> bool:
         lines = self.files.get(file, "").splitlines()[first - 1 : last]
-        found = tokens("\n".join(lines), file, self._loaded().compiled.program.dialect, first)
-        places = [place.line for place in found.places[:-1]]
-        return spans.goes_on(list(zip(found.kinds, places, strict=False)), last, _ENDS)
+        scanned = tokens("\n".join(lines), file, self._loaded().compiled.program.dialect, first)
+        places = [place.line for place in scanned.places[:-1]]
+        return spans.goes_on(list(zip(scanned.kinds, places, strict=False)), last, _ENDS)
 
     def _prepare(self, runtime: Runtime) -> None:
         """Make what breakpoints and steps need beside the device, so that its cycles go on."""
@@ -143,11 +143,11 @@ class IecDebuggee:
             return
         self._prepared = code
 
-        def on_done(found: Sequence[tuple[int, Bulk]] | Failure) -> None:
+        def on_done(builds: Sequence[tuple[int, Bulk]] | Failure) -> None:
             if runtime.code is not code:
                 return
-            if not isinstance(found, Failure):
-                code.adopt((number, build.data) for number, build in found)
+            if not isinstance(builds, Failure):
+                code.adopt((number, build.data) for number, build in builds)
             runtime.is_preparing = False
             runtime.watch()
 
@@ -204,10 +204,10 @@ class IecDebuggee:
         expression = expression_of(text)
 
         def read(path: str) -> Value:
-            found = self._named(program, path, thread, frame)
-            if found.value is None:
-                raise ValueError(f"{path}: {found.about or 'a group of values'}: expected a single value")
-            return found.value
+            named = self._named(program, path, thread, frame)
+            if named.value is None:
+                raise ValueError(f"{path}: {named.about or 'a group of values'}: expected a single value")
+            return named.value
 
         path = path_of(expression, read)
         if path is not None:
@@ -220,17 +220,21 @@ class IecDebuggee:
         try:
             return self._shown(program.runtime, self._symbol(path, thread, frame))
         except ValueError:
-            found = debugged_objects.find(program.host, path)
-            other = debugged_objects.shown(program.host, found) if found else debugged_objects.group(program.host, path)
+            parameter = debugged_objects.find(program.host, path)
+            other = (
+                debugged_objects.shown(program.host, parameter)
+                if parameter
+                else debugged_objects.group(program.host, path)
+            )
             if other is None:
                 raise
             return other
 
     def write(self, path: str, value: Value) -> None:
         program = self._loaded()
-        found = debugged_objects.find(program.host, path)
-        if found is not None and program.runtime.symbols.find(path) is None:
-            debugged_objects.write(program.host, found, self._typed(found.symbol, value))
+        parameter = debugged_objects.find(program.host, path)
+        if parameter is not None and program.runtime.symbols.find(path) is None:
+            debugged_objects.write(program.host, parameter, self._typed(parameter.symbol, value))
             return
         symbol = self._symbol(path, None)
         self._loaded().runtime.write(symbol, self._typed(symbol, value))
@@ -306,12 +310,12 @@ class IecDebuggee:
             numbers = {name.casefold(): number for name, number in kind.values.items()}
             if value.casefold() in numbers:
                 return numbers[value.casefold()]
-        found = expression_of(value)
-        match found:
+        expression = expression_of(value)
+        match expression:
             case tree.Literal(value=constant):
                 return constant
             case tree.Unary(operator="-" | "+"):
-                return evaluate(found, _no_variables)
+                return evaluate(expression, _no_variables)
         raise ValueError(f"{symbol.path}: expected a constant of type {kind}, got {value!r}")
 
     # ---- the rest

@@ -50,7 +50,7 @@ class Where(NamedTuple):
 
 
 @dataclass(slots=True)
-class Found:
+class Mentioned:
     """The places and calls in the statements of all bodies."""
 
     targets: list[tuple[ir.Pou, ir.Place]] = field(default_factory=list)
@@ -63,9 +63,11 @@ class Found:
 class Flow:
     """The way through one body."""
 
-    def __init__(self, pou: ir.Pou, known: Mapping[ir.Pou, Effects], outside: Mapping[ir.Pou, Effects], found: Found):
+    def __init__(
+        self, pou: ir.Pou, known: Mapping[ir.Pou, Effects], outside: Mapping[ir.Pou, Effects], mentioned: Mentioned
+    ):
         """`known` and `outside` are the effects of what the body calls."""
-        self._pou, self._known, self._outside, self._found = pou, known, outside, found
+        self._pou, self._known, self._outside, self._mentioned = pou, known, outside, mentioned
         self._overwritten = set[Span]()
         self._trail: list[Span] = []
         """The spans of `_overwritten` in their order, so that a branch can be left again."""
@@ -151,14 +153,14 @@ class Flow:
     # ---- calls
 
     def _block(self, call: ir.CallBlock) -> None:
-        self._found.calls.append(call)
+        self._mentioned.calls.append(call)
         self._read([value for _, value in call.inputs])
         self._read([place for _, place in call.references])
         self._read(_indices(call.instance))
         condition = call.enable.condition
         self._read(condition)
         for pin, _ in call.inputs:
-            self._found.targets.append((self._pou, ir.Component(call.instance, 0, pin.type, pin)))
+            self._mentioned.targets.append((self._pou, ir.Component(call.instance, 0, pin.type, pin)))
         self._called(call.pou, is_own=False, always=condition is None)
         for place, value in call.outputs:
             self._read(value)
@@ -192,7 +194,7 @@ class Flow:
             self._trail += new
 
     def _write(self, place: ir.Place, *, always: bool = True) -> None:
-        self._found.targets.append((self._pou, place))
+        self._mentioned.targets.append((self._pou, place))
         self._read(_indices(place))
         where = where_is(self._pou, place)
         if where is not None and where.is_exact and always:
@@ -209,7 +211,7 @@ class Flow:
                 case ir.Load(place) | ir.AddressOf(place):
                     waiting.append(place)
                     if isinstance(node, ir.AddressOf) and (where := where_is(self._pou, place)) is not None:
-                        self._found.pointed.add(where.span)
+                        self._mentioned.pointed.add(where.span)
                 case ir.CallFunction():
                     waiting.extend(argument for _, argument in node.inputs)
                     waiting.extend(_indices(node.instance) if node.instance is not None else ())
@@ -234,22 +236,22 @@ class Flow:
 
 def _indices(place: ir.Place) -> list[object]:
     """Return the expressions in a place: indices, pointers and calls."""
-    found: list[object] = []
+    indices: list[object] = []
     while True:
         match place:
             case ir.Element() | ir.OpenElement():
-                found.append(place.index)
+                indices.append(place.index)
                 place = place.of
             case ir.Component() | ir.Bit():
                 place = place.of
             case ir.Target():
-                return [*found, place.pointer]
+                return [*indices, place.pointer]
             case ir.Result():
-                return [*found, place.call]
+                return [*indices, place.call]
             case ir.Parameter():
-                return [*found, place.object]
+                return [*indices, place.object]
             case _:
-                return found
+                return indices
 
 
 def where_is(pou: ir.Pou, place: ir.Place) -> Where | None:

@@ -75,8 +75,8 @@ def variable_size(variable: Variable) -> int:
 
 def members(kind: BlockType) -> list[Variable]:
     """The variables of an instance that have a cell."""
-    found = kind.pou.variables.values() if kind.pou is not None else ()
-    return [variable for variable in found if variable.space is Space.INSTANCE and variable.location is None]
+    variables = kind.pou.variables.values() if kind.pou is not None else ()
+    return [variable for variable in variables if variable.space is Space.INSTANCE and variable.location is None]
 
 
 @dataclass(slots=True)

@@ -172,11 +172,11 @@ class Memory:
         kinds, size = self._form(form)
         if self.kinds[address : address + size] == kinds:
             return self.cells[address : address + size]
-        found: list[Value] = [0] * size
+        values: list[Value] = [0] * size
         for offset, number in enumerate(kinds):
             if number != _INSIDE:
-                found[offset] = self.peek(address + offset, number)
-        return found
+                values[offset] = self.peek(address + offset, number)
+        return values
 
     def poke_cells(self, address: int, form: int, cells: list[Value]) -> None:
         kinds, size = self._form(form)
@@ -226,12 +226,12 @@ class Memory:
             table, byte, _ = area
             return bytes(table[byte : byte + size])
         self._check(address, size)
-        found = bytearray(size)
+        read = bytearray(size)
         for start, data in self._values(address, size):
             for offset, byte in enumerate(data, start - address):
                 if 0 <= offset < size:
-                    found[offset] = byte
-        return bytes(found)
+                    read[offset] = byte
+        return bytes(read)
 
     def _put_bytes(self, address: int, data: bytes) -> None:
         area = self._area(address, len(data))
@@ -257,12 +257,12 @@ class Memory:
         start = address
         while start > STACKS and self.kinds[start] == _INSIDE:
             start -= 1
-        found = []
+        values = []
         while start < address + size:
             if self.kinds[start] not in (0, _INSIDE):
-                found.append((start, self._encoded(start)))
+                values.append((start, self._encoded(start)))
             start += 1
-        return found
+        return values
 
     def _encoded(self, address: int) -> bytes:
         number, value = self.kinds[address], self.cells[address]
@@ -296,13 +296,13 @@ class Memory:
             self._check(address, 1)
             if self.kinds[address] == number:
                 return str(self.cells[address])
-        found = bytearray()
-        while len(found) < _LONGEST_VALUE // 2 * width - width:
-            character = self._bytes(address + len(found), width)
+        text = bytearray()
+        while len(text) < _LONGEST_VALUE // 2 * width - width:
+            character = self._bytes(address + len(text), width)
             if not any(character):
                 break
-            found += character
-        return _text(bytes(found), number)
+            text += character
+        return _text(bytes(text), number)
 
     # ---- what generated code calls
 

@@ -3,12 +3,12 @@
 from collections.abc import Iterable, Iterator
 
 from fieldrig_devices.iec import program as ir
-from fieldrig_devices.iec.flow import Found
+from fieldrig_devices.iec.flow import Mentioned
 from fieldrig_devices.iec.tree import Section
 from fieldrig_devices.languages.mistakes import Mistake
 
 
-def open_inputs(found: Found, required: Iterable[str]) -> Iterator[Mistake]:
+def open_inputs(mentioned: Mentioned, required: Iterable[str]) -> Iterator[Mistake]:
     """Yield a mistake for each instance that is called, while no statement gives it one of the `required` inputs.
 
     Elements of arrays, and what a pointer refers to, are not judged.
@@ -16,11 +16,11 @@ def open_inputs(found: Found, required: Iterable[str]) -> Iterator[Mistake]:
     wanted = {name.casefold() for name in required}
     given = {
         (_instance(place.of), place.variable.name.casefold())
-        for _, place in found.targets
+        for _, place in mentioned.targets
         if isinstance(place, ir.Component) and place.variable is not None
     }
     seen = set[ir.Variable]()
-    for call in found.calls:
+    for call in mentioned.calls:
         variable = _instance(call.instance) if call.pou.is_native else None
         if variable is None or variable in seen:
             continue

@@ -105,7 +105,7 @@ class Runtime:
         program = self.compiled.program
         located = [
             *program.globals.values(),
-            *(found for pou in program.pous.values() for found in pou.variables.values()),
+            *(own for pou in program.pous.values() for own in pou.variables.values()),
         ]
         for variable in located:
             if variable.location is None:
@@ -313,14 +313,14 @@ class Runtime:
     def break_at(self, places: Mapping[str, set[int]]) -> dict[str, set[int]]:
         """Set the breakpoints of all files; return the lines that have an instruction, by file."""
         self._stops = {file: set(lines) for file, lines in places.items()}
-        found: dict[str, set[int]] = {file: set() for file in places}
+        stops: dict[str, set[int]] = {file: set() for file in places}
         for name, number in self.code.numbers.items():
             file = self.compiled.code.files[name]
             lines = self.code.stop_in(number, self._stops.get(file, set()))
             if lines:
-                found[file] |= lines
+                stops[file] |= lines
         self.watch()
-        return found
+        return stops
 
     def watch(self) -> None:
         """Let the threads stop at the breakpoints, unless these are being prepared."""

@@ -67,7 +67,7 @@ class Symbols:
 
     def closest(self, path: str) -> str:
         """Return the path that a wrong one may mean: the same in a program, or one that is most alike; or nothing."""
-        inside = [found.path for root in self._roots if (found := self.find(f"{root.path}.{path}")) is not None]
+        inside = [symbol.path for root in self._roots if (symbol := self.find(f"{root.path}.{path}")) is not None]
         if inside:
             return inside[0]
         known = [root.path for root in self._roots]
@@ -93,28 +93,28 @@ def below(symbol: Symbol, path: str, key: Callable[[str], str]) -> Symbol | None
 
     `key` is that of the dialect, which says what a name is found by.
     """
-    found: Symbol | None = symbol
+    inner: Symbol | None = symbol
     at, method = 0, ""
     for match in _PART.finditer(path):
-        if match.start() != at or found is None:
+        if match.start() != at or inner is None:
             return None
         at = match.end()
         if match[1]:
             name = f"{method}{key(match[1])}"
-            part = _part(found, name)
+            part = _part(inner, name)
             method = f"{name}." if part is None and not method else ""
-            found = part if part is not None or not method else found
+            inner = part if part is not None or not method else inner
         else:
             for index in match[2].split(","):
-                found = _element(found, int(index)) if found is not None else None
-    return found if at == len(path) and not method else None
+                inner = _element(inner, int(index)) if inner is not None else None
+    return inner if at == len(path) and not method else None
 
 
 def parts(symbol: Symbol) -> list[Symbol]:
     kind = symbol.type
     if isinstance(kind, ArrayType):
-        found = (_element(symbol, index) for index in range(kind.low, kind.high + 1))
-        return [symbol for symbol in found if symbol is not None]
+        elements = (_element(symbol, index) for index in range(kind.low, kind.high + 1))
+        return [symbol for symbol in elements if symbol is not None]
     if isinstance(kind, StructType):
         return [_part(symbol, name) or symbol for name in kind.fields]
     if isinstance(kind, BlockType) and kind.pou is not None:

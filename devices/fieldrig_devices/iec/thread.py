@@ -87,14 +87,14 @@ class Thread:
     def start(self) -> None:
         """Begin a cycle.  ValueError if the program is no longer there after an online change."""
         if self._entry is None:
-            self._entry = self._found()
+            self._entry = self._entry_of_pou()
         self._runtime.take_inputs(self.pou)
         self._runtime.write_forced()
         self._waiting, self._goal = NOTHING, None
         routine, base = self._entry
         self._task.start(routine, self._stack, base)
 
-    def _found(self) -> tuple[str, int]:
+    def _entry_of_pou(self) -> tuple[str, int]:
         program = self._runtime.compiled.program
         pou = program.pous.get(program.dialect.key(self.pou))
         if pou is None or pou.instance is None:
@@ -184,9 +184,9 @@ class Thread:
         if task.state in (TaskState.IDLE, TaskState.ENDED):
             return []
         lowered, names = self._runtime.compiled.code, self._runtime.code.names_of_routines
-        found = [(task.routine, task.frame, task.base)]
-        found += [(caller.routine, caller.frame, caller.base) for caller in reversed(task.stack)]
-        return [(lowered.titles[names[routine]], frame, base) for routine, frame, base in found]
+        levels = [(task.routine, task.frame, task.base)]
+        levels += [(caller.routine, caller.frame, caller.base) for caller in reversed(task.stack)]
+        return [(lowered.titles[names[routine]], frame, base) for routine, frame, base in levels]
 
     def _place(self, routine: int, pc: int) -> Place:
         lowered, code = self._runtime.compiled.code, self._runtime.code

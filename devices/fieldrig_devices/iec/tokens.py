@@ -183,25 +183,25 @@ class _Scanner:
         self._keywords = keywords(dialect)
         self._words: dict[str, str] = {}
         """The kind of each word that has occurred; words with a mistake are not in it."""
-        self._found = Tokens()
+        self._tokens = Tokens()
 
     def run(self) -> Tokens:
-        found = self._found
+        tokens = self._tokens
         position: int | None = 0
         while position is not None:
             position = self._scan(position)
-        found.kinds.append(END)
-        found.texts.append("")
-        found.places.append(self._place(len(self._text)))
-        return found
+        tokens.kinds.append(END)
+        tokens.texts.append("")
+        tokens.places.append(self._place(len(self._text)))
+        return tokens
 
     def _place(self, position: int) -> Place:
         return Place(self._line, position - self._line_start + 1)
 
     def _scan(self, position: int) -> int | None:
         """Read tokens from a position on.  Return where to go on after a jump, or None at the end of the text."""
-        found = self._found
-        add_kind, add_text, add_place = found.kinds.append, found.texts.append, found.places.append
+        tokens = self._tokens
+        add_kind, add_text, add_place = tokens.kinds.append, tokens.texts.append, tokens.places.append
         words, new = self._words, tuple.__new__
         line, line_start = self._line, self._line_start
         for match in _PATTERN.finditer(self._text, position, self._end):
@@ -238,19 +238,19 @@ class _Scanner:
         return None
 
     def _add(self, kind: str, text: str, position: int) -> None:
-        self._found.kinds.append(kind)
-        self._found.texts.append(text)
-        self._found.places.append(self._place(position))
+        self._tokens.kinds.append(kind)
+        self._tokens.texts.append(text)
+        self._tokens.places.append(self._place(position))
 
     def _say(self, position: int, what: str, expected: str = "", hint: str = "") -> None:
         line, column = self._place(position)
-        if len(self._found.mistakes) < MOST_MESSAGES:
-            self._found.mistakes.append(Mistake(line, column, what, expected, file=self._file, hint=hint))
+        if len(self._tokens.mistakes) < MOST_MESSAGES:
+            self._tokens.mistakes.append(Mistake(line, column, what, expected, file=self._file, hint=hint))
 
     def _note(self, position: int, what: str, hint: str) -> None:
         line, column = self._place(position)
-        if len(self._found.mistakes) < MOST_MESSAGES:
-            self._found.mistakes.append(Mistake(line, column, what, is_note=True, file=self._file, hint=hint))
+        if len(self._tokens.mistakes) < MOST_MESSAGES:
+            self._tokens.mistakes.append(Mistake(line, column, what, is_note=True, file=self._file, hint=hint))
 
     def _other(self, group: int, text: str, position: int) -> int | None:
         """Read what is rare: words for the first time, comments, pragmas, and what is wrong."""
@@ -273,7 +273,7 @@ class _Scanner:
                 return self._after(text, position) if "\n" in text else None
         elif group == _OPEN_COMMENT:
             self._say(position, "the comment is not closed", f"{'*)' if text[0] == '(' else '*/'} at its end")
-            self._found.is_cut = True
+            self._tokens.is_cut = True
         elif group == _OPEN_STRING:
             self._open_string(text, position)
         elif group == _WIDE_STRING:
@@ -306,7 +306,7 @@ class _Scanner:
     # ---- comments
 
     def _keep(self, text: str) -> None:
-        self._found.comments.setdefault(len(self._found.kinds), []).append((self._line, text))
+        self._tokens.comments.setdefault(len(self._tokens.kinds), []).append((self._line, text))
 
     def _comment(self, text: str, position: int) -> int | None:
         """Keep a comment.  Return where to go on if it reaches further than its first closing bracket."""
@@ -360,7 +360,7 @@ class _Scanner:
             self._is_unbalanced = True
             return position + len(text)
         self._say(position, "the comment is not closed", "a *) for each (* in it")
-        self._found.is_cut = True
+        self._tokens.is_cut = True
         self._after(self._text[position:], position)
         return len(self._text)
 
@@ -398,12 +398,12 @@ class _Scanner:
             expected = "a name that begins with a letter or an underscore"
             self._say(position, f"{text} is neither a number nor a name", expected)
             self._add(NAME, text, position)
-        elif self._found.kinds[-1:] == ["."] and _PART.fullmatch(text):
+        elif self._tokens.kinds[-1:] == ["."] and _PART.fullmatch(text):
             if not self._dialect.has_partial_access:
                 hint = f"Write .{text[2:]} for a bit." if text[1] in "Xx" else "Shift the value to the right."
                 self._say(position, f"{text} is a part of a value", "the number of a bit", hint)
             self._add(PART, text, position)
-        elif text[0] == "%" and self._found.kinds[-1:] and self._found.kinds[-1] in _OPERAND_ENDS:
+        elif text[0] == "%" and self._tokens.kinds[-1:] and self._tokens.kinds[-1] in _OPERAND_ENDS:
             self._say(position, f"got {text[0]}", "MOD", "The remainder of a division is a MOD b.")
             self._add("MOD", text[0], position)
             if len(text) > 1:

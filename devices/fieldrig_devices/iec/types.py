@@ -129,13 +129,13 @@ class EnumType:
         numbers = sorted(self.values.values())
         if not self.is_closed or len(numbers) > MOST_RANGES:
             return [(numbers[0], numbers[-1])]
-        found: list[tuple[int, int]] = []
+        runs: list[tuple[int, int]] = []
         for number in numbers:
-            if found and number <= found[-1][1] + 1:
-                found[-1] = (found[-1][0], number)
+            if runs and number <= runs[-1][1] + 1:
+                runs[-1] = (runs[-1][0], number)
             else:
-                found.append((number, number))
-        return found
+                runs.append((number, number))
+        return runs
 
     def as_input(self) -> "EnumType":
         """Return the same enumeration as an input of a library's block, once its numbers are known."""

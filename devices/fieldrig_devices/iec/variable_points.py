@@ -37,15 +37,19 @@ class _Variable:
         return None if self._symbol is None else (program, self._symbol)
 
     def read(self) -> Value:
-        found = self.find()
-        return 0 if found is None else found[0].runtime.read(found[1])
+        present = self.find()
+        if present is None:
+            return 0
+        program, symbol = present
+        return program.runtime.read(symbol)
 
     def write(self, value: Value) -> None:
         """Set the variable.  ValueError if it is gone or cannot have this value."""
-        found = self.find()
-        if found is None:
+        present = self.find()
+        if present is None:
             raise ValueError(f"the program has no variable {self._path} any more")
-        found[0].runtime.write(found[1], value)
+        program, symbol = present
+        program.runtime.write(symbol, value)
 
 
 class Variables:
@@ -57,10 +61,11 @@ class Variables:
     def point(self, path: str) -> Point | None:
         """Return the variable with this path, in any case of letters; None if there is no value of this name."""
         variable = _Variable(self._present, path)
-        found = variable.find()
-        if found is None:
+        present = variable.find()
+        if present is None:
             return None
-        return Point(variable.read, variable.write if found[1].is_writable else None, about=found[1].comment)
+        _, symbol = present
+        return Point(variable.read, variable.write if symbol.is_writable else None, about=symbol.comment)
 
     def programs(self) -> list[str]:
         """Return the names of the instances of programs."""
@@ -76,7 +81,7 @@ class Variables:
             return
         symbols, shown = program.runtime.symbols, 0
         roots = [symbol for symbol in symbols.children() if not _is_program(symbol)]
-        roots += [found for name in instances if (found := symbols.find(name)) is not None]
+        roots += [instance for name in instances if (instance := symbols.find(name)) is not None]
         for root in roots:
             for symbol in symbols.values(root):
                 point = self.point(symbol.path)

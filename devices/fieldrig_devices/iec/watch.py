@@ -131,8 +131,8 @@ def _binary(operator: str, left: Value, right: Value) -> Value:
         return int(_LOGIC[operator](_whole(left), _whole(right)))
     first, second = _number(left), _number(right)
     if operator in _NUMBERS:
-        found: Value = _NUMBERS[operator](first, second)
-        return found
+        result: Value = _NUMBERS[operator](first, second)
+        return result
     if operator not in ("/", "MOD"):
         raise ValueError(f"expected another operator than {operator}")
     if second == 0:

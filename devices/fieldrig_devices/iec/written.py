@@ -13,7 +13,7 @@ from operator import attrgetter
 from typing import Final, NamedTuple
 
 from fieldrig_devices.iec import program as ir
-from fieldrig_devices.iec.flow import DATA, OWN, Effects, Flow, Found, Span, is_pin, where_is
+from fieldrig_devices.iec.flow import DATA, OWN, Effects, Flow, Mentioned, Span, is_pin, where_is
 from fieldrig_devices.iec.tree import PouKind
 
 
@@ -35,7 +35,7 @@ NOTHING: Final = Written(frozenset(), {}, {})
 class Survey:
     """Results of one way through all bodies."""
 
-    found: Found = field(default_factory=Found)
+    mentioned: Mentioned = field(default_factory=Mentioned)
     effects: dict[ir.Pou, Effects] = field(default_factory=dict)
     outside: dict[ir.Pou, Effects] = field(default_factory=dict)
 
@@ -44,19 +44,19 @@ def surveyed(callees_first: Iterable[ir.Pou]) -> Survey:
     """Go once through the bodies, which are there until the program is lowered; addresses have been set."""
     survey = Survey()
     for pou in callees_first:
-        effects = Flow(pou, survey.effects, survey.outside, survey.found).effects()
+        effects = Flow(pou, survey.effects, survey.outside, survey.mentioned).effects()
         survey.effects[pou], survey.outside[pou] = effects, effects.outside()
     return survey
 
 
 def written_by(program: ir.Program, survey: Survey) -> Written:
     bits, pins = set[tuple[int, int]](), dict[str, set[Span]]()
-    for pou, place in survey.found.targets:
+    for pou, place in survey.mentioned.targets:
         if isinstance(place, ir.Located) and place.area == "Q":
             bits |= set(_bits(place))
         elif is_pin(place) and (where := where_is(pou, place)) is not None:
             pins.setdefault(_block(pou) if where.span.space == OWN else DATA, set()).add(where.span)
-    pointed = survey.found.pointed
+    pointed = survey.mentioned.pointed
     spans = set(pins.pop(DATA, ()))
     for task in program.tasks:
         if task.kind is not ir.TaskKind.EVENT:
@@ -68,8 +68,8 @@ def written_by(program: ir.Program, survey: Survey) -> Written:
             blocks.setdefault(_block(pou), set()).update(own)
     return Written(
         frozenset(bits),
-        {space: tuple(found) for space, found in _by_space(spans).items()},
-        {name: tuple(_merged(found)) for name, found in blocks.items() if found},
+        {space: tuple(parts) for space, parts in _by_space(spans).items()},
+        {name: tuple(_merged(parts)) for name, parts in blocks.items() if parts},
     )
 
 
@@ -102,21 +102,21 @@ def _lost(effects: Effects, pointed: Iterable[Span]) -> set[Span]:
 
 
 def _by_space(spans: Iterable[Span]) -> dict[str, list[Span]]:
-    found: dict[str, list[Span]] = {}
+    by_space: dict[str, list[Span]] = {}
     for span in spans:
-        found.setdefault(span.space, []).append(span)
-    return {space: _merged(some) for space, some in found.items()}
+        by_space.setdefault(span.space, []).append(span)
+    return {space: _merged(some) for space, some in by_space.items()}
 
 
 def _merged(spans: Iterable[Span]) -> list[Span]:
     """Return the spans of one space in rising order, without those that touch another one."""
-    found: list[Span] = []
+    merged: list[Span] = []
     for span in sorted(spans):
-        if found and span.start <= found[-1].end:
-            found[-1] = found[-1]._replace(end=max(found[-1].end, span.end))
+        if merged and span.start <= merged[-1].end:
+            merged[-1] = merged[-1]._replace(end=max(merged[-1].end, span.end))
         else:
-            found.append(span)
-    return found
+            merged.append(span)
+    return merged
 
 
 def overlap(spans: Sequence[Span], start: int, end: int) -> bool:

@@ -55,16 +55,18 @@ class Beside(Generic[C]):
     ) -> None:
         """Call `work(order, report)` beside the controller, and `on_done` with a program, or why there is none."""
 
-        def on_found(found: C | Refused | Failure) -> None:
+        def on_result(result: C | Refused | Failure) -> None:
             self._job, self.progress = None, ""
-            on_done(found.why if isinstance(found, Failure) else str(found) if isinstance(found, Refused) else found)
+            on_done(
+                result.why if isinstance(result, Failure) else str(result) if isinstance(result, Refused) else result
+            )
 
         def on_progress(what: str, done: int, steps: int) -> None:
             self.progress = f"{what} {100 * done // max(steps, 1)} %"
 
         self.cancel()
         self.progress = "compiling 0 %"
-        self._job = self._background.run(work, order, on_found, on_progress, virtual_ns=duration_ns)
+        self._job = self._background.run(work, order, on_result, on_progress, virtual_ns=duration_ns)
 
     def cancel(self) -> None:
         """Drop what is being compiled."""

@@ -53,29 +53,29 @@ def blocks(instructions: Sequence[Instruction], inlined: Mapping[int, int] = Map
     ends = _ends(instructions, inlined)
     while True:
         firm = sorted(leaders)
-        found = []
+        made = []
         for first, end in zip(firm, [*firm[1:], len(instructions)], strict=True):
-            found += list(_divided(first, end, _Reader(instructions).read(first, end, 0), ends))
-        wanted = {target for block in found for target in _outside(instructions, block.nodes, block)}
+            made += list(_divided(first, end, _Reader(instructions).read(first, end, 0), ends))
+        wanted = {target for block in made for target in _outside(instructions, block.nodes, block)}
         if wanted <= leaders:
-            return found
+            return made
         leaders |= wanted
 
 
 def _hard_leaders(instructions: Sequence[Instruction]) -> set[int]:
     """Return the instructions that must begin a block: those where a routine resumes, or a loop begins."""
-    found = {0}
+    leaders = {0}
     for pc, instruction in enumerate(instructions):
         match instruction:
             case Branch(target=target) | Jump(target=target) if target <= pc:
-                found.add(target)
+                leaders.add(target)
             case Call() | Pause():
-                found.add(pc + 1)
+                leaders.add(pc + 1)
             case Hold():
-                found.add(pc)
+                leaders.add(pc)
             case Switch(targets=targets, otherwise=otherwise):
-                found |= {pc + 1, otherwise, *targets.values()}
-    return {pc for pc in found if pc < len(instructions)}
+                leaders |= {pc + 1, otherwise, *targets.values()}
+    return {pc for pc in leaders if pc < len(instructions)}
 
 
 class _Reader:

@@ -36,8 +36,8 @@ def likely_code_page(data: bytes) -> str:
 
 def _likelihood(text: str) -> int:
     text = f" {text} "
-    found = islice(_BEYOND_ASCII.finditer(text), _MOST_LOOKED_AT)
-    return sum(_weight(*text[match.start() - 1 : match.end() + 1]) for match in found)
+    matches = islice(_BEYOND_ASCII.finditer(text), _MOST_LOOKED_AT)
+    return sum(_weight(*text[match.start() - 1 : match.end() + 1]) for match in matches)
 
 
 def _weight(before: str, character: str, behind: str) -> int:

@@ -25,15 +25,15 @@ def places(code: Code, build: Build, fault: BaseException) -> tuple[list[Activat
     Each place is the instruction that was running, a call for all but the last.
     """
     files = {file_name(number): number for number in range(len(code.routines))}
-    found, budget = [], 0
+    calls, budget = [], 0
     trace: TracebackType | None = fault.__traceback__
     while trace is not None:
         number = files.get(trace.tb_frame.f_code.co_filename)
         if number is not None:
-            found += _places(code, build, number, trace.tb_lineno, trace.tb_frame)
+            calls += _places(code, build, number, trace.tb_lineno, trace.tb_frame)
             budget = trace.tb_frame.f_locals["n"]
         trace = trace.tb_next
-    return found, budget
+    return calls, budget
 
 
 def _places(code: Code, build: Build, number: int, line: int, frame: FrameType) -> list[Activation]:

@@ -75,8 +75,8 @@ class Inlining:
             return None
         if self._length(number) > MOST:
             return None
-        found = blocks(routine.instructions, self.calls(number))
-        return found[0] if len(found) == 1 and not _leaves(routine.instructions, found[0].nodes[:-1]) else None
+        parts = blocks(routine.instructions, self.calls(number))
+        return parts[0] if len(parts) == 1 and not _leaves(routine.instructions, parts[0].nodes[:-1]) else None
 
 
 def _is_plain(instruction: Instruction) -> bool:

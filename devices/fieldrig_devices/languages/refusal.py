@@ -13,10 +13,10 @@ def refused(wrong: CompileError, paths: Mapping[str, str]) -> ConfigError:
 
 
 def _mistakes(paths: Mapping[str, str], mistakes: Sequence[Mistake]) -> list[Wrong]:
-    found = []
+    wrong = []
     for mistake in mistakes:
         place = f"{paths.get(mistake.file, mistake.file)}:{mistake.line}:{mistake.column}"
         expected = f"expected {mistake.expected}" if mistake.expected else ""
         remedy = "\n    ".join(part for part in (expected, mistake.hint) if part)
-        found.append(Wrong(place, None, "program", mistake.what, remedy))
-    return found
+        wrong.append(Wrong(place, None, "program", mistake.what, remedy))
+    return wrong

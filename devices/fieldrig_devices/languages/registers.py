@@ -41,7 +41,7 @@ def kept(texts: Sequence[str], registers: Collection[str], *, is_loop: bool) -> 
 
 def _checked_once(texts: list[str]) -> list[str | None]:
     """Leave out what has been checked before in every case, since its variable has not changed."""
-    found: list[str | None] = list(texts)
+    once: list[str | None] = list(texts)
     checked: dict[str, tuple[str, int]] = {}
     """The variable of each check, and how deeply it is indented: it holds until its arm ends."""
     for number, text in enumerate(texts):
@@ -50,12 +50,12 @@ def _checked_once(texts: list[str]) -> list[str | None]:
         check = _CHECK.match(text)
         if check is not None and number + 1 < len(texts) and "outside_" in texts[number + 1]:
             if text.strip() in checked:
-                found[number] = found[number + 1] = None
+                once[number] = once[number + 1] = None
             else:
                 checked[text.strip()] = check[1], depth
         elif (write := _SET.search(text)) is not None:
             checked = {line: operand for line, operand in checked.items() if operand[0] != write[1]}
-    return found
+    return once
 
 
 def _worthwhile(texts: Sequence[str], registers: Collection[str], is_loop: bool) -> Iterator[str]:

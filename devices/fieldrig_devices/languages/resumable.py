@@ -75,8 +75,8 @@ class Texts:
 
     def _debugging(self, number: int) -> ForDebugging | None:
         """Return what has been made in advance for breakpoints and single steps, also since the last call."""
-        if number not in self._ready and (found := self.routines[number].debugging()) is not None:
-            self._ready[number] = found
+        if number not in self._ready and (prepared := self.routines[number].debugging()) is not None:
+            self._ready[number] = prepared
         return self._ready.get(number)
 
     def _blocks(self, number: int, build: Build) -> list[Block]:
@@ -104,8 +104,8 @@ class Texts:
         return pickle.dumps(ForDebugging(watched, stepped, self.leaders(number, Build.WATCHED)))
 
     def lines(self, number: int, build: Build) -> list[Line]:
-        found = self.blocks(number, build)
-        return Writer(number, self.routines, self._callees, found, build, self._inlining).lines()
+        parts = self.blocks(number, build)
+        return Writer(number, self.routines, self._callees, parts, build, self._inlining).lines()
 
     def source(self, number: int, build: Build) -> str:
         return "".join(f"{line.text}\n" for line in self.lines(number, build))
@@ -255,18 +255,18 @@ class Code:
 
     def stop_at(self, lines: set[int]) -> set[int]:
         """Replace all breakpoints by these source lines; return those lines that have an instruction to stop at."""
-        found = set()
+        stops = set()
         for number in range(len(self.routines)):
-            found |= self.stop_in(number, lines)
-        return found
+            stops |= self.stop_in(number, lines)
+        return stops
 
     def stop_in(self, number: int, lines: Collection[int]) -> set[int]:
         """Replace the breakpoints of one routine, as `stop_at` does."""
-        found, before = set(), 0
+        reached, before = set(), 0
         stops = self.stops[number]
         for pc, line in enumerate(self.routines[number].lines):
             stops[pc] = int(line in lines and line != before)  # stop once per line
             before = line
             if line in lines:
-                found.add(line)
-        return found
+                reached.add(line)
+        return reached

@@ -84,15 +84,15 @@ def found_beside(folder: Path, name: str) -> Path | None:
 
 def _inside(name: str) -> Sequence[str]:
     """Return the parts of a path below a folder; none for a path that leads out of it."""
-    found: list[str] = []
+    names: list[str] = []
     for part in name.replace("\\", "/").split("/"):
-        if part == ".." and not found:
+        if part == ".." and not names:
             return ()
         if part == "..":
-            found.pop()
+            names.pop()
         elif part not in ("", "."):
-            found.append(part)
-    return () if name[:1] in ("/", "\\") else found
+            names.append(part)
+    return () if name[:1] in ("/", "\\") else names
 
 
 def _called(folder: Path, name: str) -> Iterator[Path]:

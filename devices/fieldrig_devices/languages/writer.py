@@ -125,7 +125,7 @@ class _BlockWriter:
 
     def _registers(self) -> frozenset[str]:
         registers = self._routines[self._number].registers
-        found = set[str]()
+        inlined = set[str]()
         for pc in range(self._block.first, self._block.end):
             if pc in self._inlined:
                 call = self._instructions[pc]
@@ -135,8 +135,8 @@ class _BlockWriter:
                 assert body is not None
                 inner = _BlockWriter(number, self._build, self._routines, self._callees, body, self._inlining)
                 moved_ = (moved(text, self._frame_size, call.base) for text in inner.registers)
-                found |= {text for text in moved_ if is_register(text)}
-        return registers | found if found else registers
+                inlined |= {text for text in moved_ if is_register(text)}
+        return registers | inlined if inlined else registers
 
     def lines(self) -> Iterator[Line]:
         spent = yield from self._nodes(self._block.nodes, 0)

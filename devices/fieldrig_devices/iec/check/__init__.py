@@ -73,4 +73,4 @@ def check(
     result = Program(project.pous, project.globals, types, project.tasks, host.objects, links, dialect)
     order = {unit.file: place for place, unit in enumerate(units)}
     mistakes = dict.fromkeys(project.reports.mistakes)
-    return result, sorted(mistakes, key=lambda found: (order.get(found.file, -1), found.line, found.column))
+    return result, sorted(mistakes, key=lambda mistake: (order.get(mistake.file, -1), mistake.line, mistake.column))

@@ -31,23 +31,23 @@ def guard(project: Project, what: Variable | Pou, words: Sequence[str], home: tr
 
 def is_open(project: Project, what: Variable | Pou) -> bool:
     """True if something is declared for all code of the project."""
-    found = project.guards.get(what)
-    return found is not None and found.word in _OPEN
+    guard = project.guards.get(what)
+    return guard is not None and guard.word in _OPEN
 
 
 def is_hidden(project: Project, what: Variable | Pou) -> bool:
     """True if something is declared for a part of the code only."""
-    found = project.guards.get(what)
-    return found is not None and found.word not in _OPEN
+    guard = project.guards.get(what)
+    return guard is not None and guard.word not in _OPEN
 
 
-def allows_variable(context: Context, found: Variable, node: tree.Node) -> bool:
+def allows_variable(context: Context, variable: Variable, node: tree.Node) -> bool:
     """True if the code may use a variable of its own instance; a message otherwise."""
-    guarded = context.project.guards.get(found)
+    guarded = context.project.guards.get(variable)
     if guarded is None or guarded.word != "PRIVATE" or guarded.level == context.level:
         return True
     hint = "declare it in VAR PROTECTED"
-    context.say(node, f"{found.name} is PRIVATE in {guarded.home}", f"a variable of {_here(context)}", hint)
+    context.say(node, f"{variable.name} is PRIVATE in {guarded.home}", f"a variable of {_here(context)}", hint)
     return False
 
 

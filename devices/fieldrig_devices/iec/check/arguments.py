@@ -52,14 +52,16 @@ def match_arguments(
         elif argument.is_output or named is not None:
             is_whole = _output(checker, argument, pou, named, pins, matched) and is_whole
         elif argument.value is not None:
-            found = _parameter(checker, argument, position, pou, pins)
-            if found is not None and found in matched.inputs:
-                checker.context.say(argument, f"the argument {found.name} is given twice", "one value for each input")
-                found = None
-            if found is None:
+            parameter = _parameter(checker, argument, position, pou, pins)
+            if parameter is not None and parameter in matched.inputs:
+                checker.context.say(
+                    argument, f"the argument {parameter.name} is given twice", "one value for each input"
+                )
+                parameter = None
+            if parameter is None:
                 is_whole = False
             else:
-                matched.inputs[found] = argument.value
+                matched.inputs[parameter] = argument.value
     return matched if is_whole and not _misses(checker, node, pou, inputs, matched) else None
 
 
@@ -111,13 +113,13 @@ def _parameter(
         context.say(argument, f"{value} is a comparison", compared, "A value is passed with :=.")
         return None
     if argument.name:
-        found = pins.inputs.get(context.key(argument.name))
-        if found is None and not context.project.lacks_base(pou):
+        parameter = pins.inputs.get(context.key(argument.name))
+        if parameter is None and not context.project.lacks_base(pou):
             names = [variable.name for variable in pins.inputs.values()]
             hint = enable.hint(context, argument.name) or context.project.reports.closest(argument.name, names)
             what = f"{pou.name} has no input {argument.name}"
             context.say(argument, what, listed(names) or "no argument", hint)
-        return found
+        return parameter
     if pou.kind is not PouKind.FUNCTION and not is_by_position:
         first = next(iter(pins.inputs.values()), None)
         example = f"{first.name} := {text(argument.value) if argument.value else '...'}" if first else "no argument"
@@ -173,8 +175,8 @@ def reference(checker: Checker, node: tree.Expression, variable: Variable) -> Pl
     if variable.is_constant and (kept := _constant(checker, node, variable)) is not None:
         return kept
     is_value = isinstance(node, tree.Literal | tree.Unary | tree.Binary) or _is_value(checker, node)
-    found = checker.meaning(node) if not is_value else None
-    if isinstance(found, Constant | Result) or is_value:
+    meaning = checker.meaning(node) if not is_value else None
+    if isinstance(meaning, Constant | Result) or is_value:
         context.say(
             node,
             f"{text(node)} is passed to the {section} {variable.name}",
@@ -182,7 +184,7 @@ def reference(checker: Checker, node: tree.Expression, variable: Variable) -> Pl
             "store the value in a variable first",
         )
         return None
-    if found is None:
+    if meaning is None:
         return None
     place = checker.place(node)
     if place is None:
@@ -222,12 +224,12 @@ def _constant(checker: Checker, node: tree.Expression, variable: Variable) -> Pl
         return None
     if isinstance(node, tree.Index | tree.Dereference | tree.BitOf | tree.Direct):
         return None
-    found = checker.expression_as(node, variable.type)
-    if not isinstance(found, Constant):
+    value = checker.expression_as(node, variable.type)
+    if not isinstance(value, Constant):
         return None
-    wanted = found.type if isinstance(found.type, StringType) else variable.type
+    wanted = value.type if isinstance(value.type, StringType) else variable.type
     name = f"$constant{len(checker.context.project.globals)}"
-    made = Variable(name, wanted, Space.GLOBAL, Section.GLOBAL, found.value, is_constant=True)
+    made = Variable(name, wanted, Space.GLOBAL, Section.GLOBAL, value.value, is_constant=True)
     checker.context.project.globals[checker.context.key(name)] = made
     return Cell(made, wanted)
 

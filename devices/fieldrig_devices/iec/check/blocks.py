@@ -33,10 +33,10 @@ Resolved = tuple[Place | None, Pou]
 
 def call_statement(checker: Checker, node: tree.Call, line: int) -> list[AnyStatement]:
     """Return the statements of a call: usually one; none after a message."""
-    found = _resolve(checker, node)
-    if found is None:
+    resolved = _resolve(checker, node)
+    if resolved is None:
         return []
-    instance, pou = found
+    instance, pou = resolved
     calls.note_call(checker.context, pou, node)
     if pou.is_method or (pou.kind is PouKind.FUNCTION and pou.owner is None):
         value = calls.call(checker, pou, node, instance)

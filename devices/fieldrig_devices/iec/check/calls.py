@@ -60,15 +60,15 @@ def value(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression 
         context.say(node, f"the call of {text(node.called)} has no result", "a function", _pin_hint(text(node.called)))
         return None
     name = called.text
-    found = context.find(name)
-    if found is None or isinstance(found, Variable):
+    entity = context.find(name)
+    if entity is None or isinstance(entity, Variable):
         function = called_function(context, name)
         if function is not None:
             return _function_value(checker, node, function, wanted)
-    if isinstance(found, Pou) and found.kind is PouKind.FUNCTION:
-        return _function_value(checker, node, found, wanted)
-    if found is not None:
-        hint = _pin_hint(name) if isinstance(found, Variable) else f"declare an instance: x : {name};"
+    if isinstance(entity, Pou) and entity.kind is PouKind.FUNCTION:
+        return _function_value(checker, node, entity, wanted)
+    if entity is not None:
+        hint = _pin_hint(name) if isinstance(entity, Variable) else f"declare an instance: x : {name};"
         context.say(node, f"{name} is not a function", "a function", hint)
         return None
     if name.upper() in open_arrays.FUNCTIONS and context.project.dialect.has_open_arrays:
@@ -203,10 +203,10 @@ def _inputs(
 
 def _any_integer(checker: Checker, node: tree.Expression) -> Expression | None:
     """Return an integer of any type as a LINT."""
-    found = checker.expression(node)
-    if found is None or type(found) is Untyped or not _is_number(found.type):
-        return checker.convert(found, Elementary.LINT, node) if found is not None else None
-    return constants.converted(found, Elementary.LINT)
+    value = checker.expression(node)
+    if value is None or type(value) is Untyped or not _is_number(value.type):
+        return checker.convert(value, Elementary.LINT, node) if value is not None else None
+    return constants.converted(value, Elementary.LINT)
 
 
 def _limits(variable: Variable, argument: Expression | Place) -> Iterator[tuple[Variable, Expression]]:
@@ -237,9 +237,9 @@ def _output_arrays(
 def _default(context: Context, variable: Variable) -> Expression | None:
     """Return what an input has that a call does not give."""
     project = context.project
-    found = project.constant_of(variable)
-    if found is not None:
-        return Constant(found, variable.type)
+    start = project.constant_of(variable)
+    if start is not None:
+        return Constant(start, variable.type)
     if isinstance(variable.type, PointerType):
         return Constant(0, variable.type)
     if not isinstance(variable.type, StructType | ArrayType):
@@ -266,8 +266,8 @@ def _standard_call(checker: Checker, name: str, node: tree.Call, wanted: Type | 
         return None
     whole = _with_defaults(checker.context, name, values, node)
     nodes = [argument or node for argument in given]
-    found = standard(checker, name, whole, node, wanted, nodes) if whole is not None else None
-    return enable.result(checker, found, parts[1], wanted, node) if found is not None else None
+    call = standard(checker, name, whole, node, wanted, nodes) if whole is not None else None
+    return enable.result(checker, call, parts[1], wanted, node) if call is not None else None
 
 
 def _wanted_inside(name: str, wanted: Type | None) -> Type | None:
@@ -316,7 +316,7 @@ def _in_order(context: Context, name: str, node: tree.Call) -> list[tree.Express
     """The arguments by position; named ones are put in order, with None for those that the call leaves out."""
     names = intrinsics.formal_names(name, _number_of(context, name, node))
     places = {formal: place for place, formal in enumerate(names)}
-    found: dict[str, tree.Expression] = {}
+    given: dict[str, tree.Expression] = {}
     for position, argument in enumerate(node.arguments):
         if argument.value is None or argument.is_output:
             context.say(argument, f"{name} has no outputs", "arguments without =>")
@@ -324,13 +324,13 @@ def _in_order(context: Context, name: str, node: tree.Call) -> list[tree.Express
         formal = _as_in_standard(argument.name.upper(), places) or (
             names[position] if position < len(names) else str(position)
         )
-        if (argument.name and formal not in places) or formal in found:
+        if (argument.name and formal not in places) or formal in given:
             context.say(argument, f"{name} has no free argument {argument.name}", ", ".join(names))
             return None
-        found[formal] = argument.value
+        given[formal] = argument.value
     if len(names) > len(node.arguments) and _number_of(context, name, node) > len(node.arguments):
-        return [found.get(formal) for formal in names]
-    return [found[formal] for formal in sorted(found, key=lambda formal: places.get(formal, 99))]
+        return [given.get(formal) for formal in names]
+    return [given[formal] for formal in sorted(given, key=lambda formal: places.get(formal, 99))]
 
 
 _OF_CODESYS: Final = {"IN": ("STR",), "IN1": ("STR1",), "IN2": ("STR2",), "L": ("LEN", "SIZE"), "P": ("POS",)}
@@ -368,27 +368,30 @@ def standard(
         values = [_position(checker, value, at) for value in values]
     kinds = [value.argument if type(value) is Untyped else value.type for value in values]
     time = checker.context.project.dialect.time
-    found = intrinsics.find(conversions.of_dialect(name, time), kinds, wanted)
-    if isinstance(found, str):
-        head, _, rest = found.replace(time.name, str(time)).partition(": expected ")
+    overload = intrinsics.find(conversions.of_dialect(name, time), kinds, wanted)
+    if isinstance(overload, str):
+        head, _, rest = overload.replace(time.name, str(time)).partition(": expected ")
         expected, _, got = rest.rpartition(", got ")
-        checker.context.say(at, f"{head} with {got}" if got else found, expected)
+        checker.context.say(at, f"{head} with {got}" if got else overload, expected)
         return None
     if not checker.context.mixes_integers:
-        found = intrinsics.transferring(found)
+        overload = intrinsics.transferring(overload)
     places = nodes or [at] * len(values)
     converted = [
-        checker.convert(value, kind, node) for value, kind, node in zip(values, found.parameters, places, strict=True)
+        checker.convert(value, kind, node)
+        for value, kind, node in zip(values, overload.parameters, places, strict=True)
     ]
     known = [
         constants.folded(_cut(value, kind))
-        for value, kind in zip(converted, found.parameters, strict=True)
+        for value, kind in zip(converted, overload.parameters, strict=True)
         if value is not None
     ]
     if len(known) < len(converted):
         return None
-    made = constants.intrinsic(found, known)
-    whole = _whole(checker, name, values, found.parameters, at, nodes) if name in registers.OF_THEIR_ARGUMENTS else None
+    made = constants.intrinsic(overload, known)
+    whole = (
+        _whole(checker, name, values, overload.parameters, at, nodes) if name in registers.OF_THEIR_ARGUMENTS else None
+    )
     if whole is not None:
         return constants.narrowed(whole, made.type)
     if made.type is Elementary.TIME or power is not None:
@@ -428,8 +431,8 @@ def _selected(checker: Checker, name: str, values: Sequence[Expression], at: tre
         if address is None:
             return None
         addresses.append(address)
-    found = standard(checker, name, [values[0], *addresses], at)
-    return Load(Target(found, kind)) if found is not None else None
+    selection = standard(checker, name, [values[0], *addresses], at)
+    return Load(Target(selection, kind)) if selection is not None else None
 
 
 def _whole(
@@ -533,9 +536,9 @@ def _adr(checker: Checker, node: tree.Call) -> Expression | None:
 
 def _cell_of(checker: Checker, node: tree.Expression) -> Place | None:
     """The place of an argument, also of a constant, which has a cell too."""
-    found = checker.context.find(node.text) if isinstance(node, tree.Name) else None
-    if isinstance(found, Variable) and found.is_constant:
-        return Cell(found, found.type)
+    entity = checker.context.find(node.text) if isinstance(node, tree.Name) else None
+    if isinstance(entity, Variable) and entity.is_constant:
+        return Cell(entity, entity.type)
     return checker.place(node)
 
 
@@ -547,8 +550,8 @@ def _sizeof(checker: Checker, node: tree.Call) -> Expression | None:
         kind = checker.context.project.named_type(given.text)
         if kind is not None:
             return _size(checker, given, kind)
-    found = checker.expression(given)
-    return _size(checker, given, found.type) if found is not None else None
+    value = checker.expression(given)
+    return _size(checker, given, value.type) if value is not None else None
 
 
 def _size(checker: Checker, at: tree.Node, kind: Type) -> Expression | None:
@@ -560,13 +563,13 @@ def _size(checker: Checker, at: tree.Node, kind: Type) -> Expression | None:
 
 def _indexof(checker: Checker, node: tree.Call) -> Expression | None:
     given = _one_argument(checker, node)
-    found = checker.meaning(given) if given is not None else None
-    if found is None or given is None:
+    meaning = checker.meaning(given) if given is not None else None
+    if meaning is None or given is None:
         return None
-    if not isinstance(found, Pou):
+    if not isinstance(meaning, Pou):
         checker.context.say(given, f"{text(given)} is not a POU", "a program, function or function block")
         return None
-    return integer(list(checker.context.project.pous.values()).index(found))
+    return integer(list(checker.context.project.pous.values()).index(meaning))
 
 
 SPECIAL: Final[dict[str, Callable[[Checker, tree.Call], Expression | None]]] = {

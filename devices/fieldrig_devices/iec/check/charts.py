@@ -18,16 +18,16 @@ def check_chart(body: tree.SfcBody, context: Context) -> bool:
     return is_whole
 
 
-def _steps(body: tree.SfcBody, context: Context, found: dict[str, tree.Step]) -> bool:
+def _steps(body: tree.SfcBody, context: Context, steps: dict[str, tree.Step]) -> bool:
     """Put the steps into `found` by name."""
     is_whole = True
     for step in body.steps:
         name = context.key(step.name)
-        if name in found:
-            context.say(step, f"step {step.name} exists already in line {found[name].place.line}", "another name")
+        if name in steps:
+            context.say(step, f"step {step.name} exists already in line {steps[name].place.line}", "another name")
             is_whole = False
             continue
-        found[name] = step
+        steps[name] = step
         if name in context.names:
             context.say(step, f"step {step.name} has the name of a variable", "another name")
             is_whole = False
@@ -76,10 +76,10 @@ def _action(use: tree.ActionUse, context: Context) -> bool:
     actions = context.owner.actions if context.owner is not None else {}
     if context.key(use.name) in actions:
         return True
-    found = context.find(use.name)
-    if isinstance(found, Variable) and found.type is Elementary.BOOL:
+    entity = context.find(use.name)
+    if isinstance(entity, Variable) and entity.type is Elementary.BOOL:
         return True
-    if found is not None:
+    if entity is not None:
         context.say(use, f"{use.name} is neither an action nor a BOOL variable", "an action of this POU")
         return False
     known = [name.rpartition(".")[2] for name in (action.name for action in actions.values())]

@@ -99,8 +99,8 @@ def _function(context: Context, name: str) -> Pou | None:
     """Return the project's function of this name, unless the body that is checked belongs to such a function."""
     if context.owner is None or context.is_library or context.owner.name.lower() in NAMES:
         return None
-    found = context.project.pous.get(context.key(name))
-    return found if found is not None and found.kind is PouKind.FUNCTION else None
+    function = context.project.pous.get(context.key(name))
+    return function if function is not None and function.kind is PouKind.FUNCTION else None
 
 
 def _called(context: Context, function: Pou, given: Sequence[Expression], at: tree.Node) -> CallFunction | None:

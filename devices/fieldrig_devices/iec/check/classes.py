@@ -66,8 +66,8 @@ def _first_of(body: tree.Body) -> tree.Place | None:
     """Return the place of the first statement; None for an empty body."""
     match body:
         case tree.StBody(statements):
-            found = [node.place for node in statements if not isinstance(node, tree.Empty)]
-            return found[0] if found else None
+            places = [node.place for node in statements if not isinstance(node, tree.Empty)]
+            return places[0] if places else None
         case tree.IlBody(instructions):
             return instructions[0].place if instructions else None
         case tree.SfcBody(steps):

@@ -18,11 +18,11 @@ def apply(
     A variable of a function block with different addresses in its instances gets none; its links are returned.
     """
     open_ones = dict(incomplete)
-    found: dict[Variable, list[Link]] = {}
+    linked: dict[Variable, list[Link]] = {}
     for block, file in blocks:
         context = Context(project, None, file)
         for node in block.variables:
-            _complete(project, node, incomplete, open_ones, context, found)
+            _complete(project, node, incomplete, open_ones, context, linked)
     for variable, address in open_ones.items():
         if project.dialect.allows_open_addresses:
             what = f"{variable.name} AT %{address.area}* has no address in VAR_CONFIG"
@@ -36,7 +36,7 @@ def apply(
             f"VAR_CONFIG PROG.{variable.name} AT %{address.area}X0.0 : {variable.type}; END_VAR",
         )
     links: list[Link] = []
-    for variable, own in found.items():
+    for variable, own in linked.items():
         if all(link.where == own[0].where for link in own):
             variable.location = own[0].where
         else:
@@ -52,25 +52,27 @@ def _complete(
     context: Context,
     links: dict[Variable, list[Link]],
 ) -> None:
-    found = _find(project, node)
-    if found is None:
+    variable = _find(project, node)
+    if variable is None:
         context.say(node, f"there is no variable {node.name}", "a path PROGRAM.instance.variable")
         return
-    if found not in incomplete or node.location is None:
-        context.say(node, f"{node.name} has no incomplete address", f"{found.name} AT %I* : {found.type} in its POU")
+    if variable not in incomplete or node.location is None:
+        context.say(
+            node, f"{node.name} has no incomplete address", f"{variable.name} AT %I* : {variable.type} in its POU"
+        )
         return
-    made = location(node.location, found.type, context) if found.type is not UNKNOWN else None
+    made = location(node.location, variable.type, context) if variable.type is not UNKNOWN else None
     if made is not None:
-        links.setdefault(found, []).append(Link(node.name, found, made))
-    open_ones.pop(found, None)
+        links.setdefault(variable, []).append(Link(node.name, variable, made))
+    open_ones.pop(variable, None)
 
 
 def _find(project: Project, node: tree.Variable) -> Variable | None:
     first, *path = node.name.split(".")
     entity = project.find(project.key(first))
-    found = entity.instance if isinstance(entity, Pou) else entity if isinstance(entity, Variable) else None
+    variable = entity.instance if isinstance(entity, Pou) else entity if isinstance(entity, Variable) else None
     for name in path:
-        kind = found.type if found is not None else None
+        kind = variable.type if variable is not None else None
         pou = kind.pou if isinstance(kind, BlockType) else None
-        found = pou.variables.get(project.key(name)) if pou is not None else None
-    return found
+        variable = pou.variables.get(project.key(name)) if pou is not None else None
+    return variable

@@ -60,10 +60,10 @@ class Context:
 
     def find(self, name: str) -> Entity | None:
         wanted = self.key(name)
-        found: Entity | None = self.names.get(wanted)
-        if found is None and self.is_library:
-            found = self.project.shadowed.get(wanted)
-        return found or self.project.find(self.listed.get(wanted, wanted))
+        entity: Entity | None = self.names.get(wanted)
+        if entity is None and self.is_library:
+            entity = self.project.shadowed.get(wanted)
+        return entity or self.project.find(self.listed.get(wanted, wanted))
 
     def say(self, node: Node, what: str, expected: str = "", hint: str = "") -> None:
         self.project.reports.say(self.file, place_of(node), what, expected, hint)

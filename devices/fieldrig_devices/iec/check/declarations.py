@@ -82,9 +82,7 @@ class Declarations:
                     self._trees.setdefault(self._project.key(node.name), (node, unit.file))
                     self._project.extended |= {self._project.key(inheritance.unqualified(node.extends))} - {""}
         declared = [(node, unit.file) for unit in units for node in unit.declarations]
-        for node, file in sorted(
-            declared, key=lambda found: isinstance(found[0], tree.Variables) and bool(found[0].name)
-        ):
+        for node, file in sorted(declared, key=lambda item: isinstance(item[0], tree.Variables) and bool(item[0].name)):
             self._declare(node, file)
         inheritance.check_interfaces(self._project)
         for name in [name for name in self._project.interfaces if not self._project.facades[name].methods]:
@@ -291,9 +289,9 @@ class Declarations:
             if name in self._project.defaults:
                 continue
             kind = self._project.types.get(name, UNKNOWN)
-            found = initials.of_type(node.initial, kind, context) if node.initial is not None else None
-            if found is not None:
-                self._project.defaults[name] = found
+            start = initials.of_type(node.initial, kind, context) if node.initial is not None else None
+            if start is not None:
+                self._project.defaults[name] = start
 
     def _component_starts(self) -> None:
         """Work out the start values of components in the structures that have been added since the last call.

@@ -128,7 +128,9 @@ def extends(project: Project, one: InterfaceType, other: InterfaceType) -> bool:
 
 
 def _has(project: Project, names: Sequence[str], wanted: str) -> bool:
-    return any(project.key(found.name) == project.key(wanted) for found, _ in inheritance.closure(project, names))
+    return any(
+        project.key(interface.name) == project.key(wanted) for interface, _ in inheritance.closure(project, names)
+    )
 
 
 def derives(project: Project, kind: Type, above: Type) -> bool:
@@ -138,7 +140,7 @@ def derives(project: Project, kind: Type, above: Type) -> bool:
     source, base = project.sources.get(kind.pou), project.sources.get(above.pou)
     if source is None or base is None or source.line is None:
         return False
-    return any(found is base.tree for found, _ in source.line.trees)
+    return any(block is base.tree for block, _ in source.line.trees)
 
 
 # ---- __QUERYINTERFACE
@@ -147,15 +149,15 @@ def derives(project: Project, kind: Type, above: Type) -> bool:
 def query(project: Project, kind: InterfaceType) -> tuple[Pou, Sequence[Variable]]:
     """Return the function behind __QUERYINTERFACE for an interface: an address in, and a variable of the interface."""
     name = f"$query.{kind}"
-    found = project.pous.get(project.key(name))
-    if found is None:
-        found = project.pous[project.key(name)] = Pou(PouKind.FUNCTION, name, "")
+    function = project.pous.get(project.key(name))
+    if function is None:
+        function = project.pous[project.key(name)] = Pou(PouKind.FUNCTION, name, "")
         address = Variable("address", Elementary.DWORD, Space.FRAME, Section.INPUT)
         into = Variable("into", kind, Space.FRAME, Section.IN_OUT)
-        found.variables = {"address": address, "into": into}
-        found.result = Variable(name, Elementary.BOOL, Space.FRAME, Section.OUTPUT)
-        found.body = _query_body(project, kind, found.result, address, into)
-    return found, list(found.variables.values())
+        function.variables = {"address": address, "into": into}
+        function.result = Variable(name, Elementary.BOOL, Space.FRAME, Section.OUTPUT)
+        function.body = _query_body(project, kind, function.result, address, into)
+    return function, list(function.variables.values())
 
 
 def _query_body(
@@ -167,8 +169,8 @@ def _query_body(
     tests: list[AnyStatement] = []
     for block in blocks:
         condition = Binary(Operator.EQ, word, Constant(_number(block), Elementary.UDINT), Elementary.BOOL)
-        found = [Assign(Cell(into, kind), Convert(given, kind), line=0)]
-        tests.append(If(condition, [*found, Assign(Cell(result, Elementary.BOOL), _TRUE, line=0)], line=0))
+        body = [Assign(Cell(into, kind), Convert(given, kind), line=0)]
+        tests.append(If(condition, [*body, Assign(Cell(result, Elementary.BOOL), _TRUE, line=0)], line=0))
     is_something = Binary(Operator.NE, given, Constant(0, Elementary.DWORD), Elementary.BOOL)
     return [Assign(Cell(into, kind), Constant(0, kind), line=0), If(is_something, tests, line=0)]
 
@@ -284,6 +286,6 @@ class Dispatchers:
 
 
 def _copied(variable: Variable) -> Variable:
-    found = Variable(variable.name, variable.type, Space.FRAME, variable.section, variable.initial)
-    found.place, found.file = variable.place, variable.file
-    return found
+    copy = Variable(variable.name, variable.type, Space.FRAME, variable.section, variable.initial)
+    copy.place, copy.file = variable.place, variable.file
+    return copy

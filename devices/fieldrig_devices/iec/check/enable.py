@@ -71,18 +71,18 @@ def split(checker: Checker, node: tree.Call, pou: Pou | None) -> Split | None:
         return node, ALWAYS
     rest = tuple(argument for argument in node.arguments if all(argument is not one for one in given))
     call = tree.Call(node.called, rest, place=node.place)
-    found: dict[str, tree.Argument] = {}
+    pins: dict[str, tree.Argument] = {}
     for argument in given:
         name = argument.name.upper()
         wanted = "ENO => target" if name == "ENO" else "EN := condition"
-        if name in found:
+        if name in pins:
             checker.context.say(argument, f"{name} is given twice", wanted)
             return None
         if argument.is_output is (name == "EN"):
             checker.context.say(argument, f"{name} is an {'input' if name == 'EN' else 'output'} of every call", wanted)
             return None
-        found[name] = argument
-    return _checked(checker, call, found.get("EN"), found.get("ENO"))
+        pins[name] = argument
+    return _checked(checker, call, pins.get("EN"), pins.get("ENO"))
 
 
 def _is_ordinary(name: str, pou: Pou | None) -> bool:
@@ -116,10 +116,10 @@ def result(
     """Return the result of a standard function with its EN and ENO; None after a message."""
     if enable is ALWAYS:
         return value
-    found: Expression | None = value
+    converted: Expression | None = value
     if type(value) is Untyped:  # ADD(1, 2) is a constant, whose type the surroundings give
-        found = checker.convert(value, wanted if _holds(wanted, value) and wanted is not None else value.type, at)
-    return Enabled(found, enable) if found is not None else None
+        converted = checker.convert(value, wanted if _holds(wanted, value) and wanted is not None else value.type, at)
+    return Enabled(converted, enable) if converted is not None else None
 
 
 def _holds(kind: Type | None, value: Untyped) -> bool:
@@ -176,10 +176,10 @@ def eno_of(pou: Pou) -> Variable:
 
 def note_declared(project: Project, source: PouSource) -> None:
     """Note a declared ENO."""
-    found = source.pou.variables.get("eno")
+    eno = source.pou.variables.get("eno")
     is_own = project.dialect.has_enable and not source.is_library
-    if is_own and found is not None and found.section is Section.OUTPUT and found.type is BOOL:
-        source.pou.eno = found
+    if is_own and eno is not None and eno.section is Section.OUTPUT and eno.type is BOOL:
+        source.pou.eno = eno
 
 
 def begin_bodies(project: Project) -> None:

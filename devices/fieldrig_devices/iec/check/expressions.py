@@ -56,10 +56,10 @@ class Expressions:
     def expression_as(self, node: tree.Expression, kind: Type) -> Expression | None:
         if isinstance(kind, PointerType) and kind.is_reference:
             return references.reference_to(self, node, kind)
-        found = _EXPRESSIONS[type(node)](self, node, kind)
-        if found is None or (found.type is kind and type(found) is not Untyped and type(kind) is not BlockType):
-            return found
-        return assignable.convert(self.context, found, kind, node)
+        value = _EXPRESSIONS[type(node)](self, node, kind)
+        if value is None or (value.type is kind and type(value) is not Untyped and type(kind) is not BlockType):
+            return value
+        return assignable.convert(self.context, value, kind, node)
 
     def convert(self, value: Expression, kind: Type, at: tree.Node) -> Expression | None:
         return assignable.convert(self.context, value, kind, at)
@@ -76,57 +76,65 @@ class Expressions:
         return places.meaning(self, node)
 
     def place(self, node: tree.Expression) -> Place | None:
-        found = self.meaning(node)
-        if isinstance(found, Pou) and found.instance is not None:
-            return Cell(found.instance, found.instance.type)
-        if found is None or isinstance(found, Place):
-            return None if found is None or found.type is UNKNOWN else found
+        meaning = self.meaning(node)
+        if isinstance(meaning, Pou) and meaning.instance is not None:
+            return Cell(meaning.instance, meaning.instance.type)
+        if meaning is None or isinstance(meaning, Place):
+            return None if meaning is None or meaning.type is UNKNOWN else meaning
         self.context.say(node, f"{text(node)} is not a variable", "a variable")
         return None
 
     def target(self, node: tree.Expression) -> Place | None:
-        found = self.meaning(node)
-        if isinstance(found, Place):
-            return found if found.type is not UNKNOWN and places.is_writable(self.context, found, node) else None
-        if found is not None:
-            self.context.say(node, f"{text(node)} is {self._kind(found, node)}", "a variable that may be written here")
+        meaning = self.meaning(node)
+        if isinstance(meaning, Place):
+            return meaning if meaning.type is not UNKNOWN and places.is_writable(self.context, meaning, node) else None
+        if meaning is not None:
+            self.context.say(
+                node, f"{text(node)} is {self._kind(meaning, node)}", "a variable that may be written here"
+            )
         return None
 
-    def _kind(self, found: Constant | Pou | EnumType, node: tree.Expression) -> str:
-        if isinstance(found, Pou):
-            return f"a {found.kind.value}" if found.owner is None else "an action"
-        if isinstance(found, Constant) and isinstance(found.type, ObjectType):
+    def _kind(self, meaning: Constant | Pou | EnumType, node: tree.Expression) -> str:
+        if isinstance(meaning, Pou):
+            return f"a {meaning.kind.value}" if meaning.owner is None else "an action"
+        if isinstance(meaning, Constant) and isinstance(meaning.type, ObjectType):
             return "a configuration object"
         named = self.context.find(node.text) if isinstance(node, tree.Name) else None
-        is_value = isinstance(found, Constant) and isinstance(found.type, EnumType) and not isinstance(named, Variable)
-        return "a value of an enumeration" if is_value else "a type" if isinstance(found, EnumType) else "a constant"
+        is_value = (
+            isinstance(meaning, Constant) and isinstance(meaning.type, EnumType) and not isinstance(named, Variable)
+        )
+        return "a value of an enumeration" if is_value else "a type" if isinstance(meaning, EnumType) else "a constant"
 
     # ---- constants
 
     def constant(self, node: tree.Expression) -> Constant | None:
-        found = self.expression(node)
-        made = constants.folded(found) if found is not None else None
+        value = self.expression(node)
+        made = constants.folded(value) if value is not None else None
         if made is None or isinstance(made, Constant):
             return made
         self.context.say(node, f"{text(node)} is not constant", "a value that is known at compile time")
         return None
 
     def constant_as(self, node: tree.Expression, kind: Type) -> Constant | None:
-        found = self.expression(node)
-        if found is None or not isinstance(constants.whole(found), Constant):
-            found = self.constant(node)
-        made = self.convert(found, kind, node) if found is not None else None
+        value = self.expression(node)
+        if value is None or not isinstance(constants.whole(value), Constant):
+            value = self.constant(node)
+        made = self.convert(value, kind, node) if value is not None else None
         made = constants.folded(made) if made is not None else None
         return made if isinstance(made, Constant) else None
 
     def constant_integer(self, node: tree.Expression) -> int | None:
-        found = self.constant(node)
-        if found is None:
+        constant = self.constant(node)
+        if constant is None:
             return None
-        if isinstance(found.value, bool) or not isinstance(found.value, int) or operators.integer_of(found) is None:
-            self.context.say(node, f"{text(node)} is {a(found.type)}", "an integer")
+        if (
+            isinstance(constant.value, bool)
+            or not isinstance(constant.value, int)
+            or operators.integer_of(constant) is None
+        ):
+            self.context.say(node, f"{text(node)} is {a(constant.type)}", "an integer")
             return None
-        return found.value
+        return constant.value
 
 
 # ---- the kinds of trees
@@ -179,27 +187,30 @@ def _named(checker: Checker, node: tree.Expression, wanted: Type | None) -> Expr
     reading = properties.reading(checker, node) if checker.context.project.properties else None
     if reading is not None:
         return _call(checker, reading[0], wanted) if reading else None
-    found = places.meaning(checker, node)
-    if found is None or isinstance(found, Constant):
-        return found
-    if isinstance(found, Place):
-        if isinstance(found.type, OpenArrayType):
+    meaning = places.meaning(checker, node)
+    if meaning is None or isinstance(meaning, Constant):
+        return meaning
+    if isinstance(meaning, Place):
+        if isinstance(meaning.type, OpenArrayType):
             hint = f"choose an element: {text(node)}[...]"
             checker.context.say(
-                node, f"{text(node)} is {a(found.type)} and has no value as a whole", "an element", hint
+                node, f"{text(node)} is {a(meaning.type)} and has no value as a whole", "an element", hint
             )
             return None
-        if isinstance(found, Cell) and found.variable.narrow is not None:
-            return constants.narrowed(Load(found), found.variable.narrow)
-        return None if found.type is UNKNOWN else Load(found)
-    if isinstance(found, Pou) and found.kind is PouKind.PROGRAM and found.instance is not None:
-        return Load(Cell(found.instance, found.instance.type))
-    if isinstance(found, Pou) and found.owner is not None:
-        checker.context.say(node, f"{found.name} is an action", "a value", f"call it as a statement: {text(node)};")
+        if isinstance(meaning, Cell) and meaning.variable.narrow is not None:
+            return constants.narrowed(Load(meaning), meaning.variable.narrow)
+        return None if meaning.type is UNKNOWN else Load(meaning)
+    if isinstance(meaning, Pou) and meaning.kind is PouKind.PROGRAM and meaning.instance is not None:
+        return Load(Cell(meaning.instance, meaning.instance.type))
+    if isinstance(meaning, Pou) and meaning.owner is not None:
+        checker.context.say(node, f"{meaning.name} is an action", "a value", f"call it as a statement: {text(node)};")
         return None
-    if isinstance(found, Pou):
-        hints = {PouKind.FUNCTION: f"{found.name}(...) calls it", PouKind.FUNCTION_BLOCK: f"declare x : {found.name};"}
-        checker.context.say(node, f"{found.name} is {a(found.kind.value)}", "a value", hints.get(found.kind, ""))
+    if isinstance(meaning, Pou):
+        hints = {
+            PouKind.FUNCTION: f"{meaning.name}(...) calls it",
+            PouKind.FUNCTION_BLOCK: f"declare x : {meaning.name};",
+        }
+        checker.context.say(node, f"{meaning.name} is {a(meaning.kind.value)}", "a value", hints.get(meaning.kind, ""))
         return None
     checker.context.say(node, f"{text(node)} is a type", "a value")
     return None
@@ -224,10 +235,10 @@ def _binary(checker: Checker, node: tree.Binary, wanted: Type | None) -> Express
     while isinstance(first, tree.Binary):
         chain.append(first)
         first = first.left
-    found = _EXPRESSIONS[type(first)](checker, first, wanted)
+    value = _EXPRESSIONS[type(first)](checker, first, wanted)
     while chain:
-        found = _with_right_side(checker, found, chain.pop(), wanted)
-    return found
+        value = _with_right_side(checker, value, chain.pop(), wanted)
+    return value
 
 
 def _with_right_side(
@@ -243,11 +254,11 @@ def _with_right_side(
 
 def _call(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression | None:
     """A result that is a reference means what it refers to."""
-    found = calls.value(checker, node, wanted)
-    kind = found.type if found is not None and type(found) is not Untyped else None
-    if found is not None and isinstance(kind, PointerType) and kind.is_reference:
-        return Load(Target(check_functions.address(checker.context, found, node), kind.to))
-    return found
+    value = calls.value(checker, node, wanted)
+    kind = value.type if value is not None and type(value) is not Untyped else None
+    if value is not None and isinstance(kind, PointerType) and kind.is_reference:
+        return Load(Target(check_functions.address(checker.context, value, node), kind.to))
+    return value
 
 
 _EXPRESSIONS: Final[dict[type, Callable[[Checker, Any, Type | None], Expression | None]]] = {

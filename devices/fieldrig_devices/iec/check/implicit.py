@@ -46,8 +46,8 @@ STRICT: Final[frozenset[Pair]] = frozenset(pair for pair in WIDENS if _strictly(
 def common(left: Elementary, right: Elementary, is_strict: bool) -> Elementary | None:
     """Return the type in which two operands meet; None if there is none."""
     if not is_strict:
-        found = common_type((left, right))
-        return found if isinstance(found, Elementary) else None
+        shared = common_type((left, right))
+        return shared if isinstance(shared, Elementary) else None
     both = [kind for kind in Elementary if (left, kind) in STRICT and (right, kind) in STRICT]
     return min(both, key=lambda kind: (kind.is_real, kind.size), default=None)
 

@@ -24,7 +24,7 @@ DEEPEST: Final = 40
 
 def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tuple[tree.Pou, str]]) -> Lineage:
     """Return a POU with the function blocks that it extends, the next one first; a message for one that is not."""
-    found = [(node, file)]
+    line = [(node, file)]
     is_broken = False
     while node.extends:
         above = known.get(project.key(node.extends)) or known.get(project.key(unqualified(node.extends)))
@@ -39,24 +39,24 @@ def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tup
             project.reports.say(
                 file, node.place, f"{node.extends} is FINAL and cannot be extended", "an instance of it in VAR"
             )
-        if any(above[0] is other for other, _ in found):
+        if any(above[0] is other for other, _ in line):
             project.reports.say(file, node.place, f"{node.name} extends itself", "another function block")
             break
-        if len(found) > DEEPEST:
-            what = f"{found[0][0].name} extends more than {DEEPEST} others"
-            project.reports.say(found[0][1], found[0][0].place, what, f"at most {DEEPEST} levels")
-            return Lineage(found[:1], is_broken=True)
-        found.append(above)
+        if len(line) > DEEPEST:
+            what = f"{line[0][0].name} extends more than {DEEPEST} others"
+            project.reports.say(line[0][1], line[0][0].place, what, f"at most {DEEPEST} levels")
+            return Lineage(line[:1], is_broken=True)
+        line.append(above)
         node, file = above
-    project.inherited += sum(_parts(above) for above, _ in found[1:])
+    project.inherited += sum(_parts(above) for above, _ in line[1:])
     if project.inherited > MOST_INHERITED:
-        what = f"the function blocks up to {found[0][0].name} inherit too much"
+        what = f"the function blocks up to {line[0][0].name} inherit too much"
         expected = f"at most {MOST_INHERITED} variables and methods, counted for each block that inherits them"
         if not project.inherits_too_much:
-            project.reports.say(found[0][1], found[0][0].place, what, expected)
+            project.reports.say(line[0][1], line[0][0].place, what, expected)
         project.inherits_too_much = True
-        return Lineage(found[:1], is_broken=True)
-    return Lineage(found, is_broken=is_broken)
+        return Lineage(line[:1], is_broken=True)
+    return Lineage(line, is_broken=is_broken)
 
 
 def _parts(above: tree.Pou) -> int:
@@ -150,9 +150,9 @@ def closure(
         if (key := project.key(unqualified(name))) in known:
             continue
         known.add(key)
-        found = project.interfaces.get(key)
-        if found is None:
+        declared = project.interfaces.get(key)
+        if declared is None:
             say(name)
             continue
-        yield found
-        open_names += found[0].extends
+        yield declared
+        open_names += declared[0].extends

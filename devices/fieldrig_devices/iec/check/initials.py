@@ -44,8 +44,8 @@ def compute(start: Start, context: Context) -> None:
     reports, before = context.project.reports, len(context.project.reports.mistakes)
     start.variable.initial = value(start.initial, start.variable.type, context)
     if start.variable.initial is None and startup.may_compute(context.project, start):
-        found = reports.mistakes[before:]
-        if any(mistake.what.endswith(NOT_CONSTANT) for mistake in found):
+        new = reports.mistakes[before:]
+        if any(mistake.what.endswith(NOT_CONSTANT) for mistake in new):
             reports.withdraw(before)
             context.project.computed[start.variable] = start
     context.project.depth -= 1
@@ -81,13 +81,13 @@ def value(node: tree.Initial, kind: Type, context: Context) -> InitialValue | No
     if isinstance(kind, ObjectType):
         context.say(node, f"a start value for a reference to {kind}", "no start value")
         return None
-    found = Expressions(context).constant_as(node, kind)
-    if found is None:
+    constant = Expressions(context).constant_as(node, kind)
+    if constant is None:
         return None
-    if isinstance(kind, StringType) and isinstance(found.value, str) and len(found.value) > kind.length:
-        context.note(node, f"the text has {len(found.value)} characters and is cut to {kind.length}")
-        return found.value[: kind.length]
-    return found.value
+    if isinstance(kind, StringType) and isinstance(constant.value, str) and len(constant.value) > kind.length:
+        context.note(node, f"the text has {len(constant.value)} characters and is cut to {kind.length}")
+        return constant.value[: kind.length]
+    return constant.value
 
 
 # ---- structures
@@ -113,11 +113,11 @@ def _fields(node: tree.StructInitial, kind: StructType | BlockType, context: Con
             continue
         if name in made:
             context.say(field, f"{field.name} has two start values", "one value for each component")
-        found = value(field.value, field_type, context)
-        if found is None:
+        start = value(field.value, field_type, context)
+        if start is None:
             is_whole = False
         else:
-            made[name] = found
+            made[name] = start
     return made if is_whole else None
 
 
@@ -176,14 +176,14 @@ def _flat(
     is_whole = True
     for part in elements:
         count, content = _repetition(part, context)
-        found = value(content, inner, context) if content is not None else None
-        if count is None or found is None:
+        start = value(content, inner, context) if content is not None else None
+        if count is None or start is None:
             is_whole = False
         elif not 0 <= count <= most:
             context.say(part, f"{count} repetitions in an array of {most} elements", f"0 to {most}")
             return None
         else:
-            made += [found] * count
+            made += [start] * count
     return made if is_whole else None
 
 

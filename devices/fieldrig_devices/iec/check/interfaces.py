@@ -32,18 +32,18 @@ def check(project: Project, specs: TypeSpecs, source: PouSource) -> None:
             what = "property" if method.accessor else "method"
             is_writer = method.accessor == "SET"
             name = name_to_write(method.name) if is_writer else method.name
-            found = pou.methods.get(project.key(name))
-            if found is None and is_abstract:
+            own = pou.methods.get(project.key(name))
+            if own is None and is_abstract:
                 continue  # what extends it has the code
-            if found is None:
+            if own is None:
                 missing = (
                     f"{pou.name} has no {what} {method.name}{f' with {method.accessor}' if method.accessor else ''}"
                 )
                 project.reports.say(pou.file, place, missing, f"all of {interface.name}")
-            elif access.is_hidden(project, found):
-                hidden = f"the {what} {method.name} of {pou.name} is {project.guards[found].word}"
+            elif access.is_hidden(project, own):
+                hidden = f"the {what} {method.name} of {pou.name} is {project.guards[own].word}"
                 project.reports.say(pou.file, place, hidden, f"PUBLIC for the interface {interface.name}")
-            elif not is_writer and form(project, found) != _wanted(project, specs, method, context):
+            elif not is_writer and form(project, own) != _wanted(project, specs, method, context):
                 differs = f"the {what} {method.name} of {pou.name} differs from that of {interface.name}"
                 project.reports.say(pou.file, place, differs, "the same result and the same arguments")
 

@@ -50,15 +50,15 @@ def located(node: tree.Direct, context: Context) -> Located | None:
     return _at(Located(node.area, byte, bit, kind), node, context)
 
 
-def _at(found: Located, node: tree.Direct, context: Context) -> Located | None:
+def _at(location: Located, node: tree.Direct, context: Context) -> Located | None:
     """Return an address with one number, unless a window is there."""
     addresses = context.project.addresses
-    end = found.byte + found.type.size
-    if end > addresses.windows_from(found.area, context.project.limits.area):
+    end = location.byte + location.type.size
+    if end > addresses.windows_from(location.area, context.project.limits.area):
         context.say(node, f"{_text(node)} is where the addresses with several levels are", "a smaller address")
         return None
-    addresses.ends[found.area] = max(end, addresses.ends.get(found.area, 0))
-    return found
+    addresses.ends[location.area] = max(end, addresses.ends.get(location.area, 0))
+    return location
 
 
 def _of_levels(node: tree.Direct, context: Context) -> Located | None:
@@ -91,39 +91,39 @@ def _text(node: tree.Direct) -> str:
 
 def location(node: tree.Direct, kind: Type, context: Context) -> Located | None:
     """Return the place behind AT for a variable of this type; None after a message."""
-    found = located(node, context)
-    if found is None:
+    place = located(node, context)
+    if place is None:
         return None
     dialect = context.project.dialect
     base = kind.base if isinstance(kind, SubrangeType | EnumType) else kind
     if isinstance(base, ArrayType | StructType) or (isinstance(base, StringType) and dialect.mixes_address_sizes):
-        return _spread(node, found, kind, context)
+        return _spread(node, place, kind, context)
     if not isinstance(base, Elementary):
         context.say(node, f"a variable of type {kind} cannot have an address", "an elementary type or an array of them")
         return None
-    if found.bit < 0 and base is not Elementary.BOOL and base.size != found.type.size and dialect.mixes_address_sizes:
-        return _spread(node, found, kind, context)
-    if (base is Elementary.BOOL) != (found.bit >= 0) or base.size != found.type.size:
+    if place.bit < 0 and base is not Elementary.BOOL and base.size != place.type.size and dialect.mixes_address_sizes:
+        return _spread(node, place, kind, context)
+    if (base is Elementary.BOOL) != (place.bit >= 0) or base.size != place.type.size:
         sizes = {size: letter for letter, size in SIZES.items() if size < 8 or dialect.has_long_types}
         letter = "X" if base is Elementary.BOOL else sizes.get(base.size)
         expected = f"%{node.area}{letter}" if letter else "a type of at most 4 bytes"
         context.say(node, f"the address {_text(node)} does not have the size of {kind}", expected)
         return None
     limit = dialect.bit_address_bytes
-    if limit and found.bit >= 0 and found.byte >= limit:
+    if limit and place.bit >= 0 and place.byte >= limit:
         context.say(
-            node, f"the bit {_text(node)} is in byte {found.byte}", f"a bit in the first {limit} bytes (PD-321)"
+            node, f"the bit {_text(node)} is in byte {place.byte}", f"a bit in the first {limit} bytes (PD-321)"
         )
         return None
-    return Located(found.area, found.byte, found.bit, kind)
+    return Located(place.area, place.byte, place.bit, kind)
 
 
-def _spread(node: tree.Direct, found: Located, kind: Type, context: Context) -> Located | None:
+def _spread(node: tree.Direct, location: Located, kind: Type, context: Context) -> Located | None:
     """A value from a byte on, such as an array or structure of CoDeSys V2.3."""
-    end = found.byte + kind.size
-    if found.bit >= 0 or end > context.project.limits.area:
-        what = "starts at a bit" if found.bit >= 0 else f"ends at byte {end} of its area"
+    end = location.byte + kind.size
+    if location.bit >= 0 or end > context.project.limits.area:
+        what = "starts at a bit" if location.bit >= 0 else f"ends at byte {end} of its area"
         expected = f"%{node.area}B, %{node.area}W or %{node.area}D within {context.project.limits.area} bytes (PD-314)"
         context.say(node, f"the variable at {_text(node)} {what}", expected)
         return None
-    return Located(found.area, found.byte, -1, kind)
+    return Located(location.area, location.byte, -1, kind)

@@ -7,7 +7,7 @@ from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.program import Cell, Place, Pou
 from fieldrig_devices.iec.types import BlockType
 
-Found = tuple[Place | None, Pou]
+Called = tuple[Place | None, Pou]
 """The instance, unless it is the one whose code runs, and the method."""
 
 
@@ -34,7 +34,7 @@ def _is_word(context: Context, node: tree.Expression, word: str) -> bool:
     return context.block is not None and (named is not node or context.find(word) is None)
 
 
-def find(checker: Checker, called: tree.Expression) -> Found | None:
+def find(checker: Checker, called: tree.Expression) -> Called | None:
     """Return the method that is called; None if what is called is no method."""
     context = checker.context
     if isinstance(called, tree.Name):

@@ -154,9 +154,9 @@ def bound(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression 
     return _in(ends(kind)[is_high], wanted)
 
 
-def _in(found: Expression | None, wanted: Type | None) -> Expression | None:
+def _in(value: Expression | None, wanted: Type | None) -> Expression | None:
     is_integer = isinstance(wanted, Elementary) and wanted.is_integer
-    return constants.converted(found, wanted) if found is not None and is_integer and wanted is not None else found
+    return constants.converted(value, wanted) if value is not None and is_integer and wanted is not None else value
 
 
 def _chosen(

@@ -73,11 +73,11 @@ SCALAR: Final = (Elementary, StringType, EnumType, SubrangeType)
 
 def meaning(checker: Checker, node: tree.Expression) -> Meaning | None:
     """Return what the name or path means; None after a message."""
-    found = itself(checker, node)
-    kind = found.type if isinstance(found, Place) else None
-    if isinstance(found, Place) and isinstance(kind, PointerType) and kind.is_reference:
-        return Target(check_functions.address(checker.context, Load(found), node), kind.to)
-    return found
+    named = itself(checker, node)
+    kind = named.type if isinstance(named, Place) else None
+    if isinstance(named, Place) and isinstance(kind, PointerType) and kind.is_reference:
+        return Target(check_functions.address(checker.context, Load(named), node), kind.to)
+    return named
 
 
 def itself(checker: Checker, node: tree.Expression) -> Meaning | None:
@@ -114,12 +114,12 @@ def without_library(context: Context, node: tree.Expression) -> tree.Expression:
 
 def _name(checker: Checker, node: tree.Name) -> Meaning | None:
     context = checker.context
-    found = context.find(node.text)
-    if type(found) is Variable:
-        if context.project.guards and not access.allows_variable(context, found, node):
+    entity = context.find(node.text)
+    if type(entity) is Variable:
+        if context.project.guards and not access.allows_variable(context, entity, node):
             return None
-        return variable(context, found)
-    if found is None:
+        return variable(context, entity)
+    if entity is None:
         action = context.block.actions.get(context.key(node.text)) if context.block is not None else None
         if action is not None:
             return action
@@ -134,19 +134,19 @@ def _name(checker: Checker, node: tree.Name) -> Meaning | None:
         elif own is None:
             context.say_unknown(node, node.text)
         return own
-    assert not isinstance(found, Variable)
-    return found
+    assert not isinstance(entity, Variable)
+    return entity
 
 
-def variable(context: Context, found: Variable) -> Place | Constant | None:
+def variable(context: Context, declared: Variable) -> Place | Constant | None:
     """Return the cell of a variable; its value if it is a constant with one."""
-    kind = found.type
-    if found.is_constant and isinstance(kind, SCALAR) and not found.is_reference:
-        value = context.project.constant_of(found)
+    kind = declared.type
+    if declared.is_constant and isinstance(kind, SCALAR) and not declared.is_reference:
+        value = context.project.constant_of(declared)
         return Constant(value, kind) if value is not None else None
-    if found.location is not None:
-        return found.location
-    return Cell(found, kind)
+    if declared.location is not None:
+        return declared.location
+    return Cell(declared, kind)
 
 
 # ---- components
@@ -193,9 +193,9 @@ def _own(context: Context, node: tree.Member) -> Meaning | None:
     """The meaning of `THIS^.name`: a variable or an action of the instance whose code runs."""
     source, name = context.source, context.key(node.name)
     assert source is not None
-    found = (source.outer or source).names.get(name)
-    if found is not None:
-        return variable(context, found) if access.allows_variable(context, found, node) else None
+    declared = (source.outer or source).names.get(name)
+    if declared is not None:
+        return variable(context, declared) if access.allows_variable(context, declared, node) else None
     action = context.block.actions.get(name) if context.block is not None else None
     if action is None and not context.project.lacks_base(context.block):
         context.say(node, f"{text(node)} is not declared", "a variable, action or method of the function block")
@@ -215,8 +215,8 @@ def _of_list(context: Context, node: tree.Member) -> Variable | None:
         return None
     name = context.key(node.name)
     full = context.project.lists.get(context.key(node.of.text), {}).get(name)
-    found = context.project.find(full) if full is not None else None
-    return found if isinstance(found, Variable) else None
+    entity = context.project.find(full) if full is not None else None
+    return entity if isinstance(entity, Variable) else None
 
 
 def _owner(checker: Checker, node: tree.Member) -> Meaning | None:
@@ -232,8 +232,8 @@ def _owner(checker: Checker, node: tree.Member) -> Meaning | None:
         )
         if isinstance(kind, EnumType) and (known is None or isinstance(getattr(known, "type", None), SCALAR)):
             return kind
-    found = meaning(checker, node.of)
-    return None if isinstance(found, Place) and found.type is UNKNOWN else found
+    owner = meaning(checker, node.of)
+    return None if isinstance(owner, Place) and owner.type is UNKNOWN else owner
 
 
 def _value_of(context: Context, kind: EnumType, node: tree.Member) -> Constant | None:
@@ -260,11 +260,11 @@ def _field(context: Context, owner: Place, kind: StructType, node: tree.Member) 
 
 def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning | None:
     """A variable of an instance: inputs and outputs of a function block, every variable of a program."""
-    found = pou.variables.get(context.key(node.name))
-    if found is None or enable.is_implicit(context, pou, found):
+    declared = pou.variables.get(context.key(node.name))
+    if declared is None or enable.is_implicit(context, pou, declared):
         # Those that extend a block have their ENO elsewhere.
-        found = enable.of_instance(context, pou, node.name) if dispatch.general(owner) is None else None
-    if found is None:
+        declared = enable.of_instance(context, pou, node.name) if dispatch.general(owner) is None else None
+    if declared is None:
         action = pou.actions.get(context.key(node.name))
         if action is not None:
             return action
@@ -276,28 +276,28 @@ def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning
         hint = context.project.reports.closest(node.name, [*pins, *callable_names]) or f"it has {', '.join(pins[:8])}"
         context.say(node, f"{pou.name} has no variable {node.name}", "an input or output", hint)
         return None
-    if pou.kind is PouKind.CLASS and not access.is_open(context.project, found):
-        guard = context.project.guards.get(found)
+    if pou.kind is PouKind.CLASS and not access.is_open(context.project, declared):
+        guard = context.project.guards.get(declared)
         if guard is None:
             return None  # its section has a message
         word = guard.word
         hint = "declare it in VAR PUBLIC, or write a method that returns it"
-        context.say(node, f"{found.name} is {word} in {pou.name}", "a variable in VAR PUBLIC", hint)
+        context.say(node, f"{declared.name} is {word} in {pou.name}", "a variable in VAR PUBLIC", hint)
         return None
-    is_inside = pou.kind is PouKind.FUNCTION_BLOCK and found.section not in (Section.INPUT, Section.OUTPUT)
-    is_readable = context.project.dialect.reads_locals and not access.is_hidden(context.project, found)
-    is_inside = is_inside and not access.is_open(context.project, found) and not is_readable
-    if is_inside or found.section in (Section.IN_OUT, Section.TEMP):
+    is_inside = pou.kind is PouKind.FUNCTION_BLOCK and declared.section not in (Section.INPUT, Section.OUTPUT)
+    is_readable = context.project.dialect.reads_locals and not access.is_hidden(context.project, declared)
+    is_inside = is_inside and not access.is_open(context.project, declared) and not is_readable
+    if is_inside or declared.section in (Section.IN_OUT, Section.TEMP):
         context.say(
             node,
-            f"{found.name} is {a(found.section.value)} of {pou.name} and not known outside",
+            f"{declared.name} is {a(declared.section.value)} of {pou.name} and not known outside",
             "an input or output of the instance",
             "declare it as VAR_OUTPUT to read it from outside",
         )
         return None
-    if found.is_constant or found.location is not None:
-        return variable(context, found)
-    return Component(owner, 0, found.type, found)
+    if declared.is_constant or declared.location is not None:
+        return variable(context, declared)
+    return Component(owner, 0, declared.type, declared)
 
 
 def _of_object(context: Context, owner: Expression, kind: Type, node: tree.Member) -> Place | Constant | None:
@@ -308,13 +308,13 @@ def _of_object(context: Context, owner: Expression, kind: Type, node: tree.Membe
         return None
     if context.key(node.name) == LOGICAL_ADDRESS:
         return _logical_address(owner)
-    found = kind.parameter(node.name)
-    if found is None:
+    declared = kind.parameter(node.name)
+    if declared is None:
         names = [parameter.name for parameter in kind.parameters]
         hint = context.project.reports.closest(node.name, [name.casefold() for name in names])
         context.say(node, f"{kind} has no parameter {node.name}", "a parameter of the object", hint)
         return None
-    return Parameter(owner, kind, found.number, found.type, found.is_slow, found.is_writable)
+    return Parameter(owner, kind, declared.number, declared.type, declared.is_slow, declared.is_writable)
 
 
 def _logical_address(owner: Expression) -> Place | Constant:
@@ -372,20 +372,20 @@ def _part_of(checker: Checker, node: tree.BitOf, owner: Place, kind: Elementary)
 
 
 def _index(checker: Checker, node: tree.Index) -> Place | None:
-    found: Place | None = checker.place(node.of)
+    place: Place | None = checker.place(node.of)
     for position, index in enumerate(node.indices):
         value = checker.expression(index)
-        if found is None:
+        if place is None:
             return None
-        kind = found.type
+        kind = place.type
         if _is_indexed(checker.context, kind) and value is not None:
-            found = _behind(checker.context, found, value, index)
+            place = _behind(checker.context, place, value, index)
             continue
         if isinstance(kind, OpenArrayType):
-            opened = _open_element(checker.context, found, kind, value, index) if value is not None else None
+            opened = _open_element(checker.context, place, kind, value, index) if value is not None else None
             if opened is None:
                 return None
-            found = opened
+            place = opened
             continue
         if not isinstance(kind, ArrayType):
             what = f"{text(node.of)} is {a(kind)}, not an array"
@@ -400,21 +400,21 @@ def _index(checker: Checker, node: tree.Index) -> Place | None:
             return None
         limits = (check_functions.limit(kind.low), check_functions.limit(kind.high))
         made = check_functions.index(checker.context, made, *limits, index)
-        found = Element(found, made, kind.low, kind.high, kind.element.size, kind.element)
+        place = Element(place, made, kind.low, kind.high, kind.element.size, kind.element)
         if not isinstance(kind.element, SCALAR):
-            checker.context.project.elements.append(found)
-    return found
+            checker.context.project.elements.append(place)
+    return place
 
 
 def _open_element(
-    context: Context, found: Place, kind: OpenArrayType, value: Expression, node: tree.Node
+    context: Context, array: Place, kind: OpenArrayType, value: Expression, node: tree.Node
 ) -> OpenElement | None:
     """The element of an ARRAY[*]."""
     number = _subscript(context, value, ArrayType(Elementary.DINT.low, Elementary.DINT.high, kind.element), node)
     if number is None:
         return None
     low, high = open_arrays.ends(kind)
-    return OpenElement(found, check_functions.index(context, number, low, high, node), kind, kind.element)
+    return OpenElement(array, check_functions.index(context, number, low, high, node), kind, kind.element)
 
 
 def _is_indexed(context: Context, kind: Type) -> bool:
@@ -426,9 +426,9 @@ def _is_indexed(context: Context, kind: Type) -> bool:
     )
 
 
-def _behind(context: Context, found: Place, value: Expression, node: tree.Node) -> Place | None:
+def _behind(context: Context, place: Place, value: Expression, node: tree.Node) -> Place | None:
     """The element of a pointer or string, whose number counts from 0; that of a string in the standard from 1."""
-    kind = found.type
+    kind = place.type
     if isinstance(kind, StringType) and not context.project.dialect.indexes_pointers:
         part = Elementary.WCHAR if kind.is_wide else Elementary.CHAR
         number = _subscript(context, value, ArrayType(1, kind.length, part), node)
@@ -437,16 +437,16 @@ def _behind(context: Context, found: Place, value: Expression, node: tree.Node) 
                 constants.converted(number, Elementary.DINT), SubrangeType(Elementary.DINT, 1, kind.length)
             )
         in_front = Constant(part.size, Elementary.DWORD)
-        start: Expression = Binary(Operator.SUB, AddressOf(found, Elementary.DWORD), in_front, Elementary.DWORD)
+        start: Expression = Binary(Operator.SUB, AddressOf(place, Elementary.DWORD), in_front, Elementary.DWORD)
     elif isinstance(kind, StringType):
         part = Elementary.WORD if kind.is_wide else Elementary.BYTE
         number = _subscript(context, value, ArrayType(0, kind.length, part), node)
-        start = AddressOf(found, Elementary.DWORD)
+        start = AddressOf(place, Elementary.DWORD)
     else:
         assert isinstance(kind, PointerType)
         part = kind.to  # type: ignore[assignment]
         number = _subscript(context, value, ArrayType(Elementary.DINT.low, Elementary.DINT.high, part), node)
-        start = Convert(check_functions.address(context, Load(found), node), Elementary.DWORD)
+        start = Convert(check_functions.address(context, Load(place), node), Elementary.DWORD)
     if number is None:
         return None
     steps = Binary(
@@ -486,14 +486,14 @@ def _dereference(checker: Checker, node: tree.Dereference) -> Place | None:
 
 def _result(checker: Checker, node: tree.Call) -> Place | None:
     """The result of a call: what a reference refers to, or a structure or array of which a part is read."""
-    found = checker.expression(node)
-    if isinstance(found, Load):
-        return found.place
-    if isinstance(found, CallFunction) and isinstance(found.type, StructType | ArrayType):
-        return Result(found)
-    if found is not None and isinstance(found.type, InterfaceType):
-        return Target(found, found.type.to)
-    if found is not None:
+    value = checker.expression(node)
+    if isinstance(value, Load):
+        return value.place
+    if isinstance(value, CallFunction) and isinstance(value.type, StructType | ArrayType):
+        return Result(value)
+    if value is not None and isinstance(value.type, InterfaceType):
+        return Target(value, value.type.to)
+    if value is not None:
         checker.context.say(node, f"{text(node)} is a value", "a variable")
     return None
 
@@ -534,15 +534,15 @@ def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str
     whole = place
     while True:
         match place:
-            case Cell(found):
-                return _variable_obstacle(context, found)
-            case Component(variable=Variable() as found):
+            case Cell(declared):
+                return _variable_obstacle(context, declared)
+            case Component(variable=Variable() as declared):
                 is_part = place is not whole and context.project.dialect.writes_parts_of_outputs
-                if found.section is Section.OUTPUT and not is_part and not _is_start(context):
+                if declared.section is Section.OUTPUT and not is_part and not _is_start(context):
                     return f"{text(node)} is an output and only its block writes it", "outputs are read: x := inst.Q;"
-                if found.is_constant:
+                if declared.is_constant:
                     return f"{text(node)} is a constant", ""
-                if _is_local(context, found, place):
+                if _is_local(context, declared, place):
                     return f"{text(node)} belongs to its block", "from outside it can only be read"
                 return "", ""
             case Component(of=of) | Element(of=of) | OpenElement(of=of) | Bit(of=of):
@@ -564,23 +564,23 @@ def _is_start(context: Context) -> bool:
     return context.owner is not None and START in context.owner.name
 
 
-def _is_local(context: Context, found: Variable, place: Component) -> bool:
+def _is_local(context: Context, declared: Variable, place: Component) -> bool:
     """True for a variable of a function block that only the code of the block may write."""
     kind = place.of.type
     is_block = isinstance(kind, BlockType) and kind.pou is not None and kind.pou.kind is PouKind.FUNCTION_BLOCK
-    is_inside = found.section is Section.LOCAL and not access.is_open(context.project, found)
+    is_inside = declared.section is Section.LOCAL and not access.is_open(context.project, declared)
     return is_block and is_inside and not _is_start(context)
 
 
-def _variable_obstacle(context: Context, found: Variable) -> tuple[str, str]:
-    if found.is_constant:
-        return f"{found.name} is a constant", "remove CONSTANT from its declaration if it has to change"
-    is_input = found.section is Section.INPUT and not isinstance(found.type, ObjectType)
-    if is_input and open_arrays.is_open(found):
-        return f"{found.name} is a VAR_INPUT, of which there is no copy", "declare it in VAR_IN_OUT"
+def _variable_obstacle(context: Context, declared: Variable) -> tuple[str, str]:
+    if declared.is_constant:
+        return f"{declared.name} is a constant", "remove CONSTANT from its declaration if it has to change"
+    is_input = declared.section is Section.INPUT and not isinstance(declared.type, ObjectType)
+    if is_input and open_arrays.is_open(declared):
+        return f"{declared.name} is a VAR_INPUT, of which there is no copy", "declare it in VAR_IN_OUT"
     if is_input and not context.project.dialect.allows_changed_inputs:
         # Manual table 4-6: an input comes from outside and cannot be changed within the POU.
-        return f"{found.name} is a VAR_INPUT and cannot be changed within its POU", "copy it into a variable of VAR"
-    if isinstance(found.type, BlockType) and context.block is not None and found is context.block.instance:
-        return f"{found.name} is a program", ""
+        return f"{declared.name} is a VAR_INPUT and cannot be changed within its POU", "copy it into a variable of VAR"
+    if isinstance(declared.type, BlockType) and context.block is not None and declared is context.block.instance:
+        return f"{declared.name} is a program", ""
     return "", ""

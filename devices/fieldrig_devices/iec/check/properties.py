@@ -58,8 +58,8 @@ def _to_write(node: Access) -> Access:
 
 def _refers(checker: Checker, node: Access) -> bool:
     """True for a property that is a reference, by which what it refers to is written."""
-    found = methods.find(checker, node)
-    kind = found[1].result.type if found is not None and found[1].result is not None else None
+    method = methods.find(checker, node)
+    kind = method[1].result.type if method is not None and method[1].result is not None else None
     return isinstance(kind, PointerType) and kind.is_reference
 
 
@@ -67,5 +67,5 @@ def _exists(checker: Checker, called: Access) -> bool:
     """True for an accessor; a variable or component of the same name is none."""
     if isinstance(called, tree.Name) and checker.context.find(called.text.removesuffix("@set")) is not None:
         return False
-    found = methods.find(checker, called)
-    return found is not None and found[1].is_accessor
+    method = methods.find(checker, called)
+    return method is not None and method[1].is_accessor

@@ -70,23 +70,23 @@ def reference_to(checker: Checker, node: tree.Expression, kind: PointerType) -> 
 
 def _reference(checker: Checker, node: tree.Expression, *, may_be_interface: bool = False) -> Place | None:
     """Return the place of the reference itself; None after a message."""
-    found = places.itself(checker, node)
-    if found is None or (isinstance(found, Place) and found.type is UNKNOWN):
+    place = places.itself(checker, node)
+    if place is None or (isinstance(place, Place) and place.type is UNKNOWN):
         return None
-    if isinstance(found, Place) and isinstance(found.type, PointerType) and found.type.is_reference:
-        return found
-    if isinstance(found, Place) and isinstance(found.type, InterfaceType) and may_be_interface:
-        return found
+    if isinstance(place, Place) and isinstance(place.type, PointerType) and place.type.is_reference:
+        return place
+    if isinstance(place, Place) and isinstance(place.type, InterfaceType) and may_be_interface:
+        return place
     checker.context.say(node, f"{text(node)} is not a reference", "a variable that is declared as REFERENCE TO")
     return None
 
 
 def _is_valid(checker: Checker, node: tree.Call) -> Expression | None:
     given = _argument(checker, node)
-    found = _reference(checker, given, may_be_interface=True) if given is not None else None
-    if found is None:
+    reference = _reference(checker, given, may_be_interface=True) if given is not None else None
+    if reference is None:
         return None
-    number = Convert(Load(found), Elementary.DWORD)
+    number = Convert(Load(reference), Elementary.DWORD)
     return Binary(Operator.NE, number, Constant(0, Elementary.DWORD), Elementary.BOOL)
 
 
@@ -121,8 +121,8 @@ def _query_of(checker: Checker, given: tree.Expression, into: tree.Expression) -
         return None
     kind = target.type
     if not isinstance(kind, InterfaceType) or not isinstance(source.type, InterfaceType | BlockType):
-        wrong, found = (given, source) if isinstance(kind, InterfaceType) else (into, target)
-        checker.context.say(wrong, f"{text(wrong)} is {a(found.type)}", "a variable of an interface")
+        wrong, place = (given, source) if isinstance(kind, InterfaceType) else (into, target)
+        checker.context.say(wrong, f"{text(wrong)} is {a(place.type)}", "a variable of an interface")
         return None
     address = Load(source) if isinstance(source.type, InterfaceType) else AddressOf(source, Elementary.DWORD)
     function, (parameter, result) = dispatch.query(checker.context.project, kind)

@@ -21,8 +21,8 @@ class Keys(dict[str, str]):
         self._dialect = dialect
 
     def __missing__(self, name: str) -> str:
-        self[name] = found = self._dialect.key(name)
-        return found
+        self[name] = key = self._dialect.key(name)
+        return key
 
 
 class Reports:
@@ -53,5 +53,5 @@ class Reports:
         wanted = name.casefold()
         close = [other for other in known if abs(len(other) - len(wanted)) <= 2 and not other.startswith("$")]
         candidates = {other.casefold(): other for other in close}
-        found = get_close_matches(wanted, sorted(candidates), n=1, cutoff=0.6)
-        return f"the closest known name is {candidates[found[0]]}" if found else ""
+        matches = get_close_matches(wanted, sorted(candidates), n=1, cutoff=0.6)
+        return f"the closest known name is {candidates[matches[0]]}" if matches else ""

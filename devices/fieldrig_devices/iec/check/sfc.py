@@ -156,12 +156,12 @@ class _Chart:
         return _and(_flag(step, "x"), _not(_flag(step, "_x")))
 
     def _controls(self) -> list[_Control]:
-        found: dict[str, _Control] = {}
+        controls: dict[str, _Control] = {}
         for step in self._steps:
             for use in step.uses:
-                control = found.setdefault(self._context.key(use.name), _Control(use.name))
+                control = controls.setdefault(self._context.key(use.name), _Control(use.name))
                 control.uses.append((step.name, use))
-        return list(found.values())
+        return list(controls.values())
 
     def _action(self, control: _Control) -> None:
         """Compute whether an action runs, and run it (ACTION_CONTROL of the standard)."""
@@ -313,14 +313,14 @@ def _and(left: tree.Expression, right: tree.Expression) -> tree.Expression:
 
 
 def _all(parts: Sequence[tree.Expression]) -> tree.Expression:
-    found = parts[0]
+    joined = parts[0]
     for part in parts[1:]:
-        found = _and(found, part)
-    return found
+        joined = _and(joined, part)
+    return joined
 
 
 def _any(parts: Sequence[tree.Expression]) -> tree.Expression:
-    found = parts[0]
+    joined = parts[0]
     for part in parts[1:]:
-        found = tree.Binary("OR", found, part)
-    return found
+        joined = tree.Binary("OR", joined, part)
+    return joined

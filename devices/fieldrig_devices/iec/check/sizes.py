@@ -105,12 +105,12 @@ class Sizes:
     def instance(self, pou: Pou | None) -> int:
         if pou is None:
             return 0
-        return sum(self.variable(found) for found in pou.variables.values() if found.space is Space.INSTANCE)
+        return sum(self.variable(variable) for variable in pou.variables.values() if variable.space is Space.INSTANCE)
 
     def frame(self, pou: Pou) -> int:
         """Bytes on the stack: the variables of a function, or VAR_TEMP of another POU."""
-        found = sum(self.variable(found) for found in pou.variables.values() if found.space is Space.FRAME)
-        return found + (self.of(pou.result.type) if pou.result is not None else 0)
+        size = sum(self.variable(size) for size in pou.variables.values() if size.space is Space.FRAME)
+        return size + (self.of(pou.result.type) if pou.result is not None else 0)
 
     def variable(self, variable: Variable) -> int:
         if variable.location is not None:

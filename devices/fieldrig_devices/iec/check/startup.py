@@ -76,7 +76,7 @@ class Startup:
         self._starters: dict[StructType, str] = {}
         """The functions that start the instances in a structure: without them, the code would grow exponentially with
         structures in one another."""
-        self._found: dict[Pou, list[str]] = {}
+        self._constructors_of: dict[Pou, list[str]] = {}
 
     def begin(self) -> None:
         project = self._project
@@ -114,17 +114,17 @@ class Startup:
         if not self._project.dialect.computes_starts:
             return []
         own = [variable for variable in source.pou.variables.values() if variable.space is Space.FRAME]
-        found = [one for variable in own for one in self._started(variable, variable.name)]
-        if _has_loop(found):
+        statements = [one for variable in own for one in self._started(variable, variable.name)]
+        if _has_loop(statements):
             _count_with(source)
-        return found
+        return statements
 
     # ---- what needs a start
 
     def _globals(self) -> list[Variable]:
         """The global variables with a name of their own, without the instances of programs."""
-        found = self._project.globals.items()
-        return [one for name, one in found if self._project.names.get(name) is one]
+        variables = self._project.globals.items()
+        return [one for name, one in variables if self._project.names.get(name) is one]
 
     def _is_needed(self, pou: Pou) -> bool:
         if pou not in self._needs:
@@ -153,10 +153,10 @@ class Startup:
         """Return the names of the FB_init of a block and of those above it, the uppermost first."""
         if not self._project.dialect.has_constructors:
             return []
-        if block not in self._found:
+        if block not in self._constructors_of:
             names = [name for name in block.methods if name.partition("@")[0] == INIT]
-            self._found[block] = sorted(names, reverse=True)
-        return self._found[block]
+            self._constructors_of[block] = sorted(names, reverse=True)
+        return self._constructors_of[block]
 
     def _is_constructed(self, kind: Type) -> bool:
         block = _block(kind)
@@ -337,7 +337,7 @@ def _count(element: tree.Initial | tree.Repeated) -> int:
 def _part(kind: Type, name: str) -> Type:
     """The type of a component; that of a property does not matter."""
     if isinstance(kind, BlockType) and kind.pou is not None:
-        found = kind.pou.variables.get(name.lower())
-        return found.type if found is not None else Elementary.BOOL
+        variable = kind.pou.variables.get(name.lower())
+        return variable.type if variable is not None else Elementary.BOOL
     fields = getattr(kind, "fields", {})
     return fields[name.lower()].type if name.lower() in fields else Elementary.BOOL

@@ -46,11 +46,11 @@ class Statements:
     def statements(self, nodes: Sequence[tree.AnyStatement]) -> list[AnyStatement]:
         made: list[AnyStatement] = []
         for node in nodes:
-            found = _STATEMENTS[type(node)](self, node)
-            if isinstance(found, list):
-                made += found
-            elif found is not None:
-                made.append(found)
+            checked = _STATEMENTS[type(node)](self, node)
+            if isinstance(checked, list):
+                made += checked
+            elif checked is not None:
+                made.append(checked)
         return made
 
     # ---- assignments and calls
@@ -101,13 +101,13 @@ class Statements:
     # ---- conditions and choices
 
     def _condition(self, node: tree.Expression) -> Expression | None:
-        found = self.expressions.expression(node, BOOL)
-        if found is None or found.type is BOOL:
-            return found
-        if type(found) is Untyped:
-            return self.expressions.convert(found, BOOL, node)
-        hint = f"write {text(node)} <> 0" if integer_of(found) is not None else ""
-        self.context.say(node, f"the condition {text(node)} is {a(found.type)}", "a BOOL", hint)
+        condition = self.expressions.expression(node, BOOL)
+        if condition is None or condition.type is BOOL:
+            return condition
+        if type(condition) is Untyped:
+            return self.expressions.convert(condition, BOOL, node)
+        hint = f"write {text(node)} <> 0" if integer_of(condition) is not None else ""
+        self.context.say(node, f"the condition {text(node)} is {a(condition.type)}", "a BOOL", hint)
         return None
 
     def _if(self, node: tree.If) -> AnyStatement | None:
@@ -179,18 +179,18 @@ class Statements:
 
     def _step(self, node: tree.Expression, kind: Elementary) -> Expression | None:
         """The step may be negative (X16); a negative one for an unsigned variable counts down by wrapping around."""
-        found = self.expressions.expression(node)
-        if isinstance(found, Constant) and found.value == 0:
+        step = self.expressions.expression(node)
+        if isinstance(step, Constant) and step.value == 0:
             self.context.say(node, "the step is 0 and the loop never ends", "a step that is not 0")
             return None
-        if type(found) is Untyped and not found.is_real and int(found.value) < 0 and kind.low == 0:
+        if type(step) is Untyped and not step.is_real and int(step.value) < 0 and kind.low == 0:
             signed = next(
                 wide
                 for wide in (Elementary.SINT, Elementary.INT, Elementary.DINT, Elementary.LINT)
                 if wide.size == kind.size
             )
-            return self.expressions.convert(found, signed, node)
-        return self.expressions.convert(found, kind, node) if found is not None else None
+            return self.expressions.convert(step, signed, node)
+        return self.expressions.convert(step, kind, node) if step is not None else None
 
     def _looped(self, nodes: Sequence[tree.AnyStatement]) -> list[AnyStatement]:
         self._loops += 1
@@ -301,8 +301,8 @@ class _Labels:
         """The labels so far, in order and without those that they have in common."""
 
     def ranges(self, nodes: Sequence[tree.Expression | tree.Range]) -> tuple[tuple[int, int], ...]:
-        found = [self._range(node) for node in nodes]
-        return tuple(part for part in found if part is not None)
+        checked = [self._range(node) for node in nodes]
+        return tuple(part for part in checked if part is not None)
 
     def _range(self, node: tree.Expression | tree.Range) -> tuple[int, int] | None:
         parts = (node.low, node.high) if isinstance(node, tree.Range) else (node, node)
@@ -319,8 +319,8 @@ class _Labels:
     def _value(self, node: tree.Expression) -> int | None:
         if self._kind is None:
             return self._expressions.constant_integer(node)
-        found = self._expressions.constant_as(node, self._kind)
-        return int(found.value) if found is not None else None
+        constant = self._expressions.constant_as(node, self._kind)
+        return int(constant.value) if constant is not None else None
 
     def _note_repeated(self, node: tree.Node, low: int, high: int) -> None:
         first = bisect_left(self._ranges, low, key=lambda known: known[1])

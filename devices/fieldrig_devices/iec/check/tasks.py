@@ -29,10 +29,10 @@ class Tasks:
         self._places: dict[str, tree.Place] = {}
 
     def configure(self, configurations: Sequence[tuple[tree.Configuration, str]]) -> None:
-        found = [(node, file) for node, file in configurations if node.tasks or node.programs]
-        if not found:
+        configured = [(node, file) for node, file in configurations if node.tasks or node.programs]
+        if not configured:
             self._without_configuration()
-        for node, file in found:
+        for node, file in configured:
             context = Context(self._project, None, file)
             for task in node.tasks:
                 self._task(task, context)
@@ -111,27 +111,27 @@ class Tasks:
     def _priority(self, node: tree.TaskDeclaration, context: Context) -> int:
         if node.priority is None:
             return DEFAULT_PRIORITY
-        found = Expressions(context).constant_integer(node.priority)
-        if found is not None and not 0 <= found <= LOWEST_PRIORITY:
-            context.say(node.priority, f"the priority {found}", f"0 (highest) to {LOWEST_PRIORITY} (PD-061)")
-        return found if found is not None else DEFAULT_PRIORITY
+        priority = Expressions(context).constant_integer(node.priority)
+        if priority is not None and not 0 <= priority <= LOWEST_PRIORITY:
+            context.say(node.priority, f"the priority {priority}", f"0 (highest) to {LOWEST_PRIORITY} (PD-061)")
+        return priority if priority is not None else DEFAULT_PRIORITY
 
     def _interval(self, node: tree.TaskDeclaration, context: Context) -> float:
         """Milliseconds; 0 for a free-running task."""
         if node.interval is None:
             return 0.0
-        found = Expressions(context).constant_as(node.interval, context.project.dialect.time)
-        if found is not None and int(found.value) <= 0:
-            shown = time_text(int(found.value)) if found.value else "0"
+        interval = Expressions(context).constant_as(node.interval, context.project.dialect.time)
+        if interval is not None and int(interval.value) <= 0:
+            shown = time_text(int(interval.value)) if interval.value else "0"
             expected = "a TIME such as T#10ms, or no INTERVAL for a free-running task"
             context.say(node.interval, f"the interval is {shown}", expected)
-        return float(found.value) if found is not None else 0.0
+        return float(interval.value) if interval is not None else 0.0
 
     def _event(self, node: tree.Expression, context: Context) -> Variable | None:
-        found = context.find(node.text) if isinstance(node, tree.Name) else None
-        if isinstance(found, Variable) and found.type is Elementary.BOOL:
-            return found
-        if found is None and isinstance(node, tree.Name):
+        entity = context.find(node.text) if isinstance(node, tree.Name) else None
+        if isinstance(entity, Variable) and entity.type is Elementary.BOOL:
+            return entity
+        if entity is None and isinstance(node, tree.Name):
             context.say_unknown(node, node.text, "a global BOOL behind SINGLE")
         else:
             context.say(node, f"{text(node)} starts an event task", "a global BOOL behind SINGLE")

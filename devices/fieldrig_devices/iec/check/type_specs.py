@@ -86,7 +86,9 @@ class TypeSpecs:
 
     def default_sources(self) -> list[tuple[str, tree.TypeDeclaration, Context]]:
         """The declared types that have a start value of their own."""
-        return [(name, *found) for name, found in self._declared.items() if found[0].initial is not None]
+        return [
+            (name, *declaration) for name, declaration in self._declared.items() if declaration[0].initial is not None
+        ]
 
     # ---- the kinds of specifications
 
@@ -125,13 +127,17 @@ class TypeSpecs:
                 return self._structure("", spec, context)
 
     def _named(self, name: str, spec: tree.NamedType, context: Context) -> Type:
-        found = self._project.types.get(name)
-        if found is not None:
-            if isinstance(found, Elementary) and found in SHORT_OF_LONG and not self._project.dialect.has_long_types:
+        declared = self._project.types.get(name)
+        if declared is not None:
+            if (
+                isinstance(declared, Elementary)
+                and declared in SHORT_OF_LONG
+                and not self._project.dialect.has_long_types
+            ):
                 return self._no(
-                    context, spec, f"{found} is not supported by the controller", f"use {SHORT_OF_LONG[found]}"
+                    context, spec, f"{declared} is not supported by the controller", f"use {SHORT_OF_LONG[declared]}"
                 )
-            return found
+            return declared
         if name in self._busy:
             return self._no(context, spec, f"the type {spec.name} is defined by itself")
         if name in self._declared:
@@ -159,7 +165,7 @@ class TypeSpecs:
         library, _, plain = spec.name.rpartition(".")
         if library and library.casefold() not in self._project.lists and self._is_known(self._key(plain)):
             return self._named(self._key(plain), tree.NamedType(plain, place=spec.place), context)
-        blocks = [known for known, found in self._project.pous.items() if found.type is not None]
+        blocks = [known for known, known_pou in self._project.pous.items() if known_pou.type is not None]
         meant = _OF_OTHER_LANGUAGES.get(name)
         if meant is not None:
             return self._no(context, spec, f"the type {spec.name} is not declared", f"the type is called {meant}")

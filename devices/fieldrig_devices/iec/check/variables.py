@@ -197,14 +197,14 @@ class Variables:
     def _external(self, node: tree.Variable, block: tree.Variables, context: Context) -> Variable:
         """VAR_EXTERNAL names a global variable, whose type must agree."""
         kind = self._specs.resolve(node.type, context)
-        found = self._project.find(self._project.key(node.name))
-        if not isinstance(found, Variable):
+        variable = self._project.find(self._project.key(node.name))
+        if not isinstance(variable, Variable):
             hint = self._project.reports.closest(node.name, self._project.globals)
             context.say(node, f"there is no global variable {node.name}", "the name of a VAR_GLOBAL", hint)
             return Variable(node.name, UNKNOWN, Space.GLOBAL, Section.EXTERNAL)
-        if kind is not UNKNOWN and found.type is not UNKNOWN and found.type != kind:
-            context.say(node, f"the VAR_EXTERNAL {node.name} is {a(kind)}", f"{found.type}, as the global variable")
-        return found
+        if kind is not UNKNOWN and variable.type is not UNKNOWN and variable.type != kind:
+            context.say(node, f"the VAR_EXTERNAL {node.name} is {a(kind)}", f"{variable.type}, as the global variable")
+        return variable
 
     # ---- one variable
 

@@ -18,7 +18,7 @@ def check(project: Project, lists: Sequence[tuple[list[Variable], tree.Variables
     _settle(project, sizes)
     for variable in [
         *project.globals.values(),
-        *(found for pou in project.sources for found in pou.variables.values()),
+        *(own for pou in project.sources for own in pou.variables.values()),
     ]:
         _variable(project, sizes, variable)
     _lists(project, sizes, lists)
@@ -101,8 +101,8 @@ def _totals(project: Project, sizes: Sizes) -> None:
 def _retained(project: Project) -> list[Variable]:
     """RETAIN variables at fixed addresses: global ones, and those of programs."""
     programs = [pou for pou in project.sources if pou.kind is PouKind.PROGRAM]
-    found = [*project.globals.values(), *(variable for pou in programs for variable in pou.variables.values())]
-    return [variable for variable in found if variable.is_retain and variable.space is not Space.FRAME]
+    variables = [*project.globals.values(), *(variable for pou in programs for variable in pou.variables.values())]
+    return [variable for variable in variables if variable.is_retain and variable.space is not Space.FRAME]
 
 
 # ---- PD-317 and recursion

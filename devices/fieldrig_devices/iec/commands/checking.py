@@ -37,13 +37,13 @@ def check(
     from fieldrig_devices.languages.mistakes import CompileError
 
     try:
-        found = compiled(read_sources(files), dialect, rig, device, resource)
+        program = compiled(read_sources(files), dialect, rig, device, resource)
     except CompileError as wrong:
         _show(wrong.mistakes, as_json)
         raise typer.Exit(Exit.WRONG) from wrong
-    _show(found.notes, as_json)
+    _show(program.notes, as_json)
     if not as_json:
-        typer.echo(f"Code Size: {found.code_size} bytes\nData Size: {found.data_size} bytes")
+        typer.echo(f"Code Size: {program.code_size} bytes\nData Size: {program.data_size} bytes")
 
 
 def _show(mistakes: "Sequence[Mistake]", as_json: bool) -> None:

@@ -72,7 +72,7 @@ def _holder(rig: Path, device: str | None) -> "ProgramHolder":
     _, right, mistakes = look_through(rig, [f"devices.{entry.name}.{change}" for change in entry.cls.without_program()])
     for changed in right:
         if changed.name == entry.name:
-            found = build_alone(changed)
-            assert isinstance(found, ProgramHolder)
-            return found
+            holder = build_alone(changed)
+            assert isinstance(holder, ProgramHolder)
+            return holder
     raise ConfigError(mistakes)

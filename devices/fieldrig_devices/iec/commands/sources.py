@@ -47,15 +47,15 @@ def read_sources(paths: Sequence[Path]) -> "list[SourceFile]":
     from fieldrig_devices.iec.imports import is_foreign
     from fieldrig_devices.languages.source_file import SourceFile
 
-    found: list[SourceFile] = []
+    texts: list[SourceFile] = []
     for path in paths:
         inside = sorted(path.rglob("*")) if path.is_dir() else [path]
         chosen = [file for file in inside if file.suffix.lower() in SUFFIXES or file == path]
         sources = [SourceFile(str(file), read_text(file)) for file in chosen]
-        found += [one for one in sources if one.name == str(path) or not is_foreign(one.text)]
-    if not found:
+        texts += [one for one in sources if one.name == str(path) or not is_foreign(one.text)]
+    if not texts:
         raise UsageError("there are no source files", f"expected files that end in {', '.join(SUFFIXES)}")
-    return found
+    return texts
 
 
 def read_text(path: Path) -> str:

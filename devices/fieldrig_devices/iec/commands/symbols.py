@@ -58,12 +58,12 @@ def _of_sources(files: list[Path], dialect: str, rig: Path | None, device: str |
     from fieldrig_devices.languages.mistakes import CompileError
 
     try:
-        found = compiled(read_sources(files), dialect, rig, device, resource)
+        program = compiled(read_sources(files), dialect, rig, device, resource)
     except CompileError as wrong:
         for mistake in wrong.mistakes:
             typer.echo(str(mistake), err=True)
         raise typer.Exit(Exit.WRONG) from wrong
-    return symbol_list(found.symbols, files[0].stem, device or "Device")
+    return symbol_list(program.symbols, files[0].stem, device or "Device")
 
 
 def _of_device(device: str, endpoint: str) -> bytes:

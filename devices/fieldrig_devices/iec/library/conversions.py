@@ -51,11 +51,11 @@ def pair(name: str) -> tuple[Plain, Plain] | None:
 
 def of_dialect(name: str, time: Elementary) -> str:
     """Return the name of a conversion with the TIME of the dialect, such as SIGNED_TIME_TO_DINT for TIME_TO_DINT."""
-    found = pair(name)
+    types = pair(name)
     if time is Elementary.TIME:
         return name
-    if found is not None:
-        source, target = (time if kind is Elementary.TIME else kind for kind in found)
+    if types is not None:
+        source, target = (time if kind is Elementary.TIME else kind for kind in types)
         return name_of(source, target)
     return f"{name.removesuffix('TIME')}{time.name}" if name in ("TO_TIME", "ANY_TO_TIME") else name
 
@@ -171,8 +171,8 @@ def convert(value: Value, source: Type, target: Type) -> Value:
 @cache
 def _function(source: Plain, target: Plain) -> Callable[[Value], Value]:
     text = f"lambda value: {expand(python_of(source, target), ['value'])}"
-    found: Callable[[Value], Value] = eval(text, {**FUNCTIONS, "__builtins__": {}})
-    return found
+    function: Callable[[Value], Value] = eval(text, {**FUNCTIONS, "__builtins__": {}})
+    return function
 
 
 def python_of(source: Type, target: Type) -> str:

@@ -86,11 +86,11 @@ def find(name: str, arguments: Sequence[Argument], wanted: Type | None = None) -
     return f"{name} is no standard function"
 
 
-def transferring(found: Overload) -> Overload:
+def transferring(overload: Overload) -> Overload:
     """Return the conversion as edition 3 has it: between REAL and DWORD, and LREAL and LWORD, bits are transferred."""
-    if found.name not in conversions.TRANSFERS:
-        return found
-    return _overload(f"{found.name}.{TRANSFER}", found.parameters, found.result)
+    if overload.name not in conversions.TRANSFERS:
+        return overload
+    return _overload(f"{overload.name}.{TRANSFER}", overload.parameters, overload.result)
 
 
 def formal_names(name: str, count: int) -> tuple[str, ...]:
@@ -290,8 +290,8 @@ def _overloaded_conversion(name: str, arguments: Sequence[Argument]) -> Overload
     if "TRUNC_" in name and isinstance(target, Elementary):
         if name.startswith("REAL_") and kind is Elementary.LREAL:
             return _expected(name, "one REAL", arguments)
-        found = _truncate("TRUNC", arguments, target)
-        return found.replace("TRUNC", name, 1) if isinstance(found, str) else found
+        truncation = _truncate("TRUNC", arguments, target)
+        return truncation.replace("TRUNC", name, 1) if isinstance(truncation, str) else truncation
     if isinstance(kind, Untyped):
         kind = Elementary.LREAL if kind.is_real else smallest(kind.value, INTEGERS)
     if target is None or not isinstance(kind, Elementary | StringType):
@@ -320,23 +320,23 @@ def _bcd_conversion(name: str, arguments: Sequence[Argument]) -> Overload | str:
     given = plain(arguments[0]) if len(arguments) == 1 else None
     if given is None or not _is_integer(arguments[0]):
         return _expected(name, "one integer or bit string", arguments)
-    if (found := _OF_BCD.fullmatch(name)) is not None:
+    if (match := _OF_BCD.fullmatch(name)) is not None:
         is_long = given in (Elementary.LWORD, Elementary.LINT, Elementary.ULINT)
-        bits = Elementary[found["bits"]] if found["bits"] else Elementary.LWORD if is_long else Elementary.DWORD
-        is_fitting = not found["bits"] or widens(arguments[0], bits)
+        bits = Elementary[match["bits"]] if match["bits"] else Elementary.LWORD if is_long else Elementary.DWORD
+        is_fitting = not match["bits"] or widens(arguments[0], bits)
         return (
-            _overload(f"BCD_TO.{found['into']}", [bits], Elementary[found["into"]])
+            _overload(f"BCD_TO.{match['into']}", [bits], Elementary[match["into"]])
             if is_fitting
             else _expected(name, f"one {bits}", arguments)
         )
-    found = _INTO_BCD.fullmatch(name)
-    assert found is not None
+    match = _INTO_BCD.fullmatch(name)
+    assert match is not None
     own = smallest(given.value, INTEGERS) if isinstance(given, Untyped) else given
-    kind = Elementary[found["of"]] if found["of"] else own
+    kind = Elementary[match["of"]] if match["of"] else own
     if not isinstance(kind, Elementary) or not widens(arguments[0], kind):
-        return _expected(name, f"one {found['of'] or 'integer'}", arguments)
+        return _expected(name, f"one {match['of'] or 'integer'}", arguments)
     by_size = next(bits for bits in BIT_STRINGS if bits.size == kind.size)
-    result = Elementary[found["bits"]] if found["bits"] else by_size
+    result = Elementary[match["bits"]] if match["bits"] else by_size
     return _overload(f"TO_BCD.{result}", [kind], result)
 
 

@@ -33,9 +33,9 @@ def needed(libraries: Sequence[Unit], project: Sequence[Unit], texts: Iterable[s
             word for declared in unit.declarations if isinstance(declared, Variables) for word in _words(declared)
         )
     used: set[str] = set()
-    while found := open_words & known.keys() - used:
-        used |= found
-        open_words = {word for name in found for word in _words(known[name])}
+    while new := open_words & known.keys() - used:
+        used |= new
+        open_words = {word for name in new for word in _words(known[name])}
     used |= {known[name].name.casefold() for name in used}
     return [replace(unit, declarations=tuple(_kept(unit.declarations, used, known))) for unit in libraries]
 

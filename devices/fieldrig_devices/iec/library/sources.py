@@ -31,8 +31,8 @@ def sources(dialect: str) -> tuple[tuple[str, str], ...]:
     """Return the names and texts of the files for the dialect with this name."""
     names = ("standard.st", "counters.st", "util.st")
     if dialect == CODESYS:
-        found = [(name, _text(name)) for name in (*names, "system.st")]
-        return (*found, ("timers_ltime.st", _timers(r"L\1", Elementary.LTIME)))
+        texts = [(name, _text(name)) for name in (*names, "system.st")]
+        return (*texts, ("timers_ltime.st", _timers(r"L\1", Elementary.LTIME)))
     if dialect != EDITION_3:
         return tuple((name, _text(name)) for name in names)
     counters = _text("counters_edition_3.st")

@@ -131,8 +131,8 @@ def implementation(name: str) -> Implementation:
 def _callable(name: str, count: int) -> Callable[..., Value]:
     names = [f"a{number}" for number in range(count)]
     text = f"lambda {', '.join(names)}: {expand(implementation(name).python, names)}"
-    found: Callable[..., Value] = eval(text, {**IMPLEMENTATIONS, "__builtins__": {}})
-    return found
+    function: Callable[..., Value] = eval(text, {**IMPLEMENTATIONS, "__builtins__": {}})
+    return function
 
 
 def evaluate(name: str, values: Sequence[Value]) -> Value:

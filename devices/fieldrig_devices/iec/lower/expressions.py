@@ -112,11 +112,11 @@ class Expressions:
         return self._bits(operator, left, right, self._stored(expression))
 
     def _bits(self, operator: Operator, left: Value, right: Value, kind: Stored) -> Value:
-        found = of_type(f"({left.text} {BITS[operator]} {right.text})", kind)
+        value = of_type(f"({left.text} {BITS[operator]} {right.text})", kind)
         if operator is Operator.AND and (left.low >= 0 or right.low >= 0):
             highs = [side.high for side in (left, right) if side.low >= 0]
-            found.low, found.high = 0, min(highs)
-        return found
+            value.low, value.high = 0, min(highs)
+        return value
 
     def _short_circuit(self, expression: Binary, emitter: Emitter) -> Value:
         """AND_THEN and OR_ELSE: the right side runs only if the left one does not decide."""
@@ -247,14 +247,14 @@ class Expressions:
         return of_type(expand(conversions.python_of(source, target), [value.text]), target)
 
     def _intrinsic(self, expression: Intrinsic, emitter: Emitter) -> Value:
-        found = intrinsics.implementation(expression.name)
+        implementation = intrinsics.implementation(expression.name)
         arguments = [emitter.short(self.value(argument, emitter)) for argument in expression.arguments]
-        emitter.charge(found.cost_ns)
+        emitter.charge(implementation.cost_ns)
         own = texts.OWN.get(expression.name)
         if own is not None and (value := own(arguments, emitter)) is not None:
             return value
         kind = self._stored(expression)
-        text = found.expand([argument.text for argument in arguments])
+        text = implementation.expand([argument.text for argument in arguments])
         if kind is Elementary.REAL and text.startswith("SINGLE(") and text.endswith(")"):
             return emitter.single(text[len("SINGLE") :], kind)
         return emitter.short(of_type(text, kind))

@@ -139,12 +139,12 @@ class Hoisting:
         """Hoist from several expressions; each that precedes a call is evaluated before it."""
         calls = [number for number, one in enumerate(expressions) if has_call(one)]
         last = calls[-1] if calls else 0
-        found = []
+        free_of_calls = []
         for number, one in enumerate(expressions):
             free = self.out_of(one)
             is_kept = number < last and not isinstance(free, Constant | AddressOf)
-            found.append(self._caller.keep(free) if is_kept else free)
-        return found
+            free_of_calls.append(self._caller.keep(free) if is_kept else free)
+        return free_of_calls
 
     def out_of_place(self, place: Place) -> Place:
         if not has_call(place):

@@ -44,11 +44,13 @@ LARGEST_TABLE: Final = 1_000  # numbers in the labels of a CASE
 def frame_variables(pou: Pou) -> list[Variable]:
     """The variables on the stack that the caller does not set, with the result."""
     set_by_caller = (Section.INPUT, Section.IN_OUT)
-    found = [
+    variables = [
         variable for variable in pou.variables.values() if variable.space is Space.FRAME and variable.location is None
     ]
-    found = [variable for variable in found if variable.section not in set_by_caller and not variable.is_reference]
-    own = [variable for variable in found if variable is not pou.result]
+    variables = [
+        variable for variable in variables if variable.section not in set_by_caller and not variable.is_reference
+    ]
+    own = [variable for variable in variables if variable is not pou.result]
     return own if pou.result is None else [pou.result, *own]
 
 
@@ -110,15 +112,15 @@ class Statements:
         """Add an IF with all its ELSIF, of which each is the only statement behind the ELSE of the one before."""
         end = self._assembler.label()
         rest: Sequence[AnyStatement] = [statement]
-        while len(rest) == 1 and isinstance(found := rest[0], If):
+        while len(rest) == 1 and isinstance(part := rest[0], If):
             otherwise = self._assembler.label()
-            self._body.begin(found.line)
-            self._calls.branch_unless(found.condition, otherwise)
-            self.add(found.then)
-            if found.otherwise:
+            self._body.begin(part.line)
+            self._calls.branch_unless(part.condition, otherwise)
+            self.add(part.then)
+            if part.otherwise:
                 self._assembler.jump(end)
             self._assembler.place(otherwise)
-            rest = found.otherwise
+            rest = part.otherwise
         self.add(rest)
         self._assembler.place(end)
 

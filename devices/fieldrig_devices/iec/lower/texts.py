@@ -74,7 +74,7 @@ def _part(text: Value, start: int, size: int, emitter: Emitter) -> Value | None:
     return Value(f"{name}[{start or ''}:{start + size}]", _of_length(text, max(min(size, longest(text)), 1)))
 
 
-def _found(arguments: Sequence[Value], emitter: Emitter) -> Value | None:
+def _find(arguments: Sequence[Value], emitter: Emitter) -> Value | None:
     text, part = arguments
     if part.text in ("''", '""') or part.text[0] not in "'\"":
         return None
@@ -90,6 +90,6 @@ OWN: Final[Mapping[str, Callable[[Sequence[Value], Emitter], Value | None]]] = {
     "CONCAT": _joined,
     "LEFT": _left,
     "MID": _middle,
-    "FIND": _found,
+    "FIND": _find,
 }
 """The Python by the name of the function; None where the arguments do not allow it."""

@@ -38,5 +38,5 @@ def parse_declarations(
 
 def _in_order(mistakes: list[Mistake]) -> list[Mistake]:
     """Return the mistakes in the order of the text, one at each place: that of the parser, which knows more."""
-    found = {(mistake.line, mistake.column): mistake for mistake in mistakes}
-    return sorted(found.values())
+    by_place = {(mistake.line, mistake.column): mistake for mistake in mistakes}
+    return sorted(by_place.values())

@@ -51,8 +51,8 @@ ALWAYS: Final = tree.Literal(tree.LiteralKind.BOOL, True, "TRUE")
 class Blocks(Expressions):
     """Reads blocks; the statements in them are read by the handlers that `Statements` adds."""
 
-    def __init__(self, found: token.Tokens, file: str, dialect: Dialect) -> None:
-        super().__init__(found, file, dialect)
+    def __init__(self, tokens: token.Tokens, file: str, dialect: Dialect) -> None:
+        super().__init__(tokens, file, dialect)
         self._is_label_spaced = False
         """True if an empty line precedes the present label of a CASE."""
         self._open: list[frozenset[str]] = []
@@ -65,7 +65,7 @@ class Blocks(Expressions):
 
     def statements(self, is_case: bool = False) -> Block:
         """Read statements up to a token that ends the block; in a CASE, also up to the next label."""
-        found: list[tree.AnyStatement] = []
+        block: list[tree.AnyStatement] = []
         kinds, handlers, comments = self.kinds, self._handlers, self.comments
         while True:
             at = self.i
@@ -77,7 +77,7 @@ class Blocks(Expressions):
                 break
             if is_case and self._is_case_label():
                 self._is_label_spaced = is_spaced
-                return tuple(found)
+                return tuple(block)
             handler = handlers.get(kind)
             front = self.taken() if self._pending else ()
             try:
@@ -92,11 +92,11 @@ class Blocks(Expressions):
                 statement.is_spaced = True
             if comments or front or self._pending:
                 self._decorate(statement, front, at)
-            found.append(statement)
+            block.append(statement)
         has_own_comments = self.kinds[self.i] in ("ACTION", "METHOD")
-        if self._pending and found and not has_own_comments:
-            found[-1].after += self.taken()
-        return tuple(found)
+        if self._pending and block and not has_own_comments:
+            block[-1].after += self.taken()
+        return tuple(block)
 
     def _decorate(self, statement: tree.AnyStatement, front: tuple[str, ...], at: int) -> None:
         """Give a statement its comments: those in front, those inside that no inner one has, and one behind."""
@@ -186,15 +186,15 @@ class Blocks(Expressions):
     def _condition(self, word: str) -> tree.Expression:
         """Read the condition of a header up to THEN, DO or OF."""
         try:
-            found = self.expression()
-            found = self._no_assignment(found)
+            condition = self.expression()
+            condition = self._no_assignment(condition)
         except UnexpectedError:
             self.height = 0
             if not self._skip_to(word):
                 self._after_header()
             return ALWAYS
         self._header_word(word)
-        return found
+        return condition
 
     def _no_assignment(self, left: tree.Expression) -> tree.Expression:
         """Report := in a condition, and read it as the comparison that was meant."""

@@ -18,55 +18,55 @@ class Configurations(Declarations):
         """Read CONFIGURATION ... END_CONFIGURATION, or RESOURCE ... END_RESOURCE alone."""
         opening = self.i
         self.gather()
-        found = tree.Configuration("", place=self.places[opening], comments=self.taken())
+        node = tree.Configuration("", place=self.places[opening], comments=self.taken())
         is_whole = self.kinds[opening] == "CONFIGURATION"
         resources: list[tree.Configuration] = []
         if is_whole:
             self.i += 1
-            found.name = self.name("the name of the configuration")
+            node.name = self.name("the name of the configuration")
             self.accept(";")
         while self.kinds[self.i] not in ("END_CONFIGURATION", token.END):
             if self.kinds[self.i] == "RESOURCE":
                 resources.append(self._resource())
                 if not is_whole:
                     break
-            elif not self._part(found):
+            elif not self._part(node):
                 break
         if is_whole:
             self._end("END_CONFIGURATION", opening, "CONFIGURATION")
         if len(resources) == 1:
             (only,) = resources
-            found.blocks += only.blocks
-            found.tasks += only.tasks
-            found.programs += only.programs
-            found.resource, found.processor = only.resource, only.processor
+            node.blocks += only.blocks
+            node.tasks += only.tasks
+            node.programs += only.programs
+            node.resource, node.processor = only.resource, only.processor
         else:
-            found.resources = tuple(resources)
+            node.resources = tuple(resources)
         self.gather_from(opening)
-        found.after = self.taken()
-        found.remark = self.remark()
-        return found
+        node.after = self.taken()
+        node.remark = self.remark()
+        return node
 
     def _resource(self) -> tree.Configuration:
         opening = self.i
-        found = tree.Configuration("", place=self.places[opening])
+        node = tree.Configuration("", place=self.places[opening])
         self.i += 1
-        found.resource = self.name("the name of the resource")
+        node.resource = self.name("the name of the resource")
         if self.accept_word("ON"):
-            found.processor = self.name("the type of the controller")
+            node.processor = self.name("the type of the controller")
         self.accept(";")
         while self.kinds[self.i] not in ("END_RESOURCE", "END_CONFIGURATION", token.END):
-            if not self._part(found):
+            if not self._part(node):
                 break
         self._end("END_RESOURCE", opening, "RESOURCE")
-        return found
+        return node
 
-    def _part(self, found: tree.Configuration) -> bool:
+    def _part(self, node: tree.Configuration) -> bool:
         """Read one part.  False if something else follows that another declaration begins with."""
         at = self.i
         self.gather()
         if self.kinds[at] in SECTIONS:
-            found.blocks += (self.block_of_variables(),)
+            node.blocks += (self.block_of_variables(),)
             return True
         if self.kinds[at] in BEHIND or self.kinds[at] == "CONFIGURATION":
             return False
@@ -75,10 +75,10 @@ class Configurations(Declarations):
         try:
             if self.accept_word("TASK"):
                 part = self._task()
-                found.tasks += (part,)
+                node.tasks += (part,)
             elif self.accept("PROGRAM"):
                 part = self._program()
-                found.programs += (part,)
+                node.programs += (part,)
             else:
                 raise self.unexpected("TASK, PROGRAM or END_RESOURCE")
         except UnexpectedError:
@@ -98,7 +98,7 @@ class Configurations(Declarations):
                 break
 
     def _task(self) -> tree.TaskDeclaration:
-        found = tree.TaskDeclaration(self.name("the name of the task"))
+        task = tree.TaskDeclaration(self.name("the name of the task"))
         opening = self.i
         self.expect("(", "A task is written TASK name(INTERVAL := T#10ms, PRIORITY := 16);")
         while self.kinds[self.i] != ")":
@@ -107,12 +107,12 @@ class Configurations(Declarations):
                 raise self.unexpected("INTERVAL, PRIORITY or SINGLE")
             self.i += 1
             self.expect(":=")
-            setattr(found, word.lower(), self.expression())
+            setattr(task, word.lower(), self.expression())
             if not self.accept(","):
                 break
         self.close(")", opening)
         self._semicolon_of_part()
-        return found
+        return task
 
     def _program(self) -> tree.ProgramInstance:
         self.accept("RETAIN")

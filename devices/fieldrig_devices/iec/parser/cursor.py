@@ -23,14 +23,14 @@ class UnexpectedError(Exception):
 class Cursor:
     """Reads tokens one by one."""
 
-    def __init__(self, found: token.Tokens, file: str, dialect: Dialect) -> None:
-        self.kinds, self.texts, self.places, self.comments = found.kinds, found.texts, found.places, found.comments
-        self.mistakes = found.mistakes
+    def __init__(self, tokens: token.Tokens, file: str, dialect: Dialect) -> None:
+        self.kinds, self.texts, self.places, self.comments = tokens.kinds, tokens.texts, tokens.places, tokens.comments
+        self.mistakes = tokens.mistakes
         self.file, self.dialect = file, dialect
         self.i = 0
         self.depth = 0
         self.height = 0
-        self._is_cut = found.is_cut
+        self._is_cut = tokens.is_cut
         self._reported = -1
         """The last token that a mistake was reported for; a second one for the same token follows from the first."""
         self._ends: dict[int, int] = {}
@@ -130,8 +130,8 @@ class Cursor:
         if not at or places[at].line - places[at - 1].line < 2:
             return False
         last = self._ends.get(at, places[at - 1].line)
-        found = self.comments.get(at)
-        return (found[0][0] if found else places[at].line) - last > 1
+        comments = self.comments.get(at)
+        return (comments[0][0] if comments else places[at].line) - last > 1
 
     def is_adjacent(self, at: int) -> bool:
         """True if there is nothing between a token and the one in front of it."""
@@ -160,33 +160,33 @@ class Cursor:
 
     def gather(self) -> None:
         """Take over the comments in front of the present token."""
-        found = self.comments.pop(self.i, None)
-        if found:
-            self._pending += [text for _, text in found]
+        comments = self.comments.pop(self.i, None)
+        if comments:
+            self._pending += [text for _, text in comments]
 
     def gather_from(self, first: int) -> None:
         """Take over the comments between a token and the present one."""
         if self.comments:
             for at in range(first, self.i):
-                found = self.comments.pop(at, None)
-                if found:
-                    self._pending += [text for _, text in found]
+                comments = self.comments.pop(at, None)
+                if comments:
+                    self._pending += [text for _, text in comments]
 
     def taken(self) -> tuple[str, ...]:
         """Return the gathered comments, for the statement that they belong to."""
         if not self._pending:
             return ()
-        found, self._pending = tuple(self._pending), []
-        return found
+        comments, self._pending = tuple(self._pending), []
+        return comments
 
     def remark(self) -> str:
         """Return the comments behind the last token, in its line."""
-        found = self.comments.get(self.i)
-        if not found or self.i == 0:
+        comments = self.comments.get(self.i)
+        if not comments or self.i == 0:
             return ""
         line = self.places[self.i - 1].line
-        remarks = [text for begin, text in found if begin == line]
-        rest = [(begin, text) for begin, text in found if begin != line]
+        remarks = [text for begin, text in comments if begin == line]
+        rest = [(begin, text) for begin, text in comments if begin != line]
         if rest:
             self.comments[self.i] = rest
         else:

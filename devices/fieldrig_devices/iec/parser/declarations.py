@@ -43,10 +43,10 @@ class Declarations(Types):
 
     def blocks(self) -> tuple[tree.Variables, ...]:
         """Read all blocks VAR ... END_VAR that follow."""
-        found = []
+        read = []
         while self.kinds[self.i] in SECTIONS or self.kinds[self.i] == "VAR_ACCESS":
-            found.append(self.block_of_variables())
-        return tuple(found)
+            read.append(self.block_of_variables())
+        return tuple(read)
 
     def block_of_variables(self) -> tree.Variables:
         at = self.i
@@ -70,9 +70,9 @@ class Declarations(Types):
             if self.kinds[self.i] in _ENDS:
                 self.i += 1
         comments = front + (self.taken() if not variables else ())
-        found = tree.Variables(section, variables, *attributes, access, place=self.places[at], comments=comments)
-        found.remark = self.remark()
-        return found
+        block = tree.Variables(section, variables, *attributes, access, place=self.places[at], comments=comments)
+        block.remark = self.remark()
+        return block
 
     def _access(self) -> str:
         """Read PUBLIC and the like, unless it is the name of a variable."""
@@ -84,15 +84,15 @@ class Declarations(Types):
 
     def _attributes(self) -> tuple[bool, bool, bool]:
         """Read RETAIN, PERSISTENT and CONSTANT in any order."""
-        found = set()
+        words = set()
         while self.kinds[self.i] in ("RETAIN", "PERSISTENT", "CONSTANT") or self.is_word("NON_RETAIN"):
-            found.add(self.kinds[self.i])
+            words.add(self.kinds[self.i])
             self.i += 1
-        return "RETAIN" in found, "PERSISTENT" in found, "CONSTANT" in found
+        return "RETAIN" in words, "PERSISTENT" in words, "CONSTANT" in words
 
     def variables(self, is_path: bool = False) -> tuple[tree.Variable, ...]:
         """Read declarations up to END_VAR or END_STRUCT."""
-        found: list[tree.Variable] = []
+        read: list[tree.Variable] = []
         while self.kinds[self.i] not in _ENDS:
             at = self.i
             is_spaced = self.is_spaced(at)
@@ -105,16 +105,16 @@ class Declarations(Types):
             except UnexpectedError:
                 self._pending[:0] = front
                 self._synchronise_declaration(at)
-                found += [tree.Variable(name, tree.NamedType(""), place=place) for name, place in self._names]
+                read += [tree.Variable(name, tree.NamedType(""), place=place) for name, place in self._names]
                 continue
             self.gather_from(at)
             declared[0].comments, declared[0].is_spaced = front + self.taken(), is_spaced
             declared[-1].remark = self.remark()
-            found += declared
+            read += declared
         self.gather()
-        if found:
-            found[-1].after += self.taken()
-        return tuple(found)
+        if read:
+            read[-1].after += self.taken()
+        return tuple(read)
 
     def _is_outside(self, at: int) -> bool:
         """True if a token shows that END_VAR was forgotten."""
@@ -254,7 +254,7 @@ class Declarations(Types):
         self.gather()
         front = self.taken()
         self.i += 1
-        found: list[tree.TypeDeclaration] = []
+        declarations: list[tree.TypeDeclaration] = []
         while self.kinds[self.i] != "END_TYPE":
             at = self.i
             self.gather()
@@ -273,13 +273,13 @@ class Declarations(Types):
             declared.comments = front + self.taken()
             declared.remark = self.remark()
             front = ()
-            found.append(declared)
+            declarations.append(declared)
         self.gather()
         self._pending[:0] = front
-        if found:
-            found[-1].after += self.taken()
+        if declarations:
+            declarations[-1].after += self.taken()
         self._end("END_TYPE", opening, "TYPE")
-        return found
+        return declarations
 
     def qualified_name(self, expected: str) -> str:
         """Read a name, which may have the name of a library in front."""

@@ -177,8 +177,8 @@ class Expressions(Cursor):
             return tree.Call(tree.Name(self.texts[at], place=place), self.arguments(), place=place)
         if kind == token.DIRECT:
             self.i += 1
-            found = self.direct(self.texts[at], at)
-            return self._behind(found) if self.kinds[self.i] in (".", "[", "^") else found
+            operand = self.direct(self.texts[at], at)
+            return self._behind(operand) if self.kinds[self.i] in (".", "[", "^") else operand
         if kind == token.JUNK:
             self.i += 1
             return tree.Name("", place=place)
@@ -336,17 +336,17 @@ class Expressions(Cursor):
         self.i += 1
         if self.accept(")"):
             return ()
-        found = [self._argument()]
+        given = [self._argument()]
         while self.accept(","):
             if self.kinds[self.i] == ")":
                 if not self.dialect.allows_trailing_commas:
                     self.say(self.i - 1, "got , behind the last argument", ")", "Remove this comma.")
                 break
-            found.append(self._argument())
+            given.append(self._argument())
         if self.kinds[self.i] == "=" or (self.kinds[self.i] == token.NAME and not self.is_next_line()):
             raise self.unexpected(", or ) in the arguments", "Arguments are separated by commas, and assigned with :=.")
         self.close(")", opening)
-        return tuple(found)
+        return tuple(given)
 
     def _argument(self) -> tree.Argument:
         at = self.i

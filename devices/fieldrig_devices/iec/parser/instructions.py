@@ -46,7 +46,7 @@ class Instructions(Statements):
 
     def instructions(self, is_deferred: bool = False) -> tuple[tree.IlInstruction, ...]:
         """Read lines up to the end of the body, or to a closing bracket."""
-        found: list[tree.IlInstruction] = []
+        lines: list[tree.IlInstruction] = []
         while True:
             at = self.i
             is_spaced = self.is_spaced(at)
@@ -63,10 +63,10 @@ class Instructions(Statements):
             self.gather_from(at)
             instruction.comments = front + self.taken()
             instruction.remark, instruction.is_spaced = self.remark(), is_spaced
-            found.append(instruction)
-        if found and self.kinds[self.i] not in ("ACTION", "METHOD"):  # which has the comments in front of it itself
-            found[-1].after += self.taken()
-        return tuple(found)
+            lines.append(instruction)
+        if lines and self.kinds[self.i] not in ("ACTION", "METHOD"):  # which has the comments in front of it itself
+            lines[-1].after += self.taken()
+        return tuple(lines)
 
     def _next_line(self, start: int) -> None:
         """Go on in the line behind a wrong instruction."""
@@ -89,10 +89,10 @@ class Instructions(Statements):
                 return tree.IlInstruction("", label=label, place=place)
         spelling = self._operator()
         operator, is_negated, is_conditional = SPELLINGS.get(spelling.upper(), (spelling, False, False))
-        found = tree.IlInstruction(operator, (), label, is_negated, is_conditional, place=place)
-        self._operands(found, self.i - 1)
-        self._end_of_line(found)
-        return found
+        line = tree.IlInstruction(operator, (), label, is_negated, is_conditional, place=place)
+        self._operands(line, self.i - 1)
+        self._end_of_line(line)
+        return line
 
     def _operator(self) -> str:
         at = self.i
@@ -111,25 +111,25 @@ class Instructions(Statements):
             raise self.unexpected("an operator of IL", "There is one closing bracket more than opening ones.")
         raise self.unexpected("an operator of IL, such as LD, ST or AND")
 
-    def _operands(self, found: tree.IlInstruction, at: int) -> None:
+    def _operands(self, line: tree.IlInstruction, at: int) -> None:
         """Read what follows the operator in its line."""
         if self.is_next_line() or self.kinds[self.i] in (")", ";") or self.kinds[self.i] in OUTER:
             return
-        if self.kinds[self.i] == "(" and found.operator in BRACKETS:
-            found.deferred = self._deferred()
-        elif found.operator == "CAL":
-            found.operands = (self._called(),)
-        elif found.operator == "JMP":
-            found.operands = (tree.Name(self.name("a label"), place=self.places[self.i - 1]),)
-        elif self.kinds[self.i] == "(" and found.operator not in ("LD", "ST", "S", "R", "NOT", "RET"):
-            name = tree.Name(found.operator, place=self.places[at])
-            found.operator = "LD"
-            found.operands = (tree.Call(name, self.arguments(), place=self.places[at]),)
+        if self.kinds[self.i] == "(" and line.operator in BRACKETS:
+            line.deferred = self._deferred()
+        elif line.operator == "CAL":
+            line.operands = (self._called(),)
+        elif line.operator == "JMP":
+            line.operands = (tree.Name(self.name("a label"), place=self.places[self.i - 1]),)
+        elif self.kinds[self.i] == "(" and line.operator not in ("LD", "ST", "S", "R", "NOT", "RET"):
+            name = tree.Name(line.operator, place=self.places[at])
+            line.operator = "LD"
+            line.operands = (tree.Call(name, self.arguments(), place=self.places[at]),)
         else:
             operands = [self._operand()]
             while self.accept(","):
                 operands.append(self._operand())
-            found.operands = tuple(operands)
+            line.operands = tuple(operands)
 
     def _operand(self) -> tree.Expression:
         return self._unary()
@@ -154,18 +154,18 @@ class Instructions(Statements):
             first = (load,)
             if not self.is_next_line() and self.kinds[self.i] != ")":
                 raise self.unexpected("the end of the line, or )")
-        found = first + self.instructions(is_deferred=True)
+        lines = first + self.instructions(is_deferred=True)
         self.close(")", opening)
         self.depth -= 1
-        return found
+        return lines
 
-    def _end_of_line(self, found: tree.IlInstruction) -> None:
+    def _end_of_line(self, line: tree.IlInstruction) -> None:
         kind = self.kinds[self.i]
         if kind == ";":
             self.say(self.i, "got ;", "the end of the line", "A line of IL ends without a semicolon.")
             self.i += 1
-        elif found.deferred is None and not self.is_next_line() and kind not in OUTER and kind != ")":
-            hint = "Operands are separated by commas." if found.operands else ""
+        elif line.deferred is None and not self.is_next_line() and kind not in OUTER and kind != ")":
+            hint = "Operands are separated by commas." if line.operands else ""
             raise self.unexpected("the end of the line", hint)
 
     # ---- conditions
@@ -173,11 +173,11 @@ class Instructions(Statements):
     def condition_in_il(self) -> tree.Expression:
         """Read IL whose accumulator at the end is the condition of a transition, as an expression."""
         at = self.i
-        found = self._folded(self.instructions())
-        if found is None:
+        condition = self._folded(self.instructions())
+        if condition is None:
             self.say(at, "the condition has no result", "LD in the first line")
             return tree.Literal(tree.LiteralKind.BOOL, True, "TRUE")
-        return found
+        return condition
 
     def _folded(self, lines: tuple[tree.IlInstruction, ...]) -> tree.Expression | None:
         accumulator: tree.Expression | None = None

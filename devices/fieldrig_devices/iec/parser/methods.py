@@ -34,34 +34,34 @@ class Methods(Configurations):
         self.i += 1
         head = tree.Method("", None, (), tree.StBody(()), place=self.places[opening])
         self._header(head)
-        found: list[tree.Method] = []
+        accessors: list[tree.Method] = []
         while self.is_word("GET") or self.is_word("SET"):
-            found.append(self._accessor(head))
-        if not found and is_interface and head.name:
-            found.append(
+            accessors.append(self._accessor(head))
+        if not accessors and is_interface and head.name:
+            accessors.append(
                 tree.Method(head.name, head.result, (), tree.StBody(()), head.modifiers, "GET", place=head.place)
             )
-        elif not found:
+        elif not accessors:
             self.say(opening, f"the property {head.name} cannot be read or written", "GET ... END_GET")
         self._end("END_PROPERTY", opening, "PROPERTY")
         self.depth -= 1
-        if found:
-            found[0].comments = front + found[0].comments
-        return found
+        if accessors:
+            accessors[0].comments = front + accessors[0].comments
+        return accessors
 
     def _accessor(self, head: tree.Method) -> tree.Method:
         opening, word = self.i, self.texts[self.i].upper()
         self.i += 1
-        found = tree.Method(
+        method = tree.Method(
             head.name, head.result, (), tree.StBody(()), head.modifiers, word, place=self.places[opening]
         )
-        found.blocks, found.body = self.blocks(), self.body()
+        method.blocks, method.body = self.blocks(), self.body()
         self.gather()
-        found.after = self.taken()
+        method.after = self.taken()
         self._end(f"END_{word}", opening, word)
         self.gather_from(opening)
-        found.comments, found.remark = self.taken(), self.remark()
-        return found
+        method.comments, method.remark = self.taken(), self.remark()
+        return method
 
     def method(self) -> tree.Method:
         """Read METHOD name ... END_METHOD."""
@@ -70,39 +70,39 @@ class Methods(Configurations):
         front = self.taken()
         self.enter()
         self.i += 1
-        found = tree.Method("", None, (), tree.StBody(()), place=self.places[opening])
-        self._header(found)
-        found.blocks, found.body = self.blocks(), self.body()
+        node = tree.Method("", None, (), tree.StBody(()), place=self.places[opening])
+        self._header(node)
+        node.blocks, node.body = self.blocks(), self.body()
         self.gather()
-        found.after = self.taken()
+        node.after = self.taken()
         self._end("END_METHOD", opening, "METHOD")
         self.depth -= 1
         self.gather_from(opening)
-        found.comments, found.remark = front + self.taken(), self.remark()
-        return found
+        node.comments, node.remark = front + self.taken(), self.remark()
+        return node
 
-    def _header(self, found: tree.Method) -> None:
+    def _header(self, method: tree.Method) -> None:
         """Read what is in the first line, and skip the line after a mistake."""
-        line = found.place.line
+        line = method.place.line
         try:
-            self._method_header(found)
+            self._method_header(method)
         except UnexpectedError:
             while self.places[self.i].line == line and self.kinds[self.i] != token.END:
                 self.i += 1
 
-    def _method_header(self, found: tree.Method) -> None:
+    def _method_header(self, method: tree.Method) -> None:
         while self.texts[self.i].upper() in MODIFIERS and self.kinds[self.i + 1] in (token.NAME, "ACTION"):
             if self.begins_line(self.i + 1):
                 break
-            found.modifiers += (self.texts[self.i].upper(),)
+            method.modifiers += (self.texts[self.i].upper(),)
             self.i += 1
         if self.kinds[self.i] == "ACTION" and not self.begins_line(self.i):
             self.i += 1  # a word that only charts need
-            found.name = self.texts[self.i - 1]
+            method.name = self.texts[self.i - 1]
         else:
-            found.name = self.name("the name of the method")
+            method.name = self.name("the name of the method")
         if self.accept(":"):
-            found.result = self.type_spec()
+            method.result = self.type_spec()
         if not self.is_next_line():
             self.accept(";")
 

@@ -31,14 +31,14 @@ class Units(Methods):
 
     def unit(self) -> tree.Unit:
         """Read everything."""
-        found: list[tree.Declaration] = []
+        declarations: list[tree.Declaration] = []
         self._namespaces = []
         while self.kinds[self.i] != token.END:
             at = self.i
             self.gather()
             try:
                 if not self._is_in_namespace():
-                    found += self._declaration(found)
+                    declarations += self._declaration(declarations)
             except UnexpectedError:
                 self._synchronise_unit(at)
         for opening in self._namespaces:
@@ -46,7 +46,7 @@ class Units(Methods):
             self.say(self.i, f"got {self.shown(self.i)}", f"END_NAMESPACE for the NAMESPACE in line {line}")
         self.gather_from(0)
         self.gather()
-        return tree.Unit(self.file, tuple(found), self.taken())
+        return tree.Unit(self.file, tuple(declarations), self.taken())
 
     def _is_in_namespace(self) -> bool:
         """Read a beginning or an end of a NAMESPACE, or USING, if there is one."""
@@ -111,18 +111,18 @@ class Units(Methods):
         while self.kinds[self.i] in ("METHOD", "PROPERTY"):
             methods += self.methods(is_interface=True)
         self._end("END_INTERFACE", opening, "INTERFACE")
-        found = tree.Interface(name, extends, tuple(methods), place=self.places[opening])
-        found.comments, found.remark = front, self.remark()
-        return found
+        interface = tree.Interface(name, extends, tuple(methods), place=self.places[opening])
+        interface.comments, interface.remark = front, self.remark()
+        return interface
 
     def _names_behind(self, word: str) -> tuple[str, ...]:
         """Read a list of names of interfaces behind a word, if it is there."""
         if not self.accept_word(word):
             return ()
-        found = [self.qualified_name("the name of an interface")]
+        names = [self.qualified_name("the name of an interface")]
         while self.accept(","):
-            found.append(self.qualified_name("the name of an interface"))
-        return tuple(found)
+            names.append(self.qualified_name("the name of an interface"))
+        return tuple(names)
 
     def _part_of(self, pou: tree.Declaration | None) -> None:
         """Read an action or a method that follows its POU."""
@@ -178,14 +178,14 @@ class Units(Methods):
 
     def declarations_alone(self) -> tuple[tree.Variables, ...]:
         """Read a text that consists of blocks of variables."""
-        found: tuple[tree.Variables, ...] = ()
+        blocks: tuple[tree.Variables, ...] = ()
         while self.kinds[self.i] != token.END:
-            found += self.blocks()
+            blocks += self.blocks()
             if self.kinds[self.i] != token.END:
                 self.say(self.i, f"got {self.shown(self.i)}", "VAR, VAR_INPUT or another block of variables")
                 while self.kinds[self.i] not in SECTIONS and self.kinds[self.i] != token.END:
                     self.i += 1
-        return found
+        return blocks
 
     # ---- POUs
 
@@ -217,10 +217,10 @@ class Units(Methods):
         self._end_of_pou(word, kind, name, opening)
         parts = tuple(actions), tuple(methods)
         place = self.places[opening]
-        found = tree.Pou(kind, name, result, blocks, body, *parts, extends, modifiers, implements, end, place=place)
-        found.comments, found.remark = front, self.remark()
-        found.after = rest
-        return found
+        pou = tree.Pou(kind, name, result, blocks, body, *parts, extends, modifiers, implements, end, place=place)
+        pou.comments, pou.remark = front, self.remark()
+        pou.after = rest
+        return pou
 
     def _end_of_pou(self, word: str, kind: tree.PouKind, name: str, opening: int) -> None:
         if self.kinds[self.i] in _POU_ENDS:
@@ -241,17 +241,17 @@ class Units(Methods):
 
     def _modifiers(self, kind: tree.PouKind) -> tuple[str, ...]:
         """Read words such as ABSTRACT in front of the name."""
-        found: list[str] = []
+        words: list[str] = []
         while self.texts[self.i].upper() in _MODIFIERS and self.kinds[self.i + 1] == token.NAME:
             if self.begins_line(self.i + 1):
                 break
             if self.dialect.has_methods:
-                found.append(self.texts[self.i].upper())
+                words.append(self.texts[self.i].upper())
             else:
                 what = f"the name of the {kind.value}"
                 self.say(self.i, f"got {self.texts[self.i]}", what, f"Remove {self.texts[self.i]}.")
             self.i += 1
-        return tuple(found)
+        return tuple(words)
 
     def _pou_header(self, kind: tree.PouKind) -> tuple[str, tree.TypeSpec | None, str, tuple[str, ...]]:
         """Read the name, the type of a function's result, and what a function block extends and implements."""

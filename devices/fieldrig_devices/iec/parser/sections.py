@@ -28,8 +28,8 @@ TIMED: Final = frozenset({"L", "D", "SD", "DS", "SL"})
 class Bodies(Instructions):
     """Reads bodies."""
 
-    def __init__(self, found: token.Tokens, file: str, dialect: Dialect) -> None:
-        super().__init__(found, file, dialect)
+    def __init__(self, tokens: token.Tokens, file: str, dialect: Dialect) -> None:
+        super().__init__(tokens, file, dialect)
         self.actions: list[tree.Action] = []
         """Actions among the steps of a chart, which belong to its POU."""
 
@@ -127,17 +127,17 @@ class Bodies(Instructions):
 
     def _step_of_chart(self) -> tree.Step:
         opening = self.i
-        found = tree.Step("", self.kinds[opening] == "INITIAL_STEP", place=self.places[opening])
+        step = tree.Step("", self.kinds[opening] == "INITIAL_STEP", place=self.places[opening])
         self.i += 1
-        found.name = self.name("the name of the step")
+        step.name = self.name("the name of the step")
         self.expect(":")
         while self.kinds[self.i] not in OUTER:
-            if not self._section(found):
-                found.uses += (self._use(),)
+            if not self._section(step):
+                step.uses += (self._use(),)
         self._end("END_STEP", opening, "STEP")
-        return found
+        return step
 
-    def _section(self, found: tree.Step) -> bool:
+    def _section(self, step: tree.Step) -> bool:
         """Read ENTRY ... END_ENTRY and the like.  False if something else follows."""
         at = self.i
         word = self.texts[at].upper()
@@ -145,47 +145,47 @@ class Bodies(Instructions):
         if word not in ("ENTRY", "ACTIVE", "EXIT") or (is_use and word != "EXIT"):
             return False
         field = word.lower()
-        if getattr(found, field) is not None:
-            self.say(at, f"step {found.name} has a second {word}", "one")
+        if getattr(step, field) is not None:
+            self.say(at, f"step {step.name} has a second {word}", "one")
         self.i += 1
-        setattr(found, field, self.body())
+        setattr(step, field, self.body())
         self._end(f"END_{word}", at, word)
         return True
 
     def _use(self) -> tree.ActionUse:
         at = self.i
-        found = tree.ActionUse(self.name("the name of an action, or END_STEP"), place=self.places[at])
+        use = tree.ActionUse(self.name("the name of an action, or END_STEP"), place=self.places[at])
         opening = self.i
         if self.accept("("):
             if self.kinds[self.i] != ")":
-                self._qualifier(found)
+                self._qualifier(use)
             self.close(")", opening)
         if not self.accept(";"):
             self.missing(";")
-        return found
+        return use
 
-    def _qualifier(self, found: tree.ActionUse) -> None:
+    def _qualifier(self, use: tree.ActionUse) -> None:
         at = self.i
-        found.qualifier = self.texts[at].upper()
-        if found.qualifier not in QUALIFIERS:
+        use.qualifier = self.texts[at].upper()
+        if use.qualifier not in QUALIFIERS:
             raise self.unexpected("a qualifier: N, R, S, L, D, P, SD, DS, SL, P0 or P1")
         self.i += 1
-        if found.qualifier not in TIMED and self._indicators(found):
+        if use.qualifier not in TIMED and self._indicators(use):
             return
         if self.accept(","):
-            found.time = self.expression()
-            self._indicators(found)
-            if found.qualifier not in TIMED:
-                self.say(at, f"the qualifier {found.qualifier} has a time", "a time with L, D, SD, DS and SL only")
-        elif found.qualifier in TIMED:
-            self.missing(", and a time", f"The qualifier {found.qualifier} has a time: ({found.qualifier}, T#5s).")
+            use.time = self.expression()
+            self._indicators(use)
+            if use.qualifier not in TIMED:
+                self.say(at, f"the qualifier {use.qualifier} has a time", "a time with L, D, SD, DS and SL only")
+        elif use.qualifier in TIMED:
+            self.missing(", and a time", f"The qualifier {use.qualifier} has a time: ({use.qualifier}, T#5s).")
 
-    def _indicators(self, found: tree.ActionUse) -> bool:
+    def _indicators(self, use: tree.ActionUse) -> bool:
         """Read the indicator variables of an action.  False if there is none."""
         while self.kinds[self.i] == "," and self.kinds[self.i + 1] == token.NAME:
             self.i += 1
-            found.indicators += (self.name("the name of a variable"),)
-        return bool(found.indicators)
+            use.indicators += (self.name("the name of a variable"),)
+        return bool(use.indicators)
 
     # ---- transitions
 
@@ -229,8 +229,8 @@ class Bodies(Instructions):
         opening = self.i
         if not self.accept("("):
             return (self.name("the name of a step"),)
-        found = [self.name("the name of a step")]
+        names = [self.name("the name of a step")]
         while self.accept(","):
-            found.append(self.name("the name of a step"))
+            names.append(self.name("the name of a step"))
         self.close(")", opening)
-        return tuple(found)
+        return tuple(names)

@@ -19,8 +19,8 @@ _OBJECT_ORIENTED: Final = frozenset({"METHOD", "PROPERTY"})
 class Statements(Blocks):
     """Reads statements of ST."""
 
-    def __init__(self, found: token.Tokens, file: str, dialect: Dialect) -> None:
-        super().__init__(found, file, dialect)
+    def __init__(self, tokens: token.Tokens, file: str, dialect: Dialect) -> None:
+        super().__init__(tokens, file, dialect)
         self._handlers |= {
             token.NAME: self._simple,
             token.DIRECT: self._simple,

@@ -80,9 +80,9 @@ class Types(Initials):
             return tree.NamedType(name, place=place)
         opening = self.i
         if self.dialect.has_typed_enumerations and upper in INTEGERS and self._is_enumeration():
-            found = self._enumeration()
-            found.base = "" if upper == "INT" else upper
-            return found
+            enumeration = self._enumeration()
+            enumeration.base = "" if upper == "INT" else upper
+            return enumeration
         if self.dialect.has_constructors and not self._is_subrange(opening):
             return tree.NamedType(name, self.arguments(), place=place)
         self.i += 1
@@ -112,14 +112,14 @@ class Types(Initials):
     def _rows(self) -> tuple[tuple[tree.Argument, ...], ...]:
         """Read the arguments of FB_init for each element of an array."""
         at = self.i
-        found: list[tuple[tree.Argument, ...]] = []
+        rows: list[tuple[tree.Argument, ...]] = []
         while self.kinds[self.i] in ("[", ","):
             self.i += 1
             if self.kinds[self.i] != "(":
                 raise self.unexpected("(", "The arguments of each element are in brackets.")
-            found.append(self.arguments())
+            rows.append(self.arguments())
         self.close("]", at)
-        return tuple(found)
+        return tuple(rows)
 
     def _is_subrange(self, opening: int) -> bool:
         """True if the brackets contain limits and no arguments."""
@@ -214,15 +214,15 @@ class Types(Initials):
         self.gather_from(at)
         if self.kinds[self.i] == ",":  # a remark follows the comma or precedes it
             self.gather()
-        found = tree.EnumValue(name, value, place=self.places[at], comments=front + self.taken())
+        node = tree.EnumValue(name, value, place=self.places[at], comments=front + self.taken())
         line = self.places[self.i - 1].line
         following = self.i + 1 if self.kinds[self.i] == "," else self.i
         behind = self.comments.get(following, [])
         if behind and self.places[following - 1].line == line:
-            found.remark = " ".join(text for begin, text in behind if begin == line)
+            node.remark = " ".join(text for begin, text in behind if begin == line)
             rest = [(begin, text) for begin, text in behind if begin != line]
             if rest:
                 self.comments[following] = rest
             else:
                 del self.comments[following]
-        return found
+        return node

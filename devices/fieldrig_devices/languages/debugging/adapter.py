@@ -152,10 +152,10 @@ class Adapter:
     def _show_breakpoints(self, _: Mapping[str, Any]) -> None:
         """Tell the editor, which has set its own ones, of the others that the device has."""
         known = set(self._breakpoints.values())
-        for found in self._ask({"command": "breakpoints"})["breakpoints"]:
-            if (found["file"], found["line"]) not in known:
-                shown = self._breakpoint(found["file"], found["line"], found["line"])
-                shown["source"] = self._source_of(found["file"])
+        for stop in self._ask({"command": "breakpoints"})["breakpoints"]:
+            if (stop["file"], stop["line"]) not in known:
+                shown = self._breakpoint(stop["file"], stop["line"], stop["line"])
+                shown["source"] = self._source_of(stop["file"])
                 self._event("breakpoint", reason="new", breakpoint=shown)
 
     def end(self) -> None:
@@ -165,7 +165,7 @@ class Adapter:
             self._disconnect({})
 
     def _disconnect(self, _: Mapping[str, Any]) -> None:
-        for file in {found["file"] for found in self._ask({"command": "breakpoints"})["breakpoints"]}:
+        for file in {stop["file"] for stop in self._ask({"command": "breakpoints"})["breakpoints"]}:
             self._ask({"command": "breakpoints", "file": file, "breakpoints": []})
         if self._ask({"command": "state"})["state"] == "paused":
             self._ask({"command": "continue"})
@@ -312,10 +312,10 @@ class Adapter:
         frame = self._frame(arguments)
         for path in (f"@{frame['thread']}:{frame['number']}", frame["routine"]):
             try:
-                found = self._ask({"command": "variables", "path": path})["variables"]
+                variables = self._ask({"command": "variables", "path": path})["variables"]
             except (RigError, ValueError):
                 continue
-            if not found:
+            if not variables:
                 continue
             scope = {"name": frame["routine"], "variablesReference": self._reference(path), "expensive": False}
             scopes.append(scope)

@@ -38,8 +38,8 @@ class Breakpoints:
         """
         count = len(debuggee.files.get(file, "").splitlines())
         every = self._by_file(self.conditions) | {file: set(range(1, count + 1))}
-        found = sorted(debuggee.break_at(every).get(file, ()))
-        return {line: _place(debuggee, file, found, line) for line in wanted}
+        stops = sorted(debuggee.break_at(every).get(file, ()))
+        return {line: _place(debuggee, file, stops, line) for line in wanted}
 
     def lines(self, file: str) -> set[int]:
         return {line for name, line in self.conditions if name == file}
@@ -61,33 +61,33 @@ class Breakpoints:
         }
 
     def _set(self, debuggee: Debuggee, conditions: Mapping[Place, str]) -> None:
-        found = debuggee.break_at(self._by_file(conditions))
-        self.conditions = {place: text for place, text in conditions.items() if place[1] in found.get(place[0], ())}
+        stops = debuggee.break_at(self._by_file(conditions))
+        self.conditions = {place: text for place, text in conditions.items() if place[1] in stops.get(place[0], ())}
         texts = {file: debuggee.files.get(file, "").splitlines() for file, _ in self.conditions}
         self._texts = {(file, line): _line(texts[file], line) for file, line in self.conditions}
 
     @staticmethod
     def _by_file(places: Iterable[Place]) -> dict[str, set[int]]:
-        found: dict[str, set[int]] = {}
+        lines: dict[str, set[int]] = {}
         for file, line in places:
-            found.setdefault(file, set()).add(line)
-        return found
+            lines.setdefault(file, set()).add(line)
+        return lines
 
 
-def _place(debuggee: Debuggee, file: str, found: Sequence[int], line: int) -> int | None:
-    after = bisect_left(found, line)
-    if after < len(found) and found[after] == line:
+def _place(debuggee: Debuggee, file: str, stops: Sequence[int], line: int) -> int | None:
+    after = bisect_left(stops, line)
+    if after < len(stops) and stops[after] == line:
         return line
-    if after > 0 and debuggee.goes_on(file, found[after - 1], line):
-        return found[after - 1]
-    return found[after] if after < len(found) else None
+    if after > 0 and debuggee.goes_on(file, stops[after - 1], line):
+        return stops[after - 1]
+    return stops[after] if after < len(stops) else None
 
 
 def nearest(lines: list[str], text: str, line: int) -> int:
     """Return the line, from 1, with this text that is nearest to a line; 0 if there is none."""
     wanted = text.strip()
-    found = [number for number, other in enumerate(lines, 1) if other.strip() == wanted]
-    return min(found, key=lambda number: abs(number - line), default=0)
+    alike = [number for number, other in enumerate(lines, 1) if other.strip() == wanted]
+    return min(alike, key=lambda number: abs(number - line), default=0)
 
 
 def _line(lines: list[str], line: int) -> str:

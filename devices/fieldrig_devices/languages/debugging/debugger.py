@@ -261,8 +261,8 @@ class Debugger:
 
     def _stops(self) -> dict[Place, str]:
         """Return the conditions of the device's breakpoints by place, also those that another session has set."""
-        found = self._ask({"command": "breakpoints"})["breakpoints"]
-        return {Place(one["file"], one["line"]): one["condition"] for one in found}
+        breakpoints = self._ask({"command": "breakpoints"})["breakpoints"]
+        return {Place(one["file"], one["line"]): one["condition"] for one in breakpoints}
 
     def _stop_at(self, wanted: Place, condition: str) -> None:
         """Set a breakpoint at the first line from `wanted` on that has an instruction."""

@@ -50,9 +50,9 @@ class Sources:
         names = self.names()
         if not colon:
             file = here.file if here is not None and here.file in names else (names or [""])[0]
-        found = [name for name in names if name == file] or [
+        matches = [name for name in names if name == file] or [
             name for name in names if name.casefold().endswith(file.casefold())
         ]
-        if not found or not file:
+        if not matches or not file:
             raise ValueError(f"there is no file {file!r}\nexpected {', '.join(names) or 'a program first'}")
-        return Place(found[0], max(int(line), 1))
+        return Place(matches[0], max(int(line), 1))

@@ -42,22 +42,22 @@ class Wanted:
 
 def wanted_of(words: Sequence[str]) -> Wanted:
     """Read `NAME... [every N] [depth N] [trigger NAME [rising|falling|any] [LEVEL]] [before N] [csv [FILE]]`."""
-    found, rest = Wanted(), list(words)
+    wanted, rest = Wanted(), list(words)
     while rest:
         word = rest.pop(0)
         if word in _NUMBERS:
-            found.numbers[word] = _number(word, rest)
+            wanted.numbers[word] = _number(word, rest)
         elif word == "trigger":
-            found.trigger = _trigger(rest)
+            wanted.trigger = _trigger(rest)
         elif word == "csv":
-            found.file = rest.pop(0) if rest and rest[0] not in (*_NUMBERS, "trigger") else ""
+            wanted.file = rest.pop(0) if rest and rest[0] not in (*_NUMBERS, "trigger") else ""
         else:
-            found.names.append(word)
-    if not found.names:
+            wanted.names.append(word)
+    if not wanted.names:
         raise ValueError("nothing to record\nexpected names, such as `trace Main.count depth 20`")
-    if "before" in found.numbers and found.trigger is None:
+    if "before" in wanted.numbers and wanted.trigger is None:
         raise ValueError("`before` needs a trigger\nexpected `trigger NAME rising LEVEL before N`")
-    return found
+    return wanted
 
 
 def _number(word: str, rest: list[str]) -> int:
@@ -138,7 +138,7 @@ def _rows(answer: dict[str, Any]) -> list[list[str]]:
     """The samples, with the time in seconds since the trigger or the first one."""
     samples = answer["samples"]
     zero_ns = answer.get("triggered_ns") or (samples[0][0] if samples else 0)
-    return [[f"{(time_ns - zero_ns) / 1e9:.6f}", *map(text_of, found)] for time_ns, *found in samples]
+    return [[f"{(time_ns - zero_ns) / 1e9:.6f}", *map(text_of, values)] for time_ns, *values in samples]
 
 
 def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

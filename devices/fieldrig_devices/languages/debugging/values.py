@@ -41,8 +41,8 @@ def printed(ask: Ask, names: Sequence[str], thread: int | None) -> list[str]:
 
 def inside(ask: Ask, path: str) -> list[str]:
     """Return the values in a group."""
-    found = ask({"command": "variables", "path": path})["variables"]
-    return [_shown(variable) for variable in found[:MOST_SHOWN]]
+    variables = ask({"command": "variables", "path": path})["variables"]
+    return [_shown(variable) for variable in variables[:MOST_SHOWN]]
 
 
 def assign(ask: Ask, command: str, arguments: Sequence[str]) -> list[str]:
@@ -71,8 +71,8 @@ def release(ask: Ask, names: Sequence[str]) -> list[str]:
 
 
 def _forced(ask: Ask) -> list[Mapping[str, Any]]:
-    found: list[Mapping[str, Any]] = ask({"command": "forced"})["variables"]
-    return found
+    variables: list[Mapping[str, Any]] = ask({"command": "forced"})["variables"]
+    return variables
 
 
 def _shown(variable: Mapping[str, Any]) -> str:

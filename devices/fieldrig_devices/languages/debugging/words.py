@@ -27,11 +27,11 @@ class Words:
         for entry in self._entries:
             if word in entry.words:
                 return entry.words[0]
-        found = [entry.words[0] for entry in self._entries if entry.words[0].startswith(word)]
-        if len(found) != 1:
-            close = f"{word!r} is ambiguous: {' or '.join(found)}" if found else f"{word!r} is not a command"
+        candidates = [entry.words[0] for entry in self._entries if entry.words[0].startswith(word)]
+        if len(candidates) != 1:
+            close = f"{word!r} is ambiguous: {' or '.join(candidates)}" if candidates else f"{word!r} is not a command"
             raise ValueError(f"{close}\n`help` lists the commands")
-        return found[0]
+        return candidates[0]
 
     def lines(self) -> Iterator[str]:
         """Yield the text of `help`."""
