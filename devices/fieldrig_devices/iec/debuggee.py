@@ -121,7 +121,7 @@ class IecDebuggee:
         return ProgramState.RUNNING
 
     def stack(self, thread: int) -> Sequence[Frame]:
-        return [Frame(place.pou, place.file, place.line) for place in _thread(self._task(thread)).stack]
+        return _thread(self._task(thread)).stack
 
     def break_at(self, places: Mapping[str, set[int]]) -> Mapping[str, set[int]]:
         runtime = self._loaded().runtime
@@ -133,8 +133,8 @@ class IecDebuggee:
     def goes_on(self, file: str, first: int, last: int) -> bool:
         lines = self.files.get(file, "").splitlines()[first - 1 : last]
         scanned = tokens("\n".join(lines), file, self._loaded().compiled.program.dialect, first)
-        places = [place.line for place in scanned.places[:-1]]
-        return spans.goes_on(list(zip(scanned.kinds, places, strict=False)), last, _ENDS)
+        lines_of_tokens = [place.line for place in scanned.places[:-1]]
+        return spans.goes_on(list(zip(scanned.kinds, lines_of_tokens, strict=False)), last, _ENDS)
 
     def _prepare(self, runtime: Runtime) -> None:
         """Make what breakpoints and steps need beside the device, so that its cycles go on."""

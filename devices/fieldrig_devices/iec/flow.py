@@ -278,7 +278,7 @@ def _whole(space: str, start: int, size: int) -> Where:
     return Where(span, span, True)
 
 
-def _part(of: Where, place: ir.Component | ir.Element | ir.OpenElement | ir.Bit) -> Where | None:
+def _part(outer: Where, place: ir.Component | ir.Element | ir.OpenElement | ir.Bit) -> Where | None:
     """Return where a part is; for what is not known exactly, the whole that it is a part of."""
     offset = None
     if isinstance(place, ir.Component):
@@ -287,10 +287,10 @@ def _part(of: Where, place: ir.Component | ir.Element | ir.OpenElement | ir.Bit)
         offset = place.offset if place.variable is None else place.variable.offset
     elif isinstance(place, ir.Element) and isinstance(place.index, ir.Constant):
         offset = (int(place.index.value) - place.low) * place.stride
-    if offset is None or not of.is_exact or of.span.space not in (DATA, OWN):
-        return of._replace(is_exact=False)
-    start = of.span.start + offset
-    return of._replace(span=Span(of.span.space, start, start + place.type.size))
+    if offset is None or not outer.is_exact or outer.span.space not in (DATA, OWN):
+        return outer._replace(is_exact=False)
+    start = outer.span.start + offset
+    return outer._replace(span=Span(outer.span.space, start, start + place.type.size))
 
 
 def _home(pou: ir.Pou) -> tuple[str, int]:

@@ -178,7 +178,7 @@ def _parts(text: str) -> list[tuple[str, str]]:
 def _nanoseconds(parts: list[tuple[str, str]], dialect: Dialect) -> int:
     total = 0
     last = -1
-    for place, (number, unit) in enumerate(parts):
+    for position, (number, unit) in enumerate(parts):
         order = _ORDER.index(unit)
         if order <= last:
             before = _ORDER[last]
@@ -189,11 +189,11 @@ def _nanoseconds(parts: list[tuple[str, str]], dialect: Dialect) -> int:
         whole, _, fraction = number.partition(".")
         if fraction and not dialect.allows_time_fractions:
             raise LiteralError(f"{number}{unit} has a fraction", "whole numbers", "Write T#1s500ms for 1.5 s.")
-        if fraction and place < len(parts) - 1:
+        if fraction and position < len(parts) - 1:
             raise LiteralError(f"{number}{unit} has a fraction", "a fraction in the last unit only")
         if len(whole) > 19:
             raise LiteralError(f"{number}{unit} is too long", "at most T#49d17h2m47s295ms")
-        if place and not dialect.allows_time_overflow and int(whole) >= _LIMITS[unit]:
+        if position and not dialect.allows_time_overflow and int(whole) >= _LIMITS[unit]:
             what = f"{number}{unit} overflows"
             raise LiteralError(what, f"less than {_LIMITS[unit]}{unit}; only the highest unit may overflow")
         total += int(whole) * _UNITS[unit]

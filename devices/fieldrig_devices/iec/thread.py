@@ -9,7 +9,7 @@ from fieldrig_devices.iec.host import Pending
 from fieldrig_devices.iec.layout import stack_of
 from fieldrig_devices.iec.natives import NOTHING, Waiting
 from fieldrig_devices.iec.tasks.task import WorkState
-from fieldrig_devices.languages.debugging.debuggee import Step
+from fieldrig_devices.languages.debugging.debuggee import Frame, Step
 from fieldrig_devices.languages.debugging.stepping import Goal
 from fieldrig_devices.languages.faults import RunError
 from fieldrig_devices.languages.task import Task, TaskState
@@ -24,16 +24,6 @@ class Start(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
-    pou: str
-    file: str
-    line: int
-
-    def __str__(self) -> str:
-        return f"{self.pou} ({self.file}:{self.line})"
-
-
-@dataclass(frozen=True, slots=True)
 class Fault:
     """A fault of the program: a division by zero, an index outside its array, a pointer to nothing, and so on."""
 
@@ -42,7 +32,7 @@ class Fault:
     pou: str
     file: str
     line: int
-    calls: tuple[Place, ...]
+    calls: tuple[Frame, ...]
     """The calls that led there, innermost first."""
 
     def __str__(self) -> str:
@@ -169,13 +159,13 @@ class Thread:
         return self._task.state is TaskState.READY
 
     @property
-    def stack(self) -> list[Place]:
+    def stack(self) -> list[Frame]:
         """The place of the thread, then those where its callers go on, innermost first."""
         task = self._task
         if task.state in (TaskState.IDLE, TaskState.ENDED):
             return []
         here = [(task.routine, task.pc), *((caller.routine, caller.pc - 1) for caller in reversed(task.stack))]
-        return [self._place(routine, pc) for routine, pc in here]
+        return [self._frame(routine, pc) for routine, pc in here]
 
     @property
     def frames(self) -> list[tuple[str, int, int]]:
@@ -188,10 +178,10 @@ class Thread:
         levels += [(caller.routine, caller.frame, caller.base) for caller in reversed(task.stack)]
         return [(lowered.titles[names[routine]], frame, base) for routine, frame, base in levels]
 
-    def _place(self, routine: int, pc: int) -> Place:
+    def _frame(self, routine: int, pc: int) -> Frame:
         lowered, code = self._runtime.compiled.code, self._runtime.code
         name = code.names_of_routines[routine]
-        return Place(lowered.titles[name], lowered.files[name], code.line(routine, pc))
+        return Frame(lowered.titles[name], lowered.files[name], code.line(routine, pc))
 
     @property
     def fault(self) -> Fault | None:
@@ -204,8 +194,8 @@ class Thread:
         """Return a fault at the present place, such as that of a cycle that takes too long; None between two cycles."""
         if not self.stack:
             return None
-        place, *calls = self.stack
-        return Fault(code, text, place.pou, place.file, place.line, tuple(calls))
+        here, *callers = self.stack
+        return Fault(code, text, here.routine, here.file, here.line, tuple(callers))
 
 
 def _reason(cause: BaseException | None) -> tuple[str, str]:

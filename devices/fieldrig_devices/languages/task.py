@@ -135,7 +135,7 @@ class Task:
         if not running:  # not in generated code, so not a fault of the program
             raise fault
         self._code.left.clear()
-        self.stack += [place._replace(pc=place.pc + 1) for place in running[:-1]]
+        self.stack += [level._replace(pc=level.pc + 1) for level in running[:-1]]
         self.routine, self.pc, self.frame, self.base = running[-1]
         self.state, self.fault = TaskState.FAULTED, fault
         return budget

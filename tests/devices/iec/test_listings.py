@@ -272,7 +272,7 @@ END_PROGRAM
     assert fault is not None
     assert (fault.code, fault.pou, fault.file) == ("division", "Flash", "main.st")
     assert fault.line in (7, 8)
-    assert [(place.pou, place.line) for place in fault.calls] == [("PLC_PRG", 3)]
+    assert [(place.routine, place.line) for place in fault.calls] == [("PLC_PRG", 3)]
 
 
 # ---- Instruction List

@@ -217,7 +217,7 @@ END_FUNCTION_BLOCK
     fault = bench.thread.fault
     assert fault is not None
     assert (fault.code, fault.pou, fault.line) == ("division", "Inner", 5)
-    assert [(place.pou, place.line) for place in fault.calls] == [("Outer", 10), ("PLC_PRG", 16)]
+    assert [(place.routine, place.line) for place in fault.calls] == [("Outer", 10), ("PLC_PRG", 16)]
     assert bench["outer.inner.y"] == 1
 
 
@@ -552,7 +552,7 @@ def test_a_breakpoint_stops_the_thread_and_shows_its_calls() -> None:
     thread.run(ENOUGH_NS)
     assert thread.state is WorkState.STOPPED
     call = 1 + EVERYTHING[: EVERYTHING.index("ramps[k](")].count("\n")
-    assert [(place.pou, place.line) for place in thread.stack] == [("Ramp", line), ("PLC_PRG", call)]
+    assert [(frame.routine, frame.line) for frame in thread.stack] == [("Ramp", line), ("PLC_PRG", call)]
     thread.go_on()
     thread.run(ENOUGH_NS)
     assert (thread.state, bench["k"]) == (WorkState.STOPPED, 2)
@@ -592,7 +592,7 @@ def test_single_steps(kinds: list[Step], places: list[tuple[str, int]]) -> None:
         bench.thread.step(kind)
         while bench.thread.state is WorkState.READY:
             bench.thread.run(100)
-        seen.append((bench.thread.stack[0].pou, bench.thread.stack[0].line))
+        seen.append((bench.thread.stack[0].routine, bench.thread.stack[0].line))
     assert seen == places
     bench.thread.go_on()
     bench.thread.run(ENOUGH_NS)

@@ -71,6 +71,6 @@ def check(
     whole.check(project, declarations.variables.lists)
     types = declarations.specs.declared()
     result = Program(project.pous, project.globals, types, project.tasks, host.objects, links, dialect)
-    order = {unit.file: place for place, unit in enumerate(units)}
+    order = {unit.file: number for number, unit in enumerate(units)}
     mistakes = dict.fromkeys(project.reports.mistakes)
     return result, sorted(mistakes, key=lambda mistake: (order.get(mistake.file, -1), mistake.line, mistake.column))

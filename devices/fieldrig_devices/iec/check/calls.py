@@ -288,17 +288,17 @@ def _with_defaults(
     pairs = list(zip(names, values, strict=False))
     kinds = [value.type for formal, value in pairs if value is not None and formal not in _SELECTORS]
     made: list[Expression] = []
-    for place, value in enumerate(values):
+    for position, value in enumerate(values):
         if value is not None:
             made.append(value)
             continue
         known = fixed.FIXED.get(name)
-        kind = known.parameters[place] if known is not None else kinds[0] if kinds else Elementary.INT
+        kind = known.parameters[position] if known is not None else kinds[0] if kinds else Elementary.INT
         start = start_of(kind)
         if start is None:
-            context.say(node, f"the argument {names[place]} is missing in the call of {name}", ", ".join(names))
+            context.say(node, f"the argument {names[position]} is missing in the call of {name}", ", ".join(names))
             return None
-        made.append(_SELECTORS.get(names[place]) or Constant(start, kind))
+        made.append(_SELECTORS.get(names[position]) or Constant(start, kind))
     return made
 
 
@@ -315,22 +315,22 @@ def _number_of(context: Context, name: str, node: tree.Call) -> int:
 def _in_order(context: Context, name: str, node: tree.Call) -> list[tree.Expression | None] | None:
     """The arguments by position; named ones are put in order, with None for those that the call leaves out."""
     names = intrinsics.formal_names(name, _number_of(context, name, node))
-    places = {formal: place for place, formal in enumerate(names)}
+    positions = {formal: number for number, formal in enumerate(names)}
     given: dict[str, tree.Expression] = {}
     for position, argument in enumerate(node.arguments):
         if argument.value is None or argument.is_output:
             context.say(argument, f"{name} has no outputs", "arguments without =>")
             return None
-        formal = _as_in_standard(argument.name.upper(), places) or (
+        formal = _as_in_standard(argument.name.upper(), positions) or (
             names[position] if position < len(names) else str(position)
         )
-        if (argument.name and formal not in places) or formal in given:
+        if (argument.name and formal not in positions) or formal in given:
             context.say(argument, f"{name} has no free argument {argument.name}", ", ".join(names))
             return None
         given[formal] = argument.value
     if len(names) > len(node.arguments) and _number_of(context, name, node) > len(node.arguments):
         return [given.get(formal) for formal in names]
-    return [given[formal] for formal in sorted(given, key=lambda formal: places.get(formal, 99))]
+    return [given[formal] for formal in sorted(given, key=lambda formal: positions.get(formal, 99))]
 
 
 _OF_CODESYS: Final = {"IN": ("STR",), "IN1": ("STR1",), "IN2": ("STR2",), "L": ("LEN", "SIZE"), "P": ("POS",)}

@@ -165,7 +165,7 @@ def _array(node: tree.Initial, kind: ArrayType, context: Context) -> InitialValu
 def _nested(flat: list[InitialValue], counts: Sequence[int]) -> list[InitialValue]:
     """Return the rows of an array of several dimensions, of which the last one may be incomplete."""
     for count in reversed(counts[1:]):
-        flat = [flat[place : place + count] for place in range(0, len(flat), count)]
+        flat = [flat[first : first + count] for first in range(0, len(flat), count)]
     return flat
 
 

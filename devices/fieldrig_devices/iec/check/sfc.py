@@ -304,8 +304,8 @@ def _conditional(condition: tree.Expression, then: Sequence[tree.AnyStatement], 
     return tree.If((tree.Branch(condition, tuple(then), place=place),), place=place)
 
 
-def _not(of: tree.Expression) -> tree.Expression:
-    return tree.Unary("NOT", of)
+def _not(operand: tree.Expression) -> tree.Expression:
+    return tree.Unary("NOT", operand)
 
 
 def _and(left: tree.Expression, right: tree.Expression) -> tree.Expression:

@@ -28,12 +28,12 @@ def _comes_later(block: tree.Variables) -> bool:
     return block.section is not Section.LOCAL or not block.is_constant
 
 
-def _put_in_order(variables: dict[str, Variable], of: tree.Pou, project: Project) -> None:
+def _put_in_order(variables: dict[str, Variable], pou: tree.Pou, project: Project) -> None:
     """Put the variables of a POU into the order of its text, in which they have their places in memory."""
-    blocks = [_comes_later(block) for block in of.blocks]
+    blocks = [_comes_later(block) for block in pou.blocks]
     if blocks == sorted(blocks):
         return
-    names = [project.key(node.name) for block in of.blocks for node in block.variables]
+    names = [project.key(node.name) for block in pou.blocks for node in block.variables]
     own = {name: variables.pop(name) for name in names if name in variables}
     variables.update(own)
 

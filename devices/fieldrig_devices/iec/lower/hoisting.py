@@ -129,10 +129,10 @@ class Hoisting:
                 value, length = replace(link, left=value, right=right), length + 1
         return value
 
-    def _chosen(self, left: Expression, of: Binary) -> Load:
+    def _chosen(self, left: Expression, link: Binary) -> Load:
         """Call what is on the right of AND_THEN or OR_ELSE only if the left side does not decide."""
         first = left if isinstance(left, Load) else self._caller.keep(left)
-        self._caller.choose(first, of.operator is Operator.AND_THEN, lambda: self.out_of(of.right))
+        self._caller.choose(first, link.operator is Operator.AND_THEN, lambda: self.out_of(link.right))
         return first
 
     def all_out_of(self, expressions: Sequence[Expression]) -> list[Expression]:

@@ -282,7 +282,7 @@ class Expressions(Cursor):
             return self._behind(name)
         return name
 
-    def _behind(self, of: tree.Expression) -> tree.Expression:
+    def _behind(self, front: tree.Expression) -> tree.Expression:
         """Read what follows a name: components, indices, ^ and arguments."""
         kinds = self.kinds
         height = self.height
@@ -292,7 +292,7 @@ class Expressions(Cursor):
             place = self.places[at]
             if kind == ".":
                 self.i += 1
-                of = self._component(of, place)
+                front = self._component(front, place)
             elif kind == "[":
                 self.i += 1
                 self._rise()
@@ -300,35 +300,35 @@ class Expressions(Cursor):
                 while self.accept(","):
                     indices.append(self.expression())
                 self.close("]", at)
-                of = tree.Index(of, tuple(indices), place=place)
+                front = tree.Index(front, tuple(indices), place=place)
             elif kind == "^":
                 self.i += 1
-                of = tree.Dereference(of, place=place)
+                front = tree.Dereference(front, place=place)
             elif kind == "(":
                 self._rise()
-                of = tree.Call(of, self.arguments(), place=place)
+                front = tree.Call(front, self.arguments(), place=place)
             else:
                 break
             self._rise()
         self.height = height
-        return of
+        return front
 
-    def _component(self, of: tree.Expression, place: tree.Place) -> tree.Expression:
+    def _component(self, front: tree.Expression, place: tree.Place) -> tree.Expression:
         at = self.i
         if self.kinds[at] == token.INTEGER and self.texts[at].isdecimal() and len(self.texts[at]) < 6:
             self.i += 1
-            return tree.BitOf(of, int(self.texts[at]), place=place)
+            return tree.BitOf(front, int(self.texts[at]), place=place)
         text = self.texts[at]
         if self.kinds[at] == token.PART:
             self.i += 1
-            return tree.BitOf(of, int(text[2:]), text[1].upper().replace("X", ""), place=place)
-        if self.kinds[at] == token.TYPED and self.dialect.has_namespace_blocks and _is_path(of):
+            return tree.BitOf(front, int(text[2:]), text[1].upper().replace("X", ""), place=place)
+        if self.kinds[at] == token.TYPED and self.dialect.has_namespace_blocks and _is_path(front):
             self.i += 1
             return self._typed(text, at)
         if not (text[:1].isalpha() or text[:1] == "_") or "#" in text:
             raise self.unexpected("the name of a component, or the number of a bit, behind the point")
         self.i += 1
-        return tree.Member(of, text, place=place)
+        return tree.Member(front, text, place=place)
 
     def arguments(self) -> tuple[tree.Argument, ...]:
         """Read the arguments of a call with their brackets."""

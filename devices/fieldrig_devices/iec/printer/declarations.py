@@ -8,30 +8,30 @@ from fieldrig_devices.iec.printer.expressions import expression_text as text_of
 from fieldrig_devices.iec.printer.lines import INDENT, Lines
 
 
-def declaration(lines: Lines, of: tree.Declaration) -> None:
-    lines.front(of)
-    match of:
+def declaration(lines: Lines, node: tree.Declaration) -> None:
+    lines.front(node)
+    match node:
         case tree.Pou():
-            _pou(lines, of)
-            _remark(lines, of)
+            _pou(lines, node)
+            _remark(lines, node)
         case tree.Interface():
-            _interface(lines, of)
-            _remark(lines, of)
+            _interface(lines, node)
+            _remark(lines, node)
             return
         case tree.Variables():
-            variables(lines, of)
+            variables(lines, node)
             return
         case tree.TypeDeclaration():
-            _type(lines, of)
+            _type(lines, node)
         case tree.Configuration():
-            _configuration(lines, of)
-            _remark(lines, of)
+            _configuration(lines, node)
+            _remark(lines, node)
 
 
-def _remark(lines: Lines, of: tree.Statement) -> None:
+def _remark(lines: Lines, statement: tree.Statement) -> None:
     """Add the comment behind the END of something, whose other comments are printed in front of that END."""
-    if of.remark:
-        lines.append(f" {of.remark}")
+    if statement.remark:
+        lines.append(f" {statement.remark}")
 
 
 # ---- variables and types
@@ -114,14 +114,14 @@ def _enumeration(lines: Lines, spec: tree.EnumSpec) -> None:
     lines.add(f"){base}")
 
 
-def _type(lines: Lines, of: tree.TypeDeclaration) -> None:
-    extends = of.type.extends if isinstance(of.type, tree.StructSpec) else ""
-    lines.add(f"TYPE {of.name}{f' EXTENDS {extends}' if extends else ''} : ")
-    _spec(lines, of.type)
-    initial = _initial(of.initial, of.type)
-    is_struct = isinstance(of.type, tree.StructSpec) and not initial
+def _type(lines: Lines, node: tree.TypeDeclaration) -> None:
+    extends = node.type.extends if isinstance(node.type, tree.StructSpec) else ""
+    lines.add(f"TYPE {node.name}{f' EXTENDS {extends}' if extends else ''} : ")
+    _spec(lines, node.type)
+    initial = _initial(node.initial, node.type)
+    is_struct = isinstance(node.type, tree.StructSpec) and not initial
     lines.append(initial if is_struct else f"{initial};")
-    lines.behind(of)
+    lines.behind(node)
     lines.add("END_TYPE")
 
 
@@ -185,10 +185,10 @@ def _pou(lines: Lines, pou: tree.Pou) -> None:
     lines.add(f"END_{pou.kind.value}")
 
 
-def _interface(lines: Lines, of: tree.Interface) -> None:
-    extends = ("EXTENDS", ", ".join(of.extends)) if of.extends else ()
-    lines.add(" ".join(["INTERFACE", of.name, *extends]))
-    _methods(lines, of.methods)
+def _interface(lines: Lines, interface: tree.Interface) -> None:
+    extends = ("EXTENDS", ", ".join(interface.extends)) if interface.extends else ()
+    lines.add(" ".join(["INTERFACE", interface.name, *extends]))
+    _methods(lines, interface.methods)
     lines.add("END_INTERFACE")
 
 
@@ -249,14 +249,14 @@ def _inside(lines: Lines, method: tree.Method) -> None:
     lines.comments(method.after)
 
 
-def body(lines: Lines, of: tree.Body) -> None:
-    match of:
+def body(lines: Lines, node: tree.Body) -> None:
+    match node:
         case tree.StBody(block):
             statements.statements(lines, block)
         case tree.IlBody(block_of_il):
             statements.instructions(lines, block_of_il)
         case tree.SfcBody():
-            _chart(lines, of)
+            _chart(lines, node)
         case tree.NativeBody():
             lines.add("{native}")
 
@@ -306,50 +306,50 @@ def _steps(names: tuple[str, ...]) -> str:
 # ---- configurations
 
 
-def _configuration(lines: Lines, of: tree.Configuration) -> None:
-    if of.name:
-        lines.add(f"CONFIGURATION {of.name}")
+def _configuration(lines: Lines, node: tree.Configuration) -> None:
+    if node.name:
+        lines.add(f"CONFIGURATION {node.name}")
         with lines.indented():
-            _blocks(lines, of)
-            if of.resource:
-                _resource(lines, of)
+            _blocks(lines, node)
+            if node.resource:
+                _resource(lines, node)
             else:
-                _parts(lines, of)
-            for resource in of.resources:
+                _parts(lines, node)
+            for resource in node.resources:
                 _resource(lines, resource)
-            lines.comments(of.after)
+            lines.comments(node.after)
         lines.add("END_CONFIGURATION")
     else:
-        _resource(lines, of)
+        _resource(lines, node)
 
 
-def _blocks(lines: Lines, of: tree.Configuration) -> None:
-    for block in of.blocks:
+def _blocks(lines: Lines, node: tree.Configuration) -> None:
+    for block in node.blocks:
         lines.front(block)
         variables(lines, block)
 
 
-def _resource(lines: Lines, of: tree.Configuration) -> None:
-    lines.add(f"RESOURCE {of.resource}")
-    if of.processor:
-        lines.append(f" ON {of.processor}")
+def _resource(lines: Lines, node: tree.Configuration) -> None:
+    lines.add(f"RESOURCE {node.resource}")
+    if node.processor:
+        lines.append(f" ON {node.processor}")
     with lines.indented():
-        if not of.name:
-            _blocks(lines, of)
-        _parts(lines, of)
-        if not of.name:
-            lines.comments(of.after)
+        if not node.name:
+            _blocks(lines, node)
+        _parts(lines, node)
+        if not node.name:
+            lines.comments(node.after)
     lines.add("END_RESOURCE")
 
 
-def _parts(lines: Lines, of: tree.Configuration) -> None:
-    for task in of.tasks:
+def _parts(lines: Lines, node: tree.Configuration) -> None:
+    for task in node.tasks:
         lines.front(task)
         pairs = (("SINGLE", task.single), ("INTERVAL", task.interval), ("PRIORITY", task.priority))
         settings = [f"{word} := {text_of(value)}" for word, value in pairs if value is not None]
         lines.add(f"TASK {task.name}({', '.join(settings)});")
         lines.behind(task)
-    for program in of.programs:
+    for program in node.programs:
         lines.front(program)
         task_text = f" WITH {program.task}" if program.task else ""
         lines.add(f"PROGRAM {program.name}{task_text} : {program.type};")

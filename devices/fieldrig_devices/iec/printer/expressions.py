@@ -9,15 +9,15 @@ _SIGN = max(RANKS.values()) + 1
 _PLACES = (tree.Name, tree.Member, tree.Index, tree.Dereference, tree.Call)
 
 
-def expression_text(of: tree.Expression, weakest: int = 0) -> str:
+def expression_text(node: tree.Expression, weakest: int = 0) -> str:
     """Return an expression as text, in brackets if its operator is weaker than a rank."""
-    match of:
+    match node:
         case tree.Name(text):
             return text
         case tree.Literal():
-            return _literal(of)
+            return _literal(node)
         case tree.Binary():
-            return _chain(of, weakest)
+            return _chain(node, weakest)
         case tree.Unary(operator, operand):
             inner = expression_text(operand, _SIGN)
             if operator == "NOT":
@@ -34,7 +34,7 @@ def expression_text(of: tree.Expression, weakest: int = 0) -> str:
         case tree.Call(called, arguments):
             return f"{_place(called)}({', '.join(map(argument_text, arguments))})"
         case tree.Direct():
-            return direct_text(of)
+            return direct_text(node)
 
 
 def _chain(last: tree.Binary, weakest: int) -> str:
@@ -52,10 +52,10 @@ def _chain(last: tree.Binary, weakest: int) -> str:
     return "(" * opened + expression_text(node, weakest) + "".join(reversed(parts))
 
 
-def _place(of: tree.Expression) -> str:
+def _place(node: tree.Expression) -> str:
     """Return what a point, an index or ^ follows."""
-    text = expression_text(of)
-    return text if isinstance(of, _PLACES) else f"({text})"
+    text = expression_text(node)
+    return text if isinstance(node, _PLACES) else f"({text})"
 
 
 def argument_text(argument: tree.Argument) -> str:

@@ -28,32 +28,32 @@ class Programs:
         """At least one thread."""
         self.threads: Final = tuple(threads)
         self.state = WorkState.ENDED
-        self._place = 0
+        self._number = 0
 
     @property
     def present(self) -> Thread:
         """The program that runs, or that has run last."""
-        return self.threads[self._place]
+        return self.threads[self._number]
 
     @property
     def wake(self) -> Pending | None:
         return self.present.wake
 
     def begin(self) -> None:
-        self._place = 0
+        self._number = 0
         self.present.start()
         self.state = WorkState.READY
 
     def run(self, budget_ns: int) -> int:
         threads = self.threads
         while True:
-            thread = threads[self._place]
+            thread = threads[self._number]
             budget_ns = thread.run(budget_ns)
             state = self.state = thread.state
-            if state is not WorkState.ENDED or self._place == len(threads) - 1:
+            if state is not WorkState.ENDED or self._number == len(threads) - 1:
                 return budget_ns
-            self._place += 1
-            threads[self._place].start()
+            self._number += 1
+            threads[self._number].start()
             self.state = WorkState.READY
             if budget_ns <= 0:
                 return budget_ns

@@ -46,6 +46,9 @@ class Frame:
     file: str
     line: int
 
+    def __str__(self) -> str:
+        return f"{self.routine} ({self.file}:{self.line})"
+
 
 @dataclass(frozen=True, slots=True)
 class ThreadView:

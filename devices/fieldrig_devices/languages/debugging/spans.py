@@ -17,8 +17,8 @@ def goes_on(tokens: Sequence[Token], last: int, ends: Collection[str]) -> bool:
     """
     before = [token for token in tokens if token[1] < last]
     there = [text for text, line in tokens if line == last]
-    places = [place for place, (text, _) in enumerate(before) if text in ends]
-    statement = before[places[-1] + 1 if places else 0 :]
+    ends_at = [number for number, (text, _) in enumerate(before) if text in ends]
+    statement = before[ends_at[-1] + 1 if ends_at else 0 :]
     if not statement or statement[0][1] != tokens[0][1]:
         return False
     depth = sum(_BRACKETS.get(text, 0) for text, _ in statement)
