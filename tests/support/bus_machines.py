@@ -1,4 +1,4 @@
-"""The lab in tests of faults: its work is on CAN."""
+"""The lab and the press in tests of faults: their work is on CAN."""
 
 from typing import ClassVar, Final
 
@@ -60,3 +60,41 @@ class Lab(Machine):
         self.wait(1)
         mm = [int.from_bytes(frame.data[:4], "little") for frame in self.levels]
         return bool(mm) and abs(mm[-1] - 1000 * float(self.get("tank", "level"))) < 3
+
+
+class Press(Machine):
+    """The comments of own-device.yaml and press.py: it closes and opens on command, and reports what it does.
+
+    A command that does not arrive changes nothing, so without CAN the ram stays where it is.
+    """
+
+    file = "own-device.yaml"
+    overrides = ("time=virtual", "buses.can0={kind: can.virtual, bitrate: 500000}", "buses.wires={kind: wires.virtual}")
+    table: ClassVar[Table] = {**SILENT, "can wrong_bit_rate": waits()}
+    looks = 0
+
+    def begin(self) -> None:
+        self.reports: list[bytes] = []
+        self.host = self.rig.attach("host").link("can0")
+        self.host.on_receive(lambda frame: self.reports.append(frame.data), [(0x181, 0x7FF)])
+        self.is_closed = False
+
+    def works(self) -> bool:
+        """Move the ram, and return whether it has arrived and says so."""
+        self.is_closed = not self.is_closed
+        self.host.send(CanFrame(0x201, bytes((self.is_closed,))))
+        self.wait(2.5)
+        self.reports.clear()
+        self.wait(0.5)
+        said = bytes.fromhex("02 b0 04" if self.is_closed else "00 00 00")  # 120.0 mm; open
+        return self.get("press", "state") == ("CLOSED" if self.is_closed else "OPEN") and said in self.reports
+
+    def is_safe(self, where: str) -> bool:
+        """Return whether the ram stays, and no report says that it has moved."""
+        place = self.get("press", "position")
+        return not self.works() and self.get("press", "position") == place
+
+    def come_back(self, injected: Injected, effect: Effect) -> None:
+        """Wait until the bus is quiet again; the next command moves the ram."""
+        self.wait(1)
+        self.is_closed = self.get("press", "state") == "CLOSED"

@@ -1,5 +1,6 @@
 """The rigs with a MAx-4 in tests of faults: the conveyor, the ring of drives, teleservice, and the packaging line."""
 
+from collections.abc import Mapping, Sequence
 from typing import ClassVar, Final
 
 from fault_choices import Injected
@@ -29,13 +30,16 @@ DRIVES: Final[Table] = {
     "mc4 stuck_brake": goes_on(),
     "mc4 supply_24v": goes_on(diagnosis(7134)),
 }
-CONTROLLER: Final[Table] = {
-    "max4 power_off": stops(Sign("max4", "power", False)),
-    "max4 memory_lost": goes_on(diagnosis(7567)),
+RING: Final[Table] = {
     "ring break": stops(diagnosis(2560)),
     "ring off": stops(diagnosis(2560)),
     "ring distort": stops(diagnosis(2561)),
     "ring late": stops(diagnosis(2561)),
+}
+CONTROLLER: Final[Table] = {
+    "max4 power_off": stops(Sign("max4", "power", False)),
+    "max4 memory_lost": goes_on(diagnosis(7567)),
+    **RING,
 }
 
 
@@ -111,9 +115,11 @@ class RingLab(Max4Machine):
     """docs/ring-lab.md: there is no program; a CANopen master runs the axes, and each axis stops for itself."""
 
     file = "ring-virtual.yaml"
-    axes: ClassVar = {"infeed": 300.0, "film": 300.0, "jaw": 150.0, "outfeed": 600.0}
+    axes: ClassVar[Mapping[str, float]] = {"infeed": 300.0, "film": 300.0, "jaw": 150.0, "outfeed": 600.0}
     """Speeds in 1/min."""
-    table: ClassVar = {
+    places: ClassVar[Sequence[tuple[int, int]]] = ((1, 0), (1, 1), (1, 2), (1, 3))
+    """Node and axis on CAN of each of them."""
+    table: ClassVar[Table] = {
         **DRIVES,
         **CONTROLLER,
         **CAN_STAYS_ASIDE,
@@ -136,10 +142,10 @@ class RingLab(Max4Machine):
 
     def start(self) -> None:
         self.master.write(1, 0x1017, 0, 100, 2)  # a heartbeat, so that the bus has traffic
-        for axis, (name, rpm) in enumerate(self.axes.items()):
+        for (name, rpm), (node, axis) in zip(self.axes.items(), self.places, strict=True):
             if not self._runs(name):
-                self.master.reset(1, axis)
-                self.master.run_at(1, axis, round(rpm * 1_000_000 / 60))
+                self.master.reset(node, axis)
+                self.master.run_at(node, axis, round(rpm * 1_000_000 / 60))
         self.until(lambda: all(map(self._runs, self.axes)), 5)
 
     def works(self) -> bool:
@@ -160,3 +166,14 @@ class RingLab(Max4Machine):
 
     def _stands(self, axis: str) -> bool:
         return abs(float(self.get(axis, "speed"))) < STILL_RPM
+
+
+class PackagingLine(RingLab):
+    """docs/ring-lab.md: forty drives on one ring, in racks that the panel enables; a drive of each rack runs."""
+
+    file = "packaging-line-virtual.yaml"
+    axes: ClassVar = {"in1": 300.0, "jaw2": 150.0, "press": 300.0, "stretch": 600.0}
+    places = ((1, 0), (3, 1), (4, 5), (5, 7))
+    wheres = (*axes, "ring")
+    """The faults of controller and CAN are tried in the ring lab, which has the same, and no program either."""
+    table: ClassVar = {**DRIVES, **RING}

@@ -3,7 +3,7 @@
 from typing import ClassVar, Final
 
 from fault_choices import Injected
-from faulted_machine import CAN_STAYS_ASIDE, Effect, Machine, Sign, goes_on, stops, waits
+from faulted_machine import CAN_STAYS_ASIDE, Effect, Machine, Sign, goes_on, may_stop, stops, waits
 from rig_hands import START_ALL
 
 READY: Final = "ready"
@@ -16,6 +16,7 @@ class Feeder(Machine):
 
     file = "feeder-virtual.yaml"
     can_nodes: ClassVar = {"can3": 21}
+    overrides = ("devices.feeder.channel_0.ramps=smooth",)
     in_error: ClassVar = Sign("feeder", "panel.line1", "drive error: reset")
     table: ClassVar = {
         **CAN_STAYS_ASIDE,
@@ -37,6 +38,7 @@ class Feeder(Machine):
         self.until(self._is_ready, 120, 1)
 
     def provoke(self) -> None:
+        """Begin to feed a label."""
         self.set("feeder", "panel.key1", True)
         self.wait(0.15)
 
@@ -44,6 +46,10 @@ class Feeder(Machine):
         self.set("feeder", "panel.key1", False)
         self.wait(1)
         return self._is_ready() and self._feed()[0] == 1
+
+    def is_whole(self) -> bool:
+        """Return whether a request feeds a whole label."""
+        return self._is_ready() and self._feed() == (1, 1.0)
 
     def is_safe(self, where: str) -> bool:
         place = self.get("web", "position")
@@ -57,7 +63,6 @@ class Feeder(Machine):
             self.press("feeder", "panel.key2", 0.5)
             assert (self.get("stepper", "ready"), self.get("feeder", "PTO00.State")) == (True, 0)
         self.until(self._is_ready, 300, 1)
-        assert self._feed() == (1, 1.0), "a whole label"
 
     def _is_ready(self) -> bool:
         return self.get("feeder", "panel.line1") == READY
@@ -141,7 +146,7 @@ class Cell(Machine):
         "can corrupt": stops(),
         "can error_frame": stops(),
         "can short": stops(),
-        "can wrong_bit_rate": goes_on(),
+        "can wrong_bit_rate": may_stop(),  # its error flags reach the frames of the cards for some time
         "can babble": stops(),
     }
 
@@ -163,7 +168,12 @@ class Cell(Machine):
     def is_safe(self, where: str) -> bool:
         return abs(float(self.get("nip", "speed"))) < NIP_STANDS_RAD_S
 
+    def wait_for_power(self) -> None:
+        """Do nothing: no fault here takes the power from a device."""
+
     def come_back(self, injected: Injected, effect: Effect) -> None:
+        if effect is Effect.GOES_ON:
+            return
         self.masters["can0"].send(START_ALL)
         self.wait(0.5)
         for level in (0, 1):

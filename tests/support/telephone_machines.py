@@ -164,5 +164,5 @@ class Teleservice(Max4Machine):
     def _go_on(self, ms: int) -> None:
         end_ns = self.rig.now_ns + ms * MS
         while self.rig.now_ns < end_ns:
-            self.rig.run_until(min(end_ns, self.rig.now_ns + 2 * MS))
+            self.rig.run_until(min(end_ns, self.rig.now_ns + 5 * MS))
             self.caller.advance(self.rig.now_ns)
