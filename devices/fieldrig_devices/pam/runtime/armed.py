@@ -1,12 +1,20 @@
 """The exception of a sequence that is armed (section 2.17)."""
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from fieldrig_devices.pam.runtime.lower.lowered import ExceptionSite
+from fieldrig_devices.pam.runtime.readings import Readings
+from fieldrig_devices.pam.runtime.waits import Waiting
 from fieldrig_devices.pam.runtime.watches import is_polled_event
 
-if TYPE_CHECKING:
-    from fieldrig_devices.pam.runtime.sequence import TaskItem
+
+class Interrupted(Waiting, Protocol):
+    """A task as the exception of its sequence knows it."""
+
+    readings: Readings
+
+    def on_exception(self) -> None:
+        """The event of the exception has occurred: the present statement is completed first (PAML-377)."""
 
 
 class Armed:
@@ -16,7 +24,7 @@ class Armed:
     fired is armed again when its event has been false (G-44).
     """
 
-    def __init__(self, task: "TaskItem", site: ExceptionSite, deadline: int | None) -> None:
+    def __init__(self, task: Interrupted, site: ExceptionSite, deadline: int | None) -> None:
         self._task, self.site, self.deadline = task, site, deadline
         self._is_polled = is_polled_event(site.formula, task.readings)
         self._is_armed = True
@@ -27,7 +35,7 @@ class Armed:
         task, formula = self._task, self.site.formula
         task.watches.add(formula, task.item, self.look)
         if self.deadline is not None:
-            task.schedule.enter(task, self.deadline)
+            task.enter(self.deadline)
         self.look()
         self.poll()
 
@@ -44,11 +52,11 @@ class Armed:
 
     def poll(self) -> None:
         if self._is_polled:
-            self._task.schedule.enter(self._task, self._task.schedule.cycle + 1)
+            self._task.enter(self._task.cycle + 1)
 
     @property
     def is_late(self) -> bool:
-        return self.deadline is not None and self._task.schedule.cycle >= self.deadline
+        return self.deadline is not None and self._task.cycle >= self.deadline
 
     @property
     def has_occurred(self) -> bool:

@@ -2,15 +2,13 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fieldrig_devices.pam.language.words import PREDECLARED
 from fieldrig_devices.pam.runtime.item import Item, Pending, RoutineRef, Value
+from fieldrig_devices.pam.runtime.kernel import ProgramKernel
 from fieldrig_devices.pam.runtime.lower.uses import Argument, Fixed, Use, Verb
 from fieldrig_devices.pam.runtime.watches import UnansweredError
-
-if TYPE_CHECKING:
-    from fieldrig_devices.pam.runtime.runtime import Runtime
 
 Function = Callable[..., Any]
 UNANSWERED = "07..E021"
@@ -19,10 +17,10 @@ UNANSWERED = "07..E021"
 
 class Binding:
     def __init__(
-        self, runtime: "Runtime", items: Mapping[str, Sequence[Item]], formulas: Sequence[Callable[[int], Any]]
+        self, kernel: ProgramKernel, items: Mapping[str, Sequence[Item]], formulas: Sequence[Callable[[int], Any]]
     ) -> None:
         """`formulas` are the functions of the formulas by their numbers; they may be added later."""
-        self._runtime, self._items, self._formulas = runtime, items, formulas
+        self._kernel, self._items, self._formulas = kernel, items, formulas
 
     def of(self, uses: Mapping[str, Use]) -> dict[str, Function]:
         """Return the functions of these uses by their names."""
@@ -34,7 +32,7 @@ class Binding:
     def _addressed(self, use: Use) -> list[Item]:
         """Return the items of [all]: those of components that are there (G-46)."""
         items = self.items(use.name)
-        return [items[number] for number in self._runtime.active(use.name)]
+        return [items[number] for number in self._kernel.active(use.name)]
 
     def _one(self, use: Use) -> Item:
         return self.items(use.name)[0]
@@ -76,7 +74,7 @@ class Binding:
 
     def connect(self, use: Use) -> Function:
         blocks = self._arguments(use.arguments, ())
-        return partial(self._runtime.connect, blocks)
+        return partial(self._kernel.connect, blocks)
 
     def _order(self, use: Use, of: Callable[[Item], Function]) -> Function:
         """Return a function that gives an order to the item, or to each of them."""
@@ -104,7 +102,7 @@ class Binding:
                 found.append(argument.value)
             else:
                 items = self.items(argument.name)
-                number = self._runtime.processor.present_item if argument.index == "i" else 0
+                number = self._kernel.processor.present_item if argument.index == "i" else 0
                 found += items if argument.index == "all" else [items[number]]
         return found
 
@@ -139,13 +137,13 @@ class Binding:
         return poll
 
     def now(self, use: Use) -> Function:
-        asked, last, runtime = self._asking(use), dict[int, Value](), self._runtime
+        asked, last, kernel = self._asking(use), dict[int, Value](), self._kernel
 
         def now(base: int = 0) -> Value:
             answer = asked(base, ())
             found = answer.value if isinstance(answer, Pending) else answer
             if found is None:
-                runtime.report(UNANSWERED)
+                kernel.report(UNANSWERED)
                 return last.get(base, 0)
             last[base] = found
             return found
@@ -153,19 +151,19 @@ class Binding:
         return now
 
     def later(self, use: Use) -> Function:
-        asked, runtime = self._asking(use), self._runtime
+        asked, kernel = self._asking(use), self._kernel
         if use.index is None:
-            return lambda slot: runtime.services.later(slot, asked(0, ()))
-        return lambda base, slot: runtime.services.later(slot, asked(base, ()))
+            return lambda slot: kernel.later(slot, asked(0, ()))
+        return lambda base, slot: kernel.later(slot, asked(base, ()))
 
     # ---- reductions
 
     def any(self, use: Use) -> Function:
-        items, formulas, number = self._runtime.active(use.name), self._formulas, int(use.word)
+        items, formulas, number = self._kernel.active(use.name), self._formulas, int(use.word)
         return lambda: any(formulas[number](item) for item in items)
 
     def all(self, use: Use) -> Function:
-        items, formulas, number = self._runtime.active(use.name), self._formulas, int(use.word)
+        items, formulas, number = self._kernel.active(use.name), self._formulas, int(use.word)
         return lambda: all(formulas[number](item) for item in items)
 
 

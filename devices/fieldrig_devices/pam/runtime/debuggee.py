@@ -21,7 +21,7 @@ from fieldrig_devices.languages.debugging.stepping import Goal
 from fieldrig_devices.languages.task import TaskState
 from fieldrig_devices.pam.language.tokens import split
 from fieldrig_devices.pam.runtime.debug_values import Values
-from fieldrig_devices.pam.runtime.reactions import Runner
+from fieldrig_devices.pam.runtime.processor import Program
 from fieldrig_devices.pam.runtime.runtime import Runtime
 from fieldrig_devices.pam.runtime.sequence import TaskItem
 
@@ -103,7 +103,7 @@ class PamDebuggee:
         ]
 
     @staticmethod
-    def _state_of(program: TaskItem | Runner, runtime: Runtime) -> ProgramState:
+    def _state_of(program: Program, runtime: Runtime) -> ProgramState:
         if runtime.is_stopped:
             is_cause = program.task.state in (TaskState.FAULTED, TaskState.READY) and program.task is runtime.failed
             return ProgramState.FAILED if is_cause else ProgramState.HELD
@@ -160,7 +160,7 @@ class PamDebuggee:
                 program.goal = None
                 self._continue(program)
 
-    def _continue(self, program: TaskItem | Runner) -> None:
+    def _continue(self, program: Program) -> None:
         program.task.go_on()
         self._loaded().go_on(program)
 
@@ -224,14 +224,14 @@ class PamDebuggee:
             raise ValueError("there is no application: expected a download first")
         return runtime
 
-    def _program(self, thread: int) -> TaskItem | Runner:
+    def _program(self, thread: int) -> Program:
         programs = self._loaded().programs
         if not 1 <= thread <= len(programs):
             raise ValueError(f"expected a program from 1 to {len(programs)}, got {thread}")
         return programs[thread - 1]
 
 
-def _about(program: TaskItem | Runner, runtime: Runtime) -> str:
+def _about(program: Program, runtime: Runtime) -> str:
     """Return why a program has stopped, or the state of its sequence."""
     if runtime.fault is not None and program.task is runtime.failed:
         return str(runtime.fault)

@@ -1,14 +1,12 @@
 """Boolean equations: evaluated once in a basic cycle, if something that they depend on has changed (PAML-247)."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from heapq import heappop, heappush
-from typing import TYPE_CHECKING
 
 from fieldrig_devices.pam.runtime.item import Item
+from fieldrig_devices.pam.runtime.kernel import ProgramKernel
 from fieldrig_devices.pam.runtime.lower.formulas import Formula
-
-if TYPE_CHECKING:
-    from fieldrig_devices.pam.runtime.runtime import Runtime
+from fieldrig_devices.pam.runtime.lower.lowered import EquationCode
 
 
 class _Equation:
@@ -23,11 +21,13 @@ class _Equation:
 
 
 class Equations:
-    def __init__(self, runtime: "Runtime", items: Mapping[str, Sequence[Item]]) -> None:
-        self._runtime = runtime
+    def __init__(
+        self, kernel: ProgramKernel, codes: Iterable[EquationCode], items: Mapping[str, Sequence[Item]]
+    ) -> None:
+        self._kernel = kernel
         self._equations: list[_Equation] = []
-        for code in runtime.program.code.equations:
-            for item in runtime.active(code.name):
+        for code in codes:
+            for item in kernel.active(code.name):
                 outputs: Sequence[Item] = ()
                 if code.linked_output is not None:
                     linked = items[code.linked_output]
@@ -43,10 +43,10 @@ class Equations:
     def begin(self) -> None:
         """Give each equation its first value, and its outputs as well."""
         for number, equation in enumerate(self._equations):
-            found = self._runtime.watches.value(equation.formula, equation.item)
-            self._runtime.cells[equation.cell] = bool(found)
+            found = self._kernel.watches.value(equation.formula, equation.item)
+            self._kernel.cells[equation.cell] = bool(found)
             equation.follow(value=bool(found))
-            self._runtime.watches.add(equation.formula, equation.item, self._marking(number))
+            self._kernel.watches.add(equation.formula, equation.item, self._marking(number))
 
     def _marking(self, number: int) -> Callable[[], None]:
         return lambda: heappush(self._changed, number)
@@ -60,7 +60,7 @@ class Equations:
             while self._changed and self._changed[0] == number:
                 heappop(self._changed)
             equation = self._equations[number]
-            found = self._runtime.watches.value(equation.formula, equation.item)
-            if found is not None and self._runtime.cells[equation.cell] != found:
-                self._runtime.poke(equation.cell, bool(found))
+            found = self._kernel.watches.value(equation.formula, equation.item)
+            if found is not None and self._kernel.cells[equation.cell] != found:
+                self._kernel.poke(equation.cell, bool(found))
                 equation.follow(value=bool(found))

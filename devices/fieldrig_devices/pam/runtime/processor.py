@@ -2,18 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from fieldrig_devices.languages.debugging.stepping import Goal
-from fieldrig_devices.languages.task import TaskState
+from fieldrig_devices.languages.task import Task, TaskState
 from fieldrig_devices.pam.runtime.item import Value
 from fieldrig_devices.pam.runtime.lower.formulas import Formula
-from fieldrig_devices.pam.runtime.reactions import Runner
-from fieldrig_devices.pam.runtime.schedule import Schedule
+from fieldrig_devices.pam.runtime.schedule import Schedule, Unit
 from fieldrig_devices.pam.runtime.watches import Watches
-
-if TYPE_CHECKING:
-    from fieldrig_devices.pam.runtime.sequence import TaskItem
 
 GIVES_WAY, INTERRUPTED = 0, 1
 """The flags that generated code looks at: W[0] at the end of a loop, and W[1] after a statement."""
@@ -33,21 +29,38 @@ class Limits:
     """
 
 
+class Program(Protocol):
+    """What the processor runs: the item of a task, or the routines of a group of actions."""
+
+    task: Task
+    goal: Goal | None
+    """The end of a step of the debugger."""
+    timed_out: bool
+    """The value of TIMEOUT."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def is_alive(self) -> bool:
+        """True if it has something to run, or waits."""
+
+
 class Processor:
     def __init__(self, schedule: Schedule, watches: Watches, flags: list[int], statements: int) -> None:
         self._schedule, self._watches, self._flags = schedule, watches, flags
         self.statements = statements
         """Statements for which a basic cycle has room."""
         self._rest = 0
-        self._running: TaskItem | Runner | None = None
-        self.on_fault: Callable[[TaskItem | Runner], None] = lambda _: None
-        self.on_overrun: Callable[[TaskItem | Runner], None] = lambda _: None
+        self._running: Program | None = None
+        self.on_fault: Callable[[Program], None] = lambda _: None
+        self.on_overrun: Callable[[Program], None] = lambda _: None
 
     def begin(self) -> None:
         """Begin a basic cycle."""
         self._rest = self.statements
 
-    def run(self, program: "TaskItem | Runner", *, gives_way: bool) -> None:
+    def run(self, program: Program, *, gives_way: bool) -> None:
         """Run a program until it waits, ends or gives way."""
         self._running, task = program, program.task
         self._flags[GIVES_WAY], self._flags[INTERRUPTED] = int(gives_way or self._schedule.is_busy), 0
@@ -62,7 +75,7 @@ class Processor:
         elif self._rest <= 0 and task.state is TaskState.READY:
             self.on_overrun(program)
 
-    def _run_to_goal(self, program: "TaskItem | Runner", goal: Goal) -> None:
+    def _run_to_goal(self, program: Program, goal: Goal) -> None:
         """Run one instruction after the other until the step of the debugger is complete, or the program waits."""
         task = program.task
         while self._rest > 0:
@@ -76,7 +89,7 @@ class Processor:
                 continue
             return
 
-    def give_way(self, task: "TaskItem") -> None:
+    def give_way(self, task: Unit) -> None:
         """Let a sequence go on after the other programs that are due, or in the next cycle if this one is used up."""
         if self._rest > 0:
             self._schedule.again(task)
@@ -87,16 +100,14 @@ class Processor:
         """Let the program that runs give way at the end of its loop, because a routine waits."""
         self._flags[GIVES_WAY] = 1
 
-    def interrupt(self, task: "TaskItem") -> None:
+    def interrupt(self, sequence: Program) -> None:
         """The exception of a sequence has occurred; if it runs, it stops after its statement."""
-        if self._running is task:
+        if self._running is sequence:
             self._flags[INTERRUPTED] = 1
 
     @property
-    def present(self) -> "TaskItem":
-        """The item of a task whose sequence runs."""
-        assert self._running is not None
-        assert not isinstance(self._running, Runner)
+    def present(self) -> Program | None:
+        """The program that runs."""
         return self._running
 
     @property
@@ -108,9 +119,9 @@ class Processor:
         """TIMEOUT of the program that runs."""
         return self._running is not None and self._running.timed_out
 
-    def value(self, formula: Formula, task: "TaskItem") -> Value | None:
-        """Return the value of a formula in the surroundings of a task; None if an answer is missing."""
-        before, self._running = self._running, task
-        found = self._watches.value(formula, task.item)
+    def value(self, formula: Formula, item: int, surroundings: Program) -> Value | None:
+        """Return the value of a formula as if a program asked for it; None if an answer is missing."""
+        before, self._running = self._running, surroundings
+        value = self._watches.value(formula, item)
         self._running = before
-        return found
+        return value

@@ -2,19 +2,16 @@
 
 from collections import deque
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fieldrig_devices.languages.debugging.stepping import Goal
 from fieldrig_devices.languages.task import Task, TaskState
 from fieldrig_devices.pam.runtime.item import Value
+from fieldrig_devices.pam.runtime.kernel import ProgramKernel
+from fieldrig_devices.pam.runtime.lower.formulas import Formula
 from fieldrig_devices.pam.runtime.lower.lowered import ActionsCode
 from fieldrig_devices.pam.runtime.schedule import Unit
 from fieldrig_devices.pam.runtime.watches import Event
-
-if TYPE_CHECKING:
-    from fieldrig_devices.pam.runtime.lower.formulas import Formula
-    from fieldrig_devices.pam.runtime.runtime import Runtime
-
 
 MOST_WAITING: Final = 1_024
 """Routines that may wait for their turn.  The manual names the FIFO of events without its size (07..E023)."""
@@ -23,9 +20,9 @@ MOST_WAITING: Final = 1_024
 class Runner:
     """Runs routines to their ends, one at a time in the order in which they were asked for (G-27)."""
 
-    def __init__(self, runtime: "Runtime", name: str, frame: int) -> None:
-        self._runtime, self.name, self._frame = runtime, name, frame
-        self.task = Task(runtime.code)
+    def __init__(self, kernel: ProgramKernel, name: str, frame: int) -> None:
+        self._kernel, self.name, self._frame = kernel, name, frame
+        self.task = Task(kernel.code)
         self.goal: Goal | None = None
         self._queue: deque[tuple[str, int, Sequence[Value]]] = deque()
         self.timed_out = False
@@ -52,17 +49,17 @@ class Runner:
 
     def run(self) -> None:
         """Run what is in the queue.  A breakpoint, and a cycle without room for more, leave the rest for later."""
-        runtime = self._runtime
+        kernel = self._kernel
         while self._queue and not self.is_held():
             if self.task.state is not TaskState.READY:
                 routine, item, arguments = self._queue[0]
-                runtime.cells[self._frame : self._frame + len(arguments)] = arguments
+                kernel.cells[self._frame : self._frame + len(arguments)] = arguments
                 self.task.start(routine, self._frame, item)
-            runtime.run(self)
-            if runtime.is_stopped:
+            kernel.run(self)
+            if kernel.is_stopped:
                 return
             if self.is_held():
-                runtime.on_stopped()
+                kernel.on_stopped()
                 return
             if self.task.state is TaskState.READY:
                 return
@@ -72,7 +69,7 @@ class Runner:
 class Condition:
     """The condition of an ON_STATE action, which is evaluated when something has changed."""
 
-    def __init__(self, owner: "ActionsItem", formula: "Formula") -> None:
+    def __init__(self, owner: "ActionsItem", formula: Formula) -> None:
         self._owner, self._formula = owner, formula
         self._is_true, self._has_changed = False, True
 
@@ -98,15 +95,15 @@ class Condition:
 class ActionsItem(Unit):
     """One item of a group of actions."""
 
-    def __init__(self, runtime: "Runtime", code: ActionsCode, item: int, order: int, frame: int) -> None:
-        super().__init__(runtime.schedule, order, code.cycles)
-        self._runtime, self.code, self.item = runtime, code, item
-        self.watches = runtime.watches
+    def __init__(self, kernel: ProgramKernel, code: ActionsCode, item: int, frame: int) -> None:
+        super().__init__(kernel.schedule, code.cycles)
+        self._kernel, self.code, self.item = kernel, code, item
+        self.watches = kernel.watches
         name = code.name if code.count == 1 else f"{code.name}[{item + 1}]"
-        self.runner = Runner(runtime, name, frame)
+        self.runner = Runner(kernel, name, frame)
         self._reactions: list[tuple[Event | Condition, str]] = [
             (
-                Event(self.watches, reaction.formula, item, self.wake, runtime.readings)
+                Event(self.watches, reaction.formula, item, self.wake, kernel.readings)
                 if reaction.is_event
                 else Condition(self, reaction.formula),
                 reaction.routine,
@@ -125,13 +122,13 @@ class ActionsItem(Unit):
 
     def serve(self) -> None:
         """Run the actions whose events have occurred, and those whose states are true (PAML-261, PAML-262)."""
-        if not self._runtime.is_working or self.runner.is_held():
+        if not self._kernel.is_working or self.runner.is_held():
             return
         self.runner.run()  # goes on after a breakpoint, and with what the last cycle had no room for
         if self.runner.is_idle:
             self._react()
         if not self.runner.is_idle and not self.runner.is_held():
-            self.schedule.enter_next(self)
+            self.enter_next()
 
     def _react(self) -> None:
         for trigger, routine in self._reactions:
@@ -141,10 +138,10 @@ class ActionsItem(Unit):
                 times = int(trigger.holds())
                 is_again = times > 0 or trigger.is_polled
             if is_again:
-                self.schedule.enter(self, self.schedule.cycle + 1)
+                self.enter(self.cycle + 1)
             for _ in range(times):
                 self.runner.add(routine, self.item)
                 self.runner.run()
-                if self._runtime.is_stopped:
+                if self._kernel.is_stopped:
                     return
-                self._runtime.run_routines()  # the end of an action (PAML-274)
+                self._kernel.run_routines()  # the end of an action (PAML-274)

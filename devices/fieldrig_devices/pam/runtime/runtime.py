@@ -16,13 +16,13 @@ from fieldrig_devices.pam.runtime.binding import Binding
 from fieldrig_devices.pam.runtime.compiler import Compiled
 from fieldrig_devices.pam.runtime.equations import Equations
 from fieldrig_devices.pam.runtime.faults import Fault, reason
-from fieldrig_devices.pam.runtime.item import Item, Objects, Part, RoutineRef, Value
+from fieldrig_devices.pam.runtime.item import Item, Objects, Part, Pending, RoutineRef, Value
 from fieldrig_devices.pam.runtime.lower.formulas import Formula
 from fieldrig_devices.pam.runtime.lower.lowered import SequenceCode, routine_name
-from fieldrig_devices.pam.runtime.processor import Limits, Processor
+from fieldrig_devices.pam.runtime.processor import Limits, Processor, Program
 from fieldrig_devices.pam.runtime.reactions import ActionsItem, Runner
 from fieldrig_devices.pam.runtime.readings import Readings
-from fieldrig_devices.pam.runtime.schedule import Schedule
+from fieldrig_devices.pam.runtime.schedule import Schedule, Unit
 from fieldrig_devices.pam.runtime.sequence import TaskItem
 from fieldrig_devices.pam.runtime.services import Services
 from fieldrig_devices.pam.runtime.waits import Gate
@@ -45,7 +45,10 @@ def silent(_code: str, _details: Sequence[int], _text: str) -> None:
 
 
 class Runtime:
-    """The programs of an application.  Implements `item.Kernel`; `start` connects it to the objects."""
+    """The programs of an application; `start` connects it to the objects.
+
+    Implements `item.Kernel` for the objects, and `kernel.ProgramKernel` for the programs.
+    """
 
     def __init__(
         self,
@@ -73,7 +76,7 @@ class Runtime:
         """The names that generated code sees."""
         self._objects: Objects | None = None
         self._parts: list[Part] = []
-        self.services = Services(self)
+        self.services = Services(self, program.code.sites)
         self.gates: dict[tuple[str, str], Gate] = {}
         """The gates of CONDITION DUPL_START (`TaskItem.gate_of`)."""
         self.tasks: list[TaskItem] = []
@@ -90,7 +93,6 @@ class Runtime:
         self.fault: Fault | None = None
         self.failed: Task | None = None
         """The task of the program that the fault is in."""
-        self.watch = Watch(self)
         self.forced: dict[int, Value] = {}
         """Variables that a debugger holds, by their cells: they have these values when a basic cycle begins."""
         self.on_cycle: Callable[[], None] | None = None
@@ -161,7 +163,9 @@ class Runtime:
         self.routines = Runner(self, "connected routines", self._frame())
         self._power_on = Runner(self, "power-on actions", self._frame())
         self._make_units()
-        self.equations = Equations(self, items)
+        self.equations = Equations(self, code.equations, items)
+        self.watch = Watch(self, self.program, items, scope)
+        """Computes expressions for a debugger."""
         self._begin()
 
     def _frame(self) -> int:
@@ -176,13 +180,12 @@ class Runtime:
         tasks = {task.name: task for task in code.tasks}
         for name in code.order:
             for item in self.active(name):
-                order = len(self.schedule.units)
                 if name in tasks:
-                    unit = TaskItem(self, tasks[name], item, order, self._frame())
+                    unit = TaskItem(self, self._by_name, tasks[name], item, self._frame())
                     self.tasks.append(unit)
                     self._by_name[name, item] = unit
                 else:
-                    self.actions.append(ActionsItem(self, actions[name], item, order, self._frame()))
+                    self.actions.append(ActionsItem(self, actions[name], item, self._frame()))
 
     def _begin(self) -> None:
         self.equations.begin()
@@ -206,9 +209,6 @@ class Runtime:
         if group is None or self._objects is None:
             return numbers
         return [number for number in numbers if self._objects.is_active(group, number)]
-
-    def task_item(self, name: str, item: int) -> TaskItem | None:
-        return self._by_name.get((name, item))
 
     # ---- the basic cycle
 
@@ -265,9 +265,13 @@ class Runtime:
         if not self.routines.is_idle and not self.is_stopped:
             self.routines.run()
 
-    def run(self, program: "TaskItem | Runner") -> None:
+    def run(self, program: Program) -> None:
         """Run a program until it waits, ends or gives way."""
         self.processor.run(program, gives_way=not self.routines.is_idle)
+
+    def later(self, slot: int, answer: Value | Pending) -> bool:
+        """Keep the answer to an inquiry of the present statement; True if it is still under way."""
+        return self.services.later(slot, answer)
 
     def connect(self, blocks: Sequence[Item]) -> None:
         assert self._objects is not None
@@ -276,15 +280,17 @@ class Runtime:
     # ---- for debuggers
 
     @property
-    def programs(self) -> list[TaskItem | Runner]:
+    def programs(self) -> list[Program]:
         """All programs: the items of tasks, then those of actions, and what runs on behalf of the PAM itself."""
         return [*self.tasks, *(group.runner for group in self.actions), self.routines, self._power_on]
 
-    def go_on(self, program: "TaskItem | Runner") -> None:
+    def go_on(self, program: Program) -> None:
         """Have a program continue from a breakpoint in the next basic cycle."""
-        for unit in self.schedule.units.values():
-            if program is unit or program is getattr(unit, "runner", None):
-                self.schedule.enter_next(unit)
+        owners: list[tuple[Program, Unit]] = [(task, task) for task in self.tasks]
+        owners += [(group.runner, group) for group in self.actions]
+        for owned, unit in owners:
+            if owned is program:
+                unit.enter_next()
 
     def write_input(self, item: Item, path: str, value: Value) -> None:
         """Give an input another value; only an application without a machine can do it."""
@@ -295,17 +301,17 @@ class Runtime:
 
     # ---- faults
 
-    def _on_fault(self, program: "TaskItem | Runner") -> None:
+    def _on_fault(self, program: Program) -> None:
         fault = program.task.fault
         assert fault is not None
         self._fail(*reason(fault), program)
 
-    def _on_overrun(self, program: "TaskItem | Runner") -> None:
+    def _on_overrun(self, program: Program) -> None:
         if self._limits.is_overrun_fatal:
             text = f"the programs do not come to rest after {self.processor.statements} statements in a basic cycle"
             self._fail(OVERRUN, text, program)
 
-    def _fail(self, code: str, text: str, program: "TaskItem | Runner") -> None:
+    def _fail(self, code: str, text: str, program: Program) -> None:
         task = program.task
         file, line = self.program.code.place(task.line)
         title = self.program.code.titles[self.code.names_of_routines[task.routine]]

@@ -15,15 +15,30 @@ AFTER_ALL: Final = 1 << 60
 class Unit(ABC):
     """A program: one item of a task, or of a group of actions."""
 
-    def __init__(self, schedule: "Schedule", order: int, cycles: int) -> None:
-        self.schedule, self.order, self.cycles = schedule, order, cycles
-        schedule.units[order] = self
+    def __init__(self, schedule: "Schedule", cycles: int) -> None:
+        self.schedule, self.cycles = schedule, cycles
+        self.order = len(schedule.units)
+        """Its place in the order of the declarations, which is the order in which programs are made."""
+        schedule.units[self.order] = self
         self.due = -1
         """The last basic cycle that it has been entered for."""
 
     def wake(self) -> None:
         """Have the program served in its next cycle."""
         self.schedule.enter(self, self.schedule.cycle)
+
+    @property
+    def cycle(self) -> int:
+        """The present basic cycle, counted from power-on."""
+        return self.schedule.cycle
+
+    def enter(self, cycle: int) -> None:
+        """Have the program served in the first of its cycles that is not before this one."""
+        self.schedule.enter(self, cycle)
+
+    def enter_next(self) -> None:
+        """Have the program served in the next basic cycle, whatever its CYCLES are."""
+        self.schedule.enter_next(self)
 
     @abstractmethod
     def begin(self) -> None:

@@ -3,14 +3,15 @@
 The sequence that runs calls the functions of `services` at its service statements.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import Enum
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fieldrig_devices.languages.debugging.stepping import Goal
 from fieldrig_devices.languages.task import Task, TaskState
 from fieldrig_devices.pam.runtime.armed import Armed
 from fieldrig_devices.pam.runtime.item import Pending, Value
+from fieldrig_devices.pam.runtime.kernel import ProgramKernel
 from fieldrig_devices.pam.runtime.lower.formulas import Formula
 from fieldrig_devices.pam.runtime.lower.lowered import (
     Abort,
@@ -22,14 +23,8 @@ from fieldrig_devices.pam.runtime.lower.lowered import (
     TaskCode,
 )
 from fieldrig_devices.pam.runtime.schedule import Unit
-from fieldrig_devices.pam.runtime.waits import (
-    FinishWait,
-    Wait,
-)
+from fieldrig_devices.pam.runtime.waits import FinishWait, Wait
 from fieldrig_devices.pam.runtime.watches import Event
-
-if TYPE_CHECKING:
-    from fieldrig_devices.pam.runtime.runtime import Runtime
 
 BUSY: Final = "03..E033"
 WORKSPACE: Final = "03..E02C"
@@ -42,12 +37,20 @@ class SequenceState(Enum):
 
 
 class TaskItem(Unit):
-    def __init__(self, runtime: "Runtime", code: TaskCode, item: int, order: int, frame: int) -> None:
-        super().__init__(runtime.schedule, order, code.cycles)
-        self._runtime, self.code, self.item, self._frame = runtime, code, item, frame
+    def __init__(
+        self,
+        kernel: ProgramKernel,
+        all_tasks: "Mapping[tuple[str, int], TaskItem]",
+        code: TaskCode,
+        item: int,
+        frame: int,
+    ) -> None:
+        """`all_tasks` has every item of every task that is there, by name and number, as XEQ_TASK starts them."""
+        super().__init__(kernel.schedule, code.cycles)
+        self._kernel, self._all_tasks, self.code, self.item, self._frame = kernel, all_tasks, code, item, frame
         self.name = code.name if code.count == 1 else f"{code.name}[{item + 1}]"
-        self.watches, self.readings = runtime.watches, runtime.readings
-        self.task = Task(runtime.code)
+        self.watches, self.readings = kernel.watches, kernel.readings
+        self.task = Task(kernel.code)
         self.sequence: SequenceCode | None = None
         """The sequence that is alive."""
         self.wait: Wait | None = None
@@ -100,7 +103,7 @@ class TaskItem(Unit):
             sizes = f"Allocated: {sequence.workspace} Used: {sequence.used}"
             text = f"rt_kernel S{sequence.number:03} WORKSPACE {sizes}"  # manual line 12655
             details = sequence.number, sequence.workspace, sequence.used
-            self._runtime.stop_by(WORKSPACE, details, text, sequence)
+            self._kernel.stop_by(WORKSPACE, details, text, sequence)
             return False
         self.sequence, self.next_sequence, self.is_doomed = sequence, None, False
         self.task.start(sequence.routine, self._frame, self.item)
@@ -110,7 +113,7 @@ class TaskItem(Unit):
         """Let the sequence be dead: it has ended, or it is aborted."""
         if self.sequence is None:
             return
-        gate = self._runtime.gates.get(self.gate_of(self.sequence))
+        gate = self._kernel.gates.get(self.gate_of(self.sequence))
         self.sequence = None
         self.task.stop()
         self.leave_wait()
@@ -138,7 +141,7 @@ class TaskItem(Unit):
     def serve(self) -> None:
         if self.task.state is TaskState.STOPPED:
             return
-        if self._runtime.is_working:
+        if self._kernel.is_working:
             self._take_events()
         if self.sequence is None:
             return
@@ -155,7 +158,7 @@ class TaskItem(Unit):
                 self.timed_out = False
                 self.start(self.code.sequences[sequence])
             if event.is_polled:
-                self.schedule.enter(self, self.schedule.cycle + 1)
+                self.enter(self.cycle + 1)
 
     def _is_ready(self) -> bool:
         """Return whether the sequence goes on now."""
@@ -187,14 +190,14 @@ class TaskItem(Unit):
 
     def _run(self) -> None:
         """Run until the sequence waits, ends or gives way."""
-        runtime = self._runtime
-        while self.sequence is not None and not runtime.is_stopped:
-            runtime.run(self)
-            if runtime.has_stopped():
+        kernel = self._kernel
+        while self.sequence is not None and not kernel.is_stopped:
+            kernel.run(self)
+            if kernel.has_stopped():
                 return
             match self.task.state:
                 case TaskState.STOPPED:
-                    runtime.on_stopped()
+                    kernel.on_stopped()
                     return
                 case TaskState.ENDED if self.next_sequence is not None:
                     self._change_sequence()
@@ -208,8 +211,8 @@ class TaskItem(Unit):
             if self.next_sequence is not None:
                 self._change_sequence()
             elif self.exception is not None and self.exception.has_occurred:
-                if self._fired == self.schedule.cycle:  # armed again by what it has led to, while its event is true
-                    self.schedule.enter(self, self.schedule.cycle + 1)
+                if self._fired == self.cycle:  # armed again by what it has led to, while its event is true
+                    self.enter(self.cycle + 1)
                     return
                 self._fire(self.exception)
                 if not self._is_ready():
@@ -217,18 +220,18 @@ class TaskItem(Unit):
             elif self.wait is not None:
                 return
             else:
-                runtime.processor.give_way(self)
+                kernel.processor.give_way(self)
                 return
 
     # ---- exceptions
 
     def on_exception(self) -> None:
         """The event of the exception has occurred: the present statement is completed first (PAML-377)."""
-        self._runtime.processor.interrupt(self)
+        self._kernel.processor.interrupt(self)
         self.wake()
 
     def _fire(self, exception: Armed) -> None:
-        self._fired = self.schedule.cycle
+        self._fired = self.cycle
         self.timed_out = exception.take()
         match exception.site.action:
             case Switch(sequence=sequence):
@@ -255,7 +258,7 @@ class TaskItem(Unit):
         if site.mode == "ABORT":
             self.end()  # aborted first (PAML-375)
         item = self.item if site.is_indexed else 0
-        other = self._runtime.task_item(site.task, item)
+        other = self._all_tasks.get((site.task, item))
         if other is None:  # the component is not there
             return None
         if other.is_alive:
@@ -268,7 +271,7 @@ class TaskItem(Unit):
 
     def fail(self, error: str) -> None:
         """Report an error of the sequence, which ends it (PAML-326, PAML-353)."""
-        self._runtime.report(error, (self.sequence.number if self.sequence is not None else 0,))
+        self._kernel.report(error, (self.sequence.number if self.sequence is not None else 0,))
         self.is_doomed = True
 
     def disarm(self) -> None:
@@ -280,7 +283,7 @@ class TaskItem(Unit):
 
     def value(self, formula: Formula) -> Value | None:
         """Return the value of a formula for this item; None if an answer is missing."""
-        return self._runtime.processor.value(formula, self)
+        return self._kernel.processor.value(formula, self.item, self)
 
     def chosen(self, site: CaseSite) -> str | None:
         """Return the sequence of the first condition that is true."""

@@ -3,13 +3,15 @@
 A service statement returns True if the sequence has to wait, to end, or to look at its exception.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from math import ceil
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from fieldrig_devices.pam.runtime.armed import Armed
 from fieldrig_devices.pam.runtime.item import Pending, Value
+from fieldrig_devices.pam.runtime.kernel import ProgramKernel
 from fieldrig_devices.pam.runtime.lower.lowered import CaseSite, ConditionSite, ExceptionSite, Site, StartSite, Switch
+from fieldrig_devices.pam.runtime.sequence import TaskItem
 from fieldrig_devices.pam.runtime.waits import (
     AnswerWait,
     CaseWait,
@@ -21,10 +23,6 @@ from fieldrig_devices.pam.runtime.waits import (
     Wait,
 )
 
-if TYPE_CHECKING:
-    from fieldrig_devices.pam.runtime.runtime import Runtime
-    from fieldrig_devices.pam.runtime.sequence import TaskItem
-
 NEGATIVE_EXCEPTION: Final = "03..E031"
 NEGATIVE_CONDITION: Final = "03..E032"
 _ROUNDING: Final = 1e-9
@@ -32,18 +30,18 @@ _ROUNDING: Final = 1e-9
 
 
 class Services:
-    def __init__(self, runtime: "Runtime") -> None:
-        self._runtime = runtime
-        self._sites: list[Any] = list[Site](runtime.program.code.sites)
+    def __init__(self, kernel: ProgramKernel, sites: Sequence[Site]) -> None:
+        self._kernel = kernel
+        self._sites: list[Any] = list(sites)
 
     def functions(self) -> Mapping[str, Callable[..., Any]]:
         """Return the functions by their names in generated code."""
         return {
-            "changed": self._runtime.watches.changed,
+            "changed": self._kernel.watches.changed,
             "poke_all": self._poke_all,
             "poke_and_tell": self._poke_and_tell,
             "poke_inverted": self._poke_inverted,
-            "timed_out": lambda: self._runtime.processor.has_timed_out,
+            "timed_out": lambda: self._kernel.processor.has_timed_out,
             "answer": self._answer,
             "condition": self._condition,
             "condition_until": self._condition,
@@ -60,21 +58,24 @@ class Services:
         }
 
     @property
-    def _task(self) -> "TaskItem":
-        return self._runtime.processor.present
+    def _task(self) -> TaskItem:
+        """The item of a task whose sequence runs; only sequences have service statements."""
+        present = self._kernel.processor.present
+        assert isinstance(present, TaskItem)
+        return present
 
     # ---- writes to variables
 
     def _poke_all(self, first: int, count: int, value: Value) -> None:
-        self._runtime.cells[first : first + count] = [value] * count
+        self._kernel.cells[first : first + count] = [value] * count
 
     def _poke_and_tell(self, first: int, count: int, value: Value) -> None:
         for cell in range(first, first + count):
-            self._runtime.poke(cell, value)
+            self._kernel.poke(cell, value)
 
     def _poke_inverted(self, first: int, count: int) -> None:
         for cell in range(first, first + count):
-            self._runtime.poke(cell, not self._runtime.cells[cell])
+            self._kernel.poke(cell, not self._kernel.cells[cell])
 
     # ---- waits
 
@@ -90,8 +91,8 @@ class Services:
         if milliseconds < 0:
             self._task.fail(error)
             return None
-        runtime = self._runtime
-        return runtime.schedule.cycle + ceil(milliseconds * 3 / runtime.thirds - _ROUNDING)
+        kernel = self._kernel
+        return kernel.schedule.cycle + ceil(milliseconds * 3 / kernel.thirds - _ROUNDING)
 
     def _wait_time(self, milliseconds: float) -> bool:
         if milliseconds <= 0:
@@ -124,7 +125,7 @@ class Services:
         assert task.sequence is not None
         if task.code.duplicates is None:
             return False
-        gate = self._runtime.gates.setdefault(task.gate_of(task.sequence), Gate(task.code.duplicates))
+        gate = self._kernel.gates.setdefault(task.gate_of(task.sequence), Gate(task.code.duplicates))
         return False if gate.enter(task) else self._wait(GateWait(task, gate))
 
     # ---- other sequences

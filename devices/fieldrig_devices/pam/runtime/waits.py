@@ -4,14 +4,45 @@
 the basic cycles in which it has to be looked at.
 """
 
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable
+from typing import Protocol
 
-from fieldrig_devices.pam.runtime.item import Pending
+from fieldrig_devices.pam.runtime.item import Pending, Value
 from fieldrig_devices.pam.runtime.lower.formulas import Formula
 from fieldrig_devices.pam.runtime.lower.lowered import CaseSite
+from fieldrig_devices.pam.runtime.watches import Watches
 
-if TYPE_CHECKING:
-    from fieldrig_devices.pam.runtime.sequence import TaskItem
+
+class Waiting(Protocol):
+    """A task whose sequence waits, as its waits and its exception know it."""
+
+    item: int
+    watches: Watches
+    timed_out: bool
+    """TIMEOUT, which the last CONDITION or EXCEPTION has set (G-23)."""
+    next_sequence: str | None
+    """The sequence that takes the place of the present one."""
+    on_end: list[Callable[[], None]]
+    """Called when the sequence that is alive has ended."""
+
+    @property
+    def cycle(self) -> int:
+        """The present basic cycle, counted from power-on."""
+
+    def wake(self) -> None:
+        """Have the task served in its next cycle."""
+
+    def enter(self, cycle: int) -> None:
+        """Have the task served in the first of its cycles that is not before this one."""
+
+    def enter_next(self) -> None:
+        """Have the task served in the next basic cycle, whatever its CYCLES are."""
+
+    def value(self, formula: Formula) -> Value | None:
+        """Return the value of a formula for this item; None if an answer is missing."""
+
+    def chosen(self, site: CaseSite) -> str | None:
+        """Return the sequence of the first condition that is true."""
 
 
 class Wait(Protocol):
@@ -28,16 +59,16 @@ class Wait(Protocol):
 class _Timed:
     """A wait that may have a time-out, in basic cycles from power-on."""
 
-    def __init__(self, task: "TaskItem", deadline: int | None) -> None:
+    def __init__(self, task: Waiting, deadline: int | None) -> None:
         self.task, self.deadline = task, deadline
 
     def begin(self) -> None:
         if self.deadline is not None:
-            self.task.schedule.enter(self.task, self.deadline)
+            self.task.enter(self.deadline)
 
     @property
     def is_late(self) -> bool:
-        return self.deadline is not None and self.task.schedule.cycle >= self.deadline
+        return self.deadline is not None and self.task.cycle >= self.deadline
 
     def end(self) -> None:
         """Do nothing: an answer leaves nothing to forget."""
@@ -53,7 +84,7 @@ class TimeWait(_Timed):
 class ConditionWait(_Timed):
     """CONDITION (PAML-350).  The condition is evaluated in the cycles of the task (G-18)."""
 
-    def __init__(self, task: "TaskItem", formula: Formula, deadline: int | None) -> None:
+    def __init__(self, task: Waiting, formula: Formula, deadline: int | None) -> None:
         super().__init__(task, deadline)
         self._formula = formula
         self._has_changed = False
@@ -69,7 +100,7 @@ class ConditionWait(_Timed):
 
     def _poll(self) -> None:
         if self._formula.is_polled:
-            self.task.schedule.enter(self.task, self.task.schedule.cycle + 1)
+            self.task.enter(self.task.cycle + 1)
 
     def is_over(self) -> bool:
         if self._has_changed or self._formula.is_polled:
@@ -89,7 +120,7 @@ class ConditionWait(_Timed):
 class CaseWait(_Timed):
     """CASE (PAML-356, PAML-357): the first of its conditions that is true starts its sequence."""
 
-    def __init__(self, task: "TaskItem", site: CaseSite, deadline: int | None) -> None:
+    def __init__(self, task: Waiting, site: CaseSite, deadline: int | None) -> None:
         super().__init__(task, deadline)
         self._site = site
         self._has_changed = False
@@ -110,7 +141,7 @@ class CaseWait(_Timed):
 
     def _poll(self) -> None:
         if self._is_polled:
-            self.task.schedule.enter(self.task, self.task.schedule.cycle + 1)
+            self.task.enter(self.task.cycle + 1)
 
     def is_over(self) -> bool:
         if self._has_changed or self._is_polled:
@@ -134,15 +165,15 @@ class CaseWait(_Timed):
 class AnswerWait:
     """An answer that comes over the ring: the sequence goes on in the basic cycle in which it is there (PAML-144)."""
 
-    def __init__(self, task: "TaskItem", pending: Pending) -> None:
+    def __init__(self, task: Waiting, pending: Pending) -> None:
         self._task, self._pending = task, pending
 
     def begin(self) -> None:
-        self._task.schedule.enter_next(self._task)
+        self._task.enter_next()
 
     def is_over(self) -> bool:
         if self._pending.value is None:
-            self._task.schedule.enter_next(self._task)
+            self._task.enter_next()
             return False
         return True
 
@@ -153,7 +184,7 @@ class AnswerWait:
 class FinishWait:
     """XEQ_TASK ... WAIT: the sequence that was started has to end (PAML-324)."""
 
-    def __init__(self, task: "TaskItem", other: "TaskItem") -> None:
+    def __init__(self, task: Waiting, other: Waiting) -> None:
         self._task, self._other = task, other
         self._is_over = False
 
@@ -178,15 +209,15 @@ class Gate:
     def __init__(self, most: int) -> None:
         self._most = most
         self._beyond: set[int] = set()
-        self.waiting: list[TaskItem] = []
+        self.waiting: list[Waiting] = []
 
-    def enter(self, task: "TaskItem") -> bool:
+    def enter(self, task: Waiting) -> bool:
         if task.item not in self._beyond and len(self._beyond) >= self._most:
             return False
         self._beyond.add(task.item)
         return True
 
-    def leave(self, task: "TaskItem") -> None:
+    def leave(self, task: Waiting) -> None:
         if task.item in self._beyond:
             self._beyond.remove(task.item)
             for waiting in self.waiting:
@@ -194,7 +225,7 @@ class Gate:
 
 
 class GateWait:
-    def __init__(self, task: "TaskItem", gate: Gate) -> None:
+    def __init__(self, task: Waiting, gate: Gate) -> None:
         self._task, self._gate = task, gate
 
     def begin(self) -> None:

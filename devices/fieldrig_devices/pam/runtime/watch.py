@@ -1,7 +1,7 @@
 """Watch expressions: any expression of the language, compiled for a program that runs."""
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
 
 from fieldrig.sandbox import Values, bind, compiled
 from fieldrig_devices.languages.faults import CAUGHT
@@ -14,15 +14,13 @@ from fieldrig_devices.pam.language.parser.expressions import expression
 from fieldrig_devices.pam.language.tokens import Token, split
 from fieldrig_devices.pam.language.tree import Expression
 from fieldrig_devices.pam.runtime.binding import Binding
-from fieldrig_devices.pam.runtime.compiler import FUNCTIONS, TABLES
-from fieldrig_devices.pam.runtime.item import Value
+from fieldrig_devices.pam.runtime.compiler import FUNCTIONS, TABLES, Compiled
+from fieldrig_devices.pam.runtime.item import Item, Value
+from fieldrig_devices.pam.runtime.kernel import ProgramKernel
 from fieldrig_devices.pam.runtime.lower.expressions import Expressions
 from fieldrig_devices.pam.runtime.lower.formulas import Formulas
 from fieldrig_devices.pam.runtime.lower.uses import Uses
 from fieldrig_devices.pam.runtime.watches import UnansweredError
-
-if TYPE_CHECKING:
-    from fieldrig_devices.pam.runtime.runtime import Runtime
 
 LONGEST: Final = 1_000
 """Longest expression in characters."""
@@ -32,8 +30,15 @@ _MOST_KEPT: Final = 1_000
 class Watch:
     """Computes expressions for a debugger.  Their code is kept, because a condition is computed again and again."""
 
-    def __init__(self, runtime: "Runtime") -> None:
-        self._runtime = runtime
+    def __init__(
+        self,
+        kernel: ProgramKernel,
+        program: Compiled,
+        items: Mapping[str, Sequence[Item]],
+        scope: Mapping[str, Any],
+    ) -> None:
+        """`items` are those of all objects by name, and `scope` has the names that generated code sees."""
+        self._kernel, self._program, self._items, self._scope = kernel, program, items, scope
         self._names: Names | None = None
         self._known: dict[str, Callable[[int], Value]] = {}
 
@@ -54,12 +59,12 @@ class Watch:
     def _compiled(self, text: str) -> Callable[[int], Value]:
         tree = self._checked(text)
         uses, formulas = Uses(), Formulas()
-        formula = Expressions(self._runtime.program.layout, uses, formulas).formula(tree, wanted=None)
+        formula = Expressions(self._program.layout, uses, formulas).formula(tree, wanted=None)
         table: list[Callable[[int], Value]] = []
-        functions = Binding(self._runtime, self._runtime.items, table).of(uses.table)
+        functions = Binding(self._kernel, self._items, table).of(uses.table)
         known = {each.function for each in formulas.table}
         names = TABLES | FUNCTIONS | functions.keys() | known
-        made = bind(compiled(formulas.source, names, Values(TABLES), "<watch>"), {**self._runtime.scope, **functions})
+        made = bind(compiled(formulas.source, names, Values(TABLES), "<watch>"), {**self._scope, **functions})
         table += [made[each.function] for each in formulas.table]
         return table[formula.number]
 
@@ -77,7 +82,7 @@ class Watch:
         _refuse([*source.mistakes, *cursor.mistakes])
         assert tree is not None
         if self._names is None:
-            self._names = names_of(self._runtime.program.program)
+            self._names = names_of(self._program.program)
         self._names.mistakes.clear()
         type_of(tree, self._names, Context(is_multiple=True))
         _refuse(self._names.mistakes)

@@ -125,7 +125,7 @@ def test_a_breakpoint_in_an_action_and_in_a_routine(session: Session) -> None:
     session.breakpoints(line("w <- w + a;"))
     session.solo.write("SBI_a", "false")
     session.solo.write("SBI_b", "1")
-    session.solo.runtime.task_item("TSK_a", 0).events[0][0].take()  # type: ignore[union-attr]
+    session.solo.runtime.tasks[0].events[0][0].take()
     session.run(5)
     assert [frame.routine for frame in session.solo.stack(2)] == ["RTN_Add", "ACT_a.1"]
     assert session.solo.threads()[1].state is ProgramState.PAUSED
