@@ -20,7 +20,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from fieldrig.bus import Hub, Port
-from fieldrig.clock import MS, Timer
+from fieldrig.clock import MS, Alarm
 from fieldrig.device import Tool, WayIn
 from fieldrig.settings import RunPath
 from fieldrig_bus.net import join_as_client
@@ -74,11 +74,10 @@ class PtyPort(Port):
         self._is_following = False
         self._is_present = False
         self._has_room = True
-        self._dropping: Timer | None = None
-        """While the lines of a client that has gone are going off, and until they may go on again."""
 
     async def open(self, hub: Hub) -> None:
-        self._clock = hub.clock
+        self._dropping = Alarm(hub.clock)
+        """Set while the lines of a client that has gone are going off, and until they may go on again."""
         _, link = join_as_client(hub, "pty")
         self._end = LineEnd(link, hub.clock, self._settings.format, self._settings.paced)
         self._end.on_room = self._on_room
@@ -90,16 +89,15 @@ class PtyPort(Port):
         link.on_receive(self._on_line)
 
     async def close(self) -> None:
-        if self._dropping is not None:
-            self._dropping.cancel()
         if self._end is not None:
+            self._dropping.stop()
             self._end.purge()
         if self._pty is not None:
             self._pty.close()
             self._pty = None
 
     def _on_line(self, data: bytes) -> None:
-        if self._pty is not None and self._dropping is None:
+        if self._pty is not None and not self._dropping.is_set:
             self._pty.write(data)
 
     def _on_client(self, data: bytes) -> None:
@@ -111,9 +109,9 @@ class PtyPort(Port):
 
     def _on_presence(self, is_present: bool) -> None:
         self._is_present = is_present
-        if self._dropping is None and is_present:
+        if not self._dropping.is_set and is_present:
             self._plug_in()
-        elif self._dropping is None:
+        elif not self._dropping.is_set:
             self._drop_when_sent()
             self._read_if_possible()
 
@@ -123,22 +121,20 @@ class PtyPort(Port):
 
     def _drop_when_sent(self) -> None:
         assert self._end is not None
-        self._dropping = self._clock.call_at(self._end.sent_ns + AFTER_LAST_NS, self._drop)
+        self._dropping.at(self._end.sent_ns + AFTER_LAST_NS, self._drop)
 
     def _drop(self) -> None:
         assert self._end is not None
         if self._end.waiting:  # the line is late
             self._drop_when_sent()
             return
+        self._stay_off(OFF_STEPS)  # first, so that what the lines cause finds them going off
         self._end.set_lines(OFF)
-        self._stay_off(OFF_STEPS)
 
     def _stay_off(self, steps: int) -> None:
         if steps:
-            when_ns = self._clock.now_ns() + OFF_NS // OFF_STEPS
-            self._dropping = self._clock.call_at(when_ns, lambda: self._stay_off(steps - 1))
+            self._dropping.after(OFF_NS // OFF_STEPS, lambda: self._stay_off(steps - 1))
             return
-        self._dropping = None
         if self._is_present:
             self._plug_in()
         self._read_if_possible()
@@ -149,4 +145,4 @@ class PtyPort(Port):
 
     def _read_if_possible(self) -> None:
         if self._pty is not None:
-            self._pty.read_on(self._has_room and self._dropping is None)
+            self._pty.read_on(self._has_room and not self._dropping.is_set)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from enum import IntEnum
 from typing import Final
 
-from fieldrig.clock import Clock, S, Timer
+from fieldrig.clock import Alarm, Clock, S
 from fieldrig_devices.pamring.frames import Severity, Trouble
 
 NODE, OUTPUT, MOTOR = 0x00C, 0x00E, 0x010
@@ -85,7 +85,8 @@ class Troubles:
     def __init__(self, clock: Clock, tell: Callable[[Trouble], None]) -> None:
         self._clock, self._tell = clock, tell
         self._present: dict[Key, int] = {}
-        self._timers: dict[Key, Timer] = {}
+        self._ends: dict[Key, Alarm] = {}
+        """When the warnings of single events end."""
 
     @property
     def word(self) -> int:
@@ -118,21 +119,18 @@ class Troubles:
         details = (int(fault), detail)
         key = (NODE, *details)
         self.begin(NODE, details, NODE_BITS[fault])
-        timer = self._timers.pop(key, None)
-        if timer is not None:
-            timer.cancel()
-        self._timers[key] = self._clock.call_at(self._clock.now_ns() + EVENT_NS, lambda: self._end_event(details))
+        self._ends.setdefault(key, Alarm(self._clock)).after(EVENT_NS, lambda: self._end_event(details))
 
     def _end_event(self, details: tuple[int, int]) -> None:
-        del self._timers[NODE, *details]
+        del self._ends[NODE, *details]
         self.end(NODE, details)
 
     def forget(self) -> None:
         """Drop what only commands and items had caused, without a message, as the PAM begins again."""
-        for key, timer in self._timers.items():
-            timer.cancel()
+        for key, alarm in self._ends.items():
+            alarm.stop()
             del self._present[key]
-        self._timers.clear()
+        self._ends.clear()
         self._present = {
             key: bits for key, bits in self._present.items() if key[0] != MOTOR and key[:2] != (NODE, FaultCode.HEAP)
         }

@@ -14,7 +14,7 @@ system, whose flow control stops them.
 import time
 from typing import Final, Protocol
 
-from fieldrig.clock import MS, US, Clock, Timer
+from fieldrig.clock import MS, US, Alarm, Clock
 
 SLICE_NS: Final = 2 * MS
 """Time that outsiders may take without a pause."""
@@ -77,22 +77,23 @@ class Pace:
         self._taken_ns = 0.0
         self._latest_ns = self._answered_ns = self._answered_cpu_ns = 0
         self._began_ns = 0
-        self._timer: Timer | None = None
+        self._alarm = Alarm(clock)
+        """The end of a pause, or the next turns."""
         self.pauses = 0
         """How often there was a pause."""
 
     @property
     def is_pausing(self) -> bool:
-        return self._timer is not None
+        return self._alarm.is_set
 
     def is_free(self, reader: Reader) -> bool:
         """Return whether the reader may handle something now; if not, its `take_turn` is called when it is its turn."""
-        if self._timer is None and not self._waiting:
+        if not self._alarm.is_set and not self._waiting:
             self._note_turn(reader)
             return True
         self._waiting[reader] = self._turns.setdefault(reader, self._turn)
-        if self._timer is None:
-            self._timer = self._clock.call_at(time.monotonic_ns(), self._go_on)
+        if not self._alarm.is_set:
+            self._alarm.at(time.monotonic_ns(), self._go_on)
         return False
 
     def leave(self, reader: Reader) -> None:
@@ -152,7 +153,7 @@ class Pace:
         self._began_ns = now_ns
         if self._share == 1:
             self._taken_ns = 0.0
-        self._timer = self._clock.call_at(now_ns + duration_ns, self._go_on)
+        self._alarm.at(now_ns + duration_ns, self._go_on)
 
     def _more_ns(self, now_ns: int) -> int:
         """Return how much longer the pause has to be, for work that was under way when it began."""
@@ -167,21 +168,20 @@ class Pace:
         now_ns = time.monotonic_ns()
         more_ns = self._more_ns(now_ns)
         if more_ns:
-            self._timer = self._clock.call_at(now_ns + more_ns, self._go_on)
+            self._alarm.at(now_ns + more_ns, self._go_on)
             return
-        self._timer = None
         self._taken_ns, self._latest_ns = self._left_ns(now_ns), now_ns
         if self._load is not None:
             self._load.forget()
         for _ in range(TURNS_AT_ONCE):
-            if self._timer is not None or not self._waiting:
+            if self._alarm.is_set or not self._waiting:
                 return
             reader = min(self._waiting, key=self._waiting.__getitem__)
             del self._waiting[reader]
             self._note_turn(reader)
             reader.take_turn()
-        if self._timer is None and self._waiting:  # other events have their turn first
-            self._timer = self._clock.call_at(now_ns, self._go_on)
+        if not self._alarm.is_set and self._waiting:  # other events have their turn first
+            self._alarm.at(now_ns, self._go_on)
 
 
 def beside_a_cycle(clock: Clock) -> Pace:

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from fieldrig.clock import MS, NEVER_NS, Timer, TimerQueue, Watchdog
+from fieldrig.clock import MS, Alarm, Timer, TimerQueue, Watchdog
 from fieldrig.loop import timerfd
 from fieldrig.system.host_lateness import NOTED_NS, Lateness
 from fieldrig.text.exception_notes import blame
@@ -31,36 +31,21 @@ _ARMED_LATER = -1  # while timers are being called: arm once, when all are done
 
 
 class _RealWatchdog(Watchdog):
-    """A timer that is only set again when it has expired and the due time has been postponed since."""
+    """A watchdog under real time: an alarm, which costs nothing when it is postponed."""
 
-    __slots__ = ("_clock", "_due_ns", "_timer")
+    __slots__ = ("_alarm",)
 
     def __init__(self, clock: "RealClock | DeviceClock", action: Callable[[], None]) -> None:
-        self._clock = clock
-        self._due_ns = NEVER_NS
-        self._timer: Timer | None = None
+        self._alarm = Alarm(clock)
         super().__init__(action)
 
     @property
     def due_ns(self) -> int:
-        return self._due_ns
+        return self._alarm.when_ns
 
     @due_ns.setter
     def due_ns(self, due_ns: int) -> None:
-        self._due_ns = due_ns
-        timer = self._timer
-        if due_ns < NEVER_NS and (timer is None or due_ns < timer.when_ns):
-            if timer is not None:
-                timer.cancel()
-            self._timer = self._clock.call_at(due_ns, self._on_timer)
-
-    def _on_timer(self) -> None:
-        assert self._timer is not None
-        is_due = self._due_ns <= self._timer.when_ns
-        self._timer = None
-        self.due_ns = NEVER_NS if is_due else self._due_ns
-        if is_due:
-            self.action()
+        self._alarm.at(due_ns, self.action)
 
 
 class RealClock:
