@@ -84,11 +84,22 @@ class AnyRing(Protocol[Ma, St]):
     def statistics(self) -> dict[str, float]: ...
 
 
+R = TypeVar("R", bound=AnyRing[Any, Any])
+
+
 def last_heard(ring: "AnyRing[Any, Any]") -> dict[str, Any]:
     """Run a cycle, and return what each station hears of it; those that hear nothing are missing."""
     before = {name: len(station.heard) for name, station in ring.stations.items()}
     ring.cycle()
     return {name: station.heard[-1] for name, station in ring.stations.items() if len(station.heard) > before[name]}
+
+
+def all_joined(ring: R) -> R:
+    """Have all stations join the ring, and run a first cycle."""
+    for name, address in ADDRESSES.items():
+        ring.join(name, address)
+    ring.cycle()
+    return ring
 
 
 def run_through(ring: "AnyRing[Any, Any]", faults: Iterable[Mapping[str, Any]]) -> None:
