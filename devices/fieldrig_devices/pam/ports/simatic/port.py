@@ -4,11 +4,12 @@ A word that is announced in the input FIFO gets the value that its cell has at t
 finds the output FIFO full is in its cell.  `PortOptions` chooses whether it is announced when there is room.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from enum import Enum
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 from fieldrig_devices.pam.language.ports import PortPlan
+from fieldrig_devices.pam.ports.dual_port import MASTER_CONFIGURATION, MASTER_READY, DualPort
+from fieldrig_devices.pam.ports.dual_port import DualPortState as State
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.panel import BEFORE_WATCH_DOG
@@ -23,8 +24,7 @@ from fieldrig_devices.pam.ports.simatic.cells import (
     set_flag,
 )
 from fieldrig_devices.pam.ports.simatic.scan import Scan
-from fieldrig_devices.pam.ports.variables import IsActive, OutputChanges, PortItem, PortStatus, items_of
-from fieldrig_devices.pam.ports.watchdog import Watchdog
+from fieldrig_devices.pam.ports.variables import IsActive, OutputChanges, PortItem
 from fieldrig_devices.pam.runtime.item import Kernel
 
 WATCHDOG_CYCLES: Final = 10
@@ -34,30 +34,12 @@ MOST_ENTRIES: Final = 128
 _ROUNDS: Final = 2
 
 
-class State(Enum):
-    PRESET = "preset"
-    SYNC = "synchronising"
-    WAIT_HOST = "waiting for the host"
-    RUN = "running"
-    RUN_NO_MASTER = "running without a master"
-    RUN_ALONE = "running without its DualPort"
-    FATAL = "fatal error"
-
-
-_RUNNING: Final = frozenset({State.RUN, State.RUN_NO_MASTER, State.RUN_ALONE})
-
-
-class SimaticPort:
+class SimaticPort(DualPort):
     def __init__(
         self, plan: PortPlan, memory: Memory, kernel: Kernel, is_active: IsActive, options: PortOptions
     ) -> None:
-        self._words, self._kernel = memory.words, kernel
-        self._options = options
-        self.status = PortStatus("DualPort", plan, kernel)
-        self.items: Mapping[str, Sequence[PortItem]] = items_of(plan.variables, kernel, is_active, self._push)
-        self.state = State.PRESET
-        self.may_run = False
-        """True when the application runs, or may begin to."""
+        super().__init__(plan, kernel, is_active, options)
+        self._words = memory.words
         watch_dog, self._period = plan.numbers("WATCH_DOG")[0], plan.numbers("PERIOD")[0]
         self._watch_dog, self.panel = watch_dog // 2, watch_dog - BEFORE_WATCH_DOG
         self._pam_ready, self._dualport_ready, self._host_ready = (
@@ -73,18 +55,12 @@ class SimaticPort:
         self._announced: dict[PortItem, None] = {}
         """Input words that are updated at the end of the period, in the order of the FIFO."""
         self._changes = OutputChanges(self._announce, kernel)
-        self._watchdog = Watchdog(self.status, kernel, options, self._take_watchdog)
-        self._deadline_ns: int | None = None
-        self._now_ns = self._round = self._cycles = 0
+        self._round = self._cycles = 0
 
     def _flags(self, items: Sequence[PortItem]) -> Iterator[tuple[Place, PortItem]]:
         return ((self._places[item], item) for item in items if item.variable.kind == "FLAG_VAR")
 
     # ---- for the PAM
-
-    @property
-    def state_text(self) -> str:
-        return self.state.value
 
     def begin(self, now_ns: int) -> None:
         """Start up, after power-on or a hardware reset (manual lines 10393 to 10402)."""
@@ -103,12 +79,12 @@ class SimaticPort:
             self._write(item)
         if self._options.without_master:
             self._kernel.report("07..M01E")
-            self._enter(State.RUN_ALONE)
+            self.enter(State.RUN_ALONE)
             return
         if self._options.pam_ready == "set_first":
             set_flag(self._words, self._pam_ready, True)
         self._kernel.report("07..M01B")
-        self._enter(State.SYNC, "MASTER_READY_TIMEOUT")
+        self.enter(State.SYNC, MASTER_READY)
 
     def poll(self, now_ns: int) -> None:
         """Take the steps of this basic cycle: start-up and watchdog."""
@@ -116,19 +92,14 @@ class SimaticPort:
         if self.may_run:
             self._cycles += 1
             is_due = self._cycles % WATCHDOG_CYCLES == 0 and self.state is not State.RUN_ALONE
-            if is_due and self._watchdog.look(now_ns):
-                self._enter(State.RUN_NO_MASTER if self._watchdog.is_lost else State.RUN)
+            if is_due:
+                self._look_for_master()
         elif self.state is State.SYNC and not flag_of(self._words, self._pam_ready):
             self._synchronise()
         elif self.state is State.WAIT_HOST and flag_of(self._words, self._host_ready):
             self._run()
-        elif self._deadline_ns is not None and now_ns >= self._deadline_ns:
-            self.fail()
-            self._kernel.report("07..F020")
-
-    def fail(self) -> None:
-        """Stop for a fatal error; only `begin` leads on."""
-        self._enter(State.FATAL)
+        else:
+            self._fail_if_late()
 
     def take(self) -> None:
         """Scan input flags, read the input FIFO, and update the input words that are due."""
@@ -144,24 +115,16 @@ class SimaticPort:
                 item.receive(self._words[self._places[item].cell])
             self._announced.clear()
 
-    def give(self) -> None:
-        """Announce the changes that wait for room; all others are announced when they happen."""
-
     # ---- start-up
-
-    def _enter(self, state: State, timeout: str = "") -> None:
-        self.state, self.may_run = state, state in _RUNNING
-        duration_ns = self.status.duration_ns(timeout)
-        self._deadline_ns = None if duration_ns is None else self._now_ns + duration_ns
 
     def _synchronise(self) -> None:
         set_flag(self._words, self._pam_ready, True)
         self._round += 1
         if self._round < _ROUNDS:
-            self._enter(State.SYNC, "MASTER_READY_TIMEOUT")
+            self.enter(State.SYNC, MASTER_READY)
             return
         self._kernel.report("07..M01D")
-        self._enter(State.WAIT_HOST, "MASTER_CONFIGURATION_TIMEOUT")
+        self.enter(State.WAIT_HOST, MASTER_CONFIGURATION)
 
     def _run(self) -> None:
         """Read the initial inputs, which the host has written without the FIFO, and begin."""
@@ -175,7 +138,7 @@ class SimaticPort:
         self._kernel.report("07..M006")
         self._kernel.report("07..M011")
         self._watchdog.begin(self._now_ns)
-        self._enter(State.RUN)
+        self.enter(State.RUN)
 
     # ---- variables
 

@@ -3,15 +3,17 @@
 Where the manual is silent, `PortOptions` chooses.  An output FIFO that is full is reported once until there is room.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
 from fieldrig_devices.pam.language.ports import ALL_ITEMS, PortPlan, PortVariable
+from fieldrig_devices.pam.ports.dual_port import MASTER_CONFIGURATION, MASTER_READY, DualPort
+from fieldrig_devices.pam.ports.dual_port import DualPortState as State
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.panel import VME_PANEL
-from fieldrig_devices.pam.ports.variables import IsActive, OutputChanges, PortItem, PortStatus, addressed, items_of
+from fieldrig_devices.pam.ports.variables import IsActive, OutputChanges, PortItem, addressed
 from fieldrig_devices.pam.ports.vme.crcs import with_crcs
 from fieldrig_devices.pam.ports.vme.fifo import Fifo
 from fieldrig_devices.pam.ports.vme.layout import (
@@ -24,8 +26,7 @@ from fieldrig_devices.pam.ports.vme.layout import (
     output_block,
     value_of,
 )
-from fieldrig_devices.pam.ports.vme.startup import NO_KEY, StartUp, State
-from fieldrig_devices.pam.ports.watchdog import Watchdog
+from fieldrig_devices.pam.ports.vme.startup import NO_KEY, StartUp
 from fieldrig_devices.pam.runtime.item import Kernel, Value
 
 WATCHDOG_NS: Final = 10_000_000
@@ -42,41 +43,31 @@ _MESSAGES: Final[Mapping[State, str]] = {
 _CONFIGURING: Final = frozenset({State.CONFIG_IN, State.CONFIG_OUT, State.INIT, State.WAIT_START})
 """The states in which MASTER_CONFIGURATION_TIMEOUT counts."""
 _SENDING: Final = frozenset({State.RUN, State.RUN_NO_MASTER})
-_RUNNING: Final = _SENDING | {State.RUN_ALONE}
+_TIMEOUTS: Final = {State.SYNC: MASTER_READY, **dict.fromkeys(_CONFIGURING, MASTER_CONFIGURATION)}
 
 
-class VmePort:
+class VmePort(DualPort):
     panel: int | None = VME_PANEL
 
     def __init__(
         self, plan: PortPlan, memory: Memory, kernel: Kernel, is_active: IsActive, options: PortOptions
     ) -> None:
         plan = replace(plan, variables=with_crcs(plan.variables, options))
-        self._memory, self._kernel, self._options = memory, kernel, options
-        self.status = PortStatus("DualPort", plan, kernel)
+        super().__init__(plan, kernel, is_active, options)
+        self._memory = memory
         self.inputs = list(plan.inputs)
         self._outputs = {variable.crc: variable for variable in plan.outputs}
-        self.items: Mapping[str, Sequence[PortItem]] = items_of(plan.variables, kernel, is_active, self._push)
-        self.state = State.PRESET
-        self.may_run = False
-        """True when the application runs, or may begin to."""
         self._is_sending = False
-        self._watchdog = Watchdog(self.status, kernel, options, self._take_watchdog)
         self._in, self._out = Fifo(memory, IN_HEADER), Fifo(memory, OUT_HEADER)
         self._start_up = StartUp(memory, self, options)
         self._keys: dict[str, int] = {}
         self._queues: dict[int, list[tuple[PortVariable, int, Value]]] = {
             variable.period: [] for variable in self.inputs
         }
-        self._deadline_ns: int | None = None
-        self._now_ns = self._watchdog_ns = 0
+        self._watchdog_ns = 0
         self._changes = OutputChanges(self._write, kernel)
 
     # ---- for the PAM
-
-    @property
-    def state_text(self) -> str:
-        return self.state.value
 
     def begin(self, now_ns: int) -> None:
         """Start up, after power-on or a hardware reset."""
@@ -105,23 +96,16 @@ class VmePort:
             self._start_up.poll()
             if now_ns >= self._watchdog_ns and self.state in _SENDING:
                 self._watchdog_ns = max(self._watchdog_ns + WATCHDOG_NS, now_ns)
-                if self._watchdog.look(now_ns):
-                    self.enter(State.RUN_NO_MASTER if self._watchdog.is_lost else State.RUN)
+                self._look_for_master()
         elif self.state is State.SYNC:
             if self._start_up.synchronise() and self.state is State.SYNC:
-                self._wait("MASTER_READY_TIMEOUT")
+                self._wait(MASTER_READY)
         elif self.state in _CONFIGURING:
             if self.state is State.INIT and self._start_up.is_reading:
                 self._initialise()
             if self._start_up.poll() and self.state in _CONFIGURING:
-                self._wait("MASTER_CONFIGURATION_TIMEOUT")
-        if self._deadline_ns is not None and now_ns >= self._deadline_ns:
-            self.fail()
-            self._kernel.report("07..F020")
-
-    def fail(self) -> None:
-        """Stop for a fatal error; only `begin` leads on."""
-        self.enter(State.FATAL)
+                self._wait(MASTER_CONFIGURATION)
+        self._fail_if_late()
 
     def take(self) -> None:
         """Read the input FIFO, and update the inputs that are due."""
@@ -138,25 +122,18 @@ class VmePort:
             if queue and cycle % period == 0:
                 self._update(queue)
 
-    def give(self) -> None:
-        """Write the changes that wait for room; all others are written when they happen."""
-
     # ---- start-up
 
     @property
     def is_in_empty(self) -> bool:
         return self._in.is_empty
 
-    def enter(self, state: State) -> None:
-        self.state, self.may_run, self._is_sending = state, state in _RUNNING, state in _SENDING
+    def enter(self, state: State, timeout: str = "") -> None:
+        super().enter(state, timeout or _TIMEOUTS.get(state, ""))
+        self._is_sending = state in _SENDING
         if state in _MESSAGES:
             self._kernel.report(_MESSAGES[state])
-        self._deadline_ns = None
-        if state is State.SYNC:
-            self._wait("MASTER_READY_TIMEOUT")
-        elif state in _CONFIGURING:
-            self._wait("MASTER_CONFIGURATION_TIMEOUT")
-        elif state is State.RUN:
+        if state is State.RUN:
             self._watchdog_ns = self._now_ns + WATCHDOG_NS
             self._watchdog.begin(self._now_ns)
 
@@ -167,10 +144,6 @@ class VmePort:
             return None
         self._keys[variable.name] = key  # its value is 0 since the start-up has begun
         return variable
-
-    def _wait(self, timeout: str) -> None:
-        duration_ns = self.status.duration_ns(timeout)
-        self._deadline_ns = None if duration_ns is None else self._now_ns + duration_ns
 
     def _initialise(self) -> None:
         for _ in range(BLOCKS):

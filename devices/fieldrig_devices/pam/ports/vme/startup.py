@@ -5,10 +5,10 @@ next command (`pam`), or the master does, and the PAM clears the acknowledge the
 """
 
 from collections.abc import Callable, Mapping
-from enum import Enum
 from typing import Final, Protocol
 
 from fieldrig_devices.pam.language.ports import PortVariable
+from fieldrig_devices.pam.ports.dual_port import DualPortState as State
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.vme.layout import (
@@ -28,19 +28,6 @@ NO_KEY: Final = 0xFFFF_FFFF
 _ROUNDS: Final = 2
 _NOP: Final = int(Command.NOP)
 """A plain number, as it is compared in every basic cycle."""
-
-
-class State(Enum):
-    PRESET = "preset"
-    SYNC = "synchronising"
-    CONFIG_IN = "configuring inputs"
-    CONFIG_OUT = "configuring outputs"
-    INIT = "initialising"
-    WAIT_START = "waiting for START"
-    RUN = "running"
-    RUN_NO_MASTER = "running without a master"
-    RUN_ALONE = "running without its DualPort"
-    FATAL = "fatal error"
 
 
 class Owner(Protocol):
