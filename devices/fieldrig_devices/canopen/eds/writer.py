@@ -1,9 +1,8 @@
-"""Writes EDS and DCF files.
+"""Writes DCF files: an EDS with the present values of a device.
 
-Source: CiA 306-1 4.3, CiA 306-1 4.7 (DCF).  Two files are equal if they have the same sections, keys and values; order,
-the case of names, and `;` comments (unlike the section Comments) have no meaning.  A DCF has the present values as
-ParameterValue, without domains and without texts that don't fit on a line.  A value that is written is read back as
-the same bytes.
+Source: CiA 306-1 4.3, CiA 306-1 4.7 (DCF).  The sections, keys and values of the EDS are kept, and its `;` comments
+(unlike the section Comments) are not.  The present values are ParameterValue, without domains and without texts that
+don't fit on a line.  A value that is written is read back as the same bytes.
 """
 
 from collections.abc import Iterator
@@ -12,18 +11,6 @@ from fieldrig_devices.canopen.datatypes import DOMAIN, Boolean, Integer, Real
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds.source import EdsSource, Section
 from fieldrig_devices.canopen.variable import Variable
-
-
-def meaning(source: EdsSource) -> dict[str, dict[str, str]]:
-    """Return the content of a file as values by section and key, for comparing files."""
-    return {
-        name: {key: entry.value for key, entry in section.entries.items()} for name, section in source.sections.items()
-    }
-
-
-def write_eds(source: EdsSource) -> str:
-    """Return the text of the file without parts that have no meaning."""
-    return _text((section.name, _entries(section)) for section in source.sections.values())
 
 
 def write_dcf(source: EdsSource, dictionary: Dictionary, node_id: int, name: str) -> str:
