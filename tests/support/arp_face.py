@@ -78,7 +78,10 @@ class OutsideCard:
 
     def save_parameter(self, group: int, number: int, raw: int) -> bool:
         self.asked.append(f"save {group}/{number}")
-        return self.parameters.set_flash(group, number, raw) and self.parameters.set_ram(group, number, raw)
+        is_taken = self.parameters.set_ram(group, number, raw)
+        if is_taken:
+            self.parameters.flash[group][number] = raw
+        return is_taken
 
     def save_parameters(self, values: ParameterValues) -> bool:
         with self.saving(values):
@@ -89,7 +92,7 @@ class OutsideCard:
         yield
         for (group, number), raw in values.items():
             self.asked.append(f"save {group}/{number}")
-            self.parameters.set_flash(group, number, raw)
+            self.parameters.flash[group][number] = raw
 
     def run_program(self) -> bool:
         return self._command("run")

@@ -14,7 +14,6 @@ from fractions import Fraction
 
 SCALE = 1_000
 LIMIT = 999_999_999  # raw
-PIG = 3_142  # manual 5: the constant has three decimals
 
 DIVISION_BY_ZERO = 201  # W01
 OUT_OF_RANGE = 202  # W02

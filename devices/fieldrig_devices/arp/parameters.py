@@ -191,16 +191,6 @@ class Parameters:
         self.version += 1
         return True
 
-    def set_flash(self, group: int, number: int, raw: int) -> bool:
-        """Write the copy in flash; the next start or reset loads it.
-
-        False, without a change, if the value is out of range.
-        """
-        if not self.takes(group, number, raw):
-            return False
-        self.flash[group][number] = raw
-        return True
-
     @staticmethod
     def takes(group: int, number: int, raw: int) -> bool:
         parameter = PARAMETERS[group].get(number)

@@ -85,8 +85,6 @@ class Conversation(Generic[T]):
         self._result: T | None = None
         self._error: Exception | None = None
         self.is_done = False
-        self.is_flagged = False
-        """True if an answer reported waiting status messages."""
         self._go_on(0, b"")
 
     def result(self) -> T:
@@ -146,7 +144,6 @@ class Conversation(Generic[T]):
         if checksum(answer):
             self._failed(now_ns)
             return
-        self.is_flagged |= bool(answer[1] & ERROR_BIT)
         if answer[1] & ~ERROR_BIT == request.command:
             self._go_on(now_ns, answer[2:-1])
         else:

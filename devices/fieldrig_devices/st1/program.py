@@ -48,7 +48,6 @@ class Program:
             drive=drive,
         )
         self.registers = Registers({}, {}, {})
-        self.ring_fault = RingFault.INACTIVE
 
     def forget(self) -> None:
         self.boards.forget()
@@ -87,5 +86,4 @@ class Program:
         self.servo.cycle()
 
     def ring(self, fault: RingFault) -> None:
-        self.ring_fault = fault
         self.servo.ring(fault in DEAD, fault is not RingFault.NONE)

@@ -57,11 +57,11 @@ class Answers:
     """Stations whose AT was not ready in time.  The ring knows them; a real master would see the ATs missing."""
 
 
-At = bytes
-"""A drive's AT for its chip: address and data, sent once, after the next MST."""
-
 RingMessage = Mst | Mdt | Cycle | Answers | bytes
-"""Every message that a SERCOS ring carries; bytes are the AT of a drive."""
+"""Every message that a SERCOS ring carries.
+
+Bytes are a drive's AT for its chip: address and data, sent once, after the next MST.
+"""
 
 _CYCLE, _ANSWERS, _AT, _MST, _MDT = range(5)
 _HEAD: Final = struct.Struct("<BIBH")  # kind, number, length of the MST, length of the MDT

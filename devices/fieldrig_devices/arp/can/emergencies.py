@@ -12,7 +12,7 @@ from fieldrig_devices.arp.card_access import CardAccess
 from fieldrig_devices.canopen.emcy import COMMUNICATION
 from fieldrig_devices.canopen.node import CanopenNode
 
-DEVICE_PROFILE, MANUFACTURER = 0x20, 0x80
+MANUFACTURER = 0x80
 """Bits of the error register, apart from the generic one."""
 INFO: Final = struct.Struct("<HBB")
 

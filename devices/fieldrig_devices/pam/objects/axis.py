@@ -4,8 +4,9 @@ The position of an axis is the sum of two parts: its own, which its orders move,
 knows the destination of its orders, and the own part exactly only when they are done (PAML-061, PAML-064).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any, Final
 
 from fieldrig_devices.pam.objects.declared import Declared
 from fieldrig_devices.pam.objects.object_item import ObjectItem, has_error
@@ -125,9 +126,12 @@ class Axis(ObjectItem):
 
     # ---- orders
 
-    def carry_out(self, function: str, arguments: tuple[float, ...], number: int) -> AxisOrder:
-        """Return the order of an executive function, as if it were sent, with its number in this PAM."""
-        order: AxisOrder = getattr(self, f"_{function}")(*arguments)
+    def carry_out(self, function: str, arguments: Sequence[Any], number: int) -> AxisOrder:
+        """Return the order of an executive function, as if it were sent, with its number in this PAM.
+
+        An axes set sends one order for all axes of a group, so making an order and sending it are two steps.
+        """
+        order = _ORDERS[function](self, *arguments)
         if order.number:
             order = replace(order, number=number)
             self.ordered = number
@@ -136,40 +140,19 @@ class Axis(ObjectItem):
         self.site.touched(self.name)
         return order
 
-    def _send(self, function: str, *arguments: float) -> None:
-        self.node.send(self.carry_out(function, arguments, self.site.next_number((self.ordered,))))
-
-    def do_absolute_move(self, position: float) -> None:
-        self._send("absolute_move", position)
-
-    def do_relative_move(self, distance: float) -> None:
-        self._send("relative_move", distance)
-
-    def do_run(self, speed: float) -> None:
-        self._send("run", speed)
-
-    def do_power_on(self) -> None:
-        self._send("power_on")
-
-    def do_power_off(self) -> None:
-        self._send("power_off")
-
-    def do_position(self, position: float) -> None:
-        self._send("position", position)
-
-    def do_update_status(self) -> None:
-        self._send("update_status")
-
-    def do_stop(self) -> None:
-        """Stop all motion.  The pipe is disconnected, and so are all axes of a set that it drives (PAML-057)."""
-        if self.pipe is not None and self.pipe.stop_all is not None:
+    def do(self, function: str, arguments: Sequence[Any] = ()) -> None:
+        """Give an order.  A stop ends the pipe of all axes of a set that it drives (PAML-057)."""
+        if function == "stop" and self.pipe is not None and self.pipe.stop_all is not None:
             self.pipe.stop_all()
         else:
-            self._send("stop")
+            self._send(function, arguments)
+
+    def _send(self, function: str, arguments: Sequence[Any] = ()) -> None:
+        self.node.send(self.carry_out(function, arguments, self.site.next_number((self.ordered,))))
 
     def halt(self) -> None:
         """Stop the motion of the axis's own part alone, without an end of what else moves it."""
-        self.node.send(self.carry_out("halt", (), self.site.next_number((self.ordered,))))
+        self._send("halt")
 
     def _absolute_move(self, position: float) -> AxisOrder:
         position = float(position)
@@ -246,3 +229,17 @@ class Axis(ObjectItem):
             self._own, self.pipe = self.position, None
             self.node.send(EndOfPipe(mode))
             self.site.joined(self.name)
+
+
+_ORDERS: Final[Mapping[str, Callable[..., AxisOrder]]] = {
+    "absolute_move": Axis._absolute_move,
+    "relative_move": Axis._relative_move,
+    "run": Axis._run,
+    "power_on": Axis._power_on,
+    "power_off": Axis._power_off,
+    "stop": Axis._stop,
+    "halt": Axis._halt,
+    "position": Axis._position,
+    "update_status": Axis._update_status,
+}
+"""The executive functions, and `halt`, which only the PAM itself uses."""

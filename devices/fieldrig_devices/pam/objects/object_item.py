@@ -5,8 +5,6 @@ from typing import Any
 
 from fieldrig_devices.pam.runtime.item import Pending, Value
 
-Written = "Value | str | RoutineRef | ObjectItem"
-
 
 class ObjectItem:
     """An executive function F is the method `do_F`, an inquiry `ask_F`, a parameter P the attribute p.

@@ -125,7 +125,7 @@ class Branch:
     def is_due(self, number: int) -> bool:
         """Return whether the branch computes in a period of the network."""
         distributor = self.distributor
-        return distributor is None or number % distributor.divisor == distributor.shift
+        return distributor is None or distributor.computes_in(number)
 
     def arriving(self, first: float) -> float:
         """Return the value that arrives when `first` leaves the source."""

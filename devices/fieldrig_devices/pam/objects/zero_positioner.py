@@ -120,7 +120,7 @@ class ZeroPositioner(ObjectItem):
         self._site.kernel.touched(self.name)
 
     def do_stop(self) -> None:
-        self._axis.do_stop()
+        self._axis.do("stop")
 
     def _abort(self) -> None:
         if self._phase == "fine":
@@ -155,7 +155,7 @@ class ZeroPositioner(ObjectItem):
         acceleration = min(axis.acceleration, self._strongest)
         limits = Limits(abs(top) or 1.0, acceleration, acceleration)
         self._way, self._began_in = change_speed(0.0, top, limits), self._site.cycle
-        axis.do_run(speed)
+        axis.do("run", (speed,))
 
     def _read_limits(self) -> None:
         def put(attribute: str, count: int | None) -> None:
@@ -175,7 +175,7 @@ class ZeroPositioner(ObjectItem):
         if search.move is None:
             self._axis.halt()
         else:
-            self._axis.do_relative_move(search.move - self._way_since_edge(age_us))
+            self._axis.do("relative_move", (search.move - self._way_since_edge(age_us),))
 
     def _way_since_edge(self, age_us: int) -> float:
         """Return the way from the edge to the instant at which an order of this cycle works (PAML-203)."""
@@ -202,10 +202,10 @@ class ZeroPositioner(ObjectItem):
         axis, turn = self._axis, MOTOR_TURN
         angle = count % COUNTS_PER_TURN * turn / COUNTS_PER_TURN
         self._is_waiting_for_axis = True
-        axis.do_relative_move(nearest(self.resolver_offset * axis.units - angle, turn) / axis.units)
+        axis.do("relative_move", (nearest(self.resolver_offset * axis.units - angle, turn) / axis.units,))
 
     def _end(self) -> None:
         """The absolute position is 0 at the end (PAML-209)."""
-        self._axis.do_position(0.0)
+        self._axis.do("position", (0.0,))
         self._phase = ""
         self._site.kernel.touched(self.name)

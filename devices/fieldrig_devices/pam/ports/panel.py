@@ -20,8 +20,3 @@ def panel_cells(origin: int, number: int, when: datetime, tag: int = 0, info: in
     date = year << 10 | when.month << 6 | when.day << 1 | is_afternoon
     time = hour << 12 | when.minute << 6 | when.second
     return origin & 0xFFFF, number & 0xFFFF, date, time, tag & 0xFFFF, info & 0xFFFF, 0
-
-
-def debugger_address(panel: int) -> int:
-    """Return where the debugger finds a panel: each cell takes four bytes of the PAM's address space."""
-    return 0x70_0000 + 2 * panel

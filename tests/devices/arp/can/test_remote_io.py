@@ -349,7 +349,7 @@ def test_bus_off_without_a_loss_sends_outputs_again() -> None:
 @pytest.mark.parametrize("kbaud", [125, 250, 500, 1000])
 def test_bit_rate_is_parameter_6_as_it_was_at_the_start(kbaud: int) -> None:
     parameters, can = Parameters(), RecordedLink[Any]()
-    assert parameters.set_flash(0, Par.CAN_KBAUD, kbaud * 1000)
+    parameters.flash[0][Par.CAN_KBAUD] = kbaud * 1000
     parameters.load()
     take_bit_rate(can, parameters)
     assert can.sent == [BitRate(kbaud * 1000)]
@@ -360,7 +360,7 @@ def test_bit_rate_is_parameter_6_as_it_was_at_the_start(kbaud: int) -> None:
 def test_card_with_another_bit_rate_than_its_bus_has_no_remote_io(make: Make) -> None:
     cell = make()
     parameters = Parameters()
-    parameters.set_flash(0, Par.CAN_KBAUD, 250_000)
+    parameters.flash[0][Par.CAN_KBAUD] = 250_000
     parameters.load()
     take_bit_rate(cell.link, parameters)
     cell.enabled()

@@ -10,7 +10,6 @@ from fieldrig.clock import MS
 from fieldrig_devices.pam.ports.masters.s5 import S5Master
 from fieldrig_devices.pam.ports.masters.script import MasterError
 from fieldrig_devices.pam.ports.options import PortOptions
-from fieldrig_devices.pam.ports.panel import debugger_address
 
 PAM_READY, DUALPORT_READY = 1 << 3, 1 << 4
 READY_CELL, HOST_CELL = 0xFEE // 2, 0x104 // 2
@@ -77,7 +76,6 @@ def test_a_host_that_is_not_ready_is_fatal() -> None:
     assert bench.kernel.codes == ["07..M01B", "07..F020"]
     bench.ports.fail(7, 0x020, datetime(1995, 10, 15, 14, 30, 45, tzinfo=UTC))
     assert bench.memory.read(0xFF0 // 2, 7) == [0x07, 0x020, 0x169F, 0x27AD, 0, 0, 0]
-    assert debugger_address(0xFF0) == 0x0070_1FE0
     bench.memory.write(READY_CELL, [0])
     bench.cycles(20)
     assert bench.memory.read(READY_CELL, 1) == [0]

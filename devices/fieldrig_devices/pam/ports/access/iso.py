@@ -12,7 +12,7 @@ from fieldrig_devices.connections.connection import Connection
 VERSION: Final = 3
 _TPKT: Final = struct.Struct(">BBH")
 _CONNECT: Final = struct.Struct(">BBHHB")
-CONNECT_REQUEST, CONNECT_CONFIRM, DISCONNECT_REQUEST, DATA = 0xE0, 0xD0, 0x80, 0xF0
+CONNECT_REQUEST, CONNECT_CONFIRM, DATA = 0xE0, 0xD0, 0xF0
 LAST: Final = 0x80
 TPDU_SIZE: Final = 0xC0
 TSAPS: Final = (0xC1, 0xC2)
