@@ -77,9 +77,9 @@ from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
 from fieldrig_devices.registers.packed import Element
 from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_table
 from fieldrig_devices.smart_io.faults import SmartIoFault
-from fieldrig_devices.smart_io.readings import NodeReadings
 from fieldrig_devices.smart_io.settings import ModuleSettings as SmartIoModule
 from fieldrig_devices.smart_io.settings import MotorSettings as SmartIoMotor
+from fieldrig_devices.smart_io.settings import NodeReadings
 from fieldrig_devices.st1.faults import St1Fault
 from fieldrig_devices.st1.readings import St1Readings
 from fieldrig_devices.st1.settings import MotorSettings as St1Motor

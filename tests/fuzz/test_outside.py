@@ -41,7 +41,7 @@ from fieldrig_bus.modbus.framing_mbap import MbapFramer, tcp_frame
 from fieldrig_bus.modbus.framing_rtu import RtuFramer, rtu_frame
 from fieldrig_bus.ring.pam import cycle_wire as pam_wire
 from fieldrig_bus.ring.pam.message import Cycle as PamCycle
-from fieldrig_bus.ring.pam.rack import NodeRack
+from fieldrig_bus.ring.pam.star_bus import NodeRack
 from fieldrig_bus.ring.sercos.cycle_wire import decode_spread, encode_spread
 from fieldrig_bus.ring.sercos.message import Cycle
 from fieldrig_bus.ring.transport.shm import _are

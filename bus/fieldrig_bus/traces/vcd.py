@@ -10,6 +10,7 @@ buses, so it cannot be read back as a trace.
 """
 
 import json
+import re
 from collections.abc import Iterable, Iterator
 from heapq import merge
 from math import nan
@@ -21,9 +22,39 @@ from vcd.writer import Variable, VCDWriter
 from fieldrig.clock import NEVER_NS
 from fieldrig.errors import UsageError
 from fieldrig.traces.trace import TraceEntry
-from fieldrig_bus.traces.vcd_names import Path, legal_paths
 from fieldrig_bus.traces.waves import FAMILIES as FAMILIES
 from fieldrig_bus.traces.waves import Value, Wave, Waves, check_size, waves_of
+
+Path = tuple[str, ...]
+"""Scopes from the outermost one, then the name of the variable."""
+
+_FOREIGN = re.compile(r"[^A-Za-z0-9_]")
+
+
+def legal_paths(names: Iterable[tuple[str, str]]) -> list[Path]:
+    """Return a path of hierarchical names for each (bus, wire), in their order.
+
+    The bus is the outermost scope, and each dot of a name begins another one: `cell.valve` on the bus `wires` is
+    `valve` in the scope `cell` in the scope `wires`.  Each character that a simple identifier cannot have (IEEE
+    1364-2005, 18.2.3) becomes an underscore.  A path that another wire has already gets a number.
+    """
+    used: set[Path] = set()
+    paths: list[Path] = []
+    for bus, wire in names:
+        first = path = (_identifier(bus), *map(_identifier, wire.split(".")))
+        number = 2
+        while path in used:
+            path = (*first[:-1], f"{first[-1]}_{number}")
+            number += 1
+        used.add(path)
+        paths.append(path)
+    return paths
+
+
+def _identifier(word: str) -> str:
+    found = _FOREIGN.sub("_", word)
+    return found if found[:1].isalpha() or found[:1] == "_" else f"_{found}"
+
 
 SUFFIX = ".vcd"
 _SIZES = (32, 64)

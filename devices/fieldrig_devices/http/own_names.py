@@ -5,8 +5,10 @@ what the device answers.  Its requests have that name as Host, so only names are
 address: IP addresses, localhost, and names without a dot, such as that of a container.  Others have to be configured.
 """
 
+import re
 from collections.abc import Collection
-from ipaddress import ip_address
+from ipaddress import AddressValueError, IPv6Address, ip_address
+from typing import Final
 from urllib.parse import urlsplit
 
 
@@ -37,3 +39,31 @@ def _is_address(name: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+_HOST: Final = re.compile(
+    rb"""
+    (?: \[ (?P<ipv6> [0-9A-Fa-f:.]+ ) \]
+      | \[ v [0-9A-Fa-f]+ \. [\w.~!$&'()*+,;=:-]+ \]
+      | (?: [\w.~!$&'()*+,;=-] | % [0-9A-Fa-f]{2} )*
+    )
+    (?: : (?P<port> [0-9]* ) )?
+    """,
+    re.VERBOSE | re.ASCII,
+)
+
+
+def is_host(value: bytes) -> bool:
+    """Return whether the field may have this value: a host, and perhaps a port (RFC 9110, 7.2).
+
+    Source: RFC 3986, 3.2.2 and 3.2.3.  It is empty if the client's address has no host.
+    """
+    match = _HOST.fullmatch(value)
+    if match is None:
+        return False
+    try:
+        if match["ipv6"] is not None:
+            IPv6Address(match["ipv6"].decode())
+    except AddressValueError:
+        return False
+    return int(match["port"] or 0) <= 0xFFFF

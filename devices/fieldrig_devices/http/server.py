@@ -15,9 +15,8 @@ import h11
 
 from fieldrig.clock import Alarm, Clock, S
 from fieldrig_devices.connections.connection import Connection, Serve
-from fieldrig_devices.http.host import is_host
 from fieldrig_devices.http.messages import Answer, Request, Response, refusal
-from fieldrig_devices.http.own_names import is_own
+from fieldrig_devices.http.own_names import is_host, is_own
 
 log = logging.getLogger(__name__)
 

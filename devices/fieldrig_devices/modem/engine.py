@@ -15,14 +15,12 @@ from fieldrig_bus.telephone.modulation import Agreed
 from fieldrig_devices.modem import results
 from fieldrig_devices.modem.call import Call, Events, Rules, State
 from fieldrig_devices.modem.dial_string import steps_of
-from fieldrig_devices.modem.escape import UNIT_NS, Escape
-from fieldrig_devices.modem.idle_watch import IdleWatch
 from fieldrig_devices.modem.interpreter import BUSY_WITH_IT, Interpreter
+from fieldrig_devices.modem.line_watch import IdleWatch, Ringing
 from fieldrig_devices.modem.plugs import SerialPlug
 from fieldrig_devices.modem.profile import Memory
-from fieldrig_devices.modem.reader import CommandReader, Line
+from fieldrig_devices.modem.reader import GUARD_UNIT_NS, CommandReader, Escape, Line
 from fieldrig_devices.modem.results import Result
-from fieldrig_devices.modem.ringing import Ringing
 from fieldrig_devices.modem.rules import Build, fixed_form, rules_of
 from fieldrig_devices.modem.speaker import Speaker
 from fieldrig_devices.modem.terminal_side import MOST_WAITING, Flow, TerminalSide
@@ -126,7 +124,7 @@ class Engine:
             self._tell(result)
 
     def _send_data(self, data: bytes) -> None:
-        now_ns, guard_ns = self._clock.now_ns(), self._register(12) * UNIT_NS
+        now_ns, guard_ns = self._clock.now_ns(), self._register(12) * GUARD_UNIT_NS
         self._idle.last_ns = now_ns
         self._escape_timer.stop()
         if self._escape.hear(now_ns, data, self._register(2), guard_ns):

@@ -8,11 +8,10 @@ from collections.abc import Callable
 from typing import Final, Protocol
 
 from fieldrig_devices.modem import extended, results
-from fieldrig_devices.modem.commands import COMMANDS
+from fieldrig_devices.modem.commands import COMMANDS, REGISTERS
 from fieldrig_devices.modem.extended import PARAMETERS, ROCKWELL_ONLY, TEXTS
 from fieldrig_devices.modem.parser import Basic, Dial, Extended, Item, Mistake, Register, StoreNumber, parse
 from fieldrig_devices.modem.profile import DEFAULTS, LONGEST_NUMBER, NUMBERS, Memory, Profile, shown
-from fieldrig_devices.modem.registers import REGISTERS
 from fieldrig_devices.modem.results import Result
 
 IDENTITY: Final[dict[int, str]] = {

@@ -5,9 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Self
 
-from fieldrig_devices.modem.commands import COMMANDS
+from fieldrig_devices.modem.commands import COMMANDS, REGISTERS
 from fieldrig_devices.modem.extended import PARAMETERS, TWINS, Value, fitting
-from fieldrig_devices.modem.registers import REGISTERS
 
 PROFILES: Final = 2
 NUMBERS: Final = 4

@@ -1,4 +1,4 @@
-"""The bytes of a terminal in the command state, as command lines (ITU-T V.250, 5.2).
+"""The bytes of a terminal: command lines (ITU-T V.250, 5.2), and the escape sequence among the data of a call.
 
 A line begins with AT and ends with the character of S3.  Bit 7 is ignored, so parity does not matter; other control
 characters are dropped, and that of S5 deletes the last character.  `A/` repeats the last line at once.
@@ -6,6 +6,8 @@ characters are dropped, and that of S5 deletes the last character.  `A/` repeats
 
 from collections.abc import Callable, Iterator
 from typing import Final, NamedTuple
+
+from fieldrig.clock import MS
 
 LONGEST_LINE: Final = 255
 """Most characters of a line after AT; a longer one is an error."""
@@ -72,3 +74,43 @@ class CommandReader:
         else:
             self._begun = "A" if letter.upper() == "A" else ""
         return None
+
+
+GUARD_UNIT_NS: Final = 20 * MS
+"""The unit of S12."""
+HIGHEST_CHARACTER = 127
+
+
+class Escape:
+    """Three characters of S2 alone, with silence around them, lead from a call to the command state.
+
+    Source: the Hayes command set (S2, S12).  The characters belong to the data as well, as the modem sends them before
+    it knows what follows.  Data arrive in chunks; the characters of one chunk count as of one instant.
+    """
+
+    def __init__(self) -> None:
+        self._last_ns = 0
+        self._count = 0
+
+    def restart(self, now_ns: int) -> None:
+        """Begin with a call, or with the return to it."""
+        self._last_ns, self._count = now_ns, 0
+
+    def hear(self, now_ns: int, data: bytes, character: int, guard_ns: int) -> bool:
+        """Return whether the sequence is complete, if nothing follows for `guard_ns` from now."""
+        if character > HIGHEST_CHARACTER:
+            return False
+        if guard_ns and now_ns - self._last_ns >= guard_ns:
+            self._count = 0
+            is_alone = True
+        else:
+            is_alone = not guard_ns
+        for byte in data:
+            continues = 0 < self._count < 3 or (is_alone and self._count in (0, 3))
+            if byte == character and continues:
+                self._count = self._count % 3 + 1
+            else:
+                self._count = -1 if guard_ns else 0
+            is_alone = not guard_ns
+        self._last_ns = now_ns
+        return self._count == 3

@@ -12,9 +12,8 @@ from fieldrig.testing import RecordedLink
 from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_bus.modbus.framing_ascii import AsciiFramer
 from fieldrig_bus.modbus.framing_rtu import RtuFramer, response_size
-from fieldrig_bus.modbus.line_client import LineClient
+from fieldrig_bus.modbus.line_client import LineClient, fits
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
-from fieldrig_bus.modbus.responses import fits
 
 READ, ANSWER = bytes.fromhex("03 0000 0001"), bytes.fromhex("03 02 0001")
 TIMING = LineTiming(baud=9600)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig_bus.modbus.responses import fits
+from fieldrig_bus.modbus.line_client import fits
 
 EXAMPLES = [
     *(step for case in modbus_cases.EXAMPLES for step in case.steps),

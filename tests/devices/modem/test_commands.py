@@ -10,9 +10,8 @@ from modem_bench import ModemBench
 
 from fieldrig_bus.telephone.message import Dial, Heard, Hook, Offer, Ring, Tone
 from fieldrig_bus.telephone.modulation import NONE, OPTIONAL, REQUIRED, everything
-from fieldrig_devices.modem.commands import COMMANDS
+from fieldrig_devices.modem.commands import COMMANDS, REGISTERS
 from fieldrig_devices.modem.extended import PARAMETERS, TEXTS
-from fieldrig_devices.modem.registers import REGISTERS
 
 SETTINGS = [(name, value) for name, row in COMMANDS.items() if row.default is not None for value in row.values]
 

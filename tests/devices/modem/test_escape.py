@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fieldrig.clock import MS
-from fieldrig_devices.modem.escape import Escape
+from fieldrig_devices.modem.reader import Escape
 
 GUARD_MS = 1000
 PLUS = 43

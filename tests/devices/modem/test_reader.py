@@ -5,9 +5,9 @@ from hypothesis import strategies as st
 from modem_bench import ModemBench
 
 from fieldrig_bus.telephone.message import check_sent
+from fieldrig_devices.modem.commands import REGISTERS
 from fieldrig_devices.modem.parser import Mistake, parse
 from fieldrig_devices.modem.reader import CommandReader, Line, Repeat
-from fieldrig_devices.modem.registers import REGISTERS
 
 
 def events_of(*portions: bytes) -> list[Line | Repeat]:

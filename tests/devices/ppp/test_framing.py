@@ -5,8 +5,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ppp_bench import check_sequence, content_of
 
-from fieldrig_devices.ppp.fcs import fcs16
-from fieldrig_devices.ppp.framing import ALL_CONTROLS, LONGEST, Deframer, FrameCounts, FrameFormat, framed, unpacked
+from fieldrig_devices.ppp.framing import (
+    ALL_CONTROLS,
+    LONGEST,
+    Deframer,
+    FrameCounts,
+    FrameFormat,
+    fcs16,
+    framed,
+    unpacked,
+)
 
 # pppd with `asyncmap 0`, its first Configure-Request and the acknowledgement of the other.
 PPPD_REQUEST = bytes.fromhex(

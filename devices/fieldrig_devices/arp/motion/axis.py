@@ -9,11 +9,10 @@ has no effect, as in firmware 3.00.
 from typing import Protocol
 
 from fieldrig_devices.arp.card_errors import CONTROL_LOSS, CardErrors
-from fieldrig_devices.arp.motion.arrival import Arrival
 from fieldrig_devices.arp.motion.counter import Counter
 from fieldrig_devices.arp.motion.flags import AxisFlag, AxisFlags
 from fieldrig_devices.arp.motion.latch import Latch
-from fieldrig_devices.arp.motion.position_loop import PositionLoop
+from fieldrig_devices.arp.motion.position_loop import Arrival, PositionLoop
 from fieldrig_devices.arp.motion.setup import Overrides, Setup
 from fieldrig_devices.arp.parameters import Kind
 from fieldrig_devices.motion.profile import State

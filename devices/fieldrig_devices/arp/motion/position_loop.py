@@ -1,7 +1,8 @@
 """The position loop: it converts the tracking error into the voltage of a drive's current reference.
 
 Source: manual 3.2, @ParX[10] to [13]; digest chapter 12, which gives the form: feed-forward of the reference's speed,
-and a PID.  The integrator is frozen while the output is at its limit and the error drives it further out.
+and a PID.  The integrator is frozen while the output is at its limit and the error drives it further out.  `Arrival`
+says when the error has stayed inside the window for the dwell time.
 """
 
 from typing import Final
@@ -38,3 +39,34 @@ class PositionLoop:
         if volts * error < 0:
             self._sum = total
         return (MAXIMUM_V if volts > 0 else -MAXIMUM_V) * setup.output_sign
+
+
+class Arrival:
+    """Arrival of one axis.  `is_awaited` is False if there is nothing to check.
+
+    Source: manual 3.2, @ParX[15], [16], and 4.6 (F260); digest chapter 12.  Once an axis has arrived, it stays so until
+    it moves again.
+    """
+
+    __slots__ = ("_inside_ns", "is_awaited")
+
+    def __init__(self) -> None:
+        self.expect()
+
+    def expect(self) -> None:
+        """Await an arrival from now on."""
+        self.is_awaited = True
+        self._inside_ns: int | None = None
+
+    def forget(self) -> None:
+        self.is_awaited = False
+
+    def check(self, now_ns: int, is_inside: bool, dwell_ns: int) -> bool:
+        """Check once per control loop while an arrival is awaited.  True when the axis arrives."""
+        if not is_inside:
+            self._inside_ns = None
+            return False
+        if self._inside_ns is None:
+            self._inside_ns = now_ns
+        self.is_awaited = now_ns - self._inside_ns < dwell_ns
+        return not self.is_awaited

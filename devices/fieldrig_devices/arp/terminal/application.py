@@ -3,6 +3,7 @@
 Source: manual 5.12; docs/arp-terminal.md.  An invalid command is refused: an SDO gets an abort, a PDO is dropped.
 """
 
+from collections import deque
 from datetime import datetime
 from functools import partial
 from typing import Final
@@ -14,13 +15,38 @@ from fieldrig_devices.arp.terminal.editor import Editor
 from fieldrig_devices.arp.terminal.messages import COUNT, LENGTH, Messages
 from fieldrig_devices.arp.terminal.objects import Act, Print
 from fieldrig_devices.arp.terminal.pattern import find
-from fieldrig_devices.arp.terminal.printer import Printer
 from fieldrig_devices.arp.terminal.screen import CELLS, Edit, Place, Screen, Text
 from fieldrig_devices.arp.terminal.settings import TerminalSettings
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.node import CanopenNode
 from fieldrig_devices.canopen.service import Reset, Service, State
 from fieldrig_devices.canopen.variable import Variable
+
+_KEPT: Final = 20  # number of lines
+_END_OF_LINE: Final = b"\r\n"
+
+
+class Printer:
+    """The printer at the terminal's serial port: it prints one line for each message.
+
+    Source: manual 5.12 (PRINT).  The format of date and time is ours.
+    Left out: a printer that is busy or has no paper.  If `line` is None, nothing is
+    connected; the last lines are kept all the same.
+    """
+
+    def __init__(self, line: Link[bytes] | None) -> None:
+        self._line = line
+        self.lines: deque[str] = deque(maxlen=_KEPT)
+
+    def print(self, text: str) -> None:
+        self.lines.append(text)
+        if self._line is not None:
+            self._line.send(text.encode("latin-1", "replace") + _END_OF_LINE)
+
+    def print_time(self, now: datetime) -> None:
+        self.print(f"{now:%d/%m/%Y}")
+        self.print(f"{now:%H:%M:%S}")
+
 
 _EDITS: Final[dict[Act, Edit]] = {Act.SHOW: "", Act.SHOW_VALUE: "", Act.EDIT: "E", Act.EDIT_WITH_PASSWORD: "P"}
 

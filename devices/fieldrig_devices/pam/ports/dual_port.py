@@ -1,15 +1,49 @@
-"""What the PAM's ends of the VME and the Simatic DualPort do alike (chapters 13 and 14)."""
+"""The part of the PAM's end of a DualPort that VME and Simatic have in common (chapters 13 and 14)."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from typing import Final
 
 from fieldrig_devices.pam.language.ports import PortPlan
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.variables import IsActive, PortItem, PortStatus, items_of
-from fieldrig_devices.pam.ports.watchdog import Watchdog
 from fieldrig_devices.pam.runtime.item import Kernel
+
+
+class Watchdog:
+    """The supervision of the master, which serves a watchdog in the memory (PAMS-081, PAMS-093)."""
+
+    def __init__(self, status: PortStatus, kernel: Kernel, options: PortOptions, take: Callable[[], bool]) -> None:
+        """`take` says whether the master has served the watchdog, and gives it back to the master."""
+        self._status, self._kernel, self._take = status, kernel, take
+        self._resumes = options.lost_master == "resumes"
+        self._heard_ns = 0
+        self.is_lost = False
+        """True while the application runs without its master."""
+
+    def begin(self, now_ns: int) -> None:
+        self._heard_ns, self.is_lost = now_ns, False
+
+    def look(self, now_ns: int) -> bool:
+        """Return True if the master was lost or found in this moment."""
+        if self.is_lost and not self._resumes:
+            return False
+        if self._take():
+            self._heard_ns = now_ns
+            return self._change(False)
+        limit_ns = self._status.duration_ns("MASTER_INACTIVITY_TIMEOUT")
+        return limit_ns is not None and now_ns - self._heard_ns > limit_ns and self._change(True)
+
+    def _change(self, is_lost: bool) -> bool:
+        if is_lost is self.is_lost:
+            return False
+        self.is_lost = is_lost
+        self._status.set_error(is_lost)
+        if is_lost:
+            self._kernel.report("07..E01E")
+        return True
+
 
 MASTER_READY: Final = "MASTER_READY_TIMEOUT"
 MASTER_CONFIGURATION: Final = "MASTER_CONFIGURATION_TIMEOUT"
@@ -63,7 +97,7 @@ class DualPort(ABC):
         """Do nothing: a change of an output is written when it happens."""
 
     def _wait(self, timeout: str) -> None:
-        """Wait for the master as long as this parameter says, from now on; without a parameter, for ever."""
+        """Wait for the master as long as this parameter says, from now on; without a parameter, forever."""
         duration_ns = self.status.duration_ns(timeout)
         self._deadline_ns = None if duration_ns is None else self._now_ns + duration_ns
 

@@ -3,7 +3,7 @@
 The result can be pickled, so that another process can do the work.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -11,13 +11,46 @@ from fieldrig.sandbox import Values
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.languages.resumable import prepare
 from fieldrig_devices.pam.language.compiler import checked
-from fieldrig_devices.pam.language.items import Application, Program
+from fieldrig_devices.pam.language.items import Actions, Application, BooleanEquation, Program, Task
 from fieldrig_devices.pam.language.preprocessor import Reader, no_files
+from fieldrig_devices.pam.language.tokens import mistake
+from fieldrig_devices.pam.language.tree import Node, Reduction, Reference, StartTask
+from fieldrig_devices.pam.language.words import PREDECLARED
 from fieldrig_devices.pam.runtime import sizes
-from fieldrig_devices.pam.runtime.counts import check_counts
 from fieldrig_devices.pam.runtime.layout import Layout, layout_of, number_of
 from fieldrig_devices.pam.runtime.lower import lower
 from fieldrig_devices.pam.runtime.lower.lowered import Lowered
+from fieldrig_devices.pam.runtime.walk import nodes
+
+
+def check_counts(program: Program, layout: Layout) -> list[Mistake]:
+    """Report objects that have fewer items than what uses them with [i], so that [i] always is an item (PAML-294)."""
+    found: list[Mistake] = []
+    for item in program.items:
+        if isinstance(item, BooleanEquation | Actions | Task):
+            found += _wrong_counts(item, item.name, layout)
+    return found
+
+
+def _wrong_counts(root: Node, owner: str, layout: Layout) -> Iterator[Mistake]:
+    reductions = [node for node in nodes(root) if isinstance(node, Reduction)]
+    inside = {id(part) for reduction in reductions for part in nodes(reduction.operand)}
+    for node in nodes(root):
+        if isinstance(node, Reference) and node.index == "i" and id(node) not in inside:
+            yield from _compared(node, node.name, owner, layout)
+        elif isinstance(node, StartTask) and node.sequence.is_indexed:
+            yield from _compared(node, node.task, owner, layout)
+    for reduction in reductions:
+        present = [node for node in nodes(reduction.operand) if isinstance(node, Reference) and node.index == "i"]
+        for node in present[1:]:
+            yield from _compared(node, node.name, present[0].name, layout)
+
+
+def _compared(node: Node, name: str, owner: str, layout: Layout) -> Iterator[Mistake]:
+    own, wanted = layout.counts.get(name, 1), layout.counts[owner]
+    if own < wanted and name not in PREDECLARED:
+        yield mistake(node.place, f"{name} has {own} items, but {owner} has {wanted}", f"at least {wanted} items")
+
 
 DEFAULT_CYCLE: Final = 3
 """Thirds of a millisecond."""

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from fieldrig.bus import Attachment
 from fieldrig_bus.ring.sercos.cycle_wire import CYCLE_HEAD, decode_spread, encode_spread
 from fieldrig_bus.ring.sercos.message import Answers, Cycle, encode
-from fieldrig_bus.ring.sercos.rack import DriveRack
+from fieldrig_bus.ring.sercos.star_bus import DriveRack
 from fieldrig_bus.ring.transport.wire import HEAD, decode_back
 
 MST, MDT = b"\xff\x04", b"\xff\x0b\xc0"

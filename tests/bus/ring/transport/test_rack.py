@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from fieldrig.bus import Attachment
 from fieldrig_bus.ring.pam.cycle_wire import encode_spread
 from fieldrig_bus.ring.pam.message import Cycle
-from fieldrig_bus.ring.pam.rack import NodeRack
+from fieldrig_bus.ring.pam.star_bus import NodeRack
 from fieldrig_bus.ring.transport.image import SLOTS
 from fieldrig_bus.ring.transport.rack import MOST_BETWEEN, MOST_LEFT
 from fieldrig_bus.ring.transport.wire import decode_back

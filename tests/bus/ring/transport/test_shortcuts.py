@@ -11,10 +11,10 @@ from fieldrig.bus import Attachment
 from fieldrig.testing import plain_forms
 from fieldrig_bus.ring.pam import cycle_wire as pam_wire
 from fieldrig_bus.ring.pam import message as pam
-from fieldrig_bus.ring.pam.rack import NodeRack
+from fieldrig_bus.ring.pam.star_bus import NodeRack
 from fieldrig_bus.ring.sercos import cycle_wire as sercos_wire
 from fieldrig_bus.ring.sercos import message as sercos
-from fieldrig_bus.ring.sercos.rack import DriveRack
+from fieldrig_bus.ring.sercos.star_bus import DriveRack
 from fieldrig_bus.ring.transport.spread import ALIKE
 from fieldrig_bus.ring.transport.wire import decode_back
 
