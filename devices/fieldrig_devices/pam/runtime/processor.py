@@ -30,7 +30,7 @@ class Limits:
 
 
 class Program(Protocol):
-    """What the processor runs: the item of a task, or the routines of a group of actions."""
+    """The item of a task, or the routines of a group of actions: one at a time is run by the processor."""
 
     task: Task
     goal: Goal | None

@@ -1,4 +1,4 @@
-"""What only the ring of a PAM does, on every kind of it; `test_conformance` has what it has in common with SERCOS."""
+"""The promises of a PAM's ring alone, on every kind of it; `test_conformance` has those that SERCOS gives as well."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""What only a SERCOS ring does, on every kind of it; `test_conformance` has what it has in common with a PAM's."""
+"""The promises of a SERCOS ring alone, on every kind of it; `test_conformance` has those that a PAM's gives as well."""
 
 from collections.abc import Iterator
 
