@@ -38,6 +38,7 @@ from fieldrig_devices.canopen.master_settings import CanMasterSettings, CanNodeS
 from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.point_slave import PointSlaveSettings
 from fieldrig_devices.canopen.signals import SignalSettings
+from fieldrig_devices.drives.load import LoadSettings
 from fieldrig_devices.hiperface.faults import EncoderFault
 from fieldrig_devices.hiperface.plate import NamePlate
 from fieldrig_devices.hmiscu.faces.modbus import ModbusFaceSettings as ScuModbus
@@ -51,7 +52,6 @@ from fieldrig_devices.max4.settings import BootTimes, Com1Settings, FtpSettings,
 from fieldrig_devices.mc4.faults import DriveFault
 from fieldrig_devices.mc4.settings import (
     AmplifierSettings,
-    LoadSettings,
     MotorSettings,
     ParameterSettings,
     VersionSettings,

@@ -21,7 +21,7 @@ from shipped_rigs import SPEED, WINDOW_NS, bare_ring  # noqa: E402
 
 from fieldrig.clock import S  # noqa: E402
 from fieldrig.virtual.rig import Rig  # noqa: E402
-from fieldrig_devices.mc4.axis import Axis  # noqa: E402
+from fieldrig_devices.drives.axis import Axis  # noqa: E402
 from fieldrig_devices.mc4.feedback import Feedback  # noqa: E402
 
 WINDOWS = 10

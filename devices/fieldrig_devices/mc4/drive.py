@@ -18,6 +18,8 @@ from fieldrig.link import Link
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.serial.message import SerialMessage
 from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.drives.fold import PublishedMotion
+from fieldrig_devices.drives.loops import RAD
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.hiperface.drive_end import EncoderEnd, built_in, motor_data
 from fieldrig_devices.hiperface.encoder import HiperfaceEncoder, eeprom_with
@@ -27,8 +29,6 @@ from fieldrig_devices.hiperface.plate_file import load_plate
 from fieldrig_devices.hiperface.shaft import TYPES, Turning
 from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.faults import MODELS
-from fieldrig_devices.mc4.fold import PublishedMotion
-from fieldrig_devices.mc4.loops import RAD
 from fieldrig_devices.mc4.machine import SLOW_NS, Machine
 from fieldrig_devices.mc4.points import DECIMALS, POSITION_DECIMALS, limited_load, points_of
 from fieldrig_devices.mc4.probes import PROBES

@@ -3,8 +3,8 @@
 import struct
 from collections.abc import Callable, Sequence
 
-from fieldrig_devices.mc4.axis import Axis
-from fieldrig_devices.mc4.fold import FollowingCycle
+from fieldrig_devices.drives.axis import Axis
+from fieldrig_devices.drives.fold import FollowingCycle
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.values import MOVING, STANDING, Number, following_numbers, moving_numbers
 from fieldrig_devices.sercos.datum import IdnTable

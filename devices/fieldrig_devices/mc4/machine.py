@@ -11,9 +11,11 @@ from typing import Final
 
 from fieldrig.clock import MS, Clock
 from fieldrig.faults.faults import Fault, Faults
+from fieldrig_devices.drives.axis import Axis, IdealAxis, Mode, Moment
+from fieldrig_devices.drives.load import plant_of
+from fieldrig_devices.drives.loops import INCREMENTS, INNER_NS, Gains, Limits, Plant
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN, Encoder, MotorData
 from fieldrig_devices.mc4 import idns, tuning
-from fieldrig_devices.mc4.axis import Axis, IdealAxis, Mode, Moment
 from fieldrig_devices.mc4.causes import CAUSES, given, measured
 from fieldrig_devices.mc4.diagnosis import LIMITS, Code, Diagnosis
 from fieldrig_devices.mc4.enable import EnableChain, Limit, Reaction, Seen, Stage, Task, Times
@@ -27,7 +29,6 @@ from fieldrig_devices.mc4.faults import (
     StuckBrake,
     WrongMotor,
 )
-from fieldrig_devices.mc4.loops import INCREMENTS, INNER_NS, Gains, Limits, Plant
 from fieldrig_devices.mc4.power import DcCircuit
 from fieldrig_devices.mc4.settings import Mc4Settings
 from fieldrig_devices.mc4.thermal import Thermal
@@ -291,7 +292,7 @@ class Machine:
     def _constants(self) -> tuple[Plant, Gains, Limits]:
         """Plant of the true motor; gains and limits from the plate."""
         table, settings, known = self._table, self.settings, self._known
-        plant = tuning.plant_of(settings.load, self.true_motor)
+        plant = plant_of(settings.load, self.true_motor)
         gains = tuning.gains_of(table, settings, known, is_lagless=self._is_lagless)
         return plant, gains, tuning.limits_of(table, settings, known)
 

@@ -5,7 +5,7 @@ from typing import Final
 
 from fieldrig.device import Point, Value
 from fieldrig.points.checks import number_in, truth_in
-from fieldrig_devices.mc4.loops import INCREMENTS, RAD
+from fieldrig_devices.drives.loops import INCREMENTS, RAD
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.ring_side import RingSide
 from fieldrig_devices.mc4.tuning import RPM

@@ -16,12 +16,12 @@ from fieldrig.clock import US, Clock
 from fieldrig.link import Link
 from fieldrig.shortcuts import Shortcut
 from fieldrig_bus.ring.sercos.message import RingMessage
+from fieldrig_devices.drives.fold import FollowingCycle, PublishedMotion
+from fieldrig_devices.drives.loops import INCREMENTS, INNER_NS
 from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.diagnosis import Code
 from fieldrig_devices.mc4.enable import Task
 from fieldrig_devices.mc4.feedback import Feedback
-from fieldrig_devices.mc4.fold import FollowingCycle, PublishedMotion
-from fieldrig_devices.mc4.loops import INCREMENTS, INNER_NS
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.probes import Probes
 from fieldrig_devices.mc4.values import SPEED_UNIT, Number, live_numbers, position_at

@@ -1,11 +1,12 @@
 """The keys of an MC-4 in a rig file."""
 
 from collections.abc import Iterator
-from typing import Annotated, Self
+from typing import Annotated
 
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field
 
 from fieldrig.settings import Claim, ConfigFile, Settings
+from fieldrig_devices.drives.load import LoadSettings
 from fieldrig_devices.mc4.diagnosis import Code, Language
 from fieldrig_devices.mc4.faults import DriveFault
 from fieldrig_devices.mc4.idns import settable
@@ -17,30 +18,6 @@ class MotorSettings(Settings):
 
     name_plate: ConfigFile = Field(description="name plate of the connected motor")
     expected_type: str | None = Field(default=None, description="motor type that the machine needs; default: any")
-
-
-class LoadSettings(Settings):
-    """The load that the motor drives."""
-
-    model_config = ConfigDict(allow_inf_nan=False)
-
-    gear_ratio: float = Field(default=1.0, gt=0, description="turns of the motor for one of the load")
-    inertia_kg_m2: float = Field(default=0.0, ge=0, description="inertia of the load, behind the gear")
-    viscous_nm_s_per_rad: float = Field(default=1e-4, ge=0, description="viscous friction at the motor")
-    coulomb_nm: float = Field(default=0.0, ge=0, description="dry friction at the motor")
-    torque_nm: float = Field(
-        default=0.0, description="constant torque at the load, for example of a weight; positive acts backwards"
-    )
-    stiffness_nm_per_rad: float | None = Field(
-        default=None, gt=0, description="stiffness of an elastic coupling, at the load; default: rigid"
-    )
-    damping_nm_s_per_rad: float = Field(default=0.0, ge=0, description="damping of the coupling")
-
-    @model_validator(mode="after")
-    def _fits(self) -> Self:
-        if self.stiffness_nm_per_rad is not None and not self.inertia_kg_m2:
-            raise ValueError("stiffness_nm_per_rad needs a load; expected inertia_kg_m2 above 0")
-        return self
 
 
 def _settable_idns(values: dict[str, int]) -> dict[str, int]:

@@ -1,47 +1,24 @@
-"""The constants of an axis: plant from motor and load, the loops and limits from parameters and name plate.
+"""The constants of an axis: the loops and limits from parameters and name plate.
 
 Source: manual 520 (the drive configures itself), 525 and 534 (250 %, 4-fold), 6578-7049 (regulators).  If the
 master does not write a gain, the speed regulator is tuned for its load.
 """
 
-from math import sqrt, tau
+from math import tau
 from typing import Final
 
+from fieldrig_devices.drives.load import all_inertia, bandwidth
+from fieldrig_devices.drives.loops import Gains, Limits
 from fieldrig_devices.drives.motor import MotorData
-from fieldrig_devices.mc4.loops import Elastic, Gains, Limits, Plant
-from fieldrig_devices.mc4.settings import LoadSettings, Mc4Settings
+from fieldrig_devices.mc4.settings import Mc4Settings
 from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.datum import IdnTable
 
 PEAK: Final = 2.5
 """Overload of the amplifier (manual 525)."""
-BANDWIDTH: Final = 400.0
-"""Bandwidth to which the speed regulator is tuned, in rad/s."""
 RPM: Final = 60 / tau
 KV_UNIT: Final = 1000 / 60
 """A gain of 1 (m/min)/mm, in 1/s."""
-
-
-def plant_of(load: LoadSettings, motor: MotorData) -> Plant:
-    if load.stiffness_nm_per_rad is None:
-        return Plant(all_inertia(load, motor), load.viscous_nm_s_per_rad)
-    square = load.gear_ratio**2
-    inertia, stiffness, damping = (
-        value / square for value in (load.inertia_kg_m2, load.stiffness_nm_per_rad, load.damping_nm_s_per_rad)
-    )
-    return Plant(motor.inertia_kg_m2, load.viscous_nm_s_per_rad, elastic=Elastic(inertia, stiffness, damping))
-
-
-def all_inertia(load: LoadSettings, motor: MotorData) -> float:
-    """Return the inertia of motor and load, referred to the motor."""
-    return motor.inertia_kg_m2 + load.inertia_kg_m2 / load.gear_ratio**2
-
-
-def bandwidth(load: LoadSettings) -> float:
-    """Return the bandwidth of the speed regulator, well below the resonance of an elastic coupling."""
-    if load.stiffness_nm_per_rad is None:
-        return BANDWIDTH
-    return min(BANDWIDTH, 0.5 * sqrt(load.stiffness_nm_per_rad / load.inertia_kg_m2))
 
 
 def tune(table: IdnTable, settings: Mc4Settings, motor: MotorData) -> None:

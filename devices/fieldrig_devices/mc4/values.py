@@ -9,9 +9,9 @@ from functools import lru_cache
 from math import tau
 from typing import Final, cast
 
+from fieldrig_devices.drives.fold import Numbers, compiled
+from fieldrig_devices.drives.loops import INCREMENTS, MovingAxis
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.fold import Numbers, compiled
-from fieldrig_devices.mc4.loops import INCREMENTS, MovingAxis
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.sercos import standard_idns as std
 

@@ -12,12 +12,12 @@ from mc4_bench import BRAKE_PLATE, ENABLED, PLAIN_PLATE, SMALL_PLATE, DriveBench
 
 from fieldrig.clock import MS, US
 from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.drives.axis import Axis, Mode
+from fieldrig_devices.drives.loops import INNER_NS
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.axis import Axis, Mode
 from fieldrig_devices.mc4.drive import Mc4
 from fieldrig_devices.mc4.feedback import Feedback
 from fieldrig_devices.mc4.idns import READ_PLATE, STANDSTILL_TORQUE
-from fieldrig_devices.mc4.loops import INNER_NS
 
 BRAKED = {"motor": {"name_plate": BRAKE_PLATE}}
 LOADED = {**BRAKED, "load": {"inertia_kg_m2": 0.02}}

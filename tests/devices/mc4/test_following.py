@@ -8,11 +8,11 @@ from drive_line import CYCLE_NS, TWISTING, Line
 from inner_state import inner_state
 
 from fieldrig.clock import S
+from fieldrig_devices.drives.axis import Axis
+from fieldrig_devices.drives.fold import PublishedMotion
+from fieldrig_devices.drives.loops import INCREMENTS, RAD
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
-from fieldrig_devices.mc4.axis import Axis
 from fieldrig_devices.mc4.drive import Mc4
-from fieldrig_devices.mc4.fold import PublishedMotion
-from fieldrig_devices.mc4.loops import INCREMENTS, RAD
 from fieldrig_devices.mc4.machine import SLOW_NS
 
 LOADS = pytest.mark.parametrize("load", [{}, {"gear_ratio": 7.5}, TWISTING], ids=["stiff", "geared", "twisting"])

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrig.testing import plain_forms
+from fieldrig_devices.drives.axis import FOLD, REST
 from fieldrig_devices.max4.ring.drive_end import NEWS
-from fieldrig_devices.mc4.axis import FOLD, REST
 from fieldrig_devices.mc4.ring_side import FOLLOWING, REPEAT, STEADY
 from fieldrig_devices.sercos.slave import UNDISTURBED
 

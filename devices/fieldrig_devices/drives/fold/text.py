@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from fieldrig import sandbox
 from fieldrig.clock import S
-from fieldrig_devices.mc4.fold.matrix import fold
-from fieldrig_devices.mc4.loops import (
+from fieldrig_devices.drives.fold.matrix import fold
+from fieldrig_devices.drives.loops import (
     INCREMENTS,
     INNER_S,
     RAD,
@@ -26,7 +26,7 @@ from fieldrig_devices.mc4.loops import (
     most_way_of,
     speed_of_way,
 )
-from fieldrig_devices.mc4.matrices import Row
+from fieldrig_devices.drives.matrices import Row
 
 
 class PublishedMotion(NamedTuple):

@@ -19,8 +19,8 @@ from typing import Final, NamedTuple
 
 from fieldrig.clock import S
 from fieldrig.shortcuts import Shortcut
-from fieldrig_devices.mc4.fold import FollowingCycle, Numbers, folded, following
-from fieldrig_devices.mc4.loops import (
+from fieldrig_devices.drives.fold import FollowingCycle, Numbers, folded, following
+from fieldrig_devices.drives.loops import (
     INCREMENTS,
     INNER_NS,
     INNER_S,
@@ -34,8 +34,8 @@ from fieldrig_devices.mc4.loops import (
 )
 from fieldrig_devices.plants.axis_model import Mechanics, State, after
 
-FOLD: Final = Shortcut("mc4.fold", "a cycle without limits is computed by one map, without its inner steps")
-REST: Final = Shortcut("mc4.rest", "an axis that the next inner step would not change is not computed")
+FOLD: Final = Shortcut("drives.fold", "a cycle without limits is computed by one map, without its inner steps")
+REST: Final = Shortcut("drives.rest", "an axis that the next inner step would not change is not computed")
 HALF: Final = RAD / 2
 """Half an increment, in rad: the encoder cannot resolve it."""
 CREEP: Final = RAD

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import cast
 
-from fieldrig_devices.mc4.fold.text import Numbers, PublishedMotion, compiled, cycle_text, following_text
-from fieldrig_devices.mc4.loops import Arrangement, Gains, Limits, MovingAxis, Plant
+from fieldrig_devices.drives.fold.text import Numbers, PublishedMotion, compiled, cycle_text, following_text
+from fieldrig_devices.drives.loops import Arrangement, Gains, Limits, MovingAxis, Plant
 
 Cycle = Callable[[MovingAxis], bool]
 """Move the axis by one cycle; False, with nothing changed, if a limit may be met on the way."""

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrig_devices.mc4.axis import Axis, Mode
-from fieldrig_devices.mc4.fold import Numbers, folded
-from fieldrig_devices.mc4.loops import INCREMENTS, INNER_S, RAD, Elastic, Gains, Limits, Plant
-from fieldrig_devices.mc4.matrices import exponential
+from fieldrig_devices.drives.axis import Axis, Mode
+from fieldrig_devices.drives.fold import Numbers, folded
+from fieldrig_devices.drives.loops import INCREMENTS, INNER_S, RAD, Elastic, Gains, Limits, Plant
+from fieldrig_devices.drives.matrices import exponential
 from fieldrig_devices.plants.axis_model import Mechanics, State, after
 
 quick = settings(max_examples=60, deadline=None)

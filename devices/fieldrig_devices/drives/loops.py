@@ -19,8 +19,8 @@ from math import tau
 from typing import Final, NamedTuple, Protocol
 
 from fieldrig.clock import US
+from fieldrig_devices.drives.matrices import Matrix, exponential
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
-from fieldrig_devices.mc4.matrices import Matrix, exponential
 
 INNER_NS: Final = 250 * US
 """Length of an inner step."""

@@ -1,7 +1,8 @@
 """The fold: the fast form of a drive's cycle, which computes all inner steps of a cycle at once.
 
-**The reference** is `axis.Axis.go` in `mc4/axis.py`.  It carries a cycle out in inner steps of 250 us: the regulators
-sample, the plant moves, limits, dry friction and brake apply.  How a drive moves is defined there and nowhere else.
+**The reference** is `axis.Axis.go` in `drives/axis.py`.  It carries a cycle out in inner steps of 250 us: the
+regulators sample, the plant moves, limits, dry friction and brake apply.  How a drive moves
+is defined there and nowhere else.
 
 **What the fold is.**  While nothing is limited, an inner step is linear: a matrix M maps the state and the inputs of
 the axis to its next state.  A cycle of n steps is then the matrix power M^n (`matrix`), whose rows are written out as
@@ -15,12 +16,12 @@ does not rule a limit out, the generated function changes nothing and refuses, a
 
 **What it may not change.**  The state after a folded cycle is the state after the steps, up to the rounding of floating
 point numbers: some 1e-13 of a value after many cycles.  What a drive sends, publishes and shows is the same either way,
-to the last bit, because all of it is rounded to units that are coarser by some orders of magnitude (`values.GUARD`,
-`points.DECIMALS`).  `tests/devices/mc4/test_axis.py` compares the two for random states; `test_shortcuts.py` compares
-what whole lines of drives say.
+to the last bit, because all of it is rounded to units that are coarser by some orders of magnitude (`GUARD` and
+`DECIMALS` of an MC-4).  `tests/devices/drives/test_axis.py` compares the two for random states;
+`tests/devices/mc4/test_shortcuts.py` compares what whole lines of drives say.
 """
 
-from fieldrig_devices.mc4.fold.cycle import FollowingCycle, folded, following
-from fieldrig_devices.mc4.fold.text import Numbers, PublishedMotion, compiled
+from fieldrig_devices.drives.fold.cycle import FollowingCycle, folded, following
+from fieldrig_devices.drives.fold.text import Numbers, PublishedMotion, compiled
 
 __all__ = ["FollowingCycle", "Numbers", "PublishedMotion", "compiled", "folded", "following"]

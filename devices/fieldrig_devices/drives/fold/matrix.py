@@ -6,8 +6,8 @@ feed-forward, and `f` with an elastic load (all as in `loops`).
 
 from functools import lru_cache
 
-from fieldrig_devices.mc4.loops import INNER_S, Gains, Limits, Plant, plant_step
-from fieldrig_devices.mc4.matrices import Matrix, Row, identity, product
+from fieldrig_devices.drives.loops import INNER_S, Gains, Limits, Plant, plant_step
+from fieldrig_devices.drives.matrices import Matrix, Row, identity, product
 
 E, V, INTEGRAL, T, TWIST, LOAD = range(6)
 SET_SPEED, D, LEAD, FRICTION = range(4)
