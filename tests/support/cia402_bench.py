@@ -8,7 +8,7 @@ from canopen_bench import CanopenBench, parse, show
 from fieldrig.clock import MS, S
 from fieldrig.storage.store import Store
 from fieldrig_devices.cia402.axis import Cia402Axis
-from fieldrig_devices.cia402.motor import Kind
+from fieldrig_devices.cia402.motor import Captured, Kind
 from fieldrig_devices.max4.can.objects import EDS
 
 __all__ = ["Cia402Bench", "FakeMotor", "parse", "show"]
@@ -29,6 +29,9 @@ class FakeMotor:
         self.error = 0
         self.position, self.velocity, self.torque = 0, 0.0, 0
         self.rated_torque_mnm = 2_500
+        self.rated_current_ma = 5_000
+        self.dc_link_mv = 325_000
+        self.edges: dict[int, Captured] = {}
         self.revolution = 1_000_000
         self.lag = 0
         self.switches: Callable[[int], int] = lambda position: 0
@@ -44,6 +47,9 @@ class FakeMotor:
     @property
     def inputs(self) -> int:
         return self.switches(self.position)
+
+    def captured(self, bit: int) -> Captured | None:
+        return self.edges.get(bit)
 
     def enable(self, is_on: bool) -> None:
         self.wanted.append(is_on)
@@ -85,7 +91,7 @@ class Cia402Bench(CanopenBench):
         self.axes: list[Cia402Axis] = []
         super().__init__(EDS, store, **settings)
         for number, motor in enumerate(self.motors):
-            self.axes.append(Cia402Axis(self.node.dictionary, number, motor, CYCLE_NS))
+            self.axes.append(Cia402Axis(self.clock, self.node.dictionary, number, motor, CYCLE_NS))
             self.node.attach(self.axes[-1])
         self.node.start()
         self.send("000#01 05")

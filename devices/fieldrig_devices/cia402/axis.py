@@ -3,20 +3,22 @@
 Source: CiA 402-2 (objects, modes, status word), CiA 402-3 (axes of a node).  The owner of the motor calls `step` once
 per motor cycle, and passes `drive.kind` and `drive.set_value` to the motor while the motor follows.  Commands from the
 network take effect immediately, so a status word that is read after a control word already shows its effect.
-Left out: velocity mode (vl, 6042h and up).  Our choice: bits 8, 14 and 15 of the status word stay 0.
+Our choice: bits 8, 14 and 15 of the status word stay 0.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import IntEnum
 from typing import Final
 
+from fieldrig.clock import Clock
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.service import Reset, Service
 from fieldrig_devices.canopen.service import State as NmtState
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_drive import NO_MODE, AxisDrive
-from fieldrig_devices.cia402.axis_objects import AxisObjects
+from fieldrig_devices.cia402.axis_objects import NOTHING, AxisObjects, Key
+from fieldrig_devices.cia402.behaviour import BASELINE, Behaviour
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.mode import HALT
 from fieldrig_devices.cia402.motor import Motor
@@ -47,13 +49,23 @@ class AbortConnection(IntEnum):
 class Cia402Axis(Service):
     """Axis number `axis` of a node, counted from 0."""
 
-    def __init__(self, dictionary: Dictionary, axis: int, motor: Motor, cycle_ns: int) -> None:
-        self._numbers = AxisObjects(dictionary, axis)
+    def __init__(
+        self,
+        clock: Clock,
+        dictionary: Dictionary,
+        axis: int,
+        motor: Motor,
+        cycle_ns: int,
+        behaviour: Behaviour = BASELINE,
+        defaults: Mapping[Key, int] = NOTHING,
+    ) -> None:
+        """`defaults` are the numbers to use where the dictionary lacks the object, or where its value is 0."""
+        self._numbers = AxisObjects(dictionary, axis, defaults)
         self._motor = motor
-        self._context = Context(self._numbers, motor, cycle_ns)
+        self._context = Context(self._numbers, motor, cycle_ns, behaviour)
         self.drive = AxisDrive(self._numbers, motor, self._context)
         self.machine = StateMachine(self.drive)
-        self._probes = TouchProbes(self._numbers, motor, self._context)
+        self._probes = TouchProbes(clock, self._numbers, motor, self._context)
         self._was_lost = False
         self.pace = self._context.pace
         self.on_error: Callable[[int], None] = lambda code: None
@@ -74,8 +86,8 @@ class Cia402Axis(Service):
         self._was_lost = False
         self._numbers.reload()
         self._context.refresh()
-        if self._numbers[objects.MAX_TORQUE] != self._most_torque:
-            self._limit_torque(self._numbers[objects.MAX_TORQUE])
+        if self._context.most_torque != self._most_torque:
+            self._limit_torque()
         self._set_outputs()
         if scope is Reset.NODE:
             self.restart()
@@ -128,7 +140,8 @@ class Cia402Axis(Service):
         numbers.on_write(objects.CONTROL_WORD, self._on_control)
         numbers.variable(objects.CONTROL_WORD).is_command = True
         numbers.on_write(objects.MODE, self._on_mode)
-        numbers.on_write(objects.MAX_TORQUE, self._limit_torque)
+        for index in (objects.MAX_TORQUE, objects.MAX_CURRENT):
+            numbers.on_write(index, lambda _written: self._limit_torque())
         for subindex in (1, 2):
             numbers.on_write(objects.OUTPUTS, lambda _written: self._set_outputs(), subindex)
         self._connect_modes()
@@ -165,9 +178,9 @@ class Cia402Axis(Service):
         self.drive.mode.control(self.machine.control_word, 0)
         self._show()
 
-    def _limit_torque(self, most: int) -> None:
-        self._most_torque = most
-        self._motor.limit_torque(most)
+    def _limit_torque(self) -> None:
+        self._most_torque = self._context.most_torque
+        self._motor.limit_torque(self._most_torque)
 
     def _set_outputs(self) -> None:
         numbers = self._numbers.numbers

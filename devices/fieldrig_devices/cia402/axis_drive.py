@@ -17,6 +17,7 @@ from fieldrig_devices.cia402.modes.mode import BIT_13, Mode
 from fieldrig_devices.cia402.modes.profile_position import ProfilePosition
 from fieldrig_devices.cia402.modes.profile_velocity import ProfileVelocity
 from fieldrig_devices.cia402.modes.torque import CyclicTorque, ProfileTorque
+from fieldrig_devices.cia402.modes.velocity import Velocity
 from fieldrig_devices.cia402.motor import Kind, Motor
 from fieldrig_devices.cia402.options import HALT_OPTIONS, Options, Ramp
 from fieldrig_devices.cia402.pace import NO_BAND
@@ -25,11 +26,9 @@ from fieldrig_devices.motion.profile import brake
 
 INTERNAL_LIMIT: Final = 0x0800
 """Bit of the status word."""
-FOLLOWING_ERROR: Final = 0x8611
-"""Error code in 603Fh."""
 NO_MODE: Final = 0
 MODES: Final[tuple[type[Mode], ...]] = (
-    ProfilePosition, ProfileVelocity, ProfileTorque, Homing, InterpolatedPosition,
+    ProfilePosition, Velocity, ProfileVelocity, ProfileTorque, Homing, InterpolatedPosition,
     CyclicPosition, CyclicVelocity, CyclicTorque,
 )  # fmt: skip
 SHOWS_FOLLOWING_ERROR: Final = (ProfilePosition.number, CyclicPosition.number)
@@ -56,9 +55,10 @@ class AxisDrive:
 
     @property
     def supported(self) -> set[int]:
-        """Numbers of the modes whose set values the motor can follow."""
-        kinds = self._motor.kinds
-        return {mode.number for mode in self.modes.values() if mode.kind in kinds}
+        """Numbers of the modes that the drive has and whose set values the motor can follow."""
+        kinds, numbers = self._motor.kinds, self._context.behaviour.modes
+        followed = {mode.number for mode in self.modes.values() if mode.kind in kinds}
+        return followed if numbers is None else followed & numbers
 
     @property
     def position_demand(self) -> float:
@@ -148,7 +148,8 @@ class AxisDrive:
             self.mode.is_halted = False
         self.is_moving = self._is_halted = False
         self.is_ramp = True
-        motion.start(brake(motion.speed, self._context.ramp_limits(ramp)))
+        limits = self._context.ramp_limits(ramp) if self.shown_mode == NO_MODE else self.mode.ramp_limits(ramp)
+        motion.start(brake(motion.speed, limits))
 
     def go_on(self) -> None:
         was_ramp, self.is_ramp = self.is_ramp, False
@@ -207,7 +208,7 @@ class AxisDrive:
         is_outside = abs(self.following_error) > window * self._context.units.per_unit
         time = self._numbers[objects.FOLLOWING_TIME]
         if self._following.update(is_outside, time, self._context.cycle_ns):
-            self.own_error = FOLLOWING_ERROR
+            self.own_error = self._context.behaviour.following_error_code
             self._pace.wake()
 
     @property

@@ -1,32 +1,45 @@
 """The objects of one axis in a dictionary, with their values as numbers.
 
 The numbers are kept beside the bytes and follow them, so that a cycle costs no decoding.  Objects whose values the axis
-itself shows have no number.
+itself shows have no number.  A dictionary may lack objects, as that of another maker's drive does; an axis works with a
+default instead of each of them, which no master sees.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
+from types import MappingProxyType
+from typing import Final
 
 from fieldrig_devices.canopen.abort import Abort
-from fieldrig_devices.canopen.datatypes import DataType, Integer
+from fieldrig_devices.canopen.datatypes import DATA_TYPES, DataType, Integer
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.live import encoded, show_number
-from fieldrig_devices.canopen.variable import Variable
-from fieldrig_devices.cia402.objects import AXIS_STEP, ROWS
+from fieldrig_devices.canopen.variable import Access, Variable
+from fieldrig_devices.cia402.objects import AXIS_STEP, ROWS, Row
 
 Read = Callable[[], int]
 Write = Callable[[int], None]
+Key = tuple[int, int]
+"""Index of the first axis, and sub-index."""
+NOTHING: Final[Mapping[Key, int]] = MappingProxyType({})
 
 
 class AxisObjects:
     """`numbers` holds the values by sub-index and by the index of the first axis: `numbers[0x6081, 0]`."""
 
-    def __init__(self, dictionary: Dictionary, axis: int) -> None:
-        self._variables: dict[tuple[int, int], Variable] = {}
-        self.numbers: dict[tuple[int, int], int] = {}
+    def __init__(self, dictionary: Dictionary, axis: int, defaults: Mapping[Key, int] = NOTHING) -> None:
+        """`defaults` are the numbers to use where the dictionary lacks the object, or where its value is 0."""
+        self._variables: dict[Key, Variable] = {}
+        self._defaults = defaults
+        self.numbers: dict[Key, int] = {}
+        self.missing: set[Key] = set()
+        """The objects that the dictionary lacks."""
         for row in ROWS:
-            variable = dictionary.find(row.index + axis * AXIS_STEP, row.subindex or 0)
             key = row.index, row.subindex or 0
+            variable = find(dictionary, row, axis)
+            if variable is None:
+                self.missing.add(key)
+                variable = _stand_in(row, defaults.get(key))
             self._variables[key] = variable
             if row.access != "ro":
                 take = self._take if row.access == "rw" else self._take_target
@@ -38,7 +51,7 @@ class AxisObjects:
     def reload(self) -> None:
         """Read all numbers again, after the dictionary has been reset to its start values."""
         for key, variable in self._variables.items():
-            self.numbers[key] = _number(variable)
+            self.numbers[key] = self._number(key, variable)
 
     def __getitem__(self, index: int) -> int:
         return self.numbers[index, 0]
@@ -51,9 +64,9 @@ class AxisObjects:
         variable = self._variables[index, subindex]
         variable.set(encoded(variable.type, value))
 
-    def read_by(self, index: int, read: Read) -> None:
+    def read_by(self, index: int, read: Read, subindex: int = 0) -> None:
         """Let the network read the number that `read` returns."""
-        show_number(self._variables[index, 0], read)
+        show_number(self._variables[index, subindex], read)
 
     def on_write(self, index: int, act: Write, subindex: int = 0) -> None:
         """Call `act` with each value that is written, changed or not; `act` may refuse it with Abort."""
@@ -70,16 +83,36 @@ class AxisObjects:
 
         variable.writer = write
 
-    def _take(self, key: tuple[int, int], variable: Variable) -> None:
-        self.numbers[key] = _number(variable)
+    def _number(self, key: Key, variable: Variable) -> int:
+        number = int.from_bytes(variable.data, "little", signed=_is_signed(variable.type))
+        return number or self._defaults.get(key, 0)
+
+    def _take(self, key: Key, variable: Variable) -> None:
+        self.numbers[key] = self._number(key, variable)
         self.changed()
 
-    def _take_target(self, key: tuple[int, int], variable: Variable) -> None:
-        self.numbers[key] = _number(variable)
+    def _take_target(self, key: Key, variable: Variable) -> None:
+        self.numbers[key] = self._number(key, variable)
 
 
-def _number(variable: Variable) -> int:
-    return int.from_bytes(variable.data, "little", signed=_is_signed(variable.type))
+def find(dictionary: Dictionary, row: Row, axis: int = 0) -> Variable | None:
+    """Return the variable of a row in a dictionary; None if it has none that holds a whole number.
+
+    Some drives have a plain variable where the standard has an array; it counts as the first element.
+    """
+    index = row.index + axis * AXIS_STEP
+    variable = dictionary.get(index, row.subindex or 0)
+    if variable is None and row.subindex == 1 and not dictionary.members(index):
+        variable = dictionary.get(index)
+    return variable if variable is not None and isinstance(variable.type, Integer) else None
+
+
+def _stand_in(row: Row, value: int | None) -> Variable:
+    """Return a variable that belongs to no dictionary."""
+    kind = DATA_TYPES[row.type]
+    start = row.start if isinstance(row.start, int) else 0
+    data = encoded(kind, start if value is None else value)
+    return Variable(row.index, row.subindex or 0, row.name, kind, Access(row.access), start=data)
 
 
 def _is_signed(type: DataType) -> bool:

@@ -1,11 +1,13 @@
 """The state that the modes of one axis share: its objects, motor and set values, and the limits of all modes."""
 
 from collections.abc import Callable
+from math import inf
 from typing import Final
 
 from fieldrig.clock import S
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_objects import AxisObjects
+from fieldrig_devices.cia402.behaviour import Behaviour
 from fieldrig_devices.cia402.motion import Motion
 from fieldrig_devices.cia402.motor import Motor
 from fieldrig_devices.cia402.options import Ramp
@@ -19,8 +21,8 @@ SMALLEST: Final = 1e-3
 
 
 class Context:
-    def __init__(self, numbers: AxisObjects, motor: Motor, cycle_ns: int) -> None:
-        self.objects, self.motor = numbers, motor
+    def __init__(self, numbers: AxisObjects, motor: Motor, cycle_ns: int, behaviour: Behaviour) -> None:
+        self.objects, self.motor, self.behaviour = numbers, motor, behaviour
         self.motion = Motion()
         self.pace = Pace()
         self.travel = Travel(motor)
@@ -36,7 +38,9 @@ class Context:
         self.has_following_window = False
         """True if the following error window (6065h) is monitored."""
         self.largest_speed = 0.0
-        """Maximum profile velocity (607Fh), in increments per second."""
+        """Maximum profile velocity (607Fh) or, if lower, maximum motor speed (6080h), in increments per second."""
+        self._motor_speed = inf
+        """Maximum motor speed (6080h), in increments per second."""
         self.use(cycle_ns, None)
 
     def use(self, cycle_ns: int, origin: float | None) -> None:
@@ -66,7 +70,8 @@ class Context:
         self.turn = turn_of(*pair(objects.POSITION_RANGE))
         self.threshold = self.scaled(numbers[objects.THRESHOLD, 0])
         self.velocity_window = numbers[objects.VELOCITY_WINDOW, 0] * self.units.per_unit
-        self.largest_speed = self.scaled(numbers[objects.MAX_VELOCITY, 0])
+        self._motor_speed = self._fastest()
+        self.largest_speed = min(self.scaled(numbers[objects.MAX_VELOCITY, 0]), self._motor_speed)
         self.has_following_window = numbers[objects.FOLLOWING_WINDOW, 0] != objects.NO_WINDOW
         self.travel.range = self._range()
 
@@ -92,10 +97,24 @@ class Context:
         """Profile limits from values in user units, restricted by 607Fh, 60C5h and 60C6h."""
         numbers = self.objects
         return Limits(
-            self.scaled(min(speed, numbers[objects.MAX_VELOCITY])),
+            min(self.scaled(min(speed, numbers[objects.MAX_VELOCITY])), self._motor_speed),
             self.scaled(min(acceleration, numbers[objects.MAX_ACCELERATION])),
             self.scaled(min(deceleration, numbers[objects.MAX_DECELERATION])),
         )
+
+    def _fastest(self) -> float:
+        rpm = self.objects[objects.MAX_MOTOR_SPEED]
+        return inf if rpm == objects.NO_SPEED_LIMIT else max(self.of_rpm(rpm), SMALLEST)
+
+    def of_rpm(self, rpm: float) -> float:
+        """A speed of the motor in increments per second."""
+        return rpm * self.motor.revolution / 60
+
+    @property
+    def most_torque(self) -> int:
+        """The lower one of the limits for torque (6072h) and current (6073h), in 0.1 % of the rated value."""
+        numbers = self.objects
+        return min(numbers[objects.MAX_TORQUE], numbers[objects.MAX_CURRENT])
 
     def profile_limits(self, speed: float | None = None) -> Limits:
         """Profile limits from 6083h and 6084h, with the speed from 6081h unless it is given."""

@@ -1,6 +1,7 @@
 """The moves of each homing method.
 
 Source: CiA 402-2, chapter 'homing mode', the figures of methods 1 to 14, 17 to 30, 33, 34; 35 and 37 have no moves.
+Methods -1 to -4 belong to the makers; these are those of several makers that find a mechanical stop by the torque.
 A method is a sequence of moves, each with a direction, a speed, and the edge of a switch that ends it.  Methods 1 to 14
 are methods 17 to 30 followed by a move to the next encoder zero in the direction of the last move.  Where the figures
 leave it open, the search for a switch is fast (6099h sub-index 1), and the search for its edge slow (sub-index 2).
@@ -22,6 +23,8 @@ class Move(NamedTuple):
     ends_when: bool = True
     turns_round: bool = False
     """True if the move reverses once at a limit switch."""
+    finds_stop: bool = False
+    """True if a mechanical stop ends the move, which shows by the torque, and not an edge or the encoder zero."""
 
 
 _UP, _DOWN = 1, -1
@@ -63,6 +66,10 @@ def _to_zero(direction: int) -> Move:
     return Move(direction, False, None)
 
 
+def _to_stop(direction: int) -> Move:
+    return Move(direction, False, None, finds_stop=True)
+
+
 METHODS: Final[dict[int, tuple[Move, ...]]] = {
     **{number - _WITHOUT_ZERO: (*moves, _to_zero(moves[-1].direction)) for number, moves in EDGES.items()},
     **EDGES,
@@ -71,3 +78,14 @@ METHODS: Final[dict[int, tuple[Move, ...]]] = {
     35: (),
     37: (),
 }
+
+STANDARD_METHODS: Final = frozenset(METHODS)
+"""The methods of the standard."""
+BY_TORQUE: Final[dict[int, tuple[Move, ...]]] = {
+    -1: (_to_stop(_DOWN), _to_zero(_UP)),
+    -2: (_to_stop(_UP), _to_zero(_DOWN)),
+    -3: (_to_stop(_UP),),
+    -4: (_to_stop(_DOWN),),
+}
+"""Methods that find a mechanical stop."""
+ALL_METHODS: Final = METHODS | BY_TORQUE

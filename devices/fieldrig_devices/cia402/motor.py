@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from enum import Enum, IntEnum, auto
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from fieldrig_devices.motion.travel import NEGATIVE, POSITIVE
 
@@ -24,6 +24,14 @@ class Switch(IntEnum):
     NEGATIVE_LIMIT = NEGATIVE
     POSITIVE_LIMIT = POSITIVE
     HOME = 0x4
+
+
+class Captured(NamedTuple):
+    """An edge of an input, captured between two cycles."""
+
+    position: int
+    """Increments."""
+    time_ns: int
 
 
 class Motor(Protocol):
@@ -65,6 +73,13 @@ class Motor(Protocol):
     def rated_torque_mnm(self) -> int: ...
 
     @property
+    def rated_current_ma(self) -> int: ...
+
+    @property
+    def dc_link_mv(self) -> int:
+        """Voltage of the DC link circuit, in mV; 0 if it is unknown."""
+
+    @property
     def revolution(self) -> int:
         """Increments between two encoder zeros."""
 
@@ -72,13 +87,16 @@ class Motor(Protocol):
     def inputs(self) -> int:
         """Digital inputs as in 60FDh: those of `Switch`, and further inputs from bit 16 up."""
 
+    def captured(self, bit: int) -> "Captured | None":
+        """The last edge of the input of this bit, if the motor captures it; None if it samples inputs once a cycle."""
+
     def enable(self, is_on: bool) -> None: ...
 
     def limit_torque(self, most: int) -> None:
         """Limit the torque in all modes, in 0.1 % of the rated torque; may take effect many cycles later."""
 
     def set_outputs(self, outputs: int, mask: int) -> None:
-        """Set the digital outputs from bit 16 up, as in 60FEh."""
+        """Set the digital outputs as in 60FEh: bit 0 applies the brake, those from bit 16 up are the maker's."""
 
     def reset(self, done: Callable[[], None]) -> None:
         """Reset the error, then call `done`, possibly many cycles later."""

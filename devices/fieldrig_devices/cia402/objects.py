@@ -28,6 +28,15 @@ SHUTDOWN_OPTION: Final = 0x605B
 DISABLE_OPTION: Final = 0x605C
 HALT_OPTION: Final = 0x605D
 FAULT_OPTION: Final = 0x605E
+VL_TARGET: Final = 0x6042
+VL_DEMAND: Final = 0x6043
+VL_ACTUAL: Final = 0x6044
+VL_AMOUNT: Final = 0x6046
+VL_ACCELERATION: Final = 0x6048
+VL_DECELERATION: Final = 0x6049
+VL_QUICK_STOP: Final = 0x604A
+VL_SET_POINT_FACTOR: Final = 0x604B
+VL_DIMENSION_FACTOR: Final = 0x604C
 MODE: Final = 0x6060
 MODE_DISPLAY: Final = 0x6061
 POSITION_DEMAND: Final = 0x6062
@@ -45,15 +54,20 @@ THRESHOLD: Final = 0x606F
 THRESHOLD_TIME: Final = 0x6070
 TARGET_TORQUE: Final = 0x6071
 MAX_TORQUE: Final = 0x6072
+MAX_CURRENT: Final = 0x6073
 TORQUE_DEMAND: Final = 0x6074
+RATED_CURRENT: Final = 0x6075
 RATED_TORQUE: Final = 0x6076
 TORQUE_ACTUAL: Final = 0x6077
+CURRENT_ACTUAL: Final = 0x6078
+DC_LINK: Final = 0x6079
 TARGET_POSITION: Final = 0x607A
 POSITION_RANGE: Final = 0x607B
 HOME_OFFSET: Final = 0x607C
 POSITION_LIMIT: Final = 0x607D
 POLARITY: Final = 0x607E
 MAX_VELOCITY: Final = 0x607F
+MAX_MOTOR_SPEED: Final = 0x6080
 PROFILE_VELOCITY: Final = 0x6081
 PROFILE_ACCELERATION: Final = 0x6083
 PROFILE_DECELERATION: Final = 0x6084
@@ -76,6 +90,12 @@ PROBE_1_RISING: Final = 0x60BA
 PROBE_1_FALLING: Final = 0x60BB
 PROBE_2_RISING: Final = 0x60BC
 PROBE_2_FALLING: Final = 0x60BD
+PROBE_VALUES: Final = (PROBE_1_RISING, PROBE_1_FALLING, PROBE_2_RISING, PROBE_2_FALLING)
+PROBE_SOURCE: Final = 0x60D0
+PROBE_TIMES: Final = (0x60D1, 0x60D2, 0x60D3, 0x60D4)
+"""Time stamps of rising and falling edge of probe 1, then of probe 2."""
+PROBE_COUNTERS: Final = (0x60D5, 0x60D6, 0x60D7, 0x60D8)
+"""Counters of the same edges."""
 SUB_MODE: Final = 0x60C0
 DATA_RECORD: Final = 0x60C1
 INTERPOLATION_TIME: Final = 0x60C2
@@ -101,6 +121,10 @@ NO_WINDOW: Final = 0xFFFF_FFFF
 """Value of 6065h and 6067h that turns monitoring off."""
 FULL_TORQUE: Final = 4_000
 """Start value of 6072h, in 0.1 % of the rated torque."""
+NO_CURRENT_LIMIT: Final = 0xFFFF
+"""Value of 6073h that limits nothing."""
+NO_SPEED_LIMIT: Final = 0xFFFF_FFFF
+"""Value of 6080h that limits nothing."""
 BUFFER_SIZE: Final = 64
 
 
@@ -127,12 +151,19 @@ def _array(index: int, name: str, type: int, access: str, entries: tuple[tuple[s
 
 
 NAMES: Final = {
+    VL_AMOUNT: "vl velocity min max amount",
+    VL_ACCELERATION: "vl velocity acceleration",
+    VL_DECELERATION: "vl velocity deceleration",
+    VL_QUICK_STOP: "vl velocity quick stop",
+    VL_SET_POINT_FACTOR: "vl set-point factor",
+    VL_DIMENSION_FACTOR: "vl dimension factor",
     POSITION_RANGE: "Position range limit",
     POSITION_LIMIT: "Software position limit",
     ENCODER_RESOLUTION: "Position encoder resolution",
     GEAR_RATIO: "Gear ratio",
     FEED_CONSTANT: "Feed constant",
     HOMING_SPEED: "Homing speeds",
+    PROBE_SOURCE: "Touch probe source",
     DATA_RECORD: "Interpolation data record",
     INTERPOLATION_TIME: "Interpolation time period",
     SYNC_DEFINITION: "Interpolation sync definition",
@@ -141,10 +172,31 @@ NAMES: Final = {
     OUTPUTS: "Digital outputs",
 }
 """Names of the objects with sub-indices."""
-ARRAYS: Final = frozenset(NAMES) - {INTERPOLATION_TIME, BUFFER}
+ARRAYS: Final = frozenset(NAMES) - {
+    INTERPOLATION_TIME, BUFFER, VL_ACCELERATION, VL_DECELERATION, VL_QUICK_STOP,
+}  # fmt: skip
 """Objects with sub-indices that are arrays; the others are records."""
 
+
+def _ramp(index: int, name: str, delta_speed: int) -> list[Row]:
+    """The two elements of a ramp of velocity mode: a change of speed, and the time that it takes in seconds."""
+    return [
+        Row(index, 1, f"{name}, delta speed", U32, "rw", delta_speed),
+        Row(index, 2, f"{name}, delta time", U16, "rw", 1, low=1),
+    ]
+
+
 _LIMITS: Final = (("min", NO_POSITION_LIMITS[0]), ("max", NO_POSITION_LIMITS[1]))
+
+
+def _probe_rows(indices: tuple[int, ...], what: str, type: int) -> list[Row]:
+    edges = ("1 positive edge", "1 negative edge", "2 positive edge", "2 negative edge")
+    return [
+        Row(index, None, f"Touch probe {edge} {what}", type, "ro", is_mappable=True)
+        for index, edge in zip(indices, edges, strict=True)
+    ]
+
+
 ROWS: Final = [
     Row(ABORT_CONNECTION, None, "Abort connection option code", I16, "rw", 1, low=0, high=3),
     Row(ERROR_CODE, None, "Error code", U16, "ro", is_mappable=True),
@@ -155,6 +207,15 @@ ROWS: Final = [
     Row(DISABLE_OPTION, None, "Disable operation option code", I16, "rw", 1, low=0, high=1),
     Row(HALT_OPTION, None, "Halt option code", I16, "rw", 1, low=1, high=4),
     Row(FAULT_OPTION, None, "Fault reaction option code", I16, "rw", 2, low=0, high=4),
+    Row(VL_TARGET, None, "vl target velocity", I16, "rww", is_mappable=True),
+    Row(VL_DEMAND, None, "vl velocity demand", I16, "ro", is_mappable=True),
+    Row(VL_ACTUAL, None, "vl velocity actual value", I16, "ro", is_mappable=True),
+    *_array(VL_AMOUNT, "vl velocity min max amount", U32, "rw", (("min amount", 0), ("max amount", 6_000))),
+    *_ramp(VL_ACCELERATION, "vl velocity acceleration", 600),
+    *_ramp(VL_DECELERATION, "vl velocity deceleration", 600),
+    *_ramp(VL_QUICK_STOP, "vl velocity quick stop", 6_000),
+    *_array(VL_SET_POINT_FACTOR, "vl set-point factor", I16, "rw", (("numerator", 1), ("denominator", 1))),
+    *_array(VL_DIMENSION_FACTOR, "vl dimension factor", I32, "rw", (("numerator", 1), ("denominator", 1))),
     Row(MODE, None, "Modes of operation", I8, "rww", is_mappable=True),
     Row(MODE_DISPLAY, None, "Modes of operation display", I8, "ro", is_mappable=True),
     Row(POSITION_DEMAND, None, "Position demand value", I32, "ro", is_mappable=True),
@@ -172,15 +233,20 @@ ROWS: Final = [
     Row(THRESHOLD_TIME, None, "Velocity threshold time", U16, "rw"),
     Row(TARGET_TORQUE, None, "Target torque", I16, "rww", is_mappable=True),
     Row(MAX_TORQUE, None, "Max torque", U16, "rw", FULL_TORQUE, is_mappable=True),
+    Row(MAX_CURRENT, None, "Max current", U16, "rw", NO_CURRENT_LIMIT),
     Row(TORQUE_DEMAND, None, "Torque demand", I16, "ro", is_mappable=True),
+    Row(RATED_CURRENT, None, "Motor rated current", U32, "ro"),
     Row(RATED_TORQUE, None, "Motor rated torque", U32, "ro"),
     Row(TORQUE_ACTUAL, None, "Torque actual value", I16, "ro", is_mappable=True),
+    Row(CURRENT_ACTUAL, None, "Current actual value", I16, "ro", is_mappable=True),
+    Row(DC_LINK, None, "DC link circuit voltage", U32, "ro", is_mappable=True),
     Row(TARGET_POSITION, None, "Target position", I32, "rww", is_mappable=True),
     *_array(POSITION_RANGE, "Position range limit", I32, "rw", _LIMITS),
     Row(HOME_OFFSET, None, "Home offset", I32, "rw"),
     *_array(POSITION_LIMIT, "Software position limit", I32, "rw", _LIMITS),
     Row(POLARITY, None, "Polarity", U8, "rw"),
     Row(MAX_VELOCITY, None, "Max profile velocity", U32, "rw", 100_000_000),
+    Row(MAX_MOTOR_SPEED, None, "Max motor speed", U32, "rw", NO_SPEED_LIMIT),
     Row(PROFILE_VELOCITY, None, "Profile velocity", U32, "rw", 1_000_000, is_mappable=True),
     Row(PROFILE_ACCELERATION, None, "Profile acceleration", U32, "rw", 10_000_000, is_mappable=True, low=1),
     Row(PROFILE_DECELERATION, None, "Profile deceleration", U32, "rw", 10_000_000, is_mappable=True, low=1),
@@ -209,6 +275,9 @@ ROWS: Final = [
     Row(PROBE_1_FALLING, None, "Touch probe 1 negative edge", I32, "ro", is_mappable=True),
     Row(PROBE_2_RISING, None, "Touch probe 2 positive edge", I32, "ro", is_mappable=True),
     Row(PROBE_2_FALLING, None, "Touch probe 2 negative edge", I32, "ro", is_mappable=True),
+    *_array(PROBE_SOURCE, "Touch probe source", I16, "rw", (("probe 1", 1), ("probe 2", 2))),
+    *_probe_rows(PROBE_TIMES, "time stamp", U32),
+    *_probe_rows(PROBE_COUNTERS, "counter", U16),
     Row(SUB_MODE, None, "Interpolation sub mode select", I16, "rw", low=0, high=0),
     Row(DATA_RECORD, 1, "Interpolation data record, set-point", I32, "rww", is_mappable=True),
     Row(INTERPOLATION_TIME, 1, "Interpolation time period value", U8, "rw", 4, low=1),

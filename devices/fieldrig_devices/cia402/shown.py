@@ -18,8 +18,11 @@ def show(numbers: AxisObjects, context: Context, motor: Motor, drive: AxisDrive)
         (objects.VELOCITY_DEMAND, lambda: context.units.velocity(drive.velocity_demand)),
         (objects.VELOCITY_ACTUAL, lambda: context.units.velocity(motor.velocity)),
         (objects.TORQUE_DEMAND, lambda: round(drive.set_value) if drive.kind is Kind.TORQUE else 0),
+        (objects.RATED_CURRENT, lambda: motor.rated_current_ma),
         (objects.RATED_TORQUE, lambda: motor.rated_torque_mnm),
         (objects.TORQUE_ACTUAL, lambda: motor.torque),
+        (objects.CURRENT_ACTUAL, lambda: motor.torque),  # a synchronous motor has torque in proportion to its current
+        (objects.DC_LINK, lambda: motor.dc_link_mv),
         (objects.FOLLOWING_ERROR, lambda: context.units.length(drive.following_error)),
         (objects.DEMAND_INTERNAL, lambda: BITS_32.shown(round(drive.position_demand))),
         (objects.INPUTS, lambda: motor.inputs),

@@ -1,25 +1,28 @@
 """Touch probes: the position of the axis at the edge of a switch, or at the encoder zero.
 
-Source: CiA 402-2, chapter 'touch probe' (60B8h to 60BDh).  Our choices: the probes are inputs 16 and 17 of 60FDh; an
-edge is detected in the cycle after it, and takes the position of that cycle; a value that is written to 60B8h while a
-probe is enabled takes effect immediately.  Left out: sources by 60D0h, time stamps and counters (60D1h to 60D8h).
+Source: CiA 402-2, chapter 'touch probe' (60B8h to 60BDh, 60D0h to 60D8h).  Our choices: the probes are inputs 16 and 17
+of 60FDh; an edge that the motor does not capture is detected in the cycle after it, and takes the position and the time
+of that cycle; a value that is written to 60B8h while a probe is enabled takes effect immediately; time stamps are the
+lower 32 bits of the device's time in nanoseconds, and counters begin at 0 when a probe is enabled.
 """
 
 from collections.abc import Callable
 from functools import partial
 from typing import Final
 
+from fieldrig.clock import Clock
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_objects import AxisObjects
 from fieldrig_devices.cia402.context import Context
-from fieldrig_devices.cia402.motor import Motor, passed_zero
+from fieldrig_devices.cia402.motor import Captured, Motor, passed_zero
 
 # 60B8h, in the lower byte for the first probe and in the upper one for the second
 ENABLE: Final = 0x01
 CONTINUOUS: Final = 0x02
 SOURCE: Final = 0x0C
-INPUT, ZERO = 0x00, 0x04
+INPUT, ZERO, BY_OBJECT = 0x00, 0x04, 0x08
+"""Sources in bits 2 and 3: the input of the probe, the encoder zero, or what 60D0h names."""
 EDGES: Final = {True: 0x10, False: 0x20}
 """Bits of the rising edge (True) and of the falling edge."""
 
@@ -27,63 +30,89 @@ EDGES: Final = {True: 0x10, False: 0x20}
 ENABLED: Final = 0x01
 STORED: Final = {True: 0x02, False: 0x04}
 
+PROBE_1, PROBE_2, HARDWARE_ZERO, SOFTWARE_ZERO = 1, 2, 5, 6
+"""Sources in 60D0h."""
 FIRST_INPUT: Final = 16
 """Bit of the first probe in 60FDh."""
+LOW_32: Final = 0xFFFF_FFFF
+LOW_16: Final = 0xFFFF
+
+
+class Latch:
+    """What one edge of a probe has stored."""
+
+    __slots__ = ("count", "position", "time_ns")
+
+    def __init__(self) -> None:
+        self.position = self.time_ns = self.count = 0
+        """The position in the user units at the time of the edge; the number of edges since the probe was enabled."""
 
 
 class Probe:
     """One of the two probes; `place` is 0 or 1."""
 
-    def __init__(self, place: int, shown: Callable[[float], int]) -> None:
-        self._bit = 1 << (FIRST_INPUT + place)
-        self._shown = shown
+    def __init__(self, place: int, shown: Callable[[float], int], source_in: Callable[[], int]) -> None:
+        """`source_in` returns the source that 60D0h gives."""
+        self._own = PROBE_1 + place
+        self._shown, self._source_in = shown, source_in
         self.function = self.status = 0
-        self.values = {True: 0, False: 0}
-        """Stored positions by edge, in the user units at the time of the edge."""
+        self.latches = {True: Latch(), False: Latch()}
+        """What was stored, by edge."""
 
     def order(self, function: int) -> None:
         if not function & ENABLE:
             self.status = 0
         elif not self.function & ENABLE:
             self.status = ENABLED
+            for latch in self.latches.values():
+                latch.count = 0
         for edge, bit in EDGES.items():
             if not function & bit:
                 self.status &= ~STORED[edge]
         self.function = function
 
-    def look(self, inputs: int, before: int, zero: int | None, position: int) -> None:
-        """Check for an edge.  `position` is in increments; `zero` is the encoder zero that was passed, or None."""
-        if self.function & SOURCE == ZERO:
-            if zero is not None:
-                for edge in (True, False):
-                    self._store(edge, zero)
-        elif (inputs ^ before) & self._bit:
-            self._store(bool(inputs & self._bit), position)
+    @property
+    def bit(self) -> int | None:
+        """The bit of the input in 60FDh that triggers the probe; None if the encoder zero does."""
+        source = self.function & SOURCE
+        number = {INPUT: self._own, ZERO: HARDWARE_ZERO}.get(source) or self._source_in()
+        return None if number in (HARDWARE_ZERO, SOFTWARE_ZERO) else FIRST_INPUT + number - PROBE_1
 
-    def _store(self, edge: bool, position: int) -> None:
-        is_wanted = self.function & EDGES[edge] and self.status & ENABLED
-        if is_wanted and (self.function & CONTINUOUS or not self.status & STORED[edge]):
-            self.values[edge] = self._shown(position)
+    def store(self, edge: bool, at: Captured) -> None:
+        """Take an edge; the encoder zero counts as both."""
+        if not self.function & EDGES[edge] or not self.status & ENABLED:
+            return
+        latch = self.latches[edge]
+        latch.count += 1
+        if self.function & CONTINUOUS or not self.status & STORED[edge]:
+            latch.position, latch.time_ns = self._shown(at.position), at.time_ns
             self.status |= STORED[edge]
 
 
 class TouchProbes:
-    def __init__(self, numbers: AxisObjects, motor: Motor, context: Context) -> None:
-        self._motor, self._pace = motor, context.pace
-        self._probes = Probe(0, context.shown), Probe(1, context.shown)
+    def __init__(self, clock: Clock, numbers: AxisObjects, motor: Motor, context: Context) -> None:
+        self._clock, self._motor, self._pace = clock, motor, context.pace
+        self._probes = tuple(
+            Probe(place, context.shown, partial(numbers.numbers.__getitem__, (objects.PROBE_SOURCE, place + 1)))
+            for place in (0, 1)
+        )
         self._inputs = self._position = 0
         """Inputs and position of the previous cycle."""
         self.is_armed = False
-        first, second = self._probes
         numbers.on_write(objects.PROBE_FUNCTION, self._on_function)
+        for subindex in (1, 2):
+            numbers.on_write(objects.PROBE_SOURCE, _check_source, subindex)
+        self._show(numbers)
+
+    def _show(self, numbers: AxisObjects) -> None:
+        first, second = self._probes
         numbers.read_by(objects.PROBE_STATUS, lambda: first.status | second.status << 8)
-        for index, probe, edge in (
-            (objects.PROBE_1_RISING, first, True),
-            (objects.PROBE_1_FALLING, first, False),
-            (objects.PROBE_2_RISING, second, True),
-            (objects.PROBE_2_FALLING, second, False),
-        ):
-            numbers.read_by(index, partial(probe.values.__getitem__, edge))
+        latches = [probe.latches[edge] for probe in self._probes for edge in (True, False)]
+        places = zip(latches, objects.PROBE_VALUES, objects.PROBE_TIMES, objects.PROBE_COUNTERS, strict=True)
+        for latch, value, time, counter in places:
+            numbers.read_by(value, lambda latch=latch: latch.position)
+            numbers.read_by(time, lambda latch=latch: latch.time_ns & LOW_32)
+            numbers.read_by(counter, lambda latch=latch: latch.count & LOW_16)
 
     def restart(self) -> None:
         self.is_armed = False
@@ -92,7 +121,7 @@ class TouchProbes:
 
     def _on_function(self, word: int) -> None:
         halves = word & 0xFF, word >> 8
-        if any(half & SOURCE not in (INPUT, ZERO) for half in halves):
+        if any(half & SOURCE not in (INPUT, ZERO, BY_OBJECT) for half in halves):
             raise Abort(Code.INVALID_VALUE)
         for probe, half in zip(self._probes, halves, strict=True):
             probe.order(half)
@@ -103,8 +132,20 @@ class TouchProbes:
 
     def step(self) -> None:
         """Look for edges, once per cycle while armed."""
-        inputs, position = self._motor.inputs, self._motor.position
-        zero = passed_zero(self._position, position, self._motor.revolution)
+        motor, now_ns = self._motor, self._clock.now_ns()
+        inputs, position = motor.inputs, motor.position
+        zero = passed_zero(self._position, position, motor.revolution)
         for probe in self._probes:
-            probe.look(inputs, self._inputs, zero, position)
+            bit = probe.bit
+            if bit is None:
+                if zero is not None:
+                    for edge in (True, False):
+                        probe.store(edge, Captured(zero, now_ns))
+            elif (inputs ^ self._inputs) >> bit & 1:
+                probe.store(bool(inputs >> bit & 1), motor.captured(bit) or Captured(position, now_ns))
         self._inputs, self._position = inputs, position
+
+
+def _check_source(source: int) -> None:
+    if source not in (PROBE_1, PROBE_2, HARDWARE_ZERO, SOFTWARE_ZERO):
+        raise Abort(Code.INVALID_VALUE)

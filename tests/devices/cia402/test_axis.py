@@ -26,8 +26,8 @@ def test_the_device_type_says_several_axes_and_each_axis_its_own(bench: Cia402Be
 
 
 def test_supported_modes_are_those_of_the_profile(bench: Cia402Bench) -> None:
-    # pp, pv, tq, hm, ip, csp, csv, cst: bits 0, 2, 3, 5 to 9
-    assert bench.get(0x6502) == 0x0000_03ED
+    # pp, vl, pv, tq, hm, ip, csp, csv, cst: bits 0 to 3, 5 to 9
+    assert bench.get(0x6502) == 0x0000_03EF
 
 
 def test_the_way_to_operation_and_back_by_sdo(bench: Cia402Bench) -> None:
@@ -106,7 +106,7 @@ def test_pdos_of_further_axes_are_not_valid_at_first(bench: Cia402Bench) -> None
 
 
 def test_a_mode_that_the_motor_can_not_follow_is_refused(bench: Cia402Bench) -> None:
-    assert bench.try_put(0x6060, 2) == "06090030"
+    assert bench.try_put(0x6060, 5) == "06090030"  # reserved
     assert bench.try_put(0x6060, -1) == "06090030"
     assert bench.put(0x6060, CSV).get(0x6061) == CSV
 

@@ -3,6 +3,8 @@
 import pytest
 from cia402_bench import Cia402Bench
 
+from fieldrig_devices.cia402.motor import Captured
+
 PV = 3
 SPEED = 1_000_000
 STEP = 4_000
@@ -112,7 +114,7 @@ def test_values_are_in_the_units_of_the_user(bench: Cia402Bench) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("function", [0x0009, 0x000D, 0x0900])
+@pytest.mark.parametrize("function", [0x000D, 0x0D00])
 def test_sources_that_are_not_there_are_refused(bench: Cia402Bench, function: int) -> None:
     assert bench.try_put(0x60B8, function) == "06090030"
 
@@ -122,3 +124,35 @@ def test_a_reset_of_the_node_ends_it(bench: Cia402Bench) -> None:
     bench.send("000#81 05")
     assert (bench.get(0x60B8), bench.get(0x60B9), bench.axis.is_awake) == (0, 0, True)
     assert not bench.cycles(2).axis.is_awake
+
+
+def test_60d0_names_the_source(bench: Cia402Bench) -> None:
+    """Probe 1 by the encoder zero (5), and probe 2 by the input of probe 1."""
+    bench.put(0x60D0, 5, 1).put(0x60D0, 1, 2).put(0x60B8, 0x1919)
+    bench.motor.position = 1_300_000
+    assert bench.cycles(1).get(0x60BA) == 1_260_000  # the encoder has a zero each 70 000
+    bench.motor.switches = lambda position: 1 << 16
+    assert bench.cycles(1).get(0x60BC) == 1_300_000
+    assert bench.get(0x60B9) == 0x0303
+
+
+@pytest.mark.parametrize("source", [0, 3, -1])
+def test_60d0_refuses_other_sources(bench: Cia402Bench, source: int) -> None:
+    assert bench.try_put(0x60D0, source, 1) == "06090030"
+
+
+def test_a_captured_edge_has_its_own_position_and_time(bench: Cia402Bench) -> None:
+    bench.put(0x60B8, 0x0011)
+    bench.motor.edges[16] = Captured(12_345, 5_000_000_123)
+    bench.motor.position, bench.motor.switches = 20_000, lambda position: 1 << 16
+    assert bench.cycles(1).get(0x60BA) == 12_345
+    assert bench.get(0x60D1) & 0xFFFF_FFFF == 5_000_000_123 & 0xFFFF_FFFF
+
+
+def test_counters_count_all_edges_since_the_probe_was_enabled(bench: Cia402Bench) -> None:
+    bench.put(0x60B8, 0x0031)
+    for level in (1, 0, 1):
+        bench.motor.switches = lambda position, level=level: level << 16
+        bench.cycles(1)
+    assert (bench.get(0x60D5), bench.get(0x60D6), bench.get(0x60B9)) == (2, 1, 0x0007)
+    assert bench.put(0x60B8, 0).put(0x60B8, 0x0031).get(0x60D5) == 0

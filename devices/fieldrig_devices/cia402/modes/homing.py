@@ -2,7 +2,8 @@
 
 Source: CiA 402-2, chapter 'homing mode'; the methods are the table in `homing_methods`.  An edge counts only in the
 direction of its move, so a switch that was overrun is found again on the way back.  The encoder zero is at each whole
-number of revolutions.  After a halt the method starts again; clearing bit 4 ends it.
+number of revolutions, and a mechanical stop is found by the torque.  After a halt the method starts again; clearing
+bit 4 ends it.
 """
 
 from collections.abc import Callable
@@ -12,7 +13,7 @@ from typing import Final
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
-from fieldrig_devices.cia402.homing_methods import LIMITS, METHODS, Move
+from fieldrig_devices.cia402.homing_methods import ALL_METHODS, LIMITS, Move
 from fieldrig_devices.cia402.modes.mode import BIT_12, BIT_13, TARGET_REACHED, Mode
 from fieldrig_devices.cia402.motor import passed_zero
 from fieldrig_devices.motion.profile import Limits, brake, change_speed
@@ -59,7 +60,11 @@ class Homing(Mode):
         self.stage = Stage.IDLE
 
     def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
-        return {(objects.HOMING_METHOD, 0): _check}
+        return {(objects.HOMING_METHOD, 0): self._check}
+
+    def _check(self, method: int) -> None:
+        if method not in self.context.behaviour.homing_methods and method != NO_HOMING:
+            raise Abort(Code.INVALID_VALUE)
 
     def control(self, word: int, rising: int) -> None:
         if rising & START and self._is_begun:
@@ -73,7 +78,7 @@ class Homing(Mode):
         if number == NO_HOMING:
             self._stop(Stage.STOPPING)
             return
-        self._method = METHODS.get(number, ())
+        self._method = ALL_METHODS.get(number, ())
         context.is_homed = False
         self.stage = Stage.UNDER_WAY
         if not self.is_halted:
@@ -133,7 +138,10 @@ class Homing(Mode):
         """Check whether the present move has ended."""
         move = self._moves[0]
         limit = LIMITS[move.direction]
-        is_edge = self._is_zero(move, position) if move.switch is None else self._is_edge(move, position, inputs)
+        if move.finds_stop:
+            is_edge = self._is_at_stop(move, position)
+        else:
+            is_edge = self._is_zero(move, position) if move.switch is None else self._is_edge(move, position, inputs)
         self._last, self._inputs = position, inputs
         if is_edge:
             self._moves = self._moves[1:]
@@ -154,6 +162,15 @@ class Homing(Mode):
         is_on, was_on = bool(inputs & move.switch), bool(self._inputs & move.switch)
         return is_on is move.ends_when and was_on is not is_on and (position - self._last) * move.direction > 0
 
+    def _is_at_stop(self, move: Move, position: int) -> bool:
+        """True if the torque pushes the axis against something; the motion then begins again from there."""
+        context = self.context
+        if context.motor.torque * move.direction < context.behaviour.homing_torque:
+            return False
+        self._home = position
+        context.motion.stand(position)
+        return True
+
     def _is_zero(self, move: Move, position: int) -> bool:
         zero = passed_zero(self._last, position, self.context.motor.revolution)
         if zero is None or (position - self._last) * move.direction < 0:
@@ -166,8 +183,3 @@ class Homing(Mode):
         if self.is_halted and self.stage is Stage.UNDER_WAY:
             return self.halted_status
         return self.stage.value
-
-
-def _check(method: int) -> None:
-    if method not in METHODS and method != NO_HOMING:
-        raise Abort(Code.INVALID_VALUE)

@@ -12,7 +12,7 @@ from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.motor import Kind
 from fieldrig_devices.cia402.options import Ramp
 from fieldrig_devices.cia402.pace import NO_BAND
-from fieldrig_devices.motion.profile import brake
+from fieldrig_devices.motion.profile import Limits, brake
 
 HALT: Final = 0x0100
 """Bit of the control word."""
@@ -57,7 +57,11 @@ class Mode:
         self.brake(ramp)
 
     def brake(self, ramp: Ramp) -> None:
-        self.context.motion.start(brake(self.context.motion.speed, self.context.ramp_limits(ramp)))
+        self.context.motion.start(brake(self.context.motion.speed, self.ramp_limits(ramp)))
+
+    def ramp_limits(self, ramp: Ramp) -> Limits:
+        """The profile limits of a ramp that brings the axis to rest in this mode."""
+        return self.context.ramp_limits(ramp)
 
     def come_to_rest(self) -> None:
         """Bring the axis to rest if it still moves from another mode."""

@@ -1,7 +1,7 @@
 """Profile torque, which follows 6071h along the slope of 6087h, and cyclic synchronous torque, which has no slope.
 
 Source: CiA 402-2, chapters 'profile torque mode' and 'cyclic synchronous torque mode'.  Torques are in 0.1 % of the
-rated torque and limited by 6072h.
+rated torque and limited by 6072h and 6073h.
 """
 
 from typing import ClassVar
@@ -62,7 +62,7 @@ class ProfileTorque(Mode):
     def _wanted(self) -> float:
         numbers = self.context.objects
         target = 0 if self.is_halted else numbers[objects.TARGET_TORQUE] + self._offset()
-        most = numbers[objects.MAX_TORQUE]
+        most = self.context.most_torque
         self.context.travel.is_limited = abs(target) > most
         return min(max(target, -most), most)
 

@@ -112,7 +112,7 @@ class FaceNode:
         node_id: int,
         origins: Origins,
     ) -> None:
-        self._controller, self._settings, self._origins = controller, settings, origins
+        self._clock, self._controller, self._settings, self._origins = clock, controller, settings, origins
         node_settings = CanopenSettings(node_id=node_id, eds=EDS, signals={}, objects=settings.objects)
         self.node = CanopenNode(clock, f"can{node_id}", can, node_settings, controller.section(f"can_face_{node_id}"))
         self.motors: list[AxisMotor] = []
@@ -131,7 +131,7 @@ class FaceNode:
 
     def _add(self, number: int) -> None:
         motor = AxisMotor(self._controller.quit_all)
-        axis = Cia402Axis(self.node.dictionary, number, motor, self._controller.cycle_ns)
+        axis = Cia402Axis(self._clock, self.node.dictionary, number, motor, self._controller.cycle_ns)
         motor.guide = axis.drive
         axis.on_error = partial(self._on_error, number + 1, motor)
         axis.on_home = partial(self._on_home, motor)

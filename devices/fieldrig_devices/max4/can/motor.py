@@ -114,15 +114,32 @@ class AxisMotor:
 
     @property
     def rated_torque_mnm(self) -> int:
-        """Rated torque in mNm from the name plate, as the drive has read it."""
+        """Rated torque in mN m from the name plate, as the drive has read it."""
+        return self._plate_value("RatedTorque")
+
+    @property
+    def rated_current_ma(self) -> int:
+        """Standstill current in mA from the name plate, which is what the motor carries all the time."""
+        return self._plate_value("StandstillCurrent")
+
+    def _plate_value(self, name: str) -> int:
+        """A value of the motor in thousandths of its unit; 0 if it is unknown."""
         try:
-            return round(float(self._axis.object["RatedTorque"].value) * 1000) if self._axis is not None else 0
+            return round(float(self._axis.object[name].value) * 1000) if self._axis is not None else 0
         except KeyError:  # a simulated drive has no motor
             return 0
 
     @property
+    def dc_link_mv(self) -> int:
+        """Voltage of the DC link in mV; 0, because the drive does not send it."""
+        return 0
+
+    @property
     def inputs(self) -> int:
         return self._inputs.inputs if self._has_inputs else 0
+
+    def captured(self, bit: int) -> None:
+        """Return None: the controller samples its inputs."""
 
     def enable(self, is_on: bool) -> None:
         axis = self._axis
