@@ -106,3 +106,25 @@ class Brittle(Device):
 
     def _break(self) -> None:
         raise RuntimeError("it broke")
+
+
+class Ticker(Device):
+    """Counts 20 times in a millisecond, and says so once in 10 ms."""
+
+    PERIOD_NS = MS // 20
+    EACH = 200
+
+    def __init__(self, clock: Clock, wires: Link[Signal]) -> None:
+        self._clock, self._wires, self._ticks = clock, wires, 0
+
+    def start(self) -> None:
+        self._tick()
+
+    def points(self) -> Mapping[str, Point]:
+        return {"ticks": Point(lambda: self._ticks)}
+
+    def _tick(self) -> None:
+        self._ticks += 1
+        if self._ticks % self.EACH == 0:
+            self._wires.send(Signal("ticker.ticks", self._ticks))
+        self._clock.call_at(self._clock.now_ns() + self.PERIOD_NS, self._tick)

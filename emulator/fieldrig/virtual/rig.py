@@ -19,6 +19,7 @@ from fieldrig.device import Value
 from fieldrig.errors import ArgumentError, ControlError, RigError, UnmetError, refusals
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
+from fieldrig.shortcuts import Shortcut
 from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.text.nearest import closest
 from fieldrig.virtual.node import Deliveries, EventNode, LocalNode, Node, Outbox
@@ -27,6 +28,8 @@ from fieldrig.virtual.remote_node import RemoteNode
 
 LONGEST_INSTANT = 10_000
 """Rounds of reactions at one instant after which the rig reports an endless exchange between devices."""
+
+ALONE: Final = Shortcut("rig.alone", "the look at all members and buses while a single device acts")
 
 LOOK_NS: Final = 1 * MS
 """Longest time between two looks at a condition; values such as the level of a tank change without an event."""
@@ -50,6 +53,7 @@ class Rig:
                 raise ControlError(f"the rig has no device {name!r}", closest(name, list(config.devices)))
         self.config = config
         self._is_closed = False
+        self._may_run_alone = ALONE.is_taken
         self.now_ns = 0
         self.on_delivery = on_delivery
         self.buses: dict[str, ModelBus[Any]] = {}
@@ -98,19 +102,26 @@ class Rig:
             self._run_instant(next_ns)
         return next_ns is not None
 
-    def run_until(self, until_ns: int) -> None:
-        """Let everything happen up to and including `until_ns`, and stop there.
+    def run_until(self, until_ns: int, stop: Callable[[], object] | None = None) -> bool:
+        """Let everything happen up to and including `until_ns`, and return true; or stop before that.
 
+        `stop()` is called after each instant at which a message arrives or a member from outside acts.  If it returns
+        true, the rig stays at that instant and False is returned.  For a condition on values, use `until`.
         ArgumentError for anything but whole nanoseconds, and for an instant that has passed.
         """
         self._check_may_run()
-        until_ns = self._instant(until_ns)
-        while (next_ns := self.next_ns()) is not None and next_ns <= until_ns:
-            if self._outside or not self._run_alone(until_ns):
+        until_ns, is_reached = self._instant(until_ns), True
+        if stop is not None and not callable(stop):
+            raise ArgumentError(f"run_until cannot call {shown(stop)}", "expected a function without arguments")
+        while is_reached and (next_ns := self.next_ns()) is not None and next_ns <= until_ns:
+            if not self._run_alone(until_ns):
                 self._run_instant(next_ns)
-        self.now_ns = max(self.now_ns, until_ns)
+                is_reached = stop is None or not stop()
+        if is_reached:
+            self.now_ns = max(self.now_ns, until_ns)
         for node in self._outside.values():
             node.clock.instant_ns = self.now_ns
+        return is_reached
 
     def run_for(self, duration_ns: int) -> None:
         """Let everything happen that happens in the next `duration_ns`, such as `10 * MS`."""
@@ -151,6 +162,17 @@ class Rig:
         for model in self._models.values():
             model.join(member)
         return node
+
+    def detach(self, member: str) -> None:
+        """Remove a member that was attached, with its timers and with what it has sent and waits for its bus."""
+        self._check_open()
+        if not isinstance(member, str) or member not in self._outside:
+            raise RigError(f"{shown(member)} is not attached", closest(str(member), list(self._outside)))
+        self._take_from_outside()
+        del self._outside[member], self._here[member], self._next_of[member]
+        self._earliest_ns = min(self._next_of.values(), default=NEVER_NS)
+        for model in self._models.values():
+            model.leave(member)
 
     def keys(self, device: str) -> dict[str, str]:
         """Return the keys of a device's points, each with its unit."""
@@ -353,8 +375,11 @@ class Rig:
         """Let the only member that acts next go on until it sends something, or others have something to do.
 
         Return false if it is not the only one.  Nothing differs from a `_run_instant` for each of its instants, which
-        would look at all members and buses each time.
+        would look at all members and buses each time.  A member from outside is no such member, as it has an outbox of
+        its own; but it may be there, because nothing arrives at it meanwhile.
         """
+        if not self._may_run_alone:
+            return False
         name, next_ns, limit_ns = "", NEVER_NS, min(self._arrival_ns(), until_ns + 1)
         for member, at_ns in self._next_of.items():
             if at_ns < next_ns:
@@ -362,6 +387,8 @@ class Rig:
             elif at_ns < limit_ns:
                 limit_ns = at_ns
         if not self.now_ns <= next_ns < limit_ns or name not in self._here or name in self._watches:
+            return False
+        if name in self._outside:
             return False
         react, outbox = self._here[name].react, self._outbox
         while next_ns < limit_ns and not outbox.sent and not outbox.listens:
