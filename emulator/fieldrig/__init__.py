@@ -45,10 +45,12 @@ __all__ = [
     "UnmetError",
     "Value",
     "VirtualClock",
+    "VirtualTimeError",
     "WrongKey",
     "from_dict",
     "load",
     "restore",
+    "virtual_time",
 ]
 
 if TYPE_CHECKING:
@@ -59,6 +61,8 @@ if TYPE_CHECKING:
     from fieldrig.errors import ArgumentError, BusError, ConfigError, ControlError, Mistake, RigError, UnmetError
     from fieldrig.link import Link
     from fieldrig.loop.background import Background
+    from fieldrig.master_time.block import virtual_time
+    from fieldrig.master_time.errors import VirtualTimeError
     from fieldrig.pytest_plugin import LiveRigMaker, RigMaker
     from fieldrig.real.live_rig import LiveRig
     from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey
@@ -76,6 +80,8 @@ else:
             "fieldrig.device": "Device Point Value",
             "fieldrig.errors": "ArgumentError BusError ConfigError ControlError Mistake RigError UnmetError",
             "fieldrig.link": "Link",
+            "fieldrig.master_time.block": "virtual_time",
+            "fieldrig.master_time.errors": "VirtualTimeError",
             "fieldrig.real.live_rig": "LiveRig",
             "fieldrig.virtual.node": "EventNode",
             "fieldrig.pytest_plugin": "LiveRigMaker RigMaker",

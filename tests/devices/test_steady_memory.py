@@ -21,7 +21,7 @@ NOISE_BYTES = 10_000
 """Integers, floats and buffers of the moment; a cycle that left one object would leave 1,250 of them."""
 
 
-def held(run: Callable[[int], None], seconds: int) -> int:
+def held(run: Callable[[int], object], seconds: int) -> int:
     """Bytes that this time has left; `run` lets a rig go on for a number of seconds."""
     gc.collect()
     before, _ = tracemalloc.get_traced_memory()
@@ -31,7 +31,7 @@ def held(run: Callable[[int], None], seconds: int) -> int:
     return after - before
 
 
-def held_in_the_end(run: Callable[[int], None], seconds: int) -> int:
+def held_in_the_end(run: Callable[[int], object], seconds: int) -> int:
     """Bytes that this time leaves, once as much time has filled caches and brought logs to their length."""
     tracemalloc.start()
     try:

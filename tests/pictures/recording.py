@@ -27,7 +27,7 @@ class Sent(NamedTuple):
     shown: str
 
 
-def recorded(source: str | Mapping[str, Any], play: Callable[[Rig], None]) -> list[Sent]:
+def recorded(source: str | Mapping[str, Any], play: Callable[[Rig], object]) -> list[Sent]:
     """Everything that a rig sends while `play` runs it; `source` is a file in configs or a rig as a mapping."""
     sent: list[Sent] = []
 

@@ -68,6 +68,8 @@ class Rig:
         self._outbox = Outbox(self.buses)
         """The outbox of all nodes in this process."""
         self._outside: dict[str, EventNode] = {}
+        self._clients: dict[str, list[str]] = {}
+        """The members from outside that came in by a port, with their buses."""
         self._here: dict[str, EventNode] = {}
         """The devices and outside members that react in this process."""
         self._elsewhere: dict[str, RemoteNode] = {}
@@ -162,6 +164,42 @@ class Rig:
         for model in self._models.values():
             model.join(member)
         return node
+
+    def join(self, member: str, bus: str) -> EventNode:
+        """Add a client from outside to one bus, and return its node; it is a member of no other bus.
+
+        ControlError for an unknown bus, and RigError if this bus has the member already.
+        """
+        model = self._model(bus)
+        node = self._outside.get(member)
+        if member in self._nodes or (
+            node is not None and (member not in self._clients or bus in self._clients[member])
+        ):
+            raise RigError(f"the bus {bus!r} already has a member {member!r}", "choose another name")
+        if node is None:
+            node = self._outside[member] = self._here[member] = EventNode(member, self.now_ns, Outbox(self.buses))
+            self._next_of[member], self._clients[member] = NEVER_NS, []
+        self._clients[member].append(bus)
+        model.join(member)
+        return node
+
+    def leave(self, member: str, bus: str) -> None:
+        """Remove a client from a bus, with what it has sent and waits for the bus."""
+        self._take_from_outside()
+        self._clients[member].remove(bus)
+        self._model(bus).leave(member)
+        if not self._clients[member]:
+            del self._outside[member], self._here[member], self._next_of[member], self._clients[member]
+            self._earliest_ns = min(self._next_of.values(), default=NEVER_NS)
+
+    @property
+    def is_heard(self) -> bool:
+        """True if what happens in the rig may call something outside, other than a port."""
+        return self.on_delivery is not None or bool(self._watches) or len(self._outside) > len(self._clients)
+
+    def waiting(self, member: str, bus: str) -> int:
+        """Return how many messages of a member wait on a bus to be sent."""
+        return self._model(bus).waiting(member)
 
     def detach(self, member: str) -> None:
         """Remove a member that was attached, with its timers and with what it has sent and waits for its bus."""

@@ -1,0 +1,89 @@
+"""The block in which a master is in virtual time."""
+
+import os
+import queue
+import socket
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Final
+
+from fieldrig.master_time.active import activate, any_scheduler
+from fieldrig.master_time.clocks import clock_swaps
+from fieldrig.master_time.descriptors import descriptor_swaps, selector_methods
+from fieldrig.master_time.errors import VirtualTimeError
+from fieldrig.master_time.locks import Lock
+from fieldrig.master_time.network import Network, SocketStandIns
+from fieldrig.master_time.scheduler import Scheduler
+from fieldrig.master_time.swaps import Swaps
+from fieldrig.master_time.threads import Refusal, hook_without_ends, is_alive, join, thread_swaps
+from fieldrig.master_time.watchdog import Watchdog
+from fieldrig.virtual.rig import Rig
+
+LIMIT_S: Final = 24 * 3600.0
+PATIENCE_S: Final = 60.0
+PROCESS: Final = "a process of its own runs in real time, and cannot be waited for in virtual time"
+FOREIGN_LOOP: Final = "this event loop waits in C, where time is not virtual; asyncio's own loop works"
+PROCESSES: Final = ("fork", "forkpty", "posix_spawn", "posix_spawnp", "system")
+
+
+@contextmanager
+def virtual_time(
+    rig: Rig, *, jitter: float = 0.0, seed: int = 0, limit_s: float = LIMIT_S, patience_s: float = PATIENCE_S
+) -> Iterator[Rig]:
+    """Run the body, and all threads that it starts, in the virtual time of the rig.
+
+    Waiting takes no real time, and each run gives the same bytes.  With `jitter`, wake-ups are late by up to so many
+    seconds, by chance from `seed`, as on a busy host.  VirtualTimeError for what cannot be in virtual time: at once,
+    after `limit_s` seconds of virtual time, or when a thread has computed for `patience_s` seconds of real time.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        raise VirtualTimeError("virtual time begins in the main thread, because only that can be interrupted")
+    if any_scheduler() is not None:
+        raise VirtualTimeError("this process is in virtual time already")
+    scheduler, swaps, network = Scheduler(rig, limit_s, jitter, seed), Swaps(), Network()
+    watchdog = Watchdog(scheduler, patience_s)
+    try:
+        _swap(swaps, network)
+        activate(scheduler)
+        yield rig
+    finally:
+        try:
+            scheduler.end()
+        finally:
+            watchdog.close()
+            activate(None)
+            swaps.undo()
+    if scheduler.failure is not None:  # a thread was given it, and has swallowed it
+        raise scheduler.failure
+    if scheduler.left:
+        raise VirtualTimeError(f"these threads did not end with the block: {', '.join(scheduler.left)}")
+
+
+def _swap(swaps: Swaps, network: Network) -> None:
+    sockets = SocketStandIns(network)
+    swaps.everywhere(
+        [
+            *clock_swaps(), *descriptor_swaps(), *thread_swaps(), *sockets.names(), *_refusals(),
+            (threading.Lock, Lock), (queue.SimpleQueue, queue._PySimpleQueue),  # type: ignore[attr-defined]
+        ]
+    )  # fmt: skip
+    swaps.attribute(threading, "_allocate_lock", Lock)
+    swaps.attribute(threading, "_CRLock", None)
+    swaps.attribute(threading, "excepthook", hook_without_ends(threading.excepthook))
+    swaps.attribute(threading.Thread, "join", join)
+    swaps.attribute(threading.Thread, "is_alive", is_alive)
+    for kind, name, method in selector_methods():
+        swaps.attribute(kind, name, method)
+    for name, method in sockets.methods().items():
+        swaps.attribute(socket.socket, name, method)
+
+
+def _refusals() -> list[tuple[Any, Any]]:
+    calls = [(getattr(os, name), PROCESS) for name in PROCESSES if hasattr(os, name)]
+    if "_posixsubprocess" in sys.modules:
+        calls.append((sys.modules["_posixsubprocess"].fork_exec, PROCESS))
+    if "uvloop" in sys.modules:
+        calls += [(getattr(sys.modules["uvloop"], name), FOREIGN_LOOP) for name in ("new_event_loop", "run")]
+    return [(real, Refusal(real, what).call) for real, what in calls]

@@ -1,0 +1,110 @@
+"""Ends a block in which a thread will not hand the baton on, so that no run ever hangs.
+
+A thread of real time looks at the running member.  If the system shows it asleep all the time, without a tick of
+processor time, it waits for something that the scheduler does not know, such as a device or a lock of a C library; that
+cannot end well, however busy the host is.  A member that computes may take `patience_s`.  A member in a debugger
+waits for a person, and has all the time that it needs.
+Left out: systems without /proc, where only `patience_s` counts.
+"""
+
+import ctypes
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+from types import FrameType
+from typing import Final
+
+from fieldrig.master_time.errors import EndedError, VirtualTimeError
+from fieldrig.master_time.member import Member, new_lock
+from fieldrig.master_time.places import is_debugged, where
+from fieldrig.master_time.scheduler import Place, Scheduler
+
+LOOK_S: Final = 0.25
+"""Real time between two looks."""
+ASLEEP_S: Final = 2.0
+"""Real time for which a running member may be asleep."""
+UNWIND_S: Final = 0.5
+SIGNAL: Final = signal.SIGUSR2
+_real_monotonic = time.monotonic
+
+
+class Watchdog:
+    def __init__(self, scheduler: Scheduler, patience_s: float) -> None:
+        self._scheduler, self._patience_s = scheduler, patience_s
+        self._is_over = _RealEvent()
+        self._error: VirtualTimeError | None = None
+        self._before = signal.signal(SIGNAL, self._on_signal)
+        self._thread = threading.Thread(target=self._run, name="fieldrig watchdog", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the watch, after a moment for the threads that were given up to unwind."""
+        end_s = _real_monotonic() + UNWIND_S
+        while any(ident in sys._current_frames() for ident in self._scheduler.lost) and _real_monotonic() < end_s:
+            self._is_over.wait(0.01)
+        self._is_over.set()
+        self._thread.join()
+        signal.signal(SIGNAL, self._before)
+
+    def _on_signal(self, *_: object) -> None:
+        error, self._error = self._error, None
+        if error is not None:
+            raise error
+
+    def _run(self) -> None:
+        seen, since_s, asleep_s, ticks = (-1, -1), _real_monotonic(), _real_monotonic(), -1
+        while not self._is_over.wait(LOOK_S):
+            scheduler, now_s = self._scheduler, _real_monotonic()
+            at, member = (scheduler.switches, scheduler.rig.now_ns), scheduler.running
+            is_asleep, ticks_now = _state(member.native)
+            frame = sys._current_frames().get(member.ident)
+            if at != seen or scheduler.place is not Place.MEMBER or is_debugged(frame):
+                seen, since_s, asleep_s, ticks = at, now_s, now_s, ticks_now
+                continue
+            if not is_asleep or ticks_now != ticks:
+                asleep_s, ticks = now_s, ticks_now
+            if now_s - asleep_s >= ASLEEP_S:
+                self._end(member, "waits for something outside of virtual time", frame)
+            elif now_s - since_s >= self._patience_s:
+                self._end(member, f"has run for {self._patience_s:g} s of real time without waiting", frame)
+            else:
+                continue
+            seen = (-1, -1)
+
+    def _end(self, member: Member, what: str, frame: FrameType | None) -> None:
+        scheduler = self._scheduler
+        remedy = "a wait in C, a device of this host or an endless loop cannot be in virtual time"
+        error = VirtualTimeError(f"thread {member.name} {what}: {where(frame)}", remedy)
+        if scheduler.failure is None:
+            scheduler.failure = error
+        if member is scheduler.main:
+            self._error = error
+            signal.pthread_kill(member.ident, SIGNAL)
+        else:
+            scheduler.give_up(member, error)
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(member.ident), ctypes.py_object(EndedError))
+
+
+class _RealEvent:
+    """An event for a thread of real time, whatever `threading` leads to."""
+
+    def __init__(self) -> None:
+        self._lock = new_lock()
+        self._lock.acquire()
+
+    def set(self) -> None:
+        self._lock.release()
+
+    def wait(self, timeout_s: float) -> bool:
+        return self._lock.acquire(True, timeout_s)
+
+
+def _state(native: int) -> tuple[bool, int]:
+    """Return whether the system shows a thread asleep, and its processor time in ticks."""
+    try:
+        fields = Path(f"/proc/self/task/{native}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return False, 0
+    return fields[0] == "S", int(fields[11]) + int(fields[12])
