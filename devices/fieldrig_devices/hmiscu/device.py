@@ -32,7 +32,7 @@ from fieldrig_devices.hmiscu.plc.debuggee import PlcDebuggee
 from fieldrig_devices.hmiscu.plc.plc import Plc, PlcState
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.compiler import Compiled
-from fieldrig_devices.iec.variable_points import Variables
+from fieldrig_devices.iec.controller.variable_points import Variables
 from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.languages.source_file import SourceFile
 from fieldrig_devices.modbus.point_server import PointServer

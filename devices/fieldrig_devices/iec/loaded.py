@@ -5,7 +5,7 @@ The controller that it runs on is its watcher; one with retained variables deriv
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Final, Protocol
+from typing import Protocol
 from weakref import proxy
 
 from fieldrig.clock import MS, Clock
@@ -17,13 +17,6 @@ from fieldrig_devices.iec.tasks.programs import Programs
 from fieldrig_devices.iec.tasks.scheduler import Scheduler
 from fieldrig_devices.iec.tasks.task import Task, TaskState
 from fieldrig_devices.iec.thread import Fault, Thread
-
-LONGEST_WAIT_NS: Final = 10_000 * MS
-"""How long an online change waits for an instant at which no task is within a cycle; the manual gives no limit."""
-NO_GAP: Final = (
-    f"some task was within a cycle at every instant of {LONGEST_WAIT_NS // (1_000 * MS)} s: "
-    "expected less load, no task at a breakpoint, or a download"
-)
 
 
 class Watcher(Protocol):

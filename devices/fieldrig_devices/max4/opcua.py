@@ -4,21 +4,20 @@ Source: PacDrive manual 6873-6887, 6941-6943 (digest PD-284): OPC gives direct a
 The manual's server speaks OPC DA on a PC; ours is OPC UA, with a node for each parameter and variable.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fieldrig.link import Link
 from fieldrig_bus.opcua.message import AnyValue, Kind, Node, OpcUaMessage
+from fieldrig_devices.iec.loaded import LoadedProgram
 from fieldrig_devices.max4.configuration.tree import Object, ObjectTree, Parameter, Type
+from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.opcua.face import OpcUaFace
 from fieldrig_devices.opcua.forcing import forcing
 from fieldrig_devices.opcua.methods import Method, MethodsTree
 from fieldrig_devices.opcua.symbols import SymbolsTree
 from fieldrig_devices.opcua.tree import NodeTree, Trees, UnknownNodeError
-
-if TYPE_CHECKING:
-    from fieldrig_devices.max4.controller import Max4
 
 METHODS: Final = {
     "start": "start the program",
@@ -106,26 +105,35 @@ def _parameter(owner: Object, parameter: Parameter) -> Node:
 
 
 class OpcUaNodes:
-    """The OPC UA face of a controller.  `program` gives the nodes of the program that is loaded."""
+    """The OPC UA face of a controller."""
 
-    def __init__(self, max4: "Max4", link: Link[OpcUaMessage]) -> None:
-        self._max4 = max4
-        methods = {word: Method(about, partial(max4.operations.do, word)) for word, about in METHODS.items()}
+    def __init__(
+        self,
+        name: str,
+        about: str,
+        controller: Controller,
+        do: Callable[[str], None],
+        present: Callable[[], LoadedProgram | None],
+        link: Link[OpcUaMessage],
+    ) -> None:
+        """`do` carries out a command of an operator, and `present` returns the program that is loaded."""
+        self._controller, self._present = controller, present
+        methods = {word: Method(about, partial(do, word)) for word, about in METHODS.items()}
         self._methods = MethodsTree({**methods, **forcing(self._program)})
-        self._face = OpcUaFace(max4.name, max4.about, link, self._nodes)
+        self._face = OpcUaFace(name, about, link, self._nodes)
         self._objects: tuple[ObjectTree, ObjectNodes] | None = None
-        max4.on_boot(self.changed)
+        controller.on_boot(self.changed)
 
     def changed(self) -> None:
         """Offer the nodes again: after a boot, a download and an online change."""
         self._face.offer()
 
     def _program(self) -> SymbolsTree | None:
-        program = self._max4.plc.program
+        program = self._present()
         return None if program is None else SymbolsTree(program.runtime.symbols, program.runtime)
 
     def _nodes(self) -> NodeTree:
-        tree = self._max4.tree
+        tree = self._controller.tree
         if self._objects is None or self._objects[0] is not tree:
             self._objects = tree, ObjectNodes(tree)
         program = self._program()

@@ -5,10 +5,11 @@ whenever the rig file has changed, like a download at the desk; other changes of
 """
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 from fieldrig.device import Value
+from fieldrig_devices.languages.source_file import SourceFile
 from fieldrig_devices.max4.configuration.files import (
     Configuration,
     configuration_of_file,
@@ -16,7 +17,7 @@ from fieldrig_devices.max4.configuration.files import (
     parameters_of_file,
     parameters_to_file,
 )
-from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, container_of
+from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container, source_of
 from fieldrig_devices.max4.settings import Max4Settings, disk_name
 from fieldrig_devices.max4.storage.disk import FlashDisk, file_name
 
@@ -49,8 +50,8 @@ class Project:
         Return true if its program has changed, so that the variables begin with their start values.
         """
         settings = self._settings
-        sources = settings.program
-        program = container_of(sources, settings.dialect, settings.resource).encode() if sources else None
+        sources = self.sources()
+        program = None if sources is None else sources.encode()
         wanted = settings.configuration.model_dump_json() + repr(sorted(settings.parameters.items())) + settings.project
         further = {**self._pages, **{disk_name(path): path.read_bytes() for path in settings.files}}
         if further:
@@ -67,6 +68,21 @@ class Project:
         }
         self._disk.install({**{file_name(name): data for name, data in files.items()}, _INSTALLED: mark})
         return self.program != before
+
+    def container(self, files: Sequence[SourceFile]) -> Container:
+        """Return a program of these files, in the dialect of the project."""
+        return Container(tuple(files), self._settings.dialect, self._settings.resource)
+
+    def sources(self) -> Container | None:
+        """Return the sources that the rig file names, as they are at present; None if it names none.
+
+        ValueError, with the name, for one that cannot be read.
+        """
+        paths = self._settings.program
+        try:
+            return self.container([source_of(path) for path in paths]) if paths else None
+        except OSError as cause:
+            raise ValueError(f"a source cannot be read: {cause.filename}: {cause.strerror}") from cause
 
     def load(self) -> Loaded:
         try:

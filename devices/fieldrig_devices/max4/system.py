@@ -7,21 +7,22 @@ does not name are ours.
 import logging
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Final, Protocol
+from typing import Final
 
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Value
 from fieldrig.link import Link
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.iec.tasks.task import TaskState
 from fieldrig_devices.max4.axes.axis import AXIS_WORDS, INCREMENTS, MC4_WORDS, Axis
 from fieldrig_devices.max4.axes.encoder import LogicEncoder, MasterEncoder
 from fieldrig_devices.max4.axes.simulated import SimulatedDrive
-from fieldrig_devices.max4.com1.parameters import Com1Parameters, Port
+from fieldrig_devices.max4.com1.parameters import Com1Parameters
 from fieldrig_devices.max4.configuration.files import Configuration
 from fieldrig_devices.max4.configuration.limits import CYCLES_MS
 from fieldrig_devices.max4.configuration.tree import Kind, ObjectTree, Parameter, Type
-from fieldrig_devices.max4.messages.diagnosis import Diagnosis
+from fieldrig_devices.max4.messages.catalogue import Code
+from fieldrig_devices.max4.messages.diagnosis import MAX4, Diagnosis
+from fieldrig_devices.max4.own_object import Owner, add_own_parameters, add_tasks, trigger
 from fieldrig_devices.max4.process import RealTimeProcess
 from fieldrig_devices.max4.ring.drive_end import RingDrive
 from fieldrig_devices.max4.ring.drive_parameters import DriveParameters
@@ -31,35 +32,6 @@ from fieldrig_devices.max4.terminals import DigitalInput, DigitalOutput, Measuri
 log = logging.getLogger(__name__)
 
 CYCLE_TIME: Final = "MAx-4.General.CycleTime"
-PRODUCT: Final = "MAx-4"
-TASK_WORDS: Final = {int(state): state.name.replace("_", " ").lower() for state in TaskState}
-"""Values of State of an IEC task (manual table 5-1)."""
-
-
-class Owner(Protocol):
-    """The controller, as the parameters of its own object see it."""
-
-    @property
-    def diagnosis(self) -> Diagnosis: ...
-
-    @property
-    def com1(self) -> Port: ...
-
-    def own_value(self, name: str) -> Value:
-        """The value of a parameter in the group Diagnosis."""
-
-    def on_code(self, axis: Axis, code: int) -> None: ...
-
-    def on_overflow(self, reserve_us: int) -> None: ...
-
-    def set_filter(self, mask: int) -> None: ...
-
-    def quit_all(self) -> None: ...
-
-    def at_errors(self, address: int) -> int: ...
-
-    def task_value(self, number: int, name: str) -> Value:
-        """A value of the IEC task with this number, from 0: the parameters of its IEC Task object."""
 
 
 class System:
@@ -80,17 +52,17 @@ class System:
         self.tree = ObjectTree()
         wanted_ms = start_values.get(CYCLE_TIME, settings.cycle_ms)
         self.cycle_ns = (int(wanted_ms) if wanted_ms in CYCLES_MS else settings.cycle_ms) * MS
-        self.process = RealTimeProcess(clock, self.cycle_ns, settings.load, owner.on_overflow)
+        self.process = RealTimeProcess(clock, self.cycle_ns, settings.load, self._on_overflow)
         self.terminals = Terminals(wires)
         self.axes: dict[str, Axis] = {}
         self.drives: list[RingDrive] = []
         self.drive_parameters: dict[str, DriveParameters] = {}
         self.unknown: list[str] = []
-        self._own_parameters()
+        add_own_parameters(self.tree, self.process, settings, owner)
         self._bus_objects()
         self._terminal_objects()
         self._encoder_objects()
-        self._task_objects()
+        add_tasks(self.tree, configuration.iec_tasks, owner.plc)
         self.com1 = Com1Parameters(self.tree, configuration.modems, owner.com1)
         for path, value in start_values.items():
             self._start_value(path, value)
@@ -124,47 +96,8 @@ class System:
         except ValueError as wrong:
             self.unknown.append(str(wrong))
 
-    # ---- the controller itself
-
-    def _own_parameters(self) -> None:
-        root, owner = self.tree.root, self._owner
-        general = root.group("General")
-        general.add(
-            Parameter(
-                "MsgFilter", Type.UINT, Kind.INPUT_INIT, 0xFFFF, about="mask of the message classes that are recorded"
-            )
-        ).watcher = lambda value: owner.set_filter(int(value))
-        general.add(Parameter("CycleTime", Type.UINT, Kind.INPUT_INIT, self.cycle_ns // MS, unit="ms", only=CYCLES_MS))
-        general.add(
-            Parameter("RetainInit", Type.BOOL, Kind.INPUT_INIT, about="true: clear retained values at each boot")
-        )
-        diagnosis = root.group("Diagnosis")
-        for name, type, unit in (
-            ("DiagCode", Type.UINT, ""),
-            ("DiagExtCode", Type.STRING, ""),
-            ("DiagMsg", Type.STRING, ""),
-            ("MsgEntries", Type.UINT, ""),
-            ("Timer1", Type.UDINT, "ms"),
-            ("Timer10", Type.UDINT, "10ms"),
-            ("CycleLoad", Type.UINT, "%"),
-            ("RTBReadRes", Type.DINT, "us"),
-            ("RTBWriteRes", Type.DINT, "us"),
-            ("Diskfree", Type.UDINT, "Byte"),
-            ("Memoryfree", Type.UDINT, "Byte"),
-        ):
-            diagnosis.add(Parameter(name, type, unit=unit, read=partial(owner.own_value, name)))
-        diagnosis.add(
-            _trigger("DiagQuit", owner.quit_all, "acknowledge (quit) the diagnoses of the controller and all axes")
-        )
-        identity = self._settings.identity
-        for name, text in (
-            ("SoftwareVersion", self._settings.version),
-            ("ProductName", PRODUCT),
-            ("ArticleNumber", identity.article_number),
-            ("SerialNumber", identity.serial_number),
-            ("HardwareCode", identity.hardware_code),
-        ):
-            root.group("Versions").add(Parameter(name, Type.STRING, first=text))
+    def _on_overflow(self, reserve_us: int) -> None:
+        self._owner.report(Code.WRITE_OVERFLOW, MAX4, f"{reserve_us} us")
 
     # ---- the ring
 
@@ -179,7 +112,7 @@ class System:
             if drive.simulated:
                 self.process.simulated.append(SimulatedDrive(axis, self.cycle_ns))
             else:
-                self.drives.append(RingDrive(axis, drive.commands, self._owner.on_code))
+                self.drives.append(RingDrive(axis, drive.commands, self._owner.cycles.on_code))
                 self.drive_parameters[symbol] = DriveParameters(self._clock, axis, node)
 
     def _axis_parameters(self, axis: Axis) -> None:
@@ -205,8 +138,8 @@ class System:
         diagnosis = axis.object.group("Diagnosis")
         diagnosis.add(Parameter("DiagCode", Type.UINT, read=lambda: axis.diag_code))
         diagnosis.add(Parameter("DiagMsg", Type.STRING, read=lambda: axis.diag_msg))
-        diagnosis.add(_trigger("DiagQuit", axis.quit_errors, "acknowledge (quit) the diagnoses of this axis"))
-        at_errors = partial(self._owner.at_errors, axis.ring_address)
+        diagnosis.add(trigger("DiagQuit", axis.quit_errors, "acknowledge (quit) the diagnoses of this axis"))
+        at_errors = partial(self._owner.cycles.at_errors, axis.ring_address)
         diagnosis.add(Parameter("ATErrors", Type.UDINT, read=at_errors, about="ATs that did not arrive"))
         mechanics = axis.object.group("Mechanics")
         mechanics.add(
@@ -250,32 +183,6 @@ class System:
             process.master_encoders.append(master)
             self.terminals.listen(self._settings.master_encoders.get(symbol, ""), master.take)
 
-    # ---- tasks
-
-    def _task_objects(self) -> None:
-        """IEC Task objects, each of which observes the task of the same number (PD-029)."""
-        for number, symbol in enumerate(self.configuration.iec_tasks):
-            general = self.tree.root.add("IEC Task", "IEC_TASK", symbol).group("General")
-            general.add(
-                Parameter("State", Type.UINT, read=partial(self._owner.task_value, number, "State"), words=TASK_WORDS)
-            )
-            enable = general.add(Parameter("EnableLoad", Type.BOOL, Kind.INPUT, about="true: measure Load and Cycle"))
-            for name in ("Load", "Cycle"):
-                general.add(Parameter(name, Type.UDINT, unit="us", read=partial(self._measured, enable, number, name)))
-
-    def _measured(self, enable: Parameter, number: int, name: str) -> Value:
-        return self._owner.task_value(number, name) if enable.value else 0
-
 
 def _put(put: Callable[[bool], None], signal: Signal) -> None:
     put(bool(signal.value))
-
-
-def _trigger(name: str, action: Callable[[], None], about: str) -> Parameter:
-    """A parameter that calls `action` when it is set to true, and always reads false."""
-
-    def write(value: Value) -> None:
-        if value:
-            action()
-
-    return Parameter(name, Type.BOOL, Kind.INPUT, read=lambda: False, write=write, about=about)

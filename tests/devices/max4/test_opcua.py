@@ -101,7 +101,7 @@ def test_variables_and_parameters_are_written(bench: Bench) -> None:
 def test_methods_are_the_commands_of_an_operator(bench: Bench) -> None:
     for path, is_running in (("stop()", False), ("start()", True), ("quit()", True)):
         assert bench.outcome(opc.Call("max4", 1, path)).status is opc.Status.GOOD
-        assert bench.max4.is_program_running is is_running
+        assert bench.max4.plc.is_running is is_running
 
 
 def test_forcing_is_that_of_the_debugger(bench: Bench) -> None:
@@ -136,7 +136,7 @@ def test_the_nodes_follow_a_download_and_an_online_change(bench: Bench, is_onlin
     bench.heard.clear()
     plc = bench.max4.plc
     container = Container((SourceFile("count.st", text),), "epas-4")
-    (plc.change if is_online else plc.download)(container)
+    (plc.downloads.change if is_online else plc.downloads.download)(plc.order(container))
     bench.rig.run_until(bench.rig.now_ns + S)
     assert [type(message) for message in bench.heard] == [opc.Offer]
     assert bench.children("PLC_PRG") == {"PLC_PRG.count", "PLC_PRG.speed", "PLC_PRG.more"}

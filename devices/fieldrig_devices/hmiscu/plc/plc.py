@@ -20,18 +20,18 @@ from fieldrig.points.checks import choice_in
 from fieldrig.real import progress
 from fieldrig_devices.hmiscu.io import Terminals
 from fieldrig_devices.hmiscu.panel import Panel
-from fieldrig_devices.hmiscu.plc.downloads import Downloads
 from fieldrig_devices.hmiscu.plc.driven import Driven
 from fieldrig_devices.hmiscu.plc.library import Instances, MakeBlock
 from fieldrig_devices.hmiscu.plc.mast import MastProgram
 from fieldrig_devices.hmiscu.plc.system import SystemFunctions
 from fieldrig_devices.hmiscu.settings import INPUTS, HmiscuSettings
-from fieldrig_devices.iec.compiler import Compiled, compile_project
-from fieldrig_devices.iec.dialect import DIALECTS
+from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.controller.downloads import Downloads
+from fieldrig_devices.iec.controller.order import HostFacts, Order
+from fieldrig_devices.iec.controller.task_points import task_points
 from fieldrig_devices.iec.host import Library
 from fieldrig_devices.iec.loaded import place_of
 from fieldrig_devices.iec.standalone import StandaloneHost
-from fieldrig_devices.iec.task_points import task_points
 from fieldrig_devices.iec.tasks.task import Task
 from fieldrig_devices.iec.thread import Fault, call_hierarchy
 from fieldrig_devices.languages.mistakes import CompileError
@@ -101,7 +101,9 @@ class Plc:
         self._held = ""
         """Why the controller may not go to RUN; empty if it may."""
         self._goes_on = False
-        self.downloads = Downloads(clock, background, self, settings, owner.on_program)
+        self.downloads = Downloads(clock, background, self)
+        self.on_load: Callable[[], None] = lambda: None
+        """Called when another program has been loaded, or the present one has been changed."""
         self.on_stop: Callable[[Task], None] = lambda task: None
         """Called when a task has reached a breakpoint or has been stopped by a fault."""
         self._timer = Alarm(self._clock)
@@ -125,11 +127,11 @@ class Plc:
 
     def compile(self, files: Sequence[SourceFile]) -> Compiled:
         """Compile a program for this controller.  CompileError with every mistake."""
-        dialect, report = DIALECTS[self._settings.dialect], Coarse(progress.report)
+        return self.order(files).compiled(Coarse(progress.report))
+
+    def order(self, files: Sequence[SourceFile]) -> Order:
         settings = self._settings
-        return compile_project(
-            files, self.host, dialect, costs=settings.costs, resource=settings.resource, on_progress=report
-        )
+        return Order(tuple(files), settings.dialect, HostFacts.of(self.host), settings.resource, settings.costs)
 
     def drives(self, name: str) -> bool:
         """Return whether the program drives the point of this name."""
@@ -142,19 +144,27 @@ class Plc:
             self._driven_by, self._driven = compiled, Driven(compiled, outputs)
         return self._driven.has(name)
 
-    # ---- loading
+    # ---- loading (`controller.downloads.Plc`)
 
     def unload(self) -> None:
         """Go to STOP without a program."""
         self._drop()
         self._owner.on_program()
 
-    def load(self, compiled: Compiled) -> None:
+    def load(self, _order: Order, compiled: Compiled) -> None:
         """Go to STOP, and take a program with its start values."""
         self._drop()
         self.program = self._made(compiled)
         self._owner.restart_channels()
+        self.on_load()
         self._owner.on_program()
+
+    def on_changed(self, _order: Order, _compiled: Compiled) -> None:
+        self.on_load()
+        self._owner.on_program()
+
+    def on_refused(self, problem: str) -> None:
+        self.problem = problem
 
     def _drop(self) -> None:
         self.downloads.cancel()

@@ -10,7 +10,7 @@ from fieldrig_devices.iec.commands.sources import dialect_named
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.compiler import Compiled
-    from fieldrig_devices.iec.holder import ProgramHolder
+    from fieldrig_devices.iec.controller.holder import ProgramHolder
     from fieldrig_devices.languages.source_file import SourceFile
 
 RigOption = Annotated[
@@ -54,7 +54,7 @@ def _holder(rig: Path, device: str | None) -> "ProgramHolder":
     from fieldrig.config.rig_file import look_through
     from fieldrig.errors import ConfigError, UsageError
     from fieldrig.text.nearest import closest
-    from fieldrig_devices.iec.holder import ProgramHolder
+    from fieldrig_devices.iec.controller.holder import ProgramHolder
 
     _, right, mistakes = look_through(rig)
     chosen = [entry for entry in right if issubclass(entry.cls, ProgramHolder) and device in (None, entry.name)]

@@ -6,7 +6,6 @@ from it at each boot, so it needs no format of its own.
 """
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Self
@@ -52,13 +51,9 @@ class Container:
             raise ValueError(f"not a program file: {cause}") from cause
 
 
-def container_of(paths: Sequence[Path], dialect: str, resource: str = "") -> Container:
-    """Read the sources of a project.  ValueError, with the name, for a file that is too long."""
-    return Container(tuple(SourceFile(path.name, _text(path)) for path in paths), dialect, resource)
-
-
-def _text(path: Path) -> str:
+def source_of(path: Path) -> SourceFile:
+    """Read a source of a project.  ValueError, with the name, for a file that is too long."""
     try:
-        return decoded(path.read_bytes())
+        return SourceFile(path.name, decoded(path.read_bytes()))
     except ValueError as cause:
         raise ValueError(f"{path.name}: {cause}") from cause

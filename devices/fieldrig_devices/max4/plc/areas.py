@@ -18,10 +18,14 @@ class Areas:
     def __init__(self, terminals: Terminals, on_input: Callable[[], None]) -> None:
         """`on_input` is called after each change of an input."""
         self.inputs, self.outputs = bytearray(AREA_SIZE), bytearray(AREA_SIZE)
+        self._inputs: Sequence[DigitalInput] = tuple(terminals.inputs.values())
         self._outputs: Sequence[DigitalOutput] = tuple(terminals.outputs.values())
         self._on_input = on_input
-        for number, terminal in enumerate(terminals.inputs.values()):
-            self._connect(self.inputs, number, terminal, on_input)
+
+    def connect(self) -> None:
+        """Follow the terminals from now on, instead of the program before."""
+        for number, terminal in enumerate(self._inputs):
+            self._connect(self.inputs, number, terminal, self._on_input)
         for number, output in enumerate(self._outputs):
             self._connect(self.outputs, number, output, _nothing)
 

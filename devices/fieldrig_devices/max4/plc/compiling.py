@@ -1,86 +1,54 @@
-"""Compiling a stored program for the controller that it is stored on.
+"""Compiling programs for one controller.
 
 Source: PacDrive manual 6015-6041 (digest PD-310 to PD-318): RETAIN variables have to fit into the memory that the
 controller has for them.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import replace
+from functools import partial
 
-from fieldrig.loop.background import Report
-from fieldrig_devices.iec.beside import HostFacts
-from fieldrig_devices.iec.compiler import Compiled, compile_project
-from fieldrig_devices.iec.costs import Costs
-from fieldrig_devices.iec.dialect import DIALECTS
+from fieldrig.loop.background import Coarse
+from fieldrig.real import progress
+from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.controller.order import HostFacts, Order
 from fieldrig_devices.iec.host import Host
-from fieldrig_devices.iec.layout import Layout
-from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.program import Program, Variable
-from fieldrig_devices.languages.beside import Refused, duration_of
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
+from fieldrig_devices.max4.configuration.limits import limits_of
 from fieldrig_devices.max4.configuration.program_file import Container
+from fieldrig_devices.max4.configuration.version import version_of
 from fieldrig_devices.max4.plc.retain import RetainMap, leaves_of
-from fieldrig_devices.max4.storage.retain import SIZES, RetainKind
+from fieldrig_devices.max4.settings import Max4Settings
+from fieldrig_devices.max4.storage.retain import SIZES
 
 
-@dataclass(frozen=True, slots=True)
-class Order:
-    """A program that is to be compiled."""
+class Compiler:
+    """The compiler of one controller.  It keeps its last program, because most boots find the same one."""
 
-    container: Container
-    facts: HostFacts
-    retain: RetainKind
-    limits: Limits
-    previous: Layout | None = None
-    """The layout of the running program, for an online change."""
-    costs: Costs = field(default_factory=Costs)
+    def __init__(self, settings: Max4Settings) -> None:
+        self._costs, self._limits = settings.costs, limits_of(version_of(settings.version))
+        self._check = partial(_check_retain, SIZES[settings.retain])
+        self._last: tuple[Order, Compiled] | None = None
 
-    @property
-    def duration_ns(self) -> int:
-        """Virtual time that compiling takes."""
-        return duration_of(source.text for source in self.container.files)
-
-
-def compile_order(order: Order, report: Report) -> Compiled | Refused:
-    """Compile a program in a process beside the controller."""
-    try:
-        return compile_container(
-            order.container, order.facts, order.retain, order.limits, order.previous, report, costs=order.costs
+    def order(self, container: Container, host: Host) -> Order:
+        facts = HostFacts.of(host)
+        return Order(
+            container.files, container.dialect, facts, container.resource, self._costs, self._limits, self._check
         )
-    except CompileError as wrong:
-        return Refused(tuple(wrong.mistakes))
+
+    def compiled(self, order: Order) -> Compiled:
+        """Compile a program, unless it is the last one, for the same objects.  CompileError with every mistake."""
+        if self._last is None or self._last[0] != order:
+            self.keep(order, order.compiled(Coarse(progress.report)))
+        assert self._last is not None
+        return self._last[1]
+
+    def keep(self, order: Order, compiled: Compiled) -> None:
+        """Keep a program that has been compiled elsewhere."""
+        self._last = replace(order, previous=None), compiled
 
 
-def compile_container(
-    container: Container,
-    host: Host,
-    retain: RetainKind,
-    limits: Limits,
-    previous: Layout | None = None,
-    report: Report = lambda what, done, steps: None,
-    *,
-    costs: Costs | None = None,
-) -> Compiled:
-    """Compile the sources; CompileError with all mistakes.  `previous` is the layout of the running program for an
-    online change."""
-    dialect = DIALECTS.get(container.dialect)
-    if dialect is None:
-        known = ", ".join(DIALECTS)
-        raise CompileError([Mistake(1, 1, f"the dialect {container.dialect!r} is not known", known)])
-    compiled = compile_project(
-        container.files,
-        host,
-        dialect,
-        limits=limits,
-        previous=previous,
-        costs=costs,
-        resource=container.resource,
-        on_progress=report,
-    )
-    _check_retain(compiled, SIZES[retain])
-    return compiled
-
-
-def _check_retain(compiled: Compiled, size: int) -> None:
+def _check_retain(size: int, compiled: Compiled) -> None:
     program = compiled.program
     variables = [
         *program.globals.values(),

@@ -25,11 +25,18 @@ class PlcHost:
     ) -> None:
         """`now_ms` is Timer1; `on_input` is called after each change of a digital input."""
         self._system, self.now_ms = system, now_ms
-        self._found = ObjectTypes(system.tree)
-        self._parameters = self._found.parameters
+        self._types = ObjectTypes(system.tree)
+        self._parameters = self._types.parameters
         self._areas = Areas(system.terminals, on_input)
         self.on_output = self._areas.on_output
         self._libraries = tuple(libraries)
+
+    def connect(self) -> None:
+        """Follow the terminals, for a program that is loaded; one that is only compiled leaves them to the present one.
+
+        Once a download that was refused had taken the inputs from the program that went on.
+        """
+        self._areas.connect()
 
     @property
     def libraries(self) -> Sequence[Library]:
@@ -37,11 +44,11 @@ class PlcHost:
 
     @property
     def object_types(self) -> Mapping[str, ObjectType]:
-        return self._found.types
+        return self._types.types
 
     @property
     def objects(self) -> Mapping[str, ConfiguredObject]:
-        return self._found.objects
+        return self._types.objects
 
     def read(self, address: int) -> Value:
         return self._parameters[address].value
@@ -51,7 +58,7 @@ class PlcHost:
 
     def read_slowly(self, address: int) -> Pending:
         pending = Pending()
-        node, parameter = self._found.slow[address]
+        node, parameter = self._types.slow[address]
         drive = self._system.drive_parameters.get(node.symbol)
         if drive is None or parameter.name == "DiagQuit":
             pending.finish(parameter.value)
@@ -62,7 +69,7 @@ class PlcHost:
     def write_slowly(self, address: int, value: Value) -> Pending:
         """Write a parameter of a drive; ValueError if it cannot have this value."""
         pending = Pending()
-        node, parameter = self._found.slow[address]
+        node, parameter = self._types.slow[address]
         if parameter.name == "DiagQuit":
             if value:
                 self._system.axes[node.symbol].quit_errors(lambda _is_good: pending.finish())

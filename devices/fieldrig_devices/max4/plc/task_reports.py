@@ -6,10 +6,11 @@ the manual gives no form for either.  A task that goes on transgressing is repor
 been acknowledged.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Final
 
 from fieldrig.clock import MS
+from fieldrig_devices.iec.loaded import place_of
 from fieldrig_devices.iec.tasks.task import Task
 from fieldrig_devices.iec.thread import Fault
 from fieldrig_devices.max4.messages.catalogue import Code
@@ -28,24 +29,38 @@ CODES: Final[Mapping[str, Code]] = {
 
 
 class TaskReports:
-    """The reports about the tasks of one controller."""
+    """The reports about the tasks of one controller, which watches its program by them (`loaded.Watcher`)."""
 
     def __init__(self, reports: Reports) -> None:
         self._reports = reports
+        self.last_fault: Fault | None = None
+        """The last fault that has suspended a task since the last reset."""
+        self.on_stop: Callable[[Task], None] = lambda task: None
+        """Called when a task has reached a breakpoint or has been stopped by a fault."""
 
-    def transgression(self, task: Task, elapsed_ns: int, *, is_serious: bool) -> None:
+    def reset(self) -> None:
+        """Withdraw what only a reset of the tasks ends."""
+        self.last_fault = None
+        self._reports.withdraw(Code.SERIOUS_CYCLE_ERROR)
+
+    def on_transgression(self, task: Task, elapsed_ns: int, *, is_serious: bool) -> None:
+        if is_serious:
+            self.last_fault = place_of(task, "cycle time", "the cycle took too long")
         code = Code.SERIOUS_CYCLE_ERROR if is_serious else Code.CYCLE_ERROR
         sender = sender_of(task)
         if not self._reports.is_pending(code, sender):
             self._reports.report(code, sender, f"{_ms(elapsed_ns)}/{_ms(task.limit_ns)}")
 
-    def fault(self, task: Task, fault: Fault) -> None:
-        code = CODES.get(fault.code, Code.FUNCTION)
-        self._reports.report(code, sender_of(task), f"{fault.pou} {fault.line}")
+    def on_fault(self, task: Task, fault: Fault) -> None:
+        self.last_fault = fault
+        self._reports.report(CODES.get(fault.code, Code.FUNCTION), sender_of(task), f"{fault.pou} {fault.line}")
+        self.on_stop(task)
 
-    def reset(self) -> None:
-        """Withdraw what only a reset of the tasks ends."""
-        self._reports.withdraw(Code.SERIOUS_CYCLE_ERROR)
+    def on_halt(self, task: Task) -> None:
+        self.on_stop(task)
+
+    def on_cycle(self, task: Task) -> None:
+        """The end of a cycle is no report."""
 
 
 def sender_of(task: Task) -> Sender:

@@ -111,3 +111,29 @@ def test_a_reset_to_the_origin_leaves_no_program(bench: DeviceBench) -> None:
         point.write(1)
     with pytest.raises(ValueError, match="there is no program"):
         ask(bench, "start")
+
+
+@pytest.mark.manual("SCU-063")
+@pytest.mark.parametrize("is_online", [True, False])
+def test_a_download_finds_an_open_reference_too(tmp_path: Path, is_online: bool) -> None:
+    bench = DeviceBench(tmp_path, COUNTING, channel_0=PTO)
+    download(
+        bench,
+        "PROGRAM PLC_PRG\nVAR Block : PTOStop; END_VAR\nBlock(Execute := TRUE);\nEND_PROGRAM",
+        is_online=is_online,
+    )
+    assert "Block.PTO_REF_IN is open" in str(bench.get("plc/problem"))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("is_online", [True, False])
+def test_breakpoints_stay_over_a_download(bench: DeviceBench, is_online: bool) -> None:
+    text = COUNTING.replace("PROGRAM PLC_PRG", "PROGRAM PLC_PRG  (* as before *)")
+    loads = ask(bench, "state")["loads"]
+    ask(bench, "stop")
+    ask(bench, "breakpoints", file="program.st", breakpoints=[{"line": 7}])
+    download(bench, text, is_online=is_online)
+    assert ask(bench, "state")["loads"] == loads + 1
+    ask(bench, "start")
+    bench.run(100)
+    assert ask(bench, "state")["state"] == "paused"

@@ -42,11 +42,11 @@ def test_drives_are_children_of_the_real_time_bus() -> None:
 @pytest.mark.manual("PD-334")
 def test_group_versions_shows_what_the_controller_is() -> None:
     identity = {"article_number": "13130237", "serial_number": "0000012345", "hardware_code": "0700"}
-    bench = Bench(identity=identity).run(100)
+    bench = Bench(identity=identity, version="V00.15.00").run(100)
     group = bench.max4.tree.root.groups["Versions"]
     shown = {name: parameter.value for name, parameter in group.parameters.items()}
     assert shown == {
-        "SoftwareVersion": bench.max4.settings.version,
+        "SoftwareVersion": "V00.15.00",
         "ProductName": "MAx-4",
         "ArticleNumber": "13130237",
         "SerialNumber": "0000012345",

@@ -90,7 +90,7 @@ def test_logged_run_of_the_manual(tmp_path: Path) -> None:
     entries = [entry for _, entry in bench.max4.logger.entries()][::-1]
     bench.max4.logger.reset()
     for entry in entries[:308] + entries[-1:]:  # without 8016 and 8002, which the manual does not print
-        bench.max4.ram.log.append(entry)
+        bench.max4.memory.ram.log.append(entry)
     bench.clock_shows(92_483).do("login").clock_shows(214_739).do("start").clock_shows(390_233).do("logout")
     bench.clock_shows(1_359_709).do("login").clock_shows(1_376_887).do("download").run(8_000)
     bench.clock_shows(1_471_389).do("system reset")
@@ -133,7 +133,7 @@ def test_logged_error_boot_of_the_manual(tmp_path: Path) -> None:
     bench.max4.logger.reset()
     for entry in entries[::-1]:  # which cycle hears of it is not the manual's
         is_supply = entry.code == 7134
-        bench.max4.ram.log.append(entry._replace(stamp_ms=9_321_429) if is_supply else entry)
+        bench.max4.memory.ram.log.append(entry._replace(stamp_ms=9_321_429) if is_supply else entry)
     again = Bench("Achse_1", "Achse_2", boot={"drives_ms": 14}, store=bench.store, **common).boot()
     again.clock_shows(9_529).max4.tcp_connected("10.205.10.24")
     again.clock_shows(9_540).do("login")

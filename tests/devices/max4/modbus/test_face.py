@@ -457,7 +457,7 @@ def test_positions_count_on_over_32_bits(enabled: FacesBench) -> None:
 
 def test_errors_of_an_axis_are_read_and_quitted(bench: FacesBench) -> None:
     axis = bench.axis("knife")
-    bench.max4.report_axis(1117, axis)
+    bench.max4.cycles.report_axis(1117, axis)
     assert bench.read(KNIFE + DIAG_CODE) == 1117
     assert status(bench, KNIFE) & ERROR
     assert bench.read(4) & 0x06 == 0x06

@@ -174,7 +174,7 @@ def test_a_ups_saves_what_a_kill_has_left_in_the_middle_of_a_commit(
 ) -> None:
     store = MemoryStore()
     bench = PlcBench(tmp_path, COUNTER + TASK, store=store, retain="ups").run(187)
-    retained = bench.max4.ram.retained
+    retained = bench.max4.memory.ram.retained
     before = retained.values
     assert before is not None
 
@@ -448,6 +448,31 @@ def test_an_online_change_gives_up_where_some_task_is_always_within_a_cycle(tmp_
     assert bench.get("plc/progress") == ""
     assert "some task was within a cycle at every instant of 10 s: expected less load" in str(bench.get("plc/problem"))
     assert bench.get("plc/state") == "running", "the present program goes on"
+
+
+def test_a_download_takes_the_place_of_an_online_change_that_waits(tmp_path: Path) -> None:
+    waiting = COUNTER.replace("lCount := lCount + 1;", "lCount := lCount + 1 + WAITT(T#60s);")
+    tasks = task_of("PLC_PRG", 100)
+    bench = PlcBench(tmp_path, waiting + tasks).run(200)
+    bench.write(waiting.replace("+ 1", "+ 2") + tasks).do("online change").run(100)
+    assert bench.get("plc/progress") == "waiting for the end of a cycle"
+    bench.write(COUNTER + tasks).do("download").run(8_000).do("start").run(5_000)
+    assert (bench.get("plc/progress"), bench.get("plc/problem")) == ("", "")
+    assert 8198 not in bench.codes(), "no change is refused 10 s after it was asked for"
+
+
+@pytest.mark.parametrize("words", ["download", "online change"])
+def test_the_inputs_stay_with_the_running_program_when_another_is_refused(tmp_path: Path, words: str) -> None:
+    text = """
+    PROGRAM PLC_PRG
+    VAR is_on : BOOL; END_VAR
+    is_on := %IX0.0;
+    END_PROGRAM""" + task_of("PLC_PRG", 10)
+    bench = PlcBench(tmp_path, text, inputs={"S1": ""}).run(200)
+    bench.write(text.replace("is_on :=", "is_no :=")).do(words).run(1_000)
+    bench.set("S1.Value", True)
+    bench.run(20)
+    assert bench.value("PLC_PRG.is_on") is True
 
 
 @pytest.mark.manual("PD-225")

@@ -339,7 +339,7 @@ def test_real_time_process_sees_to_all_that_the_manual_names_without_a_task() ->
         measuring_inputs={"Probe": "probe.1"},
     ).boot()
     bench.run(2_000).enable("belt")
-    assert not bench.max4.is_program_running
+    assert not bench.max4.plc.is_running
     asked: list[float] = []
 
     def path() -> Iterator[int]:

@@ -6,19 +6,18 @@ manual names them without their arguments, which are our choice.  Functions of t
 
 from collections.abc import Callable, Mapping
 from importlib.resources import files
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fieldrig.clock import MS, Clock
 from fieldrig_devices.iec.host import Library, NativeFunction, Pending, Results
+from fieldrig_devices.iec.loaded import LoadedProgram
 from fieldrig_devices.max4.libraries.collection import motion_libraries
 from fieldrig_devices.max4.libraries.controller import SystemMotion
 from fieldrig_devices.max4.messages.diagnosis import Sender
+from fieldrig_devices.max4.messages.logger import Logger
 from fieldrig_devices.max4.plc.library.open_files import OpenFiles, disk_name
+from fieldrig_devices.max4.storage.disk import FlashDisk
 from fieldrig_devices.max4.system import System
-
-if TYPE_CHECKING:
-    from fieldrig_devices.max4.controller import Max4
-    from fieldrig_devices.max4.plc.plc import Plc
 
 DONE: Final = 0
 UNKNOWN: Final = -1
@@ -33,13 +32,16 @@ ACCESS_MS: Final = 20
 class Functions:
     """The functions of one controller."""
 
-    def __init__(self, clock: Clock, controller: "Max4", plc: "Plc") -> None:
-        self._clock, self._controller, self._plc = clock, controller, plc
-        self._files = OpenFiles(controller.disk)
+    def __init__(
+        self, clock: Clock, disk: FlashDisk, logger: Logger, present: Callable[[], LoadedProgram | None]
+    ) -> None:
+        """`present` returns the program that is loaded."""
+        self._clock, self._disk, self._logger, self._present = clock, disk, logger, present
+        self._files = OpenFiles(disk)
 
     def libraries(self, system: System) -> tuple[Library, ...]:
         """The libraries for the objects of a boot."""
-        motion = motion_libraries(SystemMotion(system, self._controller.disk))
+        motion = motion_libraries(SystemMotion(system, self._disk))
         return (Library("MAx-4.lib", _TEXT, self._functions(system), {}), *motion)
 
     def end(self) -> None:
@@ -47,7 +49,7 @@ class Functions:
         self._files.drop()
 
     def _functions(self, system: System) -> Mapping[str, NativeFunction]:
-        logger = self._controller.logger
+        logger = self._logger
         axes = {axis.log_adr: axis for axis in system.axes.values()}
 
         def enable(address: int, is_on: bool) -> Results:
@@ -75,7 +77,7 @@ class Functions:
             "filewrite": slow(ACCESS_MS, self._files.write),
             "fileeof": NativeFunction(lambda file: (self._files.is_at_end(file),)),
             "fileclose": slow(APPEND_MS, self._files.close),
-            "filedelete": slow(APPEND_MS, lambda name: _done(lambda: self._controller.disk.delete(disk_name(name)))),
+            "filedelete": slow(APPEND_MS, lambda name: _done(lambda: self._disk.delete(disk_name(name)))),
             "filesize": slow(ACCESS_MS, self._files.size),
         }
 
@@ -91,10 +93,10 @@ class Functions:
 
     def _after(self, duration_ms: int, action: Callable[[], None]) -> None:
         """Do something later, unless the program has ended by then."""
-        program = self._plc.program
+        program = self._present()
 
         def act() -> None:
-            if self._plc.program is program:
+            if self._present() is program:
                 action()
 
         self._clock.call_at(self._clock.now_ns() + duration_ms * MS, act)
@@ -105,17 +107,17 @@ class Functions:
         return pending
 
     def _set_check_time(self, time_ms: int) -> Results:
-        program = self._plc.program
+        program = self._present()
         if time_ms < 0 or program is None or program.scheduler.current is None:
             return (WRONG,)
         program.scheduler.set_check_time(program.scheduler.current, time_ms * MS)
         return (DONE,)
 
     def _insert(self, type: int, code: int, ext: str, text: str) -> Results:
-        program = self._plc.program
+        program = self._present()
         task = program.scheduler.current if program is not None else None
         sender = Sender("IEC_TASK", task.name if task is not None else "")
-        self._controller.logger.insert(type, sender, code, ext, text)
+        self._logger.insert(type, sender, code, ext, text)
         return (DONE,)
 
 

@@ -1,12 +1,11 @@
-"""The view of a program for users: points of its tasks, and its task configuration."""
+"""The tasks of a program as points."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Final
 
 from fieldrig.clock import US
 from fieldrig.device import Point, Value
-from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.loaded import LoadedProgram
 from fieldrig_devices.iec.tasks.task import Task, TaskState
 
@@ -41,18 +40,3 @@ def state_of(program: LoadedProgram | None) -> str:
     if any(program.state(task) is TaskState.ERROR for task in scheduler.tasks):
         return "error"
     return "running" if scheduler.is_running else "stopped" if scheduler.is_started else "ready"
-
-
-def task_forms(compiled: Compiled) -> list[Mapping[str, object]]:
-    """The task configuration, which an online change must leave as it is."""
-    return [
-        {
-            "name": task.name.casefold(),
-            "kind": task.kind,
-            "priority": task.priority,
-            "interval": task.interval_ms,
-            "event": task.event.name.casefold() if task.event is not None else "",
-            "programs": [pou.name.casefold() for pou in task.programs],
-        }
-        for task in compiled.program.tasks
-    ]

@@ -1,0 +1,69 @@
+"""Power and buffered memory of the controller, and the faults that take them away.
+
+Source: PacDrive manual 4210-4214 (digest PD-040, PD-048, PD-111).
+"""
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from fieldrig.clock import Clock
+from fieldrig.faults.faults import Fault, Faults
+from fieldrig.faults.injected import InjectedFaults
+from fieldrig_devices.max4.faults import MODELS, MemoryLost, Overrun, PowerOff
+from fieldrig_devices.max4.storage.memory import Memory
+
+
+class Supplied(Protocol):
+    """The parts of the controller that need power."""
+
+    def power_on(self) -> None:
+        """Boot."""
+
+    def power_off(self) -> None:
+        """End everything at once."""
+
+    def on_memory_lost(self) -> None:
+        """Called when the content of the memory is lost while there is power."""
+
+
+class Power:
+    """The power of one controller."""
+
+    def __init__(self, clock: Clock, memory: Memory, supplied: Supplied, set_delay: Callable[[int], None]) -> None:
+        """`set_delay` takes the additional duration of each cycle, in microseconds."""
+        self._memory, self._supplied, self._set_delay = memory, supplied, set_delay
+        self.injected = InjectedFaults[Fault[Any]](clock, MODELS, Faults(Fault), on_change=self._on_faults)
+        self.is_on = self._was_lost = False
+        self._off_days = 0.0
+
+    def start(self, off_days: float) -> None:
+        """Switch the power on, after `off_days` without it, unless a fault keeps it off."""
+        if self.injected.first(PowerOff) is None:
+            self._on(off_days)
+
+    def _on(self, off_days: float) -> None:
+        self.is_on = True
+        is_lost = self._memory.power_on(off_days, is_lost=self.injected.first(MemoryLost) is not None)
+        self._supplied.power_on()
+        if is_lost:
+            self._supplied.on_memory_lost()
+
+    def _off(self) -> None:
+        self.is_on = False
+        self._memory.power_off()
+        self._supplied.power_off()
+
+    def _on_faults(self) -> None:
+        overrun, off = self.injected.first(Overrun), self.injected.first(PowerOff)
+        self._set_delay(overrun.us if overrun is not None else 0)
+        if off is not None:
+            self._off_days = off.days
+            if self.is_on:
+                self._off()
+        elif not self.is_on:
+            self._on(self._off_days)
+        is_lost = self.injected.first(MemoryLost) is not None
+        if is_lost and not self._was_lost and self.is_on:
+            self._memory.lose()
+            self._supplied.on_memory_lost()
+        self._was_lost = is_lost
