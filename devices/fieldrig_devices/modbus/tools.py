@@ -125,5 +125,7 @@ def _groups_of(space: str, table: Table) -> list[_Group]:
 def _options(space: str, entry: Bit | Register, table: Table) -> tuple[str, ...]:
     if not isinstance(entry, Register) or entry.type not in FORMAT_OPTION:
         return ("-t", SPACE_OPTION[space])
+    if (entry.byte_order or table.byte_order) == "little":  # mbpoll knows no order of bytes, so it shows registers
+        return ("-t", SPACE_OPTION[space])
     is_big = (entry.word_order or table.word_order) == "big"
     return ("-t", SPACE_OPTION[space] + FORMAT_OPTION[entry.type], *(("-B",) if is_big else ()))

@@ -139,8 +139,7 @@ class ModbusUnit:
         for entry in entries:
             direction = direction_of(space, entry)
             for name, address in _each(entry):
-                order = self._table.word_order
-                value = RegisterValue(name, entry, address, direction, image, order, out_of_range)
+                value = RegisterValue(name, entry, address, direction, image, self._table.form_of(entry), out_of_range)
                 self._add(value, value.has_limits)
 
     def _add(self, value: AnyValue, is_watched: bool = False) -> None:

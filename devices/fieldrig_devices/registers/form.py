@@ -1,7 +1,9 @@
-"""The types of values in registers and their bytes: numbers in either word order, truths, and texts.
+"""The types of values in registers and their bytes: numbers in four orders, truths, and texts.
 
-Source: none, as Modbus has no types.  Each register is big-endian; `word_order` determines which register of a number
-comes first.  A text has two characters in each register, the first one in the high byte, and is padded with zeros.
+Source: none, as Modbus has no types.  `word_order` determines which register of a number comes first, `byte_order`
+which byte of each register.  The specification has the high byte first (V1.1b3, 4.2), and devices that copy their memory
+have the low one.  With a number of four bytes ABCD the four orders are ABCD, CDAB (words), BADC (bytes), and DCBA.  A
+text has two characters in each register, the first one in the byte that comes first, and is padded with zeros.
 """
 
 import struct
@@ -9,6 +11,7 @@ import sys
 from typing import Final, Literal
 
 WordOrder = Literal["big", "little"]
+ByteOrder = Literal["big", "little"]
 
 FORMATS: Final = {"u16": "H", "s16": "h", "u32": "I", "s32": "i", "f32": "f", "u64": "Q", "s64": "q", "f64": "d"}
 FLOATS: Final = frozenset({"f32", "f64"})
@@ -29,15 +32,15 @@ def characters_in(type: str) -> int:
 
 
 class Form:
-    """The form of one type in registers, in one word order."""
+    """The form of one type in registers, in one order of its words and bytes."""
 
-    __slots__ = ("_is_swapped", "_struct", "high", "is_float", "low", "type", "words")
+    __slots__ = ("_are_bytes_swapped", "_struct", "_word_order", "high", "is_float", "low", "type", "words")
 
-    def __init__(self, type: str, word_order: WordOrder = "big") -> None:
+    def __init__(self, type: str, word_order: WordOrder = "big", byte_order: ByteOrder = "big") -> None:
         self.type, self.words = type, words_in(type)
         self.is_float = type in FLOATS
         self._struct = struct.Struct(f">{FORMATS[type]}") if type in FORMATS else None
-        self._is_swapped = word_order == "little" and self.is_number
+        self._word_order, self._are_bytes_swapped = word_order, byte_order == "little"
         self.low: int | float
         """The lowest number of the type; 0 if it is not a number."""
         self.high: int | float
@@ -52,18 +55,34 @@ class Form:
     def pack(self, number: int | float) -> bytes:
         """The bytes of a number.  struct.error or OverflowError for a number that does not fit."""
         assert self._struct is not None, "the type is a number"
-        data = self._struct.pack(number)
-        return _swapped(data) if self._is_swapped else data
+        return self._ordered(self._struct.pack(number))
 
     def unpack(self, data: bytes) -> int | float:
         """The number in the bytes of its registers."""
         assert self._struct is not None, "the type is a number"
-        number: int | float = self._struct.unpack(_swapped(data) if self._is_swapped else data)[0]
+        number: int | float = self._struct.unpack(self._ordered(data))[0]
         return number
 
     def pack_text(self, text: bytes) -> bytes:
         """The bytes of a text, cut and padded to the size of its registers."""
-        return text[: characters_in(self.type)].ljust(2 * self.words, b"\x00")
+        data = text[: characters_in(self.type)].ljust(2 * self.words, b"\x00")
+        return _swapped_bytes(data) if self._are_bytes_swapped else data
+
+    def unpack_text(self, data: bytes) -> str:
+        """The text up to the first zero byte."""
+        data = _swapped_bytes(data) if self._are_bytes_swapped else data
+        return data.split(b"\x00")[0].decode("latin-1")
+
+    def pack_truth(self, value: bool) -> bytes:
+        """The register of a truth: 1, or 0."""
+        data = b"\x00\x01" if value else b"\x00\x00"
+        return _swapped_bytes(data) if self._are_bytes_swapped else data
+
+    def _ordered(self, data: bytes) -> bytes:
+        """The bytes of a number with the high one first, in the order of its registers; and back, as a swap is both."""
+        if self._word_order == "little":
+            data = _swapped_words(data)
+        return _swapped_bytes(data) if self._are_bytes_swapped else data
 
     def _ends(self) -> tuple[int | float, int | float]:
         if not self.is_number:
@@ -74,11 +93,13 @@ class Form:
         return (0, (1 << bits) - 1) if self.type.startswith("u") else (-(1 << bits - 1), (1 << bits - 1) - 1)
 
 
-def text_in_registers(data: bytes) -> str:
-    """The text up to the first zero byte."""
-    return data.split(b"\x00")[0].decode("latin-1")
-
-
-def _swapped(data: bytes) -> bytes:
+def _swapped_words(data: bytes) -> bytes:
     """The words in reverse order; the bytes of each word keep theirs."""
     return b"".join(data[at : at + 2] for at in range(len(data) - 2, -1, -2))
+
+
+def _swapped_bytes(data: bytes) -> bytes:
+    """The two bytes of each word in reverse order; the words keep theirs."""
+    swapped = bytearray(data)
+    swapped[::2], swapped[1::2] = data[1::2], data[::2]
+    return bytes(swapped)

@@ -12,7 +12,7 @@ from typing import Final
 
 from fieldrig.device import Value
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, SERVER_DEVICE_FAILURE, ModbusError
-from fieldrig_devices.registers.form import Form, WordOrder, text_in_registers, words_in
+from fieldrig_devices.registers.form import ByteOrder, Form, WordOrder, words_in
 
 RESERVED: Final = "reserved"
 BOOL: Final = "bool"
@@ -69,14 +69,18 @@ class LiveRegisters:
     """The registers of one unit."""
 
     def __init__(
-        self, entries: Iterable[Entry], word_order: WordOrder = "big", refusal: int = SERVER_DEVICE_FAILURE
+        self,
+        entries: Iterable[Entry],
+        word_order: WordOrder = "big",
+        refusal: int = SERVER_DEVICE_FAILURE,
+        byte_order: ByteOrder = "big",
     ) -> None:
         """`refusal` is the exception code of a value that `check` refuses."""
         self._refusal = refusal
         self._at: dict[int, Entry] = {}
         self._forms: dict[str, Form] = {}
         for entry in entries:
-            self._forms.setdefault(entry.type, Form(entry.type, word_order))
+            self._forms.setdefault(entry.type, Form(entry.type, word_order, byte_order))
             for address in range(entry.address, entry.end):
                 self._at[address] = entry
         self._half: dict[int, bytes] = {}
@@ -139,7 +143,7 @@ class LiveRegisters:
         """The bytes of a value, limited to the range of its type."""
         form = self._forms[entry.type]
         if entry.type == BOOL:
-            return b"\x00\x01" if value else b"\x00\x00"
+            return form.pack_truth(bool(value))
         if not form.is_number:
             return form.pack_text(str(value).encode("latin-1", "replace"))
         return form.pack(float(value) if form.is_float else min(max(int(value), form.low), form.high))
@@ -148,7 +152,7 @@ class LiveRegisters:
         form = self._forms[entry.type]
         if entry.type == BOOL:
             return any(raw)
-        return form.unpack(raw) if form.is_number else text_in_registers(raw)
+        return form.unpack(raw) if form.is_number else form.unpack_text(raw)
 
 
 @dataclass(frozen=True, slots=True)

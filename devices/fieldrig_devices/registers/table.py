@@ -22,7 +22,7 @@ from pydantic import Field, model_validator
 from fieldrig.config.settings_file import load_settings
 from fieldrig.config.yaml_source import key_text
 from fieldrig.settings import Settings, WrongKey
-from fieldrig_devices.registers.form import FORMATS, TYPE_PATTERN, Form, WordOrder, characters_in, words_in
+from fieldrig_devices.registers.form import FORMATS, TYPE_PATTERN, ByteOrder, Form, WordOrder, characters_in, words_in
 from fieldrig_devices.registers.type_names import naming
 
 Value = bool | int | float | str
@@ -82,6 +82,9 @@ class Register(Settings):
     word_order: WordOrder | None = Field(
         default=None, description="big: the high word first; default: that of the table"
     )
+    byte_order: ByteOrder | None = Field(
+        default=None, description="big: the high byte of each register first; default: that of the table"
+    )
     wire: str | None = Field(default=None, description="a signal in the same unit")
     direction: Direction | None = None
     retained: bool = Field(default=False, description="kept in non-volatile memory")
@@ -131,6 +134,7 @@ class Table(Settings):
 
     about: str = ""
     word_order: WordOrder = "big"
+    byte_order: ByteOrder = "big"
     coils: list[Bit] = Field(default_factory=list)
     discrete_inputs: list[Bit] = Field(default_factory=list)
     holding_registers: list[Register] = Field(default_factory=list)
@@ -146,6 +150,10 @@ class Table(Settings):
             "input_registers": self.input_registers,
         }
         return spaces[space]
+
+    def form_of(self, register: Register) -> Form:
+        """The form of a register's value, in its own order or else that of the table."""
+        return Form(register.type, register.word_order or self.word_order, register.byte_order or self.byte_order)
 
 
 SPACES = ("coils", "discrete_inputs", "holding_registers", "input_registers")

@@ -8,7 +8,7 @@ from typing import Final, Literal
 from fieldrig.points.checks import number_in, text_in, truth_in
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_VALUE, SERVER_DEVICE_FAILURE, ModbusError
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.registers.form import Form, WordOrder, text_in_registers
+from fieldrig_devices.registers.form import Form, characters_in
 from fieldrig_devices.registers.image import BitImage, RegisterImage
 from fieldrig_devices.registers.table import Bit, Direction, Register, Value
 
@@ -77,12 +77,12 @@ class RegisterValue:
         address: int,
         direction: Direction,
         image: RegisterImage,
-        word_order: WordOrder,
+        form: Form,
         out_of_range: OutOfRange,
     ) -> None:
         self.name, self.entry, self.direction, self.unit = name, entry, direction, entry.unit
         self._address, self._words, self._image = address, entry.words, image
-        self._form = Form(entry.type, entry.word_order or word_order)
+        self._form = form
         self._is_scaled = entry.scale != 1 or entry.offset != 0
         self._out_of_range = out_of_range
         self._on_written: Callable[[], None] | None = None
@@ -159,7 +159,7 @@ class RegisterValue:
 
     def _decode(self, data: bytes) -> Value:
         if not self._form.is_number:
-            return any(data) if self.entry.type == "bool" else text_in_registers(data)
+            return any(data) if self.entry.type == "bool" else self._form.unpack_text(data)
         value = self._form.unpack(data)
         if not self._is_scaled:
             return value
@@ -171,11 +171,11 @@ class RegisterValue:
         kind = self.entry.type
         if not self._form.is_number:
             if kind == "bool":
-                return b"\x00\x01" if truth_in(value, self.name) else b"\x00\x00"
-            text = text_in(value, 2 * self._words, self.name)
+                return self._form.pack_truth(truth_in(value, self.name))
+            text = text_in(value, characters_in(kind), self.name)
             if not text.isascii():
                 raise ValueError(f"{self.name}: expected a text in ASCII, got {text!r}")
-            return text.encode().ljust(2 * self._words, b"\x00")
+            return self._form.pack_text(text.encode())
         assert not isinstance(value, str | bool), "`put` has refused it"
         raw = (value - self.entry.offset) / self.entry.scale if self._is_scaled else value
         try:
