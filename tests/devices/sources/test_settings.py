@@ -1,0 +1,97 @@
+"""The key `source`: what may be said in it, and what is wrong with what may not."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import TypeAdapter, ValidationError
+
+from fieldrig import MS, S
+from fieldrig.settings import Settings
+from fieldrig_devices.sources.recording import Recording, read_recording
+from fieldrig_devices.sources.settings import SourceSettings
+from fieldrig_devices.sources.shapes import Source
+
+ANY: TypeAdapter[Any] = TypeAdapter(SourceSettings)
+
+
+def source(folder: Path | None = None, **keys: Any) -> Source:
+    settings: Any = ANY.validate_python(keys, context={"folder": folder, "folders": [folder]})
+    assert isinstance(settings, Settings)
+    begun: Source = settings.begin("flow")  # type: ignore[attr-defined]
+    return begun
+
+
+def test_defaults() -> None:
+    assert source(kind="square", period_ms=10.0).at(0) == 1
+    assert source(kind="random_walk", low=-1.0, high=2.0, step=0.1).at(0) == 0.5
+    assert source(kind="uptime").at(90 * S) == 90
+    assert source(kind="clock").at(1 * S) == 1_577_836_801  # 1 January 2020, 00:00:01 UTC
+    assert source(kind="constant", value=3.5).at(1 * S) == 3.5
+
+
+@pytest.mark.parametrize(
+    ("keys", "told"),
+    [
+        ({"kind": "sine", "low": 2.0, "high": 1.0, "period_ms": 5.0}, "expected at most high"),
+        ({"kind": "triangle"}, "does not match any of the expected tags"),
+        ({"kind": "random_walk", "low": 0.0, "high": 1.0, "step": 0.1, "first": 2.0}, "expected 0 to 1, got 2"),
+        ({"kind": "counter", "per_s": 1e6, "step": 1e-6}, "at most 1,000,000 changes a second"),
+        ({"kind": "clock", "first": "yesterday"}, "expected a date such as"),
+        ({"kind": "clock", "first": "9999-01-01"}, "up to the year 9000"),
+        ({"kind": "sine", "low": 0.0, "high": float("inf"), "period_ms": 5.0}, "finite number"),
+        ({"kind": "square", "period_ms": 0.001, "high_percent": 0.01}, "parts of at least a nanosecond"),
+    ],
+)
+def test_mistakes(keys: dict[str, Any], told: str) -> None:
+    with pytest.raises(ValidationError, match=told):
+        source(**keys)
+
+
+def test_a_recording_is_replayed_by_its_times(tmp_path: Path) -> None:
+    (tmp_path / "day.csv").write_text(
+        "time;power\n2026-01-31 08:00:00;1,5\n2026-01-31 08:00:02;\n2026-01-31 08:00:03;-4"
+    )
+    replay = source(tmp_path, kind="replay", file="day.csv", column="power", time_column="time")
+    assert [replay.at(age_s * S) for age_s in (0, 2, 3, 4, 7)] == [1.5, 1.5, -4, 1.5, -4]
+
+
+def test_a_recording_without_times_is_replayed_row_by_row(tmp_path: Path) -> None:
+    (tmp_path / "day.csv").write_text("a,b\n1,true\n2,false\n", encoding="utf-8-sig")
+    once = source(tmp_path, kind="replay", file="day.csv", column="b", step_ms=10.0, repeats=False)
+    assert [once.at(age_ms * MS) for age_ms in (0, 9, 10, 99)] == [1, 1, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("text", "time_column", "told"),
+    [
+        ("a\n1\n", "time", "there is no column 'time'"),
+        ("a\n", None, "rows of values"),
+        ("a\n1\nx\n", None, "line 3: expected a number in column 'a', got 'x'"),
+        ("a\nnan\n", None, "line 2: expected a number"),
+        ("t,a\n0,1\n0,2\n", "t", "line 3: expected a later time"),
+        ("t,a\nnoon,1\n", "t", "line 2: expected seconds or a date"),
+        ("t,a\n0,\n", None, "line 2: expected a number in the first row"),
+        ('a\n"' + "x" * 200_000 + '"\n', None, "line 2: field larger"),
+    ],
+)
+def test_what_is_wrong_with_a_recording(tmp_path: Path, text: str, time_column: str | None, told: str) -> None:
+    (tmp_path / "bad.csv").write_text(text)
+    with pytest.raises(ValueError, match=told):
+        read_recording(tmp_path / "bad.csv", "a", time_column, S)
+
+
+@given(text=st.text(st.sampled_from('a,;\t\n"0129.-e: '), max_size=60), timed=st.booleans())
+def test_any_text_is_a_recording_or_a_mistake(tmp_path_factory: pytest.TempPathFactory, text: str, timed: bool) -> None:
+    file = tmp_path_factory.getbasetemp() / "any.csv"
+    file.write_text("a,b\n" + text)
+    try:
+        recording = read_recording(file, "b", "a" if timed else None, S)
+    except ValueError:
+        return
+    assert isinstance(recording, Recording)
+    assert len(recording.ages_ns) == len(recording.values) > 0
+    assert list(recording.ages_ns) == sorted(set(recording.ages_ns))
+    assert recording.ages_ns[0] == 0
