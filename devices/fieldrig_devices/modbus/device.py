@@ -34,6 +34,7 @@ from fieldrig_devices.modbus.tools import lines_for
 from fieldrig_devices.modbus.unit import ModbusUnit
 from fieldrig_devices.registers.table import driven_wires, load_table
 from fieldrig_devices.registers.value import OutOfRange
+from fieldrig_devices.sources.living import LivingValues
 
 log = logging.getLogger(__name__)
 
@@ -120,6 +121,9 @@ class ModbusDevice(Device):
             )
             for unit_id, unit in by_unit.items()
         }
+        self._living = LivingValues(
+            clock, [living for unit_id, unit in self._units.items() for living in unit.living(f"{unit_id}/")]
+        )
         self._restore()
         for link in modbus:
             servers = {
@@ -136,6 +140,7 @@ class ModbusDevice(Device):
         self._listen_to_wires()
 
     def start(self) -> None:
+        self._living.start()
         for unit in self._units.values():
             unit.drive_all()
 
@@ -193,12 +198,14 @@ class ModbusDevice(Device):
         return replace(point, read=read)
 
     def _on_request(self, port: ModbusPort, message: ModbusRequest | ModbusResponse) -> None:
-        if self._moving:
-            self._follow()
+        self._follow()
         port.on_message(message)
 
     def _follow(self) -> None:
-        """Update the registers that show moving signals."""
+        """Update the registers that show moving signals, and those that live by themselves."""
+        self._living.refresh()
+        if not self._moving:
+            return
         now_ns = self._clock.now_ns()
         for wire, signal in self._moving.items():
             self._hear(self._listeners[wire], Signal(wire, signal.at(now_ns), signal.unit))

@@ -21,6 +21,7 @@ from fieldrig_devices.registers.table import (
     words_of,
 )
 from fieldrig_devices.registers.value import BitValue, OutOfRange, RegisterValue
+from fieldrig_devices.sources.living import Living
 
 AnyValue = BitValue | RegisterValue
 
@@ -103,6 +104,14 @@ class ModbusUnit:
             (value.entry.wire, value.hear)
             for value in self.values.values()
             if value.entry.wire is not None and value.direction == "from_wire"
+        ]
+
+    def living(self, prefix: str) -> list[Living]:
+        """The values that live by themselves; their names after `prefix` are the seeds of what is random."""
+        return [
+            Living(value.entry.source.begin(prefix + value.name), value.live)
+            for value in self.values.values()
+            if value.entry.source is not None
         ]
 
     def collectors(self) -> list[tuple[str, Callable[[Signal], None]]]:
@@ -192,7 +201,8 @@ class ModbusUnit:
             self._on_changed(value)
 
         is_heard = value.entry.wire is not None and value.direction == "from_wire"
-        return Point(value.read, None if is_heard else write, value.unit, value.entry.about)
+        is_fixed = is_heard or value.entry.source is not None
+        return Point(value.read, None if is_fixed else write, value.unit, value.entry.about)
 
     def _status_bits(self, names: Sequence[str]) -> list[AnyValue]:
         unknown = [name for name in names if name not in self.values]

@@ -16,7 +16,7 @@ from fieldrig_devices.registers.table import SPACES, Bit, Register, Table, acces
 
 Lookup = Callable[[str], Point | None]
 """Returns the point of a name, or None if there is none."""
-_FOREIGN = {"wire": None, "retained": False, "count": 1, "initial": None, "word_order": None, "byte_order": None}
+_FOREIGN = {"wire": None, "retained": False, "count": 1, "initial": None, "word_order": None, "byte_order": None, "source": None}
 """Keys of an entry that have no meaning here, and their defaults."""
 
 

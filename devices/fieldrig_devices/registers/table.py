@@ -24,6 +24,7 @@ from fieldrig.config.yaml_source import key_text
 from fieldrig.settings import Settings, WrongKey
 from fieldrig_devices.registers.form import FORMATS, TYPE_PATTERN, ByteOrder, Form, WordOrder, characters_in, words_in
 from fieldrig_devices.registers.type_names import naming
+from fieldrig_devices.sources.settings import SourceSettings
 
 Value = bool | int | float | str
 Number = int | float
@@ -51,6 +52,7 @@ class Bit(Settings):
     wire: str | None = Field(default=None, description="a digital signal")
     direction: Direction | None = None
     retained: bool = Field(default=False, description="kept in non-volatile memory")
+    source: SourceSettings | None = Field(default=None, description="a value that lives by itself; clients read it")
     count: int = Field(default=1, ge=1, le=65536, description="number of identical entries, named name.0, name.1, ...")
     about: str = ""
 
@@ -88,6 +90,7 @@ class Register(Settings):
     wire: str | None = Field(default=None, description="a signal in the same unit")
     direction: Direction | None = None
     retained: bool = Field(default=False, description="kept in non-volatile memory")
+    source: SourceSettings | None = Field(default=None, description="a value that lives by itself; clients read it")
     count: int = Field(default=1, ge=1, le=65536, description="number of identical entries, named name.0, name.1, ...")
     about: str = ""
 
@@ -106,6 +109,8 @@ class Register(Settings):
             raise ValueError(f"scale, offset, min and max apply to numbers, not to {self.type}: remove them")
         if self.wire is not None and self.type.startswith("string"):
             raise ValueError("wire: expected no wire, because a wire cannot carry a text")
+        if self.source is not None and self.type.startswith("string"):
+            raise ValueError("source: expected a number or bool as the type, because a source has no texts")
         if self.min is not None and self.max is not None and self.min > self.max:
             raise ValueError(f"min {self.min}: expected at most max, which is {self.max}")
         if self.initial is not None:
@@ -161,7 +166,7 @@ WRITABLE_SPACES = ("coils", "holding_registers")
 
 
 def access_of(space: str, entry: Bit | Register) -> Access:
-    return entry.access or ("rw" if space in WRITABLE_SPACES else "ro")
+    return entry.access or ("rw" if space in WRITABLE_SPACES and entry.source is None else "ro")
 
 
 def direction_of(space: str, entry: Bit | Register) -> Direction:
@@ -191,6 +196,12 @@ def _check_common(entry: Bit | Register) -> None:
         raise ValueError("direction: expected a wire beside it")
     if entry.wire is not None and entry.count > 1:
         raise ValueError("count: expected 1 for an entry with a wire; write one entry for each wire")
+    if entry.source is not None:
+        for key in ("wire", "initial", "retained"):
+            if key in entry.model_fields_set:
+                raise ValueError(f"{key} has no meaning beside source: remove one of the two")
+        if entry.access not in (None, "ro"):
+            raise ValueError("access: expected ro, because the value lives by itself")
     if entry.address + entry.count * words_of(entry) > 0x10000:
         raise ValueError("address: expected that all registers end at 65535 or below")
 

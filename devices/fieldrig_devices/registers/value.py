@@ -11,6 +11,7 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.registers.form import Form, characters_in
 from fieldrig_devices.registers.image import BitImage, RegisterImage
 from fieldrig_devices.registers.table import Bit, Direction, Register, Value
+from fieldrig_devices.sources.shapes import Number
 
 Refusal = Literal["server_failure", "illegal_value"]
 OutOfRange = Refusal | Literal["limit"]
@@ -45,6 +46,10 @@ class BitValue:
         if not isinstance(signal.value, bool):
             raise ValueError(f"{self.name} is a bit: expected a digital wire, got {signal.value!r} on {signal.name}")
         self._image.put(self._address, signal.value)
+
+    def live(self, value: Number) -> None:
+        """Take the value of a source, which is true from 0.5 on."""
+        self._image.put(self._address, value >= 0.5)
 
     def raw(self) -> bytes:
         return bytes((self._image.get(self._address),))
@@ -107,6 +112,13 @@ class RegisterValue:
             self._image.put(self._address, self._saturated(signal.value))
         else:
             self.put(bool(signal.value))
+
+    def live(self, value: Number) -> None:
+        """Take the value of a source; one beyond the range of the registers becomes the end of the range."""
+        if self._form.is_number:
+            self._image.put(self._address, self._saturated(value))
+        else:
+            self.put(value >= 0.5)
 
     def raw(self) -> bytes:
         return self._image.get(self._address, self._words)

@@ -8,12 +8,12 @@ import pytest
 from full_store import FullStore
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from modbus_bench import Bench
 from pydantic import ValidationError
 
-from fieldrig.clock import MS, VirtualClock
+from fieldrig.clock import MS
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.storage.store import MemoryStore
-from fieldrig.testing import RecordedLink
 from fieldrig_bus.modbus.line import ModbusRtu, ModbusRtuSettings
 from fieldrig_bus.modbus.message import LineState, ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.tcp import ModbusTcp, ModbusTcpSettings
@@ -58,43 +58,6 @@ holding_registers:
   - {address: 0, name: limit, type: u32, retained: true, initial: 7}
   - {address: 2, name: other}
 """
-
-
-class Bench:
-    """A device with two buses, wires, and a clock moved by hand."""
-
-    def __init__(
-        self, folder: Path, table: str | Path | None, store: MemoryStore | None = None, **entries: Any
-    ) -> None:
-        if isinstance(table, str):
-            (folder / "t.yaml").write_text(table)
-            table = folder / "t.yaml"
-        wanted = {"table": table, "turnaround_ms": 0.0, **entries}
-        self.settings = ModbusDeviceSettings.model_validate(
-            {key: value for key, value in wanted.items() if value is not None}, context={"folder": folder}
-        )
-        self.clock = VirtualClock()
-        self.tcp: RecordedLink[ModbusRequest | ModbusResponse] = RecordedLink()
-        self.rtu: RecordedLink[ModbusRequest | ModbusResponse] = RecordedLink()
-        self.wires: RecordedLink[Signal] = RecordedLink()
-        self.store = MemoryStore() if store is None else store
-        self.device = ModbusDevice(self.clock, self.settings, [self.tcp, self.rtu], self.store, self.wires)
-        self.device.start()
-
-    def ask(self, request: str, unit: int = 1, line: LineState | None = None) -> str | None:
-        link = self.tcp if line is None else self.rtu
-        link.deliver(ModbusRequest(unit, bytes.fromhex(request), 5, line))
-        answers = link.take()
-        assert all(isinstance(answer, ModbusResponse) and answer.exchange == 5 for answer in answers)
-        return " ".join(answer.pdu.hex() for answer in answers) or None
-
-    def point(self, key: str) -> Any:
-        return self.device.points()[key].read()
-
-    def set(self, key: str, value: Any) -> None:
-        write = self.device.points()[key].write
-        assert write is not None
-        write(value)
 
 
 @pytest.mark.parametrize(
