@@ -16,7 +16,15 @@ from fieldrig_devices.registers.table import SPACES, Bit, Register, Table, acces
 
 Lookup = Callable[[str], Point | None]
 """Returns the point of a name, or None if there is none."""
-_FOREIGN = {"wire": None, "retained": False, "count": 1, "initial": None, "word_order": None, "byte_order": None, "source": None}
+_FOREIGN = {
+    "wire": None,
+    "retained": False,
+    "count": 1,
+    "initial": None,
+    "word_order": None,
+    "byte_order": None,
+    "source": None,
+}
 """Keys of an entry that have no meaning here, and their defaults."""
 
 
@@ -57,7 +65,10 @@ def live_unit(table: Table, find: Lookup, refusal: int = SERVER_DEVICE_FAILURE) 
     bits = {space: LiveBits([_bit(space, bit, find) for bit in table.entries(space)]) for space in SPACES[:2]}
     registers = {
         space: LiveRegisters(
-            [_register(space, entry, find, refusal) for entry in table.entries(space)], table.word_order, refusal, table.byte_order
+            [_register(space, entry, find, refusal) for entry in table.entries(space)],
+            table.word_order,
+            refusal,
+            table.byte_order,
         )
         for space in SPACES[2:]
     }

@@ -8,7 +8,7 @@ source: {kind: replay, file: morning.csv, column: power, time_column: time}
 from datetime import datetime
 from typing import Annotated, Final, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from fieldrig.clock import MS, S
 from fieldrig.settings import ConfigFile, Settings
@@ -25,10 +25,20 @@ from fieldrig_devices.sources.shapes import (
     Square,
 )
 
-Finite = Annotated[float, Field(allow_inf_nan=False, ge=-1e300, le=1e300)]
-Millis = Annotated[float, Field(ge=0.001, le=1e12, allow_inf_nan=False)]
+LARGEST: Final = 1e300
 LAST_YEAR: Final = 9000
 """A clock runs for up to 146 years, and Python's dates end with the year 9999."""
+
+
+def _computable(number: float) -> float:
+    """Return a number whose sums with others of this size are still numbers."""
+    if abs(number) > LARGEST:
+        raise ValueError(f"expected at most {LARGEST:g} in either direction, got {number:g}")
+    return number
+
+
+Finite = Annotated[float, Field(allow_inf_nan=False), AfterValidator(_computable)]
+Millis = Annotated[float, Field(ge=0.001, le=1e12, allow_inf_nan=False)]
 EVERY = Field(default=100.0, ge=1, le=1e12, allow_inf_nan=False, description="time from one change to the next")
 
 

@@ -53,11 +53,11 @@ def show(value: Any) -> str:
 
 def _wrong_key(detail: dict[str, Any], path: KeyPath, data: Any, schema: Any, other_keys: tuple[str, ...]) -> WrongKey:
     if detail["type"] == "extra_forbidden":
-        known = _keys_at(schema, path[:-1]) + (list(other_keys) if len(path) == 1 else [])
+        known = _keys_at(schema, path[:-1], data) + (list(other_keys) if len(path) == 1 else [])
         return WrongKey(path, "there is no such key", closest(path[-1], known))
     if detail["type"] in ("union_tag_invalid", "union_tag_not_found"):
         return _wrong_tag(detail, path, data, schema)
-    wanted = " or ".join(dict.fromkeys(_words(part, schema) for part in _schemas_at(schema, schema, path)))
+    wanted = " or ".join(dict.fromkeys(_words(part, schema) for part in _schemas_at(schema, schema, path, data)))
     remedy = f"expected {wanted}" if wanted else ""
     if detail["type"] == "missing":
         return WrongKey(path, "this key is missing", remedy)
@@ -106,26 +106,51 @@ def _value_at(data: Any, path: KeyPath) -> Any:
     return data
 
 
-def _keys_at(schema: Any, path: KeyPath) -> list[str]:
-    return [key for part in _schemas_at(schema, schema, path) for key in part.get("properties", ())]
+def _keys_at(schema: Any, path: KeyPath, data: Any) -> list[str]:
+    value, parts = _value_at(data, path), _schemas_at(schema, schema, path, data)
+    choices = (choice for part in parts for choice in part.get("anyOf") or part.get("oneOf") or [part])
+    leaves = (leaf for choice in choices for leaf in _schemas_at(choice, schema, (), value))
+    return [key for leaf in leaves for key in leaf.get("properties", ())]
 
 
-def _schemas_at(part: Any, root: Any, path: KeyPath) -> Iterator[Any]:
-    """Yield every schema that may apply at a path, through references and choices."""
+def _schemas_at(part: Any, root: Any, path: KeyPath, data: Any = None) -> Iterator[Any]:
+    """Yield every schema that may apply at a path, through references and choices.
+
+    Where a key of `data` selects one of several models, only that one applies.
+    """
     if not isinstance(part, dict):
         return
     if "$ref" in part:
         target = root["$defs"][part["$ref"].rsplit("/", 1)[-1]]
-        yield from _schemas_at({**target, **{key: part[key] for key in part if key != "$ref"}}, root, path)
+        yield from _schemas_at({**target, **{key: part[key] for key in part if key != "$ref"}}, root, path, data)
+        return
+    chosen = _chosen(part, data)
+    if chosen is not None:
+        yield from _schemas_at(chosen, root, path, data)
         return
     choices = part.get("anyOf") or part.get("oneOf") or part.get("allOf")
     if choices and (path or "description" not in part):
         for choice in choices:
-            yield from _schemas_at(choice, root, path)
+            yield from _schemas_at(choice, root, path, data)
     elif not path:
         yield part
     else:
-        yield from _schemas_at(_child(part, path[0]), root, path[1:])
+        yield from _schemas_at(_child(part, path[0]), root, path[1:], _child_of(data, path[0]))
+
+
+def _chosen(part: dict[str, Any], data: Any) -> Any:
+    """Return the model that a key of the data selects; None if the choice is made in another way."""
+    rule = part.get("discriminator")
+    if rule is None or not isinstance(data, dict):
+        return None
+    target = rule["mapping"].get(str(data.get(rule["propertyName"])))
+    return None if target is None else {"$ref": target}
+
+
+def _child_of(data: Any, key: Any) -> Any:
+    if isinstance(data, dict):
+        return data.get(key)
+    return data[key] if isinstance(data, list) and isinstance(key, int) and 0 <= key < len(data) else None
 
 
 def _child(part: dict[str, Any], key: Any) -> Any:

@@ -67,6 +67,19 @@ def test_uptime_begins_again_at_power_on(tmp_path: Path) -> None:
     assert bench.point("seconds") == 2
 
 
+def test_a_mistake_in_a_source_is_told_for_its_kind_only(tmp_path: Path) -> None:
+    (tmp_path / "t.yaml").write_text(
+        """
+coils: [{address: 0, name: a, source: {kind: sine, low: 1, high: 2}}]
+input_registers: [{address: 1, name: b, source: {kind: counter, per_sec: 1, per_s: 1}}]
+"""
+    )
+    with pytest.raises(ConfigError) as wrong:
+        load_table(tmp_path / "t.yaml")
+    told = [mistake.remedy for mistake in wrong.value.mistakes]
+    assert told == ["expected a number from 0.001 to 1000000000000.0 (time of one oscillation)", "did you mean per_s?"]
+
+
 @pytest.mark.parametrize(
     "entry",
     [
