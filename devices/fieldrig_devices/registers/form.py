@@ -1,9 +1,10 @@
 """The types of values in registers and their bytes: numbers in four orders, truths, and texts.
 
 Source: none, as Modbus has no types.  `word_order` determines which register of a number comes first, `byte_order`
-which byte of each register.  The specification has the high byte first (V1.1b3, 4.2), and devices that copy their memory
+which byte of each register.  The specification has the high byte first (V1.1b3, 4.2); devices that copy their memory
 have the low one.  With a number of four bytes ABCD the four orders are ABCD, CDAB (words), BADC (bytes), and DCBA.  A
-text has two characters in each register, the first one in the byte that comes first, and is padded with zeros.
+text has two characters in each register, the first one in the byte that comes first, and is padded with zeros.  A BCD
+number has a decimal digit in each four bits.
 """
 
 import struct
@@ -13,9 +14,21 @@ from typing import Final, Literal
 WordOrder = Literal["big", "little"]
 ByteOrder = Literal["big", "little"]
 
-FORMATS: Final = {"u16": "H", "s16": "h", "u32": "I", "s32": "i", "f32": "f", "u64": "Q", "s64": "q", "f64": "d"}
+FORMATS: Final = {
+    "u16": "H",
+    "s16": "h",
+    "u32": "I",
+    "s32": "i",
+    "f32": "f",
+    "u64": "Q",
+    "s64": "q",
+    "f64": "d",
+    "bcd16": "H",
+    "bcd32": "I",
+}
+BCD_DIGITS: Final = {"bcd16": 4, "bcd32": 8}
 FLOATS: Final = frozenset({"f32", "f64"})
-TYPE_PATTERN: Final = r"^(bool|[usf]32|[usf]64|[us]16|string\[([1-9][0-9]?|1[0-9][0-9]|2[0-4][0-9]|250)\])$"
+TYPE_PATTERN: Final = r"^(bool|[usf]32|[usf]64|[us]16|bcd16|bcd32|string\[([1-9][0-9]?|1[0-9][0-9]|2[0-4][0-9]|250)\])$"
 LARGEST_F32: Final = 3.4028234663852886e38
 _WORDS: Final = {name: struct.calcsize(f">{code}") // 2 for name, code in FORMATS.items()} | {"bool": 1}
 _LARGEST: Final = {"f32": LARGEST_F32, "f64": sys.float_info.max}
@@ -55,13 +68,15 @@ class Form:
     def pack(self, number: int | float) -> bytes:
         """The bytes of a number.  struct.error or OverflowError for a number that does not fit."""
         assert self._struct is not None, "the type is a number"
+        if self.type in BCD_DIGITS:
+            number = _bcd(int(number), BCD_DIGITS[self.type])
         return self._ordered(self._struct.pack(number))
 
     def unpack(self, data: bytes) -> int | float:
         """The number in the bytes of its registers."""
         assert self._struct is not None, "the type is a number"
         number: int | float = self._struct.unpack(self._ordered(data))[0]
-        return number
+        return _number_in_bcd(int(number)) if self.type in BCD_DIGITS else number
 
     def pack_text(self, text: bytes) -> bytes:
         """The bytes of a text, cut and padded to the size of its registers."""
@@ -89,8 +104,22 @@ class Form:
             return 0, 0
         if self.is_float:
             return -_LARGEST[self.type], _LARGEST[self.type]
+        if self.type in BCD_DIGITS:
+            return 0, 10 ** BCD_DIGITS[self.type] - 1
         bits = 16 * self.words
         return (0, (1 << bits) - 1) if self.type.startswith("u") else (-(1 << bits - 1), (1 << bits - 1) - 1)
+
+
+def _bcd(number: int, digits: int) -> int:
+    """The bits of a number of up to so many decimal digits.  OverflowError for any other."""
+    if not 0 <= number < 10**digits:
+        raise OverflowError(f"{number} does not have up to {digits} decimal digits")
+    return int(str(number), 16)
+
+
+def _number_in_bcd(bits: int) -> int:
+    """The number of BCD digits; four bits above 9, which a client may write, count as what they are."""
+    return sum((bits >> 4 * place & 0xF) * 10**place for place in range(8))
 
 
 def _swapped_words(data: bytes) -> bytes:

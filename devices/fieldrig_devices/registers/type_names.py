@@ -16,6 +16,8 @@ OTHER_NAMES: Final = {
     "s64": ("int64", "lint", "i64", "signed64", "integer64", "sint64", "si64"),
     "f32": ("float", "float32", "real", "real32", "single"),
     "f64": ("double", "float64", "lreal", "real64"),
+    "bcd16": ("bcd", "bcd4", "word_bcd"),
+    "bcd32": ("bcd8", "dword_bcd", "lbcd"),
     "string[n]": ("string", "str", "text", "ascii", "chars", "visible_string"),
 }
 """The names in C, IEC 61131-3, CANopen, Modbus tools and historians, in lower case and without `_t`."""
