@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Mapping
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 from xml.etree import ElementTree
 
 import pytest
@@ -74,12 +74,15 @@ from fieldrig_devices.plants.cam_switches import CamSettings
 from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings
 from fieldrig_devices.plants.stepper_settings import StepperFault
 from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
+from fieldrig_devices.registers.entries import Bit, BitField, Fifo, Register
 from fieldrig_devices.registers.packed import Element
-from fieldrig_devices.registers.table import Bit, Fifo, Register, Table, load_table
+from fieldrig_devices.registers.table import Table, load_table
 from fieldrig_devices.smart_io.faults import SmartIoFault
 from fieldrig_devices.smart_io.settings import ModuleSettings as SmartIoModule
 from fieldrig_devices.smart_io.settings import MotorSettings as SmartIoMotor
 from fieldrig_devices.smart_io.settings import NodeReadings
+from fieldrig_devices.sources.settings import SourceSettings
+from fieldrig_devices.sources.signals import WireSettings
 from fieldrig_devices.st1.faults import St1Fault
 from fieldrig_devices.st1.readings import St1Readings
 from fieldrig_devices.st1.settings import MotorSettings as St1Motor
@@ -163,7 +166,11 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Costs of the processor": {"costs": Costs},
     "Keys of channels": {"pto": PtoSettings, "pwm": PwmSettings},
     "Keys of the server and the slave of an HMISCU": {"modbus": ScuModbus, "can_slave": PointSlaveSettings},
-    "Register tables": {"table": Table, "bit": Bit, "register": Register, "fifo": Fifo},
+    "Register tables": {"table": Table, "bit": Bit, "register": Register, "field": BitField, "fifo": Fifo},
+    "Kinds of sources": {
+        get_args(model.model_fields["kind"].annotation)[0]: model for model in get_args(get_args(SourceSettings)[0])
+    },
+    "Keys of a living wire": {"wire": WireSettings},
 }
 """Settings that are not of a kind, by the heading of their section and their word in the column `of`."""
 

@@ -32,6 +32,7 @@ from fieldrig_devices.canopen.emcy_consumer import EmcyConsumer
 from fieldrig_devices.canopen.error_behaviour import ErrorBehaviour
 from fieldrig_devices.canopen.guarding import NodeGuarding
 from fieldrig_devices.canopen.heartbeat import HeartbeatConsumer, HeartbeatProducer
+from fieldrig_devices.canopen.living import LivingObjects
 from fieldrig_devices.canopen.lss import LssSlave
 from fieldrig_devices.canopen.nmt import NmtSlave
 from fieldrig_devices.canopen.node_settings import CanopenSettings
@@ -50,6 +51,7 @@ from fieldrig_devices.canopen.standard import STORED_EDS
 from fieldrig_devices.canopen.sync import Sync
 from fieldrig_devices.canopen.time_of_day import TimeOfDay
 from fieldrig_devices.canopen.variable import Variable
+from fieldrig_devices.sources.living import Chance
 
 __all__ = ["CanopenNode", "CanopenSettings"]
 
@@ -69,6 +71,7 @@ class CanopenNode(Device):
         settings: CanopenSettings,
         store: Store,
         wires: Link[Signal] | None = None,
+        random: Chance | None = None,
     ) -> None:
         self.name = name
         self._settings = settings
@@ -79,6 +82,9 @@ class CanopenNode(Device):
         self._port = Port(can, settings.node_id or UNCONFIGURED)
         self._profile = Cia401(self.dictionary) if _profile(self.dictionary) == cia401.PROFILE else None
         self._signals = self._make_signals(clock, wires, bind(self.dictionary, settings.signals))
+        self._living = LivingObjects(
+            clock, self.dictionary, settings.sources, {} if self._profile is None else self._profile.terminals, random
+        )
         self.nmt = NmtSlave(self._port, self.dictionary, self._restart, self._enter)
         self.emcy = Emcy(clock, self._port, self.dictionary)
         self._time = TimeOfDay(clock, self._port, self.dictionary, settings.time_period_ms * MS)
@@ -103,6 +109,7 @@ class CanopenNode(Device):
 
     def power_off(self) -> None:
         """Neither send nor receive until the next `start`."""
+        self._living.stop()
         self.nmt.power_off()
 
     def points(self) -> Mapping[str, Point]:
@@ -150,7 +157,7 @@ class CanopenNode(Device):
         self._tpdos = [Tpdo(clock, port, dictionary, sync, number) for number in numbers]
         for pdo in self._tpdos:
             pdo.on_change = self._on_pdo_change
-        return [*services, *self._tpdos]
+        return [*services, *self._tpdos, self._living]
 
     def _restart(self, scope: Reset) -> None:
         node_id = self._lss.node_id_after(scope)

@@ -12,8 +12,10 @@ from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds import reader as eds
 from fieldrig_devices.canopen.eds.text import EdsError
+from fieldrig_devices.canopen.living import living_variable
 from fieldrig_devices.canopen.port import UNCONFIGURED
 from fieldrig_devices.canopen.signals import SignalSettings, bind
+from fieldrig_devices.sources.settings import SourceSettings
 
 SERIAL_NUMBER = "1018:04"
 
@@ -32,6 +34,9 @@ class CanopenSettings(Settings):
         dict[str, bool | int | float | str],
         Field(default_factory=dict, description="power-on values that replace the EDS's, such as '1017:00': 500"),
     ]
+    sources: dict[str, SourceSettings] = Field(
+        default_factory=dict, description="objects whose values live by themselves, by '2000:01'"
+    )
     serial_number: Annotated[
         int | None, Field(ge=0, le=0xFFFF_FFFF, description="replaces the EDS's value of 1018h sub-index 4")
     ] = None
@@ -63,6 +68,8 @@ class CanopenSettings(Settings):
             yield from _tried(place, partial(_start, dictionary, key, value))
         for key, signal in self.signals.items():
             yield from _tried(("signals", key), partial(bind, dictionary, {key: signal}))
+        for key in self.sources:
+            yield from _tried(("sources", key), partial(living_variable, dictionary, key))
 
     def doubts(self) -> Iterator[Mistake]:
         from fieldrig_devices.canopen.eds.check import check_eds  # only `fieldrig check` needs it

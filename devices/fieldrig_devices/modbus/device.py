@@ -14,7 +14,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
@@ -29,18 +29,29 @@ from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.server import ModbusServer
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.modbus.port import ModbusPort, PortSettings, UnitId
+from fieldrig_devices.modbus.port import ModbusPort, TurnaroundSettings, UnitId
 from fieldrig_devices.modbus.tools import lines_for
 from fieldrig_devices.modbus.unit import ModbusUnit
 from fieldrig_devices.registers.table import driven_wires, load_table
 from fieldrig_devices.registers.value import OutOfRange
-from fieldrig_devices.sources.living import LivingValues
+from fieldrig_devices.sources.living import Chance, LivingValues, seed_from
 
 log = logging.getLogger(__name__)
 
 Hear = Callable[[Signal], None]
 
 Status = Annotated[int, Field(ge=0, le=0xFF)] | Annotated[list[str], Field(max_length=8)]
+
+
+def _unit_range(text: str) -> str:
+    first, last = map(int, text.split("-"))
+    if not 1 <= first < last <= 247:
+        raise ValueError(f"expected a range of unit ids from 1 to 247 that rises, such as 10-25, got {text}")
+    return text
+
+
+UnitRange = Annotated[str, Field(pattern=r"^[0-9]{1,3}-[0-9]{1,3}$", examples=["10-25"]), AfterValidator(_unit_range)]
+"""Several units that have one table, each with values of its own."""
 
 
 class UnitSettings(Settings):
@@ -52,10 +63,11 @@ class UnitSettings(Settings):
     exception_status: Status | None = None
 
 
-class ModbusDeviceSettings(PortSettings):
+class ModbusDeviceSettings(TurnaroundSettings):
+    unit_id: UnitId | UnitRange = 1
     table: ConfigFile | None = None
-    units: dict[UnitId, UnitSettings] | None = Field(
-        default=None, min_length=1, description="several units by their ids, instead of unit_id and table"
+    units: dict[UnitId | UnitRange, UnitSettings] | None = Field(
+        default=None, min_length=1, description="several units by their ids or ranges, instead of unit_id and table"
     )
     out_of_range: OutOfRange = Field(
         default="server_failure",
@@ -75,23 +87,46 @@ class ModbusDeviceSettings(PortSettings):
     def _check_one_form(self) -> Self:
         if (self.table is None) == (self.units is None):
             raise ValueError("expected either table (and unit_id) for one unit, or units for several units")
+        seen: dict[int, UnitId | UnitRange] = {}
+        for key in self.units or {}:
+            for unit_id in ids_in(key):
+                if seen.setdefault(unit_id, key) != key:
+                    raise ValueError(f"units: unit {unit_id} is in {seen[unit_id]} and in {key}; expected it once")
         return self
 
     def claims(self, device: str) -> Iterator[Claim]:
-        for unit_id, unit in self.by_unit().items():
-            is_single = self.units is None
-            yield Claim("modbus", "unit", unit_id, ("unit_id",) if is_single else ("units", unit_id))
-            try:
-                wires = driven_wires(load_table(unit.table))
-            except ConfigError:
-                continue  # building the device reports the mistakes with their lines
-            for wire in wires:
-                yield Claim("wires", "wire", wire, ("table",) if is_single else ("units", unit_id, "table"))
+        if self.units is None:
+            yield from _claims(self.unit_id, UnitSettings.model_construct(table=self.table), ("unit_id",), ("table",))
+            return
+        for key, unit in self.units.items():
+            yield from _claims(key, unit, ("units", key), ("units", key, "table"))
 
     def by_unit(self) -> dict[int, UnitSettings]:
-        if self.units is not None:
-            return dict(self.units)
-        return {self.unit_id: UnitSettings.model_construct(table=self.table)}
+        if self.units is None:
+            unit = UnitSettings.model_construct(table=self.table)
+            return dict.fromkeys(ids_in(self.unit_id), unit)
+        return {unit_id: unit for key, unit in self.units.items() for unit_id in ids_in(key)}
+
+
+def ids_in(key: UnitId | UnitRange) -> Iterable[int]:
+    """The unit ids of a range such as `10-25`, or the single one."""
+    if isinstance(key, int):
+        return (key,)
+    first, last = map(int, key.split("-"))
+    return range(first, last + 1)
+
+
+def _claims(
+    key: UnitId | UnitRange, unit: UnitSettings, path: tuple[str | int, ...], table: tuple[str | int, ...]
+) -> Iterator[Claim]:
+    for unit_id in ids_in(key):
+        yield Claim("modbus", "unit", unit_id, path)
+        try:
+            wires = driven_wires(load_table(unit.table))
+        except ConfigError:
+            return  # building the device reports the mistakes with their lines
+        for wire in wires:
+            yield Claim("wires", "wire", wire, table)
 
 
 class ModbusDevice(Device):
@@ -104,6 +139,7 @@ class ModbusDevice(Device):
         modbus: list[Link[ModbusRequest | ModbusResponse]],
         store: Store,
         wires: Link[Signal] | None = None,
+        random: Chance | None = None,
     ) -> None:
         """ConfigError for a register table with mistakes, RigError for an exception status that names unknown bits."""
         self._clock, self._store, self._wires = clock, store, wires
@@ -121,8 +157,9 @@ class ModbusDevice(Device):
             )
             for unit_id, unit in by_unit.items()
         }
+        seed = seed_from(random)
         self._living = LivingValues(
-            clock, [living for unit_id, unit in self._units.items() for living in unit.living(f"{unit_id}/")]
+            clock, [living for unit_id, unit in self._units.items() for living in unit.living(f"{seed}{unit_id}/")]
         )
         self._restore()
         for link in modbus:

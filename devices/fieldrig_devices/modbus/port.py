@@ -14,10 +14,9 @@ from fieldrig_bus.modbus.server import ModbusServer
 UnitId = Annotated[int, Field(ge=1, le=247, description="unit id (slave address)")]
 
 
-class PortSettings(Settings):
+class TurnaroundSettings(Settings):
     """Settings of every device that is a Modbus server."""
 
-    unit_id: UnitId = 1
     turnaround_ms: float = Field(
         default=2.0, ge=0, le=60_000, description="time from a request to its response; 0: immediately"
     )
@@ -26,6 +25,12 @@ class PortSettings(Settings):
     def turnaround_ns(self) -> int:
         """Time from a request to its response, in nanoseconds."""
         return round(self.turnaround_ms * MS)
+
+
+class PortSettings(TurnaroundSettings):
+    """Settings of a device that is one unit."""
+
+    unit_id: UnitId = 1
 
 
 class ModbusPort:

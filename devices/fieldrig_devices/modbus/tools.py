@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 from fieldrig.bus import Bus
 from fieldrig.device import Tool, python_line
 from fieldrig_bus.modbus.kind import ModbusBus
-from fieldrig_devices.registers.table import SPACES, Bit, Register, Table, access_of, words_of
+from fieldrig_devices.registers.entries import Bit, Register, words_of
+from fieldrig_devices.registers.table import SPACES, Table, access_of
 
 SPACE_OPTION = {"coils": "0", "discrete_inputs": "1", "input_registers": "3", "holding_registers": "4"}
 FORMAT_OPTION = {"s32": ":int", "f32": ":float"}

@@ -5,25 +5,19 @@ from collections.abc import Callable, Mapping, Sequence
 
 from fieldrig.device import Point
 from fieldrig.errors import RigError
-from fieldrig.points.checks import whole_in
+from fieldrig.points.checks import choice_in, whole_in
 from fieldrig.storage.store import StoreError
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, SERVER_DEVICE_FAILURE, ModbusError
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.registers.entries import Bit, Fifo, Register, Value, number_of, words_of
 from fieldrig_devices.registers.image import Area, BitImage, RegisterImage
-from fieldrig_devices.registers.table import (
-    Bit,
-    Fifo,
-    Register,
-    Table,
-    Value,
-    access_of,
-    direction_of,
-    words_of,
-)
-from fieldrig_devices.registers.value import BitValue, OutOfRange, RegisterValue
+from fieldrig_devices.registers.table import Table, access_of, direction_of
+from fieldrig_devices.registers.value import BitValue, FieldValue, OutOfRange, RegisterValue
 from fieldrig_devices.sources.living import Living
 
-AnyValue = BitValue | RegisterValue
+StoredValue = BitValue | RegisterValue
+"""A value that may be retained."""
+AnyValue = StoredValue | FieldValue
 
 
 class FifoQueue:
@@ -77,13 +71,15 @@ class ModbusUnit:
         self.discrete_inputs = BitImage(_areas("discrete_inputs", table.discrete_inputs))
         self.holding_registers = RegisterImage(_areas("holding_registers", table.holding_registers), self._commit)
         self.input_registers = RegisterImage(_areas("input_registers", table.input_registers))
-        self.values: dict[str, AnyValue] = {}
+        self.values: dict[str, StoredValue] = {}
+        self._fields: dict[str, FieldValue] = {}
         for space, image in (("coils", self.coils), ("discrete_inputs", self.discrete_inputs)):
             for bit in table.coils if space == "coils" else table.discrete_inputs:
                 for name, address in _each(bit):
                     self._add(BitValue(name, bit, address, direction_of(space, bit), image))
         self._add_registers("holding_registers", table.holding_registers, self.holding_registers, out_of_range)
         self._add_registers("input_registers", table.input_registers, self.input_registers, out_of_range)
+        self._begin()
         self._fifos = {entry.address: FifoQueue(entry) for entry in table.fifos}
         self._status = exception_status if isinstance(exception_status, int) else self._status_bits(exception_status)
 
@@ -102,7 +98,7 @@ class ModbusUnit:
         """The wires that values read, with the handlers of their signals."""
         return [
             (value.entry.wire, value.hear)
-            for value in self.values.values()
+            for value in self._all()
             if value.entry.wire is not None and value.direction == "from_wire"
         ]
 
@@ -120,9 +116,8 @@ class ModbusUnit:
 
     def drive_all(self) -> None:
         """Send the present values of all wires that this unit drives."""
-        for value in self.values.values():
-            if value.entry.wire is not None and value.direction == "to_wire":
-                self._drive_wire(value)
+        for value in self._all():
+            self._drive_wire(value)
 
     def usable(self, kept: Mapping[str, bytes]) -> dict[str, bytes]:
         """The stored values that still fit the table.  ValueError for a value that no client can have written."""
@@ -139,7 +134,7 @@ class ModbusUnit:
         self._stored = kept
 
     def points(self) -> dict[str, Point]:
-        points = {name: self._point(value) for name, value in self.values.items()}
+        points = {value.name: self._point(value) for value in self._all()}
         return points | {queue.entry.name: queue.point() for queue in self._fifos.values()}
 
     def _add_registers(
@@ -149,24 +144,37 @@ class ModbusUnit:
             direction = direction_of(space, entry)
             for name, address in _each(entry):
                 value = RegisterValue(name, entry, address, direction, image, self._table.form_of(entry), out_of_range)
-                self._add(value, value.has_limits)
+                fields = [FieldValue(value, field, direction_of(space, entry, field)) for field in entry.bits]
+                self._fields |= {field.name: field for field in fields}
+                self._add(value, value.has_limits or any(map(_drives, fields)))
 
-    def _add(self, value: AnyValue, is_watched: bool = False) -> None:
+    def _add(self, value: StoredValue, is_watched: bool = False) -> None:
         self.values[value.name] = value
-        if value.entry.retained:
-            self.retained[value.name] = value.raw()
-        drives = value.entry.wire is not None and value.direction == "to_wire"
-        if is_watched or drives or value.entry.retained:
+        if is_watched or _drives(value) or value.entry.retained:
             value.watch(lambda: self._on_changed(value))
 
-    def _commit(self, values: Sequence[AnyValue]) -> None:
+    def _begin(self) -> None:
+        """Give all registers their values of the start, first to those on which the scale of others depends."""
+        registers = [value for value in self.values.values() if isinstance(value, RegisterValue)]
+        for value in registers:
+            other = self.values.get(value.entry.factor_from or value.entry.exponent_from or "")
+            if isinstance(other, RegisterValue):
+                value.scale_by(other)
+        for value in sorted(registers, key=lambda value: value.entry.is_scaled_by_another):
+            value.begin()
+        self.retained = {value.name: value.raw() for value in self.values.values() if value.entry.retained}
+
+    def _all(self) -> list[AnyValue]:
+        return [*self.values.values(), *self._fields.values()]
+
+    def _commit(self, values: Sequence[StoredValue]) -> None:
         """Store the new values.  ModbusError if that fails."""
         try:
             self._retain(values)
         except StoreError as cause:
             raise ModbusError(SERVER_DEVICE_FAILURE) from cause
 
-    def _retain(self, values: Sequence[AnyValue]) -> None:
+    def _retain(self, values: Sequence[StoredValue]) -> None:
         """Store `values`, which are complete; a half-written value of several registers is not stored."""
         changed = {value.name: value.raw() for value in values if value.entry.retained}
         if changed.items() <= self._stored.items():
@@ -179,38 +187,56 @@ class ModbusUnit:
             raise
         self._stored = self.retained
 
-    def _on_changed(self, value: AnyValue) -> None:
-        if value.entry.wire is not None and value.direction == "to_wire":
-            self._drive_wire(value)
+    def _on_changed(self, value: StoredValue) -> None:
+        self._drive_wire(value)
+        for field in self._fields.values():
+            if field.owner is value:
+                self._drive_wire(field)
 
     def _drive_wire(self, value: AnyValue) -> None:
         present = value.read()
-        if value.entry.wire is not None and not isinstance(present, str):
+        if _drives(value) and value.entry.wire is not None and not isinstance(present, str):
             self._drive(Signal(value.entry.wire, present, value.unit))
 
     def _point(self, value: AnyValue) -> Point:
+        stored = value.owner if isinstance(value, FieldValue) else value
+        names = {} if isinstance(value, BitValue) else value.entry.values
+
+        def read() -> Value:
+            present = value.read()
+            return present if isinstance(present, str) else names.get(int(present), present) if names else present
+
         def write(new: Value) -> None:
-            before = value.raw()
-            value.put(new)
+            before = stored.raw()
+            if names and isinstance(new, str):
+                choice_in(new, names.values(), value.name)
+            value.put(number_of(names, new))
             try:
-                self._retain([value])
+                self._retain([stored])
             except StoreError as cause:
-                value.restore(before)
+                stored.restore(before)
                 reason = f"{value.name} cannot be stored: {cause.strerror}"
                 raise ValueError(f"{reason}\nthe old value is kept") from cause
-            self._on_changed(value)
+            self._on_changed(stored)
 
         is_heard = value.entry.wire is not None and value.direction == "from_wire"
-        is_fixed = is_heard or value.entry.source is not None
-        return Point(value.read, None if is_fixed else write, value.unit, value.entry.about)
+        is_fixed = is_heard or stored.entry.source is not None
+        about = value.entry.about or ", ".join(f"{number} {name}" for number, name in names.items())
+        return Point(read, None if is_fixed else write, value.unit, about)
 
     def _status_bits(self, names: Sequence[str]) -> list[AnyValue]:
-        unknown = [name for name in names if name not in self.values]
+        known = {value.name: value for value in self._all()}
+        unknown = [name for name in names if name not in known]
         if unknown:
             raise RigError(
                 f"exception_status: unknown {', '.join(unknown)}", "expected names of the unit's register table"
             )
-        return [self.values[name] for name in names]
+        return [known[name] for name in names]
+
+
+def _drives(value: AnyValue) -> bool:
+    """True for a value whose wire this unit drives."""
+    return value.entry.wire is not None and value.direction == "to_wire"
 
 
 def _areas(space: str, entries: Sequence[Bit | Register]) -> list[Area]:

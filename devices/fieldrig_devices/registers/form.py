@@ -111,9 +111,9 @@ class Form:
 
 
 def _bcd(number: int, digits: int) -> int:
-    """The bits of a number of up to so many decimal digits.  OverflowError for any other."""
+    """The bits of a number with up to `digits` decimal digits.  OverflowError for any other."""
     if not 0 <= number < 10**digits:
-        raise OverflowError(f"{number} does not have up to {digits} decimal digits")
+        raise OverflowError(f"{number} has more than {digits} decimal digits, or a sign")
     return int(str(number), 16)
 
 

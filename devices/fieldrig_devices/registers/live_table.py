@@ -4,19 +4,20 @@ A value is `raw * scale + offset`, as in any register table.  A point that refus
 queues, counts and non-volatile values belong to devices that have nothing but a table, so they are refused here.
 """
 
-from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
 
 from fieldrig.device import Point, Value
 from fieldrig.settings import WrongKey
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, SERVER_DEVICE_FAILURE, ModbusError
+from fieldrig_devices.registers.entries import Bit, Register
 from fieldrig_devices.registers.form import FLOATS
 from fieldrig_devices.registers.live import BitEntry, Entry, LiveBits, LiveRegisters
-from fieldrig_devices.registers.table import SPACES, Bit, Register, Table, access_of
+from fieldrig_devices.registers.table import SPACES, Table, access_of
 
 Lookup = Callable[[str], Point | None]
 """Returns the point of a name, or None if there is none."""
-_FOREIGN = {
+_FOREIGN: Mapping[str, Any] = {
     "wire": None,
     "retained": False,
     "count": 1,
@@ -24,6 +25,10 @@ _FOREIGN = {
     "word_order": None,
     "byte_order": None,
     "source": None,
+    "factor_from": None,
+    "exponent_from": None,
+    "bits": [],
+    "values": {},
 }
 """Keys of an entry that have no meaning here, and their defaults."""
 
@@ -51,7 +56,7 @@ def wrong_entries(table: Table, find: Lookup) -> Iterator[WrongKey]:
         for index, entry in enumerate(table.entries(space)):
             here = (space, index)
             for key, default in _FOREIGN.items():
-                if getattr(entry, key, default) not in (default, False):
+                if getattr(entry, key, default) not in (default, False, None):
                     yield WrongKey((*here, key), f"{key} has no meaning here", "an entry shows the point of its name")
             point = find(entry.name)
             if point is None:

@@ -5,12 +5,12 @@ import struct
 from collections.abc import Callable
 from typing import Final, Literal
 
-from fieldrig.points.checks import number_in, text_in, truth_in
+from fieldrig.points.checks import number_in, text_in, truth_in, whole_in
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_VALUE, SERVER_DEVICE_FAILURE, ModbusError
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.registers.entries import Bit, BitField, Direction, Register, Value, factor_in, number_of
 from fieldrig_devices.registers.form import Form, characters_in
 from fieldrig_devices.registers.image import BitImage, RegisterImage
-from fieldrig_devices.registers.table import Bit, Direction, Register, Value
 from fieldrig_devices.sources.shapes import Number
 
 Refusal = Literal["server_failure", "illegal_value"]
@@ -88,11 +88,20 @@ class RegisterValue:
         self.name, self.entry, self.direction, self.unit = name, entry, direction, entry.unit
         self._address, self._words, self._image = address, entry.words, image
         self._form = form
-        self._is_scaled = entry.scale != 1 or entry.offset != 0
+        self._is_scaled = entry.scale != 1 or entry.offset != 0 or entry.is_scaled_by_another
+        self._factor: Callable[[], float] = lambda: 1
         self._out_of_range = out_of_range
-        self._on_written: Callable[[], None] | None = None
-        if entry.initial is not None:
-            self.put(entry.initial)
+        self._on_written: list[Callable[[], None]] = []
+
+    def scale_by(self, other: "RegisterValue") -> None:
+        """Let another register take part in the scale.  The registers keep what they hold when it changes."""
+        is_exponent = self.entry.exponent_from is not None
+        self._factor = lambda: factor_in(other.read(), is_exponent)
+
+    def begin(self) -> None:
+        """Take the value of the start.  ValueError for one that the registers cannot hold."""
+        if self.entry.initial is not None:
+            self.put(number_of(self.entry.values, self.entry.initial))
 
     def read(self) -> Value:
         return self._decode(self._image.get(self._address, self._words))
@@ -134,8 +143,17 @@ class RegisterValue:
         self._image.put(self._address, raw)
 
     def watch(self, on_written: Callable[[], None]) -> None:
-        self._on_written = on_written
+        self._on_written.append(on_written)
         self._image.watch(self._address, self._words, self)
+
+    @property
+    def bits(self) -> int:
+        """The number in the registers, for the named bits of it."""
+        return int(self._form.unpack(self.raw()))
+
+    @bits.setter
+    def bits(self, bits: int) -> None:
+        self._image.put(self._address, self._form.pack(bits))
 
     def _limits(self) -> str:
         low, high = self.entry.min, self.entry.max
@@ -166,8 +184,8 @@ class RegisterValue:
         return self._encode(low if low is not None and value < low else value if high is None else high)
 
     def on_written(self) -> None:
-        if self._on_written is not None:
-            self._on_written()
+        for act in self._on_written:
+            act()
 
     def _decode(self, data: bytes) -> Value:
         if not self._form.is_number:
@@ -176,7 +194,7 @@ class RegisterValue:
         if not self._is_scaled:
             return value
         # Twelve digits, so that 3 * 0.1 equals a limit of 0.3 in the table.
-        return float(f"{value * self.entry.scale + self.entry.offset:.12g}")
+        return float(f"{value * self.entry.scale * self._factor() + self.entry.offset:.12g}")
 
     def _encode(self, value: Value) -> bytes:
         """Return the bytes of the registers.  ValueError for a value that they cannot hold."""
@@ -189,7 +207,7 @@ class RegisterValue:
                 raise ValueError(f"{self.name}: expected a text in ASCII, got {text!r}")
             return self._form.pack_text(text.encode())
         assert not isinstance(value, str | bool), "`put` has refused it"
-        raw = (value - self.entry.offset) / self.entry.scale if self._is_scaled else value
+        raw = self._unscaled(value) if self._is_scaled else value
         try:
             return self._form.pack(raw if self._form.is_float else round(raw))
         except (struct.error, OverflowError, ValueError) as cause:
@@ -200,5 +218,39 @@ class RegisterValue:
         try:
             return self._encode(value + 0)  # a digital wire counts as 0 or 1
         except ValueError:
-            is_low = (value < 0) != (self.entry.scale < 0)
+            is_low = (value < 0) != (self.entry.scale * self._factor() < 0)
             return self._form.pack(self._form.low if is_low else self._form.high)
+
+    def _unscaled(self, value: int | float) -> float:
+        """The number in the registers; 0 if a register that takes part in the scale is 0."""
+        scale = self.entry.scale * self._factor()
+        return (value - self.entry.offset) / scale if scale else 0
+
+
+class FieldValue:
+    """Some named bits of a register."""
+
+    unit = ""
+
+    def __init__(self, owner: RegisterValue, entry: BitField, direction: Direction) -> None:
+        self.name, self.owner, self.entry, self.direction = f"{owner.name}.{entry.name}", owner, entry, direction
+
+    def read(self) -> Value:
+        number = (self.owner.bits & self.entry.mask) >> self.entry.bit
+        return bool(number) if self.entry.width == 1 else number
+
+    def put(self, value: Value) -> None:
+        """Set the bits.  ValueError for a value that they cannot hold."""
+        highest = (1 << self.entry.width) - 1
+        is_single = self.entry.width == 1
+        self._set(int(truth_in(value, self.name)) if is_single else whole_in(value, 0, highest, name=self.name))
+
+    def hear(self, signal: Signal) -> None:
+        """Take the value of a wire; one beyond the range of the bits becomes the end of the range."""
+        if self.entry.width == 1 and not isinstance(signal.value, bool):
+            raise ValueError(f"{self.name} is a bit: expected a digital wire, got {signal.value!r} on {signal.name}")
+        if math.isfinite(signal.value):
+            self._set(min(max(round(signal.value), 0), (1 << self.entry.width) - 1))
+
+    def _set(self, number: int) -> None:
+        self.owner.bits = self.owner.bits & ~self.entry.mask | number << self.entry.bit

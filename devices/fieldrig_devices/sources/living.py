@@ -1,11 +1,22 @@
-"""The values of one device that live by themselves: brought up to date when somebody reads, or at each change."""
+"""The values of one device that live by themselves: brought up to date at each read, or at each change."""
 
 import heapq
 from collections.abc import Callable, Iterable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from fieldrig.clock import NEVER_NS, Alarm, Clock
 from fieldrig_devices.sources.shapes import Number, Source
+
+
+class Chance(Protocol):
+    """The part of `random.Random` that sources use; a rig gives each device one by the rig's seed."""
+
+    def getrandbits(self, bits: int, /) -> int: ...
+
+
+def seed_from(chance: Chance | None) -> str:
+    """Return what the names of a device's sources begin with, so that the seed of the rig changes their ways."""
+    return "" if chance is None else f"{chance.getrandbits(64)}/"
 
 
 class Living(NamedTuple):
@@ -18,7 +29,7 @@ class Living(NamedTuple):
 class LivingValues:
     """All living values of a device.
 
-    `refresh` before each read is enough for what is only read: nothing is computed while nobody looks.  `follow` is for
+    `refresh` before each read is enough for what is only read: nothing is computed between reads.  `follow` is for
     what others wait for, such as wires and event-driven PDOs: each change is put at its instant.
     """
 

@@ -57,7 +57,7 @@ class _Between(Settings):
 
 class ConstantSettings(Settings):
     kind: Literal["constant"]
-    value: Finite = Field(description="the value for ever")
+    value: Finite = Field(description="the value at all times")
 
     def begin(self, name: str) -> Source:
         return Constant(self.value)
@@ -110,7 +110,9 @@ class RandomWalkSettings(_Between):
     step: float = Field(gt=0, allow_inf_nan=False, description="largest change at once")
     step_ms: float = Field(default=1000.0, ge=1, le=1e12, description="time from one change to the next")
     first: Finite | None = Field(default=None, description="value at power-on; default: the middle")
-    seed: int | None = Field(default=None, description="the same seed gives the same way; default: one by the name")
+    seed: int | None = Field(
+        default=None, description="the same seed gives the same way; default: one by rig, device and name"
+    )
 
     @model_validator(mode="after")
     def _begins_inside(self) -> Self:
@@ -120,7 +122,7 @@ class RandomWalkSettings(_Between):
 
     def begin(self, name: str) -> Source:
         first = self.low + (self.high - self.low) / 2 if self.first is None else self.first
-        seed = name if self.seed is None else self.seed
+        seed = name if self.seed is None else str(self.seed)
         return RandomWalk(self.low, self.high, first, self.step, _ns(self.step_ms), seed)
 
 
@@ -152,7 +154,7 @@ class UptimeSettings(Settings):
 
 
 def _date(value: object) -> object:
-    """Return the date in a text.  A date has no time zone here: the clock of a device knows none."""
+    """Return the date in a text.  The time zone is left out: the clock of a device does not know it."""
     if not isinstance(value, str):
         return value
     try:

@@ -4,11 +4,11 @@ An age is the time since the power-on of the device, in nanoseconds.  What chang
 `every_ns` here, so that a reader within a step gets the same value, and a wire is not sent more often.
 """
 
-import random
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from datetime import datetime, timedelta
 from fractions import Fraction
+from hashlib import blake2b
 from math import pi, sin
 from typing import Final, Protocol
 
@@ -28,7 +28,7 @@ class Source(Protocol):
 
 
 class Constant:
-    """The same value for ever."""
+    """The same value at all times."""
 
     def __init__(self, value: Number) -> None:
         self._value = value
@@ -93,15 +93,15 @@ class RandomWalk:
     The same seed gives the same way.
     """
 
-    def __init__(self, low: float, high: float, first: float, step: float, step_ns: int, seed: int | str) -> None:
+    def __init__(self, low: float, high: float, first: float, step: float, step_ns: int, seed: str) -> None:
         self._low, self._high, self._step, self._step_ns = low, high, step, step_ns
-        self._random = random.Random(seed)
+        self._seed = seed
         self._value, self._steps = first, 0
 
     def at(self, age_ns: int) -> float:
         while self._steps < age_ns // self._step_ns:
             self._steps += 1
-            moved = self._value + self._random.uniform(-self._step, self._step)
+            moved = self._value + self._step * _chance(self._seed, self._steps)
             self._value = min(max(moved, self._low), self._high)
         return self._value
 
@@ -177,6 +177,12 @@ class Replay:
     def _row(self, age_ns: int) -> int:
         passed_ns = age_ns if self._period_ns is None else age_ns % self._period_ns
         return bisect_right(self._ages_ns, passed_ns) - 1
+
+
+def _chance(seed: str, number: int) -> float:
+    """Return a number from -1 to 1 that only the seed and the number of the draw determine."""
+    digest = blake2b(f"{seed}/{number}".encode(), digest_size=8).digest()
+    return int.from_bytes(digest, "big") / (1 << 63) - 1
 
 
 def _after(age_ns: int, step_ns: int) -> int:

@@ -8,8 +8,8 @@ import pytest
 from full_store import FullStore
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from modbus_bench import Bench
 from pydantic import ValidationError
+from register_bench import Bench
 
 from fieldrig.clock import MS
 from fieldrig.errors import ConfigError, RigError

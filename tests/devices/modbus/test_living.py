@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from modbus_bench import Bench
+from register_bench import Bench
 
 from fieldrig import MS, S
 from fieldrig.errors import ConfigError
