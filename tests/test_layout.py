@@ -3,7 +3,6 @@
 import re
 import subprocess
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 
 import grimp  # import-linter is built on it
@@ -14,12 +13,6 @@ PACKAGES = ("fieldrig", "fieldrig_bus", "fieldrig_devices")
 
 LARGEST_CIRCLE = 2
 """Two classes may know each other; of three that do, nobody can be read or tested without the other two."""
-
-CIRCLES_TO_BREAK: Mapping[str, str] = {
-    "fieldrig_devices.max4": "controller opcua operations plc.debuggee plc.library plc.plc points",
-    "fieldrig_devices.pam.runtime": "armed binding equations processor reactions runtime sequence services waits watch",
-}
-"""Circles of files that are still allowed, by folder. Break one, or a part of it, and shorten its line; add none."""
 
 
 @pytest.mark.long
@@ -42,8 +35,7 @@ def circles() -> set[tuple[str, ...]]:
 
 @pytest.mark.long
 def test_no_three_files_know_each_other_in_a_circle() -> None:
-    known = {tuple(f"{folder}.{name}" for name in names.split()) for folder, names in CIRCLES_TO_BREAK.items()}
-    assert sorted(circles()) == sorted(known)
+    assert circles() == set()
 
 
 @pytest.mark.long
