@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from fieldrig.faults.faults import Timed
-from fieldrig_devices.mc4.diagnosis import Code
+from fieldrig_devices.mc4.diagnosis import Code, Diagnosis
 from fieldrig_devices.mc4.faults import DcBus, DriveFaults, EncoderSignal, Overload, Overtemperature, Supply24V
 from fieldrig_devices.mc4.power import DcCircuit
 from fieldrig_devices.mc4.thermal import Thermal
@@ -54,3 +54,26 @@ def measured(thermal: Thermal, dc: DcCircuit, load_limit: float, *, has_torque: 
     if dc.is_under and has_torque:
         causes |= _BIT[Code.UNDERVOLTAGE]
     return causes
+
+
+class Causes:
+    """The causes of one drive that are present, and the messages that begin and end with them."""
+
+    __slots__ = ("_diagnosis", "_present", "given")
+
+    def __init__(self, diagnosis: Diagnosis) -> None:
+        self._diagnosis, self._present = diagnosis, 0
+        self.given = 0
+        """The causes that active faults give."""
+
+    def update(self, measured: int) -> bool:
+        """Take the causes that are measured at present.  Return true if any cause has changed."""
+        causes = self.given | measured
+        changed, self._present = causes ^ self._present, causes
+        for place, code in enumerate(CAUSES) if changed else ():
+            if changed >> place & 1:
+                if causes >> place & 1:
+                    self._diagnosis.raise_(code, stays=True)
+                else:
+                    self._diagnosis.end(code)
+        return bool(changed)

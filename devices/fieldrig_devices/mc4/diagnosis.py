@@ -86,8 +86,8 @@ class Diagnosis:
         self._on_error = on_error
         self._classes = {code: (classes or {}).get(code, code // 1000) for code in Code}
         self.language = language
-        self.on_hidden: Callable[[Code], None] = lambda code: None
-        """Called with a new message that does not become the DiagCode, because another one is pending (PD-093)."""
+        self._hidden: list[Code] = []
+        """New messages that have not become the DiagCode, because another one is pending (PD-093)."""
         self._pending: dict[Code, bool] = {}
         """Pending codes in the order of their occurrence; True while the cause persists."""
 
@@ -98,7 +98,7 @@ class Diagnosis:
         if not was_pending:
             log.info("diagnosis %d", code)
             if self.code != code:
-                self.on_hidden(code)
+                self._hidden.append(code)
             self._on_error(self.reaction_to(code))
 
     def end(self, code: Code) -> None:
@@ -117,7 +117,14 @@ class Diagnosis:
         """Remove the messages without a cause; True if none is left that the drive reacts to."""
         for code in [code for code, is_there in self._pending.items() if not is_there]:
             del self._pending[code]
-        return not self.has_error
+        if self.has_error:
+            return False
+        self._hidden.clear()
+        return True
+
+    def tell_next(self) -> bool:
+        """End the time for which a hidden message is in `number`.  Return true if there was one."""
+        return bool(self._hidden and self._hidden.pop(0))
 
     @property
     def has_error(self) -> bool:
@@ -136,6 +143,11 @@ class Diagnosis:
     def code(self) -> int:
         """DiagCode; 0 if no message is pending."""
         return min(self._pending, key=lambda code: self._classes[code], default=0)
+
+    @property
+    def number(self) -> int:
+        """S-0-0390: the DiagCode; for some cycles a hidden message instead, so that the controller's log has all."""
+        return int(self._hidden[0] if self._hidden else self.code)
 
     @property
     def text(self) -> str:

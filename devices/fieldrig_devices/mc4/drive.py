@@ -28,8 +28,9 @@ from fieldrig_devices.hiperface.plate import NamePlate
 from fieldrig_devices.hiperface.plate_file import load_plate
 from fieldrig_devices.hiperface.shaft import TYPES, Turning
 from fieldrig_devices.mc4 import idns
+from fieldrig_devices.mc4.energy import SLOW_NS
 from fieldrig_devices.mc4.faults import MODELS
-from fieldrig_devices.mc4.machine import SLOW_NS, Machine
+from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.points import DECIMALS, POSITION_DECIMALS, limited_load, points_of
 from fieldrig_devices.mc4.probes import PROBES
 from fieldrig_devices.mc4.ring_side import RingSide
@@ -69,7 +70,7 @@ class Mc4(Device):
         self.machine = Machine(clock, settings, table, self._on_change, None if plate is None else motor_data(plate))
         self.injected = self.machine.faults
         self._encoder = self._encoder_at(encoder, plate)
-        self.machine.encoder = self._encoder
+        self.machine.plate.encoder = self._encoder
         self._side = RingSide(clock, ring, settings.ring_address, table, self.machine)
         self._names = {what: settings.wire_for(name, what) for what in (*INPUTS, "ready", "brake", "position", "shaft")}
         self._sent: dict[str, bool] = {}

@@ -106,15 +106,15 @@ def _power_points(machine: Machine) -> dict[str, Point]:
         machine.switch_mains(truth_in(value))
 
     def set_ambient(value: Value) -> None:
-        machine.thermal.ambient_c = float(number_in(value, -273, 10_000, "degC"))
+        machine.energy.thermal.ambient_c = float(number_in(value, -273, 10_000, "degC"))
 
     return {
-        "mains": Point(lambda: machine.dc.is_mains_on, set_mains, "", "supply of this drive"),
+        "mains": Point(lambda: machine.energy.dc.is_mains_on, set_mains, "", "supply of this drive"),
         "dc_bus": Point(lambda: shown(machine.present_dc.volt), None, "V", "DC circuit"),
         "motor_temperature": Point(lambda: shown(machine.present_thermal.motor_c), None, "degC", "of the winding"),
         "casing_temperature": Point(lambda: shown(machine.present_thermal.casing_c), None, "degC", "of the motor"),
         "amplifier_temperature": Point(lambda: shown(machine.present_thermal.amplifier_c), None, "degC"),
-        "ambient": Point(lambda: machine.thermal.ambient_c, set_ambient, "degC"),
+        "ambient": Point(lambda: machine.energy.thermal.ambient_c, set_ambient, "degC"),
         "overload": Point(
             lambda: shown(machine.present_thermal.overload * 100), None, "%", "at 100 % the drive switches off"
         ),

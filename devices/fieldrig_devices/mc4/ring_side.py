@@ -179,10 +179,10 @@ class RingSide:
         """Evaluate temperatures and so on; True if nothing else has changed."""
         machine, status = self._machine, self._status
         has_changed = machine.look_at_slow_things()
-        self._until_ns = machine.next_slow_ns
+        self._until_ns = machine.energy.due_ns
         if has_changed:
             self._steady_control = -1
-        elif machine.thermal.warnings != self._warnings or self._table[std.CLASS_3_MASK].number:
+        elif machine.energy.thermal.warnings != self._warnings or self._table[std.CLASS_3_MASK].number:
             self._status = self._status_word()
         return not has_changed and self._status == status
 
@@ -190,12 +190,11 @@ class RingSide:
         before, self._control = self._control, control
         machine = self._machine
         machine.controller = bool(control & words.DRIVE_ON)
-        machine.enable_bit = bool(control & words.ENABLE)
         machine.runs = bool(control & words.RUN)
         machine.operation_mode = self._table[32 + (control >> 8 & 3)].number
         if (before ^ control) & words.MODE_MASK:
             machine.rearrange()
-        if machine.controller and not machine.enable_bit:
+        if machine.controller and not control & words.ENABLE:
             machine.controller = False
             machine.chain.take_torque(self._clock.now_ns())
 
@@ -231,7 +230,7 @@ class RingSide:
         )
         is_steady = self._may_be_steady and machine.is_settled and machine.is_cyclic
         self._steady_control = self._control & CONTROL_BITS if is_steady else -1
-        self._until_ns = machine.next_slow_ns
+        self._until_ns = machine.energy.due_ns
         self._status = self._status_word()
         self._feedback.refresh()
         self._still = None
@@ -254,7 +253,7 @@ class RingSide:
             word |= words.CLASS_1_ERROR
         if machine.follows:
             word |= FOLLOWS
-        self._warnings = machine.thermal.warnings
+        self._warnings = machine.energy.thermal.warnings
         if (self._warnings ^ self._warnings_seen) & self._table[std.CLASS_2_MASK].number:
             word |= words.CLASS_2_CHANGED
         mask = self._table[std.CLASS_3_MASK].number
@@ -282,7 +281,7 @@ class RingSide:
         return self._machine.chain.stage.name.lower().replace("_", " ")
 
     def _read_warnings(self) -> bytes:
-        self._warnings_seen = self._machine.thermal.warnings
+        self._warnings_seen = self._machine.energy.thermal.warnings
         self._status = self._status_word()
         return self._table[std.CLASS_2_DIAGNOSTIC].encoded(self._warnings_seen)
 
@@ -342,7 +341,7 @@ class RingSide:
         self._machine.look()
 
     def _on_time(self) -> None:
-        table, times = self._table, self._machine.times
+        table, times = self._table, self._machine.chain.times
         times.brake_disconnection_ns = table[std.DRIVE_ON_DELAY].number * 1000 * US
         times.brake_coupling_ns = table[std.DRIVE_OFF_DELAY].number * 1000 * US
         times.stop_limit_ns = table[idns.STOP_TIME_LIMIT].number * 1000 * US

@@ -13,7 +13,7 @@ from fieldrig_devices.drives.fold import PublishedMotion
 from fieldrig_devices.drives.loops import INCREMENTS, RAD
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.mc4.drive import Mc4
-from fieldrig_devices.mc4.machine import SLOW_NS
+from fieldrig_devices.mc4.energy import SLOW_NS
 
 LOADS = pytest.mark.parametrize("load", [{}, {"gear_ratio": 7.5}, TWISTING], ids=["stiff", "geared", "twisting"])
 

@@ -26,8 +26,8 @@ OF_THE_SHORTCUTS = re.compile(
 )
 """Values that only say which way the cycles went: what was seen last, and whether the next one may be short."""
 LAST_BITS = re.compile(
-    r"machine\.(axis\.(e|v|i|t|twist|load_speed|heat|work)|dc\.volt"
-    r"|thermal\.(_casing_k|_heatsink_k|_winding_k|amplifier_load|motor_load))"
+    r"machine\.(axis\.(e|v|i|t|twist|load_speed|heat|work)|energy\.dc\.volt"
+    r"|energy\.thermal\.(_casing_k|_heatsink_k|_winding_k|amplifier_load|motor_load))"
 )
 """States that the fold computes by other sums than the steps, and what follows from them.
 
