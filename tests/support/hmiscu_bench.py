@@ -12,7 +12,7 @@ from fieldrig_devices.hmiscu.blocks.motion import PTOMoveRelative, PTOMoveVeloci
 from fieldrig_devices.hmiscu.blocks.pins import Block
 from fieldrig_devices.hmiscu.pto.channel import PtoChannel
 from fieldrig_devices.hmiscu.pto.settings import PtoSettings
-from fieldrig_devices.hmiscu.pto.states import State
+from fieldrig_devices.hmiscu.pto.status import MotionState
 
 FINAL = ("Done", "InVelocity", "CommandAborted", "Error")
 
@@ -99,7 +99,7 @@ class PtoBench:
         return self.diag.outputs["PTODiag"]
 
     @property
-    def state(self) -> State:
+    def state(self) -> MotionState:
         return self.channel.state
 
     @property

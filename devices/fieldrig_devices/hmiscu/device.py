@@ -143,11 +143,11 @@ class Hmiscu(Device):
     def find(self, name: str) -> Point | None:
         """Return the point that faces call `name`: one of the points, a channel by its usual name, or a variable."""
         present = self._fast.present_name(name)
-        found = self._points.get(present)
-        if found is None and self._plc.program is not None:
+        point = self._points.get(present)
+        if point is None and self._plc.program is not None:
             variable = self._variables.point(name)
             return None if variable is None else self._guarded(present, variable)
-        return found
+        return point
 
     def why_refused(self, name: str) -> str:
         """Return why tools and masters may not set a point; empty if they may."""

@@ -195,8 +195,8 @@ class FastOutputs:
     def instances(self) -> dict[str, str]:
         """The types of the global variables of the channels by their names (SCU-010)."""
         first, second = self._settings.variables
-        found = {} if first is None else {first: "PTOSimple" if self._pto is not None else "PWM"}
-        return found | ({} if second is None else {second: "PWM"})
+        blocks = {} if first is None else {first: "PTOSimple" if self._pto is not None else "PWM"}
+        return blocks | ({} if second is None else {second: "PWM"})
 
     def present_name(self, name: str) -> str:
         """Return the name of a point whose first part may be the usual name of a channel."""

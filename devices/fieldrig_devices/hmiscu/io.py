@@ -177,6 +177,6 @@ def _put(area: bytearray, place: Place, raw: int) -> None:
 
 def _get(area: bytearray, place: Place) -> int:
     if place.bit < 0:
-        found: int = _WORD.unpack_from(area, place.byte)[0]
-        return found
+        word: int = _WORD.unpack_from(area, place.byte)[0]
+        return word
     return area[place.byte] >> place.bit & 1

@@ -148,8 +148,8 @@ class HmiscuSettings(Channels):
 
     def wire_of(self, terminal: str) -> str:
         """Return the wire of a terminal; an empty text if it has none."""
-        found = self.terminals.get(terminal, "")
-        return found if isinstance(found, str) else found.wire
+        wired = self.terminals.get(terminal, "")
+        return wired if isinstance(wired, str) else wired.wire
 
     def canopen_nodes(self) -> Iterator[DescribedNode]:
         if self.can_slave is not None:

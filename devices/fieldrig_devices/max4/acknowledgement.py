@@ -28,19 +28,19 @@ class Acknowledgement:
             bus.quit()
         for axis in axes:
             axis.quit_errors()
-        places = {f"{axis.ring_address}.{SUB_UNIT}" for axis in axes}
+        stations = {f"{axis.ring_address}.{SUB_UNIT}" for axis in axes}
         self._reports.diagnosis.quit(
-            lambda pending: pending.ext.split(" ")[0] not in places and not self._is_ring_failing(pending)
+            lambda pending: pending.ext.split(" ")[0] not in stations and not self._is_ring_failing(pending)
         )
 
     def of_axis(self, axis: Axis, done: Callable[[bool], None] | None) -> None:
         """Acknowledge the diagnoses of an axis, then call `done` with true if no error is left."""
-        drive, place = axis.drive, f"{axis.ring_address}.{SUB_UNIT} "
+        drive, station = axis.drive, f"{axis.ring_address}.{SUB_UNIT} "
 
         def on_reset(is_good: bool) -> None:
             axis.diagnosis.quit(lambda pending: not self._is_present(axis, pending))
             self._reports.diagnosis.quit(
-                lambda pending: pending.ext.startswith(place) and not self._is_present(axis, pending)
+                lambda pending: pending.ext.startswith(station) and not self._is_present(axis, pending)
             )
             if done is not None:
                 done(is_good and not axis.is_in_error)

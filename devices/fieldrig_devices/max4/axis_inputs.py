@@ -38,8 +38,8 @@ class AxisInputs:
 
 def terminals_in(tree: ObjectTree, symbols: Mapping[int, str]) -> dict[int, Parameter]:
     """The terminals among `symbols` that the present configuration has, by bit."""
-    found = {bit: _terminal(tree, symbol) for bit, symbol in symbols.items()}
-    return {bit: parameter for bit, parameter in found.items() if parameter is not None}
+    parameters = {bit: _terminal(tree, symbol) for bit, symbol in symbols.items()}
+    return {bit: parameter for bit, parameter in parameters.items() if parameter is not None}
 
 
 def check_terminals(controller: Controller, key: str, named: Mapping[str, Iterable[str]]) -> None:

@@ -15,7 +15,7 @@ from fieldrig_devices.max4.configuration.version import version_of
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import MAX4
 from fieldrig_devices.max4.reports import Reports
-from fieldrig_devices.max4.ring.real_time_bus import RealTimeBus, State
+from fieldrig_devices.max4.ring.real_time_bus import RealTimeBus, RingState
 from fieldrig_devices.max4.settings import Max4Settings
 from fieldrig_devices.max4.system import System
 
@@ -85,7 +85,7 @@ class Cycles:
 
     def _on_tick(self) -> None:
         self._is_ticking = False
-        is_ring_there = self.bus is not None and self.bus.state in (State.READING, State.UP)
+        is_ring_there = self.bus is not None and self.bus.state in (RingState.READING, RingState.UP)
         if self._is_on and self._system is not None and not is_ring_there:
             self._tick_if_idle()
             self._system.process.run()
@@ -146,6 +146,6 @@ class Cycles:
         return 0 if self._system is None else self._system.process.cycles
 
     def _led(self) -> Value:
-        if self.bus is None or self.bus.state in (State.OFF, State.DOWN):
+        if self.bus is None or self.bus.state in (RingState.OFF, RingState.DOWN):
             return "off"
-        return "on" if self.bus.state is State.UP else "flashing"
+        return "on" if self.bus.state is RingState.UP else "flashing"

@@ -42,13 +42,13 @@ class FieldBuses:
         self.modbus_face = ModbusFace(clock, controller, modbus, settings.modbus, switches)
         self.modbus_client: TreeClient | None = None
         self.can_master: TreeMaster | None = None
-        self._client_place = -1
+        self._client_link = -1
         if client is not None:
             if client.link > len(modbus):
                 raise ValueError(
                     f"modbus_client: link: expected 1 to {len(modbus)}, one of links.modbus, got {client.link}"
                 )
-            self._client_place = client.link - 1
+            self._client_link = client.link - 1
             self.modbus_client = TreeClient(clock, controller, modbus[client.link - 1], client, io_map)
         if master is not None:
             if can is None:
@@ -60,8 +60,8 @@ class FieldBuses:
                 raise ValueError("can_axes: expected links.can beside it")
             end = can.share(hears_others=master is not None)
             self.can_face = CanFace(clock, end, controller, axes)
-        for place, link in enumerate(modbus):
-            link.on_receive(partial(self._on_modbus, place), self.modbus_face.interest)
+        for number, link in enumerate(modbus):
+            link.on_receive(partial(self._on_modbus, number), self.modbus_face.interest)
 
     def add_objects(self, tree: ObjectTree) -> None:
         """Add the objects of the modules to a tree that no boot uses, so that a program can be compiled for them."""
@@ -70,10 +70,10 @@ class FieldBuses:
         if self.can_master is not None:
             self.can_master.add_objects(tree)
 
-    def _on_modbus(self, place: int, message: ModbusEvent) -> None:
+    def _on_modbus(self, link: int, message: ModbusEvent) -> None:
         if isinstance(message, ModbusRequest):
-            self._controller.at_priority(TCP_PRIORITY, self._tcp_us, partial(self.modbus_face.hear, place, message))
+            self._controller.at_priority(TCP_PRIORITY, self._tcp_us, partial(self.modbus_face.hear, link, message))
         elif isinstance(message, ClientConnected):
             self._controller.tcp_connected(message.peer)
-        elif self.modbus_client is not None and place == self._client_place:
+        elif self.modbus_client is not None and link == self._client_link:
             self.modbus_client.hear(message)

@@ -48,8 +48,8 @@ class ObjectNodes:
         owner = self._objects.get(path.casefold())
         if owner is not None:
             return self._object(owner)
-        found = self._parameter(path)
-        return None if found is None else _parameter(*found)
+        pair = self._pair(path)
+        return None if pair is None else _parameter(*pair)
 
     def read(self, path: str) -> AnyValue:
         return self._known(path).shown
@@ -63,17 +63,19 @@ class ObjectNodes:
         raise UnknownNodeError(path)
 
     def _known(self, path: str) -> Parameter:
-        found = self._parameter(path)
-        if found is None:
+        pair = self._pair(path)
+        if pair is None:
             raise UnknownNodeError(path)
-        return found[1]
+        return pair[1]
 
-    def _parameter(self, path: str) -> tuple[Object, Parameter] | None:
+    def _pair(self, path: str) -> tuple[Object, Parameter] | None:
+        """Return an object and the parameter of it that has this path."""
         symbol, _, name = path.rpartition(".")
         owner = self._objects.get(symbol.casefold())
-        parameters = owner.parameters if owner is not None else ()
-        found = next((parameter for parameter in parameters if parameter.name.casefold() == name.casefold()), None)
-        return None if owner is None or found is None else (owner, found)
+        if owner is None:
+            return None
+        named = (parameter for parameter in owner.parameters if parameter.name.casefold() == name.casefold())
+        return next(((owner, parameter) for parameter in named), None)
 
     def _object(self, owner: Object) -> Node:
         parent = "" if owner is self._root or owner.parent is None else _name(owner.parent)

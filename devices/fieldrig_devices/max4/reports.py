@@ -56,10 +56,10 @@ class Reports:
         shown = self._log(code, axis.sender, ext) if is_logged else self.code_of(code)
         if shown // 1000 < MESSAGE_CLASS:
             text, is_quittable = self._text(code), message_of(code).is_quittable
-            place = f"{axis.ring_address}.{SUB_UNIT} {shown}"
-            axis.diagnosis.add(Pending(shown, place, text, is_quittable))
+            ext_code = f"{axis.ring_address}.{SUB_UNIT} {shown}"
+            axis.diagnosis.add(Pending(shown, ext_code, text, is_quittable))
             if is_logged:
-                self.diagnosis.add(Pending(shown, place, self._msg(axis.sender, text), is_quittable))
+                self.diagnosis.add(Pending(shown, ext_code, self._msg(axis.sender, text), is_quittable))
 
     def _log(self, code: int, sender: Sender, ext: str) -> int:
         shown = self.code_of(code)

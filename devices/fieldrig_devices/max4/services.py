@@ -66,8 +66,8 @@ class _Prioritised:
         connection.handle_later()
 
     def received(self, data: bytes) -> None:
-        for place in range(0, len(data), PIECE):
-            self._later(partial(self._handle, data[place : place + PIECE]))
+        for start in range(0, len(data), PIECE):
+            self._later(partial(self._handle, data[start : start + PIECE]))
 
     def drained(self) -> None:
         if self._session.drained not in self._waiting:

@@ -198,8 +198,8 @@ class Max4Settings(Settings):
         yield Claim("ring", MASTER, "of the ring", ())
         yield Claim("modbus", "unit", self.modbus.unit_id, ("modbus", "unit_id"))
         if self.can_axes is not None:
-            for place, node_id in enumerate(self.can_axes.node_ids):
-                yield Claim("can", "node-ID", node_id, ("can_axes", "node_ids", place))
+            for number, node_id in enumerate(self.can_axes.node_ids):
+                yield Claim("can", "node-ID", node_id, ("can_axes", "node_ids", number))
         if self.can_master is not None:
             yield Claim("can", "node-ID", self.can_master.node_id, ("can_master", "node_id"))
             for symbol, node in self.can_master.nodes.items():

@@ -168,8 +168,8 @@ class System:
             terminals.listen(settings.inputs.get(symbol, ""), partial(_put, terminal.put))
         probes = root.add("Digital measuring input group", "M_IN_GROUP", "")
         for number, symbol in enumerate(names.measuring_inputs):
-            place = probes.add(f"measuring_input_{number}", "M_IN", symbol)
-            probe = MeasuringInput(self._clock, place, self.axes, self.cycle_ns)
+            node = probes.add(f"measuring_input_{number}", "M_IN", symbol)
+            probe = MeasuringInput(self._clock, node, self.axes, self.cycle_ns)
             terminals.measuring[symbol] = probe
             self.process.measuring.append(probe)
             terminals.listen(settings.measuring_inputs.get(symbol, ""), partial(_put, probe.put))

@@ -23,7 +23,7 @@ OTHERS: Final[Mapping[type[Timed], Code]] = {
 }
 CAUSES: Final = (*HOT.values(), *BUS.values(), *OTHERS.values())
 """The messages; the position of each is the number of its bit."""
-_BIT: Final = {code: 1 << place for place, code in enumerate(CAUSES)}
+_BIT: Final = {code: 1 << bit for bit, code in enumerate(CAUSES)}
 
 
 def bits(codes: Iterable[Code]) -> int:
@@ -70,9 +70,9 @@ class Causes:
         """Take the causes that are measured at present.  Return true if any cause has changed."""
         causes = self.given | measured
         changed, self._present = causes ^ self._present, causes
-        for place, code in enumerate(CAUSES) if changed else ():
-            if changed >> place & 1:
-                if causes >> place & 1:
+        for bit, code in enumerate(CAUSES) if changed else ():
+            if changed >> bit & 1:
+                if causes >> bit & 1:
                     self._diagnosis.raise_(code, stays=True)
                 else:
                     self._diagnosis.end(code)

@@ -173,6 +173,5 @@ class Diagnosis:
 
 
 MANUFACTURER_BITS: Final = {
-    code: 1 << place
-    for place, code in enumerate(code for code, message in MESSAGES.items() if message.class_1_bit == 15)
+    code: 1 << bit for bit, code in enumerate(code for code, message in MESSAGES.items() if message.class_1_bit == 15)
 }

@@ -42,10 +42,10 @@ class Probes:
     def put(self, probe: int, level: float) -> None:
         """Set the input of probe 0 or 1."""
         table, is_on = self._table, bool(level)
-        place = table[_INPUTS + probe]
-        if is_on is bool(place.number):
+        datum = table[_INPUTS + probe]
+        if is_on is bool(datum.number):
             return
-        place.set(int(is_on))
+        datum.set(int(is_on))
         bit = 2 * probe + (not is_on)
         status = table[STATUS].number
         is_active = self._command is not None and self._command.is_active

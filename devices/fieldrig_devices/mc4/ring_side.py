@@ -43,11 +43,10 @@ class RingSide:
     """The drive's application behind the ring protocol (`sercos.slave.Application`)."""
 
     __slots__ = (
-        "_clock", "_control", "_cycle_ns", "_feedback", "_following", "_machine", "_may_be_steady", "_may_follow",
-        "_may_repeat", "_most_error", "_numbers", "_place",
-        "_slack_ns", "_states_seen", "_status", "_steady_control", "_still", "_still_since", "_still_value", "_table",
-        "_until_ns", "_value", "_warnings", "_warnings_seen", "is_published", "on_moved", "probes", "published",
-        "slave",
+        "_clock", "_command_at", "_control", "_cycle_ns", "_feedback", "_following", "_machine", "_may_be_steady",
+        "_may_follow", "_may_repeat", "_most_error", "_numbers", "_slack_ns", "_states_seen", "_status",
+        "_steady_control", "_still", "_still_since", "_still_value", "_table", "_until_ns", "_value", "_warnings",
+        "_warnings_seen", "is_published", "on_moved", "probes", "published", "slave",
     )  # fmt: skip
 
     def __init__(self, clock: Clock, ring: Link[RingMessage], address: int, table: IdnTable, machine: Machine) -> None:
@@ -58,7 +57,7 @@ class RingSide:
         """Control bits under which only the axis has to advance; -1 if everything has to be evaluated."""
         self._until_ns = 0
         self._cycle_ns = self._slack_ns = 0
-        self._place = 0
+        self._command_at = 0
         """Position of the active command value among the values of the MDT; 0 if none is active."""
         self._value: Callable[[int], None] = _no_value
         self._following: FollowingCycle | None = None
@@ -127,7 +126,7 @@ class RingSide:
         if is_late or control & CONTROL_BITS != self._steady_control:
             return self._look(values, lead_ns)
         machine.at_ns = at_ns
-        axis, value = machine.axis, values[self._place]
+        axis, value = machine.axis, values[self._command_at]
         if axis.is_at_rest:
             is_same = value == self._still_value and axis.slow_cycles == self._still_since
             if is_same and self._still is not None:
@@ -160,7 +159,7 @@ class RingSide:
         if (control ^ self._control) & CONTROL_BITS:
             self._on_control(control)
         machine.look()
-        self._value(values[self._place])
+        self._value(values[self._command_at])
         self._check_following()
         return self._status, self.feedback()
 
@@ -213,9 +212,9 @@ class RingSide:
         machine = self._machine
         axis, task = machine.axis, machine.chain.task
         mode = machine.operation_mode & 7
-        self._place = self.slave.places.get(idns.MODE_COMMANDS.get(mode, 0), 0)
+        self._command_at = self.slave.places.get(idns.MODE_COMMANDS.get(mode, 0), 0)
         self._value, self._following = _no_value, None
-        if task is Task.FOLLOW and machine.runs and self._place:
+        if task is Task.FOLLOW and machine.runs and self._command_at:
             if mode == 3:
                 self._value = axis.follow
                 if self._may_follow and (self.published is not None or not self.is_published):

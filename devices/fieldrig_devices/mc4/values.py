@@ -47,12 +47,12 @@ def _wrapped(value: str) -> str:
 
 MOVING: Final = {
     std.VELOCITY_FEEDBACK: _clamped(f"{{v}} / {SPEED_UNIT!r}", _HALF),
-    std.POSITION_FEEDBACK_1: _wrapped(f"{{place}} - {{e}} * {INCREMENTS!r}"),
-    std.POSITION_FEEDBACK_2: _wrapped(f"{{place}} - ({{e}} + {{twist}}) * {INCREMENTS!r}"),
+    std.POSITION_FEEDBACK_1: _wrapped(f"{{target}} - {{e}} * {INCREMENTS!r}"),
+    std.POSITION_FEEDBACK_2: _wrapped(f"{{target}} - ({{e}} + {{twist}}) * {INCREMENTS!r}"),
     std.TORQUE_FEEDBACK: _clamped("{t} * 1000 / {standstill_nm}", 0x8000),
     std.FOLLOWING_DISTANCE: _clamped(f"{{e}} * {INCREMENTS!r}", _HALF),
 }
-"""Python expressions for the values of the axis, by IDN; `place` is the set position in increments."""
+"""Python expressions for the values of the axis, by IDN; `target` is the set position in increments."""
 
 
 def _tenths(degc: float) -> int:
@@ -68,7 +68,7 @@ def moving_numbers(machine: Machine, numbers: Sequence[int]) -> Callable[[], tup
 @lru_cache(maxsize=256)
 def _values_of(numbers: tuple[int, ...]) -> Callable[[MovingAxis, float], tuple[int, ...]]:
     names = {
-        "place": "axis.set_increments", "e": "axis.e", "v": "axis.v", "t": "axis.t", "twist": "axis.twist",
+        "target": "axis.set_increments", "e": "axis.e", "v": "axis.v", "t": "axis.t", "twist": "axis.twist",
         "standstill_nm": "standstill_nm",
     }  # fmt: skip
     values = "".join(f"({MOVING[idn].format_map(names)}), " for idn in numbers)
@@ -79,7 +79,7 @@ def _values_of(numbers: tuple[int, ...]) -> Callable[[MovingAxis, float], tuple[
 def following_numbers(machine: Machine, numbers: Sequence[int], codes: str) -> Numbers:
     """Return the values of these IDNs as the folded cycle computes and packs them."""
     names = {
-        "place": "place", "e": "new_e", "v": "new_v", "t": "new_t", "twist": "axis.twist",
+        "target": "target", "e": "new_e", "v": "new_v", "t": "new_t", "twist": "axis.twist",
         "standstill_nm": repr(machine.true_motor.standstill_torque_nm),
     }  # fmt: skip
     return Numbers(tuple(MOVING[idn].format_map(names) for idn in numbers), codes)

@@ -62,10 +62,10 @@ def _weights(plant: Plant, gains: Gains, limits: Limits, step: Matrix, steps: in
     """Return, per state, the share of a limit that a unit of distance from the steady state uses at most in a step."""
     states = 6 if plant.elastic else 4
     torque = reach(step, states, steps, _set_torque_row(gains, states))
-    speed = reach(step, states, steps, [float(place == V) for place in range(states)])
-    set_speed = reach(step, states, steps, [gains.kv if place == E else 0.0 for place in range(states)])
+    speed = reach(step, states, steps, [float(state == V) for state in range(states)])
+    set_speed = reach(step, states, steps, [gains.kv if state == E else 0.0 for state in range(states)])
     if plant.elastic:
-        load = reach(step, states, steps, [float(place == LOAD) for place in range(states)])
+        load = reach(step, states, steps, [float(state == LOAD) for state in range(states)])
         speed = [max(pair) for pair in zip(speed, load, strict=True)]
     return [
         max(a / limits.torque, b / limits.speed, c / limits.speed)

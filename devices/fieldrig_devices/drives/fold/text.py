@@ -47,7 +47,7 @@ class Numbers(NamedTuple):
     """The numbers that a cycle returns, packed."""
 
     expressions: tuple[str, ...]
-    """Python expressions: `new_e` and so on are the new states, `place` is the set position in increments."""
+    """Python expressions: `new_e` and so on are the new states, `target` is the set position in increments."""
     codes: str
     """Their codes for `struct`."""
 
@@ -85,9 +85,9 @@ def following_text(arrangement: Arrangement, numbers: Numbers, *, is_published: 
         "        return None",
         *(_published_lines(plant.elastic is not None) if is_published else []),
         *_store_lines(plant, steps),
-        "    axis.set_increments = place = axis.set_increments + way",
+        "    axis.set_increments = target = axis.set_increments + way",
         "    axis.moved = way",
-        "    follow = (wanted - place + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000",
+        "    follow = (wanted - target + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000",
         f"    if not {-most_way} <= follow <= {most_way}:",
         f"        follow = {most_way} if follow > 0 else {-most_way}",
         "    axis.way = follow",

@@ -8,7 +8,7 @@ from fieldrig_devices.hmiscu.blocks.tables import PTO_GET_DIAG, PTO_GET_PARAM, P
 from fieldrig_devices.hmiscu.enumerations import ErrorId
 from fieldrig_devices.hmiscu.pto.channel import PtoChannel
 from fieldrig_devices.hmiscu.pto.command import Status
-from fieldrig_devices.hmiscu.pto.states import State
+from fieldrig_devices.hmiscu.pto.status import MotionState
 
 log = logging.getLogger(__name__)
 
@@ -38,7 +38,7 @@ class PTOSimple(Block):
         self._was_reset = is_reset
         self.outputs.update(
             PTO_REF=self._reference,
-            PTOError=channel.state is State.ERROR_STOP,
+            PTOError=channel.state is MotionState.ERROR_STOP,
             Moving=channel.is_moving,
             Stopping=channel.is_stopping,
             Frequency=channel.output.frequency_at(now_ns),

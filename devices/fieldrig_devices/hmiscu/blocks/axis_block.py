@@ -6,7 +6,7 @@ from fieldrig_devices.hmiscu.blocks.pins import Block
 from fieldrig_devices.hmiscu.enumerations import ErrorId
 from fieldrig_devices.hmiscu.pto.channel import PtoChannel
 from fieldrig_devices.hmiscu.pto.command import Status
-from fieldrig_devices.hmiscu.pto.diagnosis import Diagnosis
+from fieldrig_devices.hmiscu.pto.status import Diagnosis
 
 Axes = Mapping[int, PtoChannel]
 """The PTO channels by the value of PTO_REF.  0 is the reference of no channel."""

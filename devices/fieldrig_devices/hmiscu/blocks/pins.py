@@ -52,10 +52,10 @@ class BlockType:
 
     def pin(self, name: str) -> Pin:
         """Return the pin of this name in any case.  KeyError if there is none."""
-        found = next((pin for pin in self.pins if pin.name.lower() == name.lower()), None)
-        if found is None:
-            raise KeyError(name)
-        return found
+        for pin in self.pins:
+            if pin.name.lower() == name.lower():
+                return pin
+        raise KeyError(name)
 
 
 class Block:

@@ -75,19 +75,19 @@ class Masters:
         for name, node in self._nodes.items():
             node.use(partial(self._pack, f"can_master.nodes.{name}"))
 
-    def _pack(self, place: str, elements: Sequence[Element], is_output: bool) -> Packed:
-        return Packed(elements, [self._cell(place, element, is_output) for element in elements])
+    def _pack(self, key: str, elements: Sequence[Element], is_output: bool) -> Packed:
+        return Packed(elements, [self._cell(key, element, is_output) for element in elements])
 
-    def _cell(self, place: str, element: Element, is_output: bool) -> PointCell:
+    def _cell(self, key: str, element: Element, is_output: bool) -> PointCell:
         point = self._find(element.name)
         if point is None:
-            raise ValueError(f"{place}: expected a point of the controller, got {element.name}")
+            raise ValueError(f"{key}: expected a point of the controller, got {element.name}")
         if point.write is None and not is_output:
-            raise ValueError(f"{place}: expected a point that can be set, got {element.name}")
+            raise ValueError(f"{key}: expected a point that can be set, got {element.name}")
         if not is_output and self._why_refused(element.name):
-            raise ValueError(f"{place}: expected a variable that the program only reads, got {element.name}")
+            raise ValueError(f"{key}: expected a variable that the program only reads, got {element.name}")
         if isinstance(point.read(), str):
-            raise ValueError(f"{place}: expected a number or a bit, got the text {element.name}")
+            raise ValueError(f"{key}: expected a number or a bit, got the text {element.name}")
         return PointCell(element.name, point)
 
     # ---- the life of the controller

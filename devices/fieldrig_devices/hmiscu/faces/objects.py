@@ -96,8 +96,8 @@ _TRANSMITTED: Final = (("6000:01", "6000:02", "6000:03"), ("6401:01", "6401:02",
 
 def _types() -> Iterator[tuple[int, str, BlockType]]:
     """Yield the index, the name and the type of each block."""
-    for place, (name, type_name) in enumerate(BLOCK_NAMES.items()):
-        yield FIRST_BLOCK + place, name, BLOCK_TYPES[type_name]
+    for number, (name, type_name) in enumerate(BLOCK_NAMES.items()):
+        yield FIRST_BLOCK + number, name, BLOCK_TYPES[type_name]
 
 
 def pin_objects() -> dict[str, str]:

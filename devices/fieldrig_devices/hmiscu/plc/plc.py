@@ -283,8 +283,8 @@ class Plc:
 
     def on_transgression(self, task: Task, elapsed_ns: int, *, is_serious: bool) -> None:
         limit = self._settings.mast.watchdog_ms
-        place = place_of(task, "watchdog", f"the watchdog of {task.name} has expired")
-        where = "" if place is None else "\n".join([*call_hierarchy(place), ""])
+        fault = place_of(task, "watchdog", f"the watchdog of {task.name} has expired")
+        where = "" if fault is None else "\n".join([*call_hierarchy(fault), ""])
         self._halt(task, f"{where}the watchdog of {task.name} has expired: a cycle took {limit} ms of processor time")
 
     def on_fault(self, task: Task, fault: Fault) -> None:

@@ -10,13 +10,12 @@ from fieldrig_devices.hmiscu.enumerations import Direction, ErrorId, Parameter
 from fieldrig_devices.hmiscu.filtered_input import FilteredInput
 from fieldrig_devices.hmiscu.pto.checks import Situation, Wrong, check
 from fieldrig_devices.hmiscu.pto.command import Command, Order, Status
-from fieldrig_devices.hmiscu.pto.diagnosis import Diagnosis
 from fieldrig_devices.hmiscu.pto.matrix import MATRIX, Next, Outcome, Running
 from fieldrig_devices.hmiscu.pto.output import OnSegments, PulseOutput
 from fieldrig_devices.hmiscu.pto.piece import Plan
 from fieldrig_devices.hmiscu.pto.planner import Ends, Planner, handed_over
 from fieldrig_devices.hmiscu.pto.settings import PtoSettings
-from fieldrig_devices.hmiscu.pto.states import State
+from fieldrig_devices.hmiscu.pto.status import Diagnosis, MotionState
 
 DEFAULT_MAST_NS: Final = 10 * MS
 _SIGN: Final = {Direction.PTO_POSITIVE: 1, Direction.PTO_NEGATIVE: -1}
@@ -37,7 +36,7 @@ class PtoChannel:
         """`name` is the wire of the pulse train; `mast_ns` is the default of the hand-over."""
         self.settings = settings
         self.output = PulseOutput(name, on_segments, start_ns)
-        self.state = State.STANDSTILL
+        self.state = MotionState.STANDSTILL
         self.diagnosis = Diagnosis.NONE
         self.is_drive_ready_ignored = False
         """The pin DIS_AuxInput."""
@@ -81,11 +80,11 @@ class PtoChannel:
 
     @property
     def is_moving(self) -> bool:
-        return self.state in (State.DISCRETE_MOTION, State.CONTINUOUS_MOTION)
+        return self.state in (MotionState.DISCRETE_MOTION, MotionState.CONTINUOUS_MOTION)
 
     @property
     def is_stopping(self) -> bool:
-        return self.state is State.STOPPING or (self.state is State.ERROR_STOP and self.output.is_moving)
+        return self.state is MotionState.STOPPING or (self.state is MotionState.ERROR_STOP and self.output.is_moving)
 
     def distance_at(self, now_ns: int) -> int:
         """Return the pulses since the last move began from standstill."""
@@ -135,7 +134,7 @@ class PtoChannel:
         The blocks begin again as well, so none of them has Execute.
         """
         self.advance(now_ns)
-        if self.output.is_moving and self.state is not State.ERROR_STOP:
+        if self.output.is_moving and self.state is not MotionState.ERROR_STOP:
             self._trip(now_ns, ErrorId.PTO_AXIS_ERROR, Diagnosis.NONE, is_shutdown=True)
         self._configure()
         self.executing.clear()
@@ -147,12 +146,12 @@ class PtoChannel:
     def reset(self, now_ns: int) -> None:
         """Reset the error, if the axis is at rest, no PTOMoveRelative has Execute, and the cause is gone (SCU-029)."""
         self.advance(now_ns)
-        self.reset_problem = self._why_no_reset() if self.state is State.ERROR_STOP else ""
+        self.reset_problem = self._why_no_reset() if self.state is MotionState.ERROR_STOP else ""
         if self.reset_problem:
             return
         self.diagnosis = Diagnosis.NONE
-        if self.state is State.ERROR_STOP:
-            self.state = State.STANDSTILL
+        if self.state is MotionState.ERROR_STOP:
+            self.state = MotionState.STANDSTILL
 
     def _why_no_reset(self) -> str:
         if not self.is_linked:
@@ -174,16 +173,16 @@ class PtoChannel:
             if self.output.is_endless and self._command is not None and self._command.status is Status.BUSY:
                 self._command.status = Status.REACHED
             return
-        if self.state is State.DISCRETE_MOTION:
+        if self.state is MotionState.DISCRETE_MOTION:
             self._complete()
-            self.state = State.STANDSTILL
-        elif self.state is State.STOPPING:
+            self.state = MotionState.STANDSTILL
+        elif self.state is MotionState.STOPPING:
             self._complete()
             self.direction_level = False  # SCU-093
             if self._holder is None or not self._holder.is_held:
-                self.state, self._holder = State.STANDSTILL, None
+                self.state, self._holder = MotionState.STANDSTILL, None
         if self._is_restarting:
-            self._is_restarting, self.state, self.diagnosis = False, State.STANDSTILL, Diagnosis.NONE
+            self._is_restarting, self.state, self.diagnosis = False, MotionState.STANDSTILL, Diagnosis.NONE
 
     def _complete(self) -> None:
         if self._command is not None:
@@ -198,10 +197,10 @@ class PtoChannel:
         command = Command(order)
         if not self.is_linked:
             command.end(Status.ERROR, ErrorId.PTO_COM_ERROR)
-        elif self.state is State.ERROR_STOP or (self.state is State.STOPPING and not self.output.is_moving):
+        elif self.state is MotionState.ERROR_STOP or (self.state is MotionState.STOPPING and not self.output.is_moving):
             command.end(Status.ERROR, ErrorId.PTO_AXIS_ERROR)
             self.diagnosis |= Diagnosis.COMMAND_REJECTED
-        elif self.state is State.STANDSTILL:
+        elif self.state is MotionState.STANDSTILL:
             self._from_standstill(now_ns, command)
         else:
             self._while_running(now_ns, command)
@@ -226,10 +225,10 @@ class PtoChannel:
             return
         self._ends, self._command = ends, command
         if order.kind is Next.STOP:
-            self.state, self._holder = State.STOPPING, command
+            self.state, self._holder = MotionState.STOPPING, command
             return
         is_relative = order.kind is Next.MOVE_RELATIVE
-        self.state = State.DISCRETE_MOTION if is_relative else State.CONTINUOUS_MOTION
+        self.state = MotionState.DISCRETE_MOTION if is_relative else MotionState.CONTINUOUS_MOTION
         command.is_active = True
         self._target_hz = order.velocity
         self._moved_from = self.output.train.sent_at(now_ns)
@@ -240,9 +239,9 @@ class PtoChannel:
         self.output.begin(now_ns, plan, _SIGN[self._direction])
 
     def _running(self) -> Running:
-        if self.state is State.DISCRETE_MOTION:
+        if self.state is MotionState.DISCRETE_MOTION:
             return Running.MOVE_RELATIVE
-        if self.state is State.STOPPING:
+        if self.state is MotionState.STOPPING:
             return Running.STOP_DECELERATING
         return Running.VELOCITY_CONSTANT if self.output.is_endless else Running.VELOCITY_RAMPING
 
@@ -268,9 +267,9 @@ class PtoChannel:
         command.end(Status.ERROR, its_error)
 
     def _accept_stop(self, now_ns: int, command: Command) -> None:
-        is_done = self.state is State.DISCRETE_MOTION and self.settings.stop_reports == "done"
+        is_done = self.state is MotionState.DISCRETE_MOTION and self.settings.stop_reports == "done"
         self._take_over(Status.REACHED if is_done else Status.ABORTED, command)
-        self.state, self._holder = State.STOPPING, command
+        self.state, self._holder = MotionState.STOPPING, command
         at = self.output.junction(now_ns)
         plan = self._planner.stop(command.order.deceleration, at.square, self._target_hz, self._ends.stop_hz)
         self.output.replace(at, handed_over(plan, at.square, self._hand_over_ns))
@@ -299,8 +298,8 @@ class PtoChannel:
     def _stop_by_error(self, now_ns: int, bits: Diagnosis, *, is_shutdown: bool = False) -> None:
         """Go into ErrorStop, with a fast stop if the axis moves and does not make one yet."""
         self.diagnosis |= bits
-        is_new = self.state is not State.ERROR_STOP
-        self.state, self._command, self._holder = State.ERROR_STOP, None, None
+        is_new = self.state is not MotionState.ERROR_STOP
+        self.state, self._command, self._holder = MotionState.ERROR_STOP, None, None
         if self.output.is_moving and (is_new or is_shutdown):
             at = self.output.junction(now_ns)
             self.output.replace(at, self._planner.fast_stop(at.square, self._ends.stop_hz, is_shutdown))

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 from fieldrig_devices.hmiscu.enumerations import Direction
 from fieldrig_devices.hmiscu.pto.command import Order
-from fieldrig_devices.hmiscu.pto.diagnosis import Diagnosis
 from fieldrig_devices.hmiscu.pto.matrix import Next
 from fieldrig_devices.hmiscu.pto.settings import LARGEST_DISTANCE, LONGEST_RAMP_MS, PtoSettings
+from fieldrig_devices.hmiscu.pto.status import Diagnosis
 
 
 class Situation(NamedTuple):

@@ -34,12 +34,12 @@ class Staircase:
         if number == 0 and self.is_end:
             return end_frequency(self.low, self.rate)
         square = self.low * self.low + 2 * float(self.rate) * number
-        found = max(ceil((sqrt(square) + sqrt(square + 2 * float(self.rate))) / 2), 1)
-        while self.upto(found) <= number:
-            found += 1
-        while self.upto(found - 1) > number:
-            found -= 1
-        return found
+        frequency = max(ceil((sqrt(square) + sqrt(square + 2 * float(self.rate))) / 2), 1)
+        while self.upto(frequency) <= number:
+            frequency += 1
+        while self.upto(frequency - 1) > number:
+            frequency -= 1
+        return frequency
 
     def upto(self, frequency: int) -> int:
         """Return how many periods have an exact frequency of at most this: f(n) <= F means v(n) <= F - rate / 2 F."""

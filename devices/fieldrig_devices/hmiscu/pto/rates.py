@@ -19,8 +19,8 @@ def rate(unit: RampUnit, pin: int, from_hz: Exact, to_hz: Exact) -> Fraction:
     The pin is the time of the whole ramp in ms, or its rate in Hz/ms (SCU-085 to SCU-088, SCU-091).
     """
     difference = Fraction(to_hz) - from_hz
-    found = Fraction(pin) if unit == "Hz/ms" else abs(difference) / pin
-    return max(1000 * found, Fraction(LOWEST_RATE_HZ_PER_S))
+    hz_per_ms = Fraction(pin) if unit == "Hz/ms" else abs(difference) / pin
+    return max(1000 * hz_per_ms, Fraction(LOWEST_RATE_HZ_PER_S))
 
 
 def end_frequency(configured_hz: int, rate_hz_per_s: Exact) -> int:

@@ -92,5 +92,5 @@ class Variables:
 
 
 def _is_program(symbol: Symbol) -> bool:
-    kind = symbol.type
-    return isinstance(kind, BlockType) and kind.pou is not None and kind.pou.kind is PouKind.PROGRAM
+    type = symbol.type
+    return isinstance(type, BlockType) and type.pou is not None and type.pou.kind is PouKind.PROGRAM

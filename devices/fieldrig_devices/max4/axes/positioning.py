@@ -24,7 +24,7 @@ class Positioner:
         self._axis, self._cycle_ns, self._cycle_s = axis, cycle_ns, cycle_ns / S
         self.travel = travel
         self.mode = Mode.POSITION
-        self._origin = self._place = float(axis.position)
+        self._origin = self._position = float(axis.position)
         self._speed = 0.0
         self._profile: Profile | None = None
         self._cycles = 0
@@ -44,14 +44,14 @@ class Positioner:
 
     # ---- commands of a client, only while the axis is under control
 
-    def move_to(self, place: float, limits: Limits) -> None:
+    def move_to(self, position: float, limits: Limits) -> None:
         self._take_over(limits)
-        self._go_to(place)
+        self._go_to(position)
 
     def move_by(self, distance: float, limits: Limits) -> None:
         """Move relative to the present set position."""
         self._take_over(limits)
-        self._go_to(self._place + distance)
+        self._go_to(self._position + distance)
 
     def run(self, speed: float, limits: Limits) -> None:
         """Run at a speed, whose sign is the direction, until the next command."""
@@ -88,12 +88,12 @@ class Positioner:
             self._begin(brake(velocity, self._limits))
 
     def _watch_profile(self) -> None:
-        direction = self._wanted if self._target is None else self._target - self._place
+        direction = self._wanted if self._target is None else self._target - self._position
         if direction and self.travel.bars(direction):
             self._wanted = 0.0
             self._begin(brake(self._speed, self._limits))
         elif self._wanted and not self._is_ending:
-            way = self.travel.stop_ahead(self._place, self._speed, self._wanted, self._limits, self._cycle_s)
+            way = self.travel.stop_ahead(self._position, self._speed, self._wanted, self._limits, self._cycle_s)
             if way is not None:
                 self._is_ending = True
                 self._begin(way)
@@ -112,10 +112,10 @@ class Positioner:
             self._cycles += 1
             seconds = self._cycles * self._cycle_ns / S
             way, self._speed, _ = profile.values_at(seconds)
-            self._place = self._origin + way
+            self._position = self._origin + way
             if seconds >= profile.duration_s and not (self._speed and self.has_arrived):
                 self._arrive()
-        return round(self._place)
+        return round(self._position)
 
     def end(self) -> None:
         self.travel.release()
@@ -128,20 +128,20 @@ class Positioner:
             return
         self._profile, self.is_moving = None, False
         if self._target is not None:
-            self._place, self.has_arrived = self._target, True
+            self._position, self.has_arrived = self._target, True
 
-    def _go_to(self, place: float) -> None:
-        target = self.travel.within(place)
-        self._begin(move(target - self._place, self._speed, self._limits), target)
+    def _go_to(self, position: float) -> None:
+        target = self.travel.within(position)
+        self._begin(move(target - self._position, self._speed, self._limits), target)
 
     def _begin(self, profile: Profile, target: float | None = None) -> None:
         self._profile, self._target = profile, target
-        self._origin, self._cycles = self._place, 0
+        self._origin, self._cycles = self._position, 0
         self.has_arrived, self.is_moving = False, True
 
-    def _rest_at(self, place: float) -> None:
+    def _rest_at(self, position: float) -> None:
         self.mode, self._profile, self.is_moving = Mode.POSITION, None, False
-        self._place, self._speed, self.has_arrived = place, 0.0, False
+        self._position, self._speed, self.has_arrived = position, 0.0, False
 
     def _take_over(self, limits: Limits) -> None:
         """Start a command at the present state of the axis, which may follow another source or a torque."""
@@ -149,11 +149,11 @@ class Positioner:
         self._limits, self._wanted, self._is_ending, self.travel.is_limited = limits, 0.0, False, False
         if axis.set_values is self and self.mode is Mode.POSITION:
             return
-        place = axis.set_value if axis.mode is Mode.POSITION else axis.position
+        position = axis.set_value if axis.mode is Mode.POSITION else axis.position
         if axis.set_values is self:
-            self._rest_at(place)
+            self._rest_at(position)
         else:
             axis.follow(self)
-            self._place = place
+            self._position = position
         if abs(axis.velocity) > RESTS_BELOW:
             self._speed = axis.velocity

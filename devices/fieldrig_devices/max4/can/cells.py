@@ -170,11 +170,11 @@ class ServiceWindow:
         self._state.set(bytes((state,)))
 
 
-def _message(controller: Controller, place: int) -> str:
+def _message(controller: Controller, number: int) -> str:
     lines = controller.logger.lines()
-    if not 1 <= place <= len(lines):
+    if not 1 <= number <= len(lines):
         raise Abort(Code.NO_DATA)
-    return lines[place - 1]
+    return lines[number - 1]
 
 
 def _shown(value: Value) -> str:

@@ -51,10 +51,9 @@ def error_of(diag_code: int) -> int:
     """The error code of a diagnosis; 0 for 0."""
     if not diag_code:
         return 0
-    found = ERRORS.get(diag_code)
-    if found is None:
-        found = next((error for code, error in ERRORS.items() if code % 1000 == diag_code % 1000), UNKNOWN)
-    return found
+    if diag_code in ERRORS:
+        return ERRORS[diag_code]
+    return next((error for code, error in ERRORS.items() if code % 1000 == diag_code % 1000), UNKNOWN)
 
 
 def register_of(error: int) -> int:

@@ -80,8 +80,8 @@ class CanFace:
     def _on_boot(self) -> None:
         axes = list(self._controller.axes.values())
         count = self._settings.axes_per_node
-        for place, node in enumerate(self.nodes):
-            node.boot(axes[place * count : (place + 1) * count])
+        for number, node in enumerate(self.nodes):
+            node.boot(axes[number * count : (number + 1) * count])
         left = [axis.name for axis in axes[len(self.nodes) * count :]]
         if left:
             log.warning("no CANopen node is left for %s: add node-IDs to can_axes", ", ".join(left))
@@ -143,12 +143,12 @@ class FaceNode:
     def boot(self, axes: list[Axis]) -> None:
         """Start the node with these axes of the controller."""
         tree = self._controller.tree
-        for place, motor in enumerate(self.motors):
-            axis = axes[place] if place < len(axes) else None
+        for number, motor in enumerate(self.motors):
+            axis = axes[number] if number < len(axes) else None
             name = axis.name if axis is not None else ""
             terminals = self._settings.terminals.get(name, AxisTerminals())
             motor.bind(axis, terminals_in(tree, terminals.all_inputs), terminals_in(tree, terminals.all_outputs))
-            self.axes[place].use(self._controller.cycle_ns, self._origins.of(name))
+            self.axes[number].use(self._controller.cycle_ns, self._origins.of(name))
         pairs = zip(self.motors, self.axes, strict=True)
         self._stepped = [(motor, axis, axis.drive, axis.pace) for motor, axis in pairs][: len(axes)]
         self._signalled.clear()

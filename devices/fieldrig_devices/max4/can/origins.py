@@ -32,5 +32,5 @@ class Origins:
 
 def _decode(data: bytes) -> dict[str, float]:
     """The stored origins.  ValueError for data that `put` cannot have written."""
-    found = typed(read_json(data, store_format.LONGEST), dict)
-    return {name: typed(origin, float, name) for name, origin in found.items()}
+    origins = typed(read_json(data, store_format.LONGEST), dict)
+    return {name: typed(origin, float, name) for name, origin in origins.items()}

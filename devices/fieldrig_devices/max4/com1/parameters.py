@@ -9,7 +9,7 @@ from ipaddress import AddressValueError, IPv4Address
 from typing import Final, Protocol
 
 from fieldrig.device import Value
-from fieldrig_devices.max4.com1.states import MODEM_WORDS, STATE_WORDS, USER_WORDS, ModemState, State, User
+from fieldrig_devices.max4.com1.states import MODEM_WORDS, STATE_WORDS, USER_WORDS, Com1State, ModemState, User
 from fieldrig_devices.max4.configuration.tree import Kind, ObjectTree, Parameter, Type
 
 REMOTE_IP_ADDRESS: Final = "190.200.100.101"
@@ -23,7 +23,7 @@ class Port(Protocol):
     """COM1, as its parameters see it."""
 
     @property
-    def state(self) -> State: ...
+    def state(self) -> Com1State: ...
 
     @property
     def modem_state(self) -> ModemState: ...

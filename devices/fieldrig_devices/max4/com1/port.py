@@ -27,9 +27,9 @@ from fieldrig_devices.max4.com1.states import (
     RELEASED_TO,
     SEARCHING,
     TESTING,
+    Com1State,
     Event,
     ModemState,
-    State,
     User,
 )
 from fieldrig_devices.max4.configuration.tree import Parameter
@@ -88,7 +88,7 @@ class Com1:
         self._parameters: Com1Parameters | None = None
         self._user = User.EPAS_4
         self._call: Call | None = None
-        self.state = State.INIT
+        self.state = Com1State.INIT
         self.modem_state = ModemState.INIT
         if link is not None:
             link.on_receive(self._on_message, ("data", "lines"))
@@ -105,7 +105,7 @@ class Com1:
     def end(self) -> None:
         """Power off, or the end before another boot: the line drops."""
         self._parameters = None
-        self._release(State.INIT)
+        self._release(Com1State.INIT)
         self.modem_state = ModemState.INIT
 
     def user_written(self, user: Parameter) -> None:
@@ -125,13 +125,13 @@ class Com1:
         self._user = user
         self.modem_state = ModemState.INIT
         if self._is_looking:
-            self._release(State.INIT)
+            self._release(Com1State.INIT)
             self._after(CLEAR_NS, self._on_cleared)
         else:
             self._release(RELEASED_TO[user])
             self._set_lines(is_on=user is not User.NONE)
 
-    def _release(self, state: State) -> None:
+    def _release(self, state: Com1State) -> None:
         """Stop all that goes on, and drop the lines."""
         self.state = state
         self._stop()

@@ -19,7 +19,7 @@ class User(IntEnum):
     NONE = 3
 
 
-class State(IntEnum):
+class Com1State(IntEnum):
     """Values of Com1UserState (manual table 7-4)."""
 
     INIT = 0
@@ -104,41 +104,41 @@ class Event(Enum):
 
 # Manual table 7-4, row by row.  An event that is not listed changes nothing.
 NEXT: Final = {
-    (State.INIT, Event.MODEM_CHOSEN): State.MODEM_SEARCH,
-    (State.INIT, Event.AUTO_CHOSEN): State.AUTO_SEARCH,
-    (State.MODEM_SEARCH, Event.READY): State.MODEM_TEST,
-    (State.MODEM_SEARCH, Event.NOTHING_FOUND): State.MODEM_EPAS_4,
-    (State.MODEM_EPAS_4, Event.SEARCH_DUE): State.MODEM_SEARCH,
-    (State.MODEM_EPAS_4, Event.READY): State.MODEM_TEST,
-    (State.MODEM_TEST, Event.INITIALISED): State.MODEM_OFFLINE,
-    (State.MODEM_TEST, Event.REFUSED): State.MODEM_EPAS_4,
-    (State.MODEM_TEST, Event.GONE): State.MODEM_SEARCH,
-    (State.MODEM_OFFLINE, Event.CALL): State.MODEM_ONLINE,
-    (State.MODEM_OFFLINE, Event.GONE): State.MODEM_SEARCH,
-    (State.MODEM_ONLINE, Event.CALL_ENDED): State.MODEM_OFFLINE,
-    (State.MODEM_ONLINE, Event.GONE): State.MODEM_SEARCH,
-    (State.AUTO_SEARCH, Event.READY): State.AUTO_TEST,
-    (State.AUTO_SEARCH, Event.NOTHING_FOUND): State.AUTO_EPAS_4,
-    (State.AUTO_EPAS_4, Event.READY): State.AUTO_TEST,
-    (State.AUTO_TEST, Event.INITIALISED): State.AUTO_OFFLINE,
-    (State.AUTO_TEST, Event.REFUSED): State.AUTO_EPAS_4,
-    (State.AUTO_TEST, Event.GONE): State.AUTO_SEARCH,
-    (State.AUTO_OFFLINE, Event.CALL): State.AUTO_ONLINE,
-    (State.AUTO_OFFLINE, Event.GONE): State.AUTO_SEARCH,
-    (State.AUTO_ONLINE, Event.CALL_ENDED): State.AUTO_OFFLINE,
-    (State.AUTO_ONLINE, Event.GONE): State.AUTO_SEARCH,
+    (Com1State.INIT, Event.MODEM_CHOSEN): Com1State.MODEM_SEARCH,
+    (Com1State.INIT, Event.AUTO_CHOSEN): Com1State.AUTO_SEARCH,
+    (Com1State.MODEM_SEARCH, Event.READY): Com1State.MODEM_TEST,
+    (Com1State.MODEM_SEARCH, Event.NOTHING_FOUND): Com1State.MODEM_EPAS_4,
+    (Com1State.MODEM_EPAS_4, Event.SEARCH_DUE): Com1State.MODEM_SEARCH,
+    (Com1State.MODEM_EPAS_4, Event.READY): Com1State.MODEM_TEST,
+    (Com1State.MODEM_TEST, Event.INITIALISED): Com1State.MODEM_OFFLINE,
+    (Com1State.MODEM_TEST, Event.REFUSED): Com1State.MODEM_EPAS_4,
+    (Com1State.MODEM_TEST, Event.GONE): Com1State.MODEM_SEARCH,
+    (Com1State.MODEM_OFFLINE, Event.CALL): Com1State.MODEM_ONLINE,
+    (Com1State.MODEM_OFFLINE, Event.GONE): Com1State.MODEM_SEARCH,
+    (Com1State.MODEM_ONLINE, Event.CALL_ENDED): Com1State.MODEM_OFFLINE,
+    (Com1State.MODEM_ONLINE, Event.GONE): Com1State.MODEM_SEARCH,
+    (Com1State.AUTO_SEARCH, Event.READY): Com1State.AUTO_TEST,
+    (Com1State.AUTO_SEARCH, Event.NOTHING_FOUND): Com1State.AUTO_EPAS_4,
+    (Com1State.AUTO_EPAS_4, Event.READY): Com1State.AUTO_TEST,
+    (Com1State.AUTO_TEST, Event.INITIALISED): Com1State.AUTO_OFFLINE,
+    (Com1State.AUTO_TEST, Event.REFUSED): Com1State.AUTO_EPAS_4,
+    (Com1State.AUTO_TEST, Event.GONE): Com1State.AUTO_SEARCH,
+    (Com1State.AUTO_OFFLINE, Event.CALL): Com1State.AUTO_ONLINE,
+    (Com1State.AUTO_OFFLINE, Event.GONE): Com1State.AUTO_SEARCH,
+    (Com1State.AUTO_ONLINE, Event.CALL_ENDED): Com1State.AUTO_OFFLINE,
+    (Com1State.AUTO_ONLINE, Event.GONE): Com1State.AUTO_SEARCH,
 }
 
-SEARCHING: Final = (State.MODEM_SEARCH, State.AUTO_SEARCH)
-RELEASED: Final = (State.MODEM_EPAS_4, State.AUTO_EPAS_4)
-TESTING: Final = (State.MODEM_TEST, State.AUTO_TEST)
-OFFLINE: Final = (State.MODEM_OFFLINE, State.AUTO_OFFLINE)
-ONLINE: Final = (State.MODEM_ONLINE, State.AUTO_ONLINE)
+SEARCHING: Final = (Com1State.MODEM_SEARCH, Com1State.AUTO_SEARCH)
+RELEASED: Final = (Com1State.MODEM_EPAS_4, Com1State.AUTO_EPAS_4)
+TESTING: Final = (Com1State.MODEM_TEST, Com1State.AUTO_TEST)
+OFFLINE: Final = (Com1State.MODEM_OFFLINE, Com1State.AUTO_OFFLINE)
+ONLINE: Final = (Com1State.MODEM_ONLINE, Com1State.AUTO_ONLINE)
 CHOSEN: Final = {User.MODEM: Event.MODEM_CHOSEN, User.AUTO: Event.AUTO_CHOSEN}
 RELEASED_TO: Final = {
-    User.EPAS_4: State.EPAS_4,
-    User.NONE: State.NONE,
-    User.MODEM: State.MODEM_EPAS_4,
-    User.AUTO: State.AUTO_EPAS_4,
+    User.EPAS_4: Com1State.EPAS_4,
+    User.NONE: Com1State.NONE,
+    User.MODEM: Com1State.MODEM_EPAS_4,
+    User.AUTO: Com1State.AUTO_EPAS_4,
 }
 """The state in which no modem is looked for, for lack of a Modem object or because of the value."""

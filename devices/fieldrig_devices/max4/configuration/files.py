@@ -103,9 +103,9 @@ def parameters_to_file(values: Mapping[str, Value]) -> bytes:
 def parameters_of_file(data: bytes) -> dict[str, Value]:
     """The start values in a file.  ValueError if the file is not valid."""
     try:
-        found = read_json(data)
+        values = read_json(data)
     except MalformedError as cause:
         raise ValueError("the parameter file is not valid: expected JSON") from cause
-    if not isinstance(found, dict):
+    if not isinstance(values, dict):
         raise ValueError("the parameter file is not valid: expected values by path")
-    return {path: value for path, value in found.items() if isinstance(value, bool | int | float | str)}
+    return {path: value for path, value in values.items() if isinstance(value, bool | int | float | str)}

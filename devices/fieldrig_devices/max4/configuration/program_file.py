@@ -38,15 +38,15 @@ class Container:
     def decode(cls, data: bytes) -> Self:
         """Return the content of a file.  ValueError, saying what was expected, for any other bytes."""
         try:
-            found = read_json(data, longest=LONGEST, deepest=4)
-            if field(found, "format", str) != FORMAT:
+            content = read_json(data, longest=LONGEST, deepest=4)
+            if field(content, "format", str) != FORMAT:
                 raise MalformedError(f"expected the format {FORMAT!r}")
             files = tuple(
                 SourceFile(field(file, "name", str), field(file, "text", str))
-                for file in items(field(found, "files", list), dict, MOST_FILES, "files")
+                for file in items(field(content, "files", list), dict, MOST_FILES, "files")
             )
-            resource = typed(found.get("resource", ""), str)
-            return cls(files, field(found, "dialect", str), resource)
+            resource = typed(content.get("resource", ""), str)
+            return cls(files, field(content, "dialect", str), resource)
         except MalformedError as cause:
             raise ValueError(f"not a program file: {cause}") from cause
 

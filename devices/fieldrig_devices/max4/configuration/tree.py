@@ -234,9 +234,9 @@ class ObjectTree:
         """All objects, parents before children."""
         waiting = [self.root]
         while waiting:
-            found = waiting.pop(0)
-            yield found
-            waiting[:0] = found.children
+            node = waiting.pop(0)
+            yield node
+            waiting[:0] = node.children
 
     def parameters(self) -> Iterator[tuple[str, Parameter]]:
         """All parameters by their full paths, which include the group."""
@@ -252,16 +252,16 @@ class ObjectTree:
 
     def object(self, path: str) -> Object:
         """An object by its path, or by "_" and its symbolic name (PD-025).  KeyError if there is none."""
-        found = self._walk(path.removeprefix("_").split("."))
-        if found is None or found[1]:
+        way = self._walk(path.removeprefix("_").split("."))
+        if way is None or way[1]:
             raise KeyError(path)
-        return found[0]
+        return way[0]
 
     def parameter(self, path: str) -> Parameter:
         """A parameter by its path.  KeyError if there is none."""
-        found = self._walk(path.split("."))
-        if found is not None:
-            owner, rest = found
+        way = self._walk(path.split("."))
+        if way is not None:
+            owner, rest = way
             match rest:
                 case [name]:
                     return self._named(owner.parameters, name, path)
@@ -298,8 +298,8 @@ class ObjectTree:
 
     def parameter_at(self, address: int) -> Parameter | None:
         """The parameter with this logical address, or None if there is no parameter."""
-        found = self.at(address)
-        return found if isinstance(found, Parameter) else None
+        node = self.at(address)
+        return node if isinstance(node, Parameter) else None
 
     @staticmethod
     def _named(parameters: Iterator[Parameter], name: str, path: str) -> Parameter:
@@ -310,13 +310,13 @@ class ObjectTree:
 
     def _walk(self, names: list[str]) -> tuple[Object, list[str]] | None:
         """The object that a path leads to, with the rest of the path."""
-        start = next((found for found in self.objects() if found.is_called(names[0])), None)
-        if start is None:
+        node = next((start for start in self.objects() if start.is_called(names[0])), None)
+        if node is None:
             return None
         rest = names[1:]
         while rest:
-            below = next((child for child in start.children if child.is_called(rest[0])), None)
+            below = next((child for child in node.children if child.is_called(rest[0])), None)
             if below is None:
                 break
-            start, rest = below, rest[1:]
-        return start, rest
+            node, rest = below, rest[1:]
+        return node, rest

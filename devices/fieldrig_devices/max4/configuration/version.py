@@ -23,10 +23,10 @@ class Version(NamedTuple):
 
 def version_of(text: str) -> Version:
     """The first version in a text; ZZ may be missing.  ValueError if there is no version."""
-    found = re.search(r"V(\d{2})\.(\d{2})(?:\.(\d{2}))?(?!\d)", text, re.ASCII)
-    if found is None:
+    match = re.search(r"V(\d{2})\.(\d{2})(?:\.(\d{2}))?(?!\d)", text, re.ASCII)
+    if match is None:
         raise ValueError(f"expected a version such as V00.15.00, got {text!r}")
-    return Version(int(found[1]), int(found[2]), int(found[3] or 0))
+    return Version(int(match[1]), int(match[2]), int(match[3] or 0))
 
 
 def goes_with(upper: Version, lower: Version) -> bool:

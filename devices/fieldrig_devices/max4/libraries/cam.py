@@ -1,4 +1,4 @@
-"""The block CAM: one axis follows one encoder through one cam (PD-190, PD-191).
+"""The blocks CAM and SLAVECAM: one axis follows one encoder through one cam (PD-186, PD-190, PD-191).
 
 A call with bReset begins a new job, which an axis takes at once or after its present cam (lResult 0), or cannot take
 yet (1).  Calls without bReset then try the job again, with the present inputs, until it is taken; after that they only
@@ -6,6 +6,10 @@ show how far it is.  While the axis has no room, such a call answers 1 without a
 call may have bReset TRUE and all others FALSE, as in the manual's program.
 
 Besides lResult the outputs are ours: bActive is TRUE while this cam moves the axis, and bDone once it is over.
+
+SLAVECAM is a cam that is added to the cams of an axis; its name and details are ours.  It can only begin while a cam of
+CAM or MultiCam3 moves the axis; otherwise lResult is -7.  What counts is its way from its begin, so iYSetposMode and
+lrYSetposPos have no effect.  A new slave cam replaces the one before it at once, and what has been added remains.
 """
 
 from collections.abc import Callable
@@ -46,7 +50,7 @@ END_VAR
 {native}
 END_FUNCTION_BLOCK
 """
-TEXT: Final = "FUNCTION_BLOCK CAM" + PINS
+TEXT: Final = f"FUNCTION_BLOCK CAM{PINS}FUNCTION_BLOCK SLAVECAM{PINS}"
 
 
 class Pins(NamedTuple):
@@ -174,3 +178,7 @@ def cam_block(motion: Motion, give: Callable[[CamFollower, Cam, float], Result] 
         return shown(result, cam)
 
     return NativeBlock(run, cost_ns=8_000, forget=jobs.clear)
+
+
+def slave_cam_block(motion: Motion) -> NativeBlock:
+    return cam_block(motion, CamFollower.overlay)

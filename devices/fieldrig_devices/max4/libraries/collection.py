@@ -7,7 +7,6 @@ from fieldrig_devices.max4.libraries import (
     multi_cam,
     positioning,
     scaling,
-    slave_cam,
     torque_cam,
 )
 from fieldrig_devices.max4.libraries.controller import MotionController
@@ -22,9 +21,9 @@ def motion_libraries(controller: MotionController) -> list[Library]:
     blocks = {
         "cam": NativeBlock(cam_block.run, cam_block.cost_ns, forget=motion.clear),
         "multicam3": multi_cam.multi_cam_block(motion),
-        "slavecam": slave_cam.slave_cam_block(motion),
+        "slavecam": cam.slave_cam_block(motion),
     }
-    vario_cam = cam.TEXT + slave_cam.TEXT + multi_cam.TEXT + loading.PROFILES_TEXT + scaling.TEXT
+    vario_cam = cam.TEXT + multi_cam.TEXT + loading.PROFILES_TEXT + scaling.TEXT
     return [
         Library("Basic.lib", positioning.TEXT, positioning.functions(motion), {}),
         Library("VarioCam.lib", vario_cam, {**loading.profile_functions(motion), **scaling.FUNCTIONS}, blocks),

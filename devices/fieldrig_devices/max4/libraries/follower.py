@@ -31,12 +31,24 @@ _NOTHING: Final = _Nothing()
 class CamFollower:
     """The `SetValues` of one axis on cams."""
 
-    __slots__ = ("_at", "_high", "_low", "_master", "_origin", "_place", "_slave", "_track", "_waiting", "axis", "mode")
+    __slots__ = (
+        "_at",
+        "_high",
+        "_low",
+        "_master",
+        "_origin",
+        "_position",
+        "_slave",
+        "_track",
+        "_waiting",
+        "axis",
+        "mode",
+    )
 
     def __init__(self, axis: Axis) -> None:
         self.axis = axis
         self.mode = Mode.POSITION
-        self._place = 0
+        self._position = 0
         """The last set value."""
         self._track: Track | None = None
         self._waiting: tuple[Cam, float] | None = None
@@ -68,8 +80,8 @@ class CamFollower:
             self._waiting = cam, scale
             return Result.TAKEN
         track, master = self._track, cam.master.position
-        place = float(self._place) if track is None else track.at(track.cam.master.position - track.origin)
-        self._begin_cam(cam, scale, master, place)
+        position = float(self._position) if track is None else track.at(track.cam.master.position - track.origin)
+        self._begin_cam(cam, scale, master, position)
         self._enter(master)
         return Result.TAKEN
 
@@ -91,7 +103,7 @@ class CamFollower:
 
     def begin(self, axis: Axis) -> None:
         self._clear()
-        self._place = axis.position
+        self._position = axis.position
 
     def next(self) -> float:
         master = self._master.position
@@ -99,13 +111,13 @@ class CamFollower:
             if not self._low <= master < self._high:
                 self._turn(master)
                 master = self._master.position
-            place = self._at(master - self._origin)
+            position = self._at(master - self._origin)
             if self._slave is not None:
-                place += self._added(self._slave)
-            self._place = round(place)
+                position += self._added(self._slave)
+            self._position = round(position)
         except (ArithmeticError, ValueError):  # a position that no drive has: the axis stays where it is
             pass
-        return self._place
+        return self._position
 
     def end(self) -> None:
         self._clear()
@@ -140,7 +152,7 @@ class CamFollower:
         self._begin_cam(cam, scale, joint, track.at(0.0))
         self._enter(cam.master.position)
 
-    def _begin_cam(self, cam: Cam, scale: float, master: float, place: float) -> None:
+    def _begin_cam(self, cam: Cam, scale: float, master: float, position: float) -> None:
         """Begin a cam at this point of master and axis."""
         before = self._track
         x_shift = y_shift = 0.0
@@ -150,7 +162,7 @@ class CamFollower:
                 x_shift = before.x_shift
             before.cam.stage = Stage.ENDED
         x_shift = shifted(cam.x_mode, cam.x_setpos, master, x_shift)
-        y_shift = shifted(cam.y_mode, cam.y_setpos * scale, place, y_shift)
+        y_shift = shifted(cam.y_mode, cam.y_setpos * scale, position, y_shift)
         cam.stage = Stage.ACTIVE
         self._track, self._master = Track(cam, scale, x_shift, y_shift, master), cam.master
 
@@ -174,10 +186,10 @@ class CamFollower:
     def _take_over(self) -> None:
         """Become the source of the axis, at its present set position."""
         axis = self.axis
-        place = axis.set_value if axis.mode is Mode.POSITION else axis.position
+        position = axis.set_value if axis.mode is Mode.POSITION else axis.position
         axis.follow(self)
-        self._place = round(place)
-        axis.set_value = self._place
+        self._position = round(position)
+        axis.set_value = self._position
 
     def _clear(self) -> None:
         """Drop all cams and stand."""
@@ -200,4 +212,4 @@ class CamFollower:
         self._low, self._high, self._origin = -inf, inf, 0.0
 
     def _stay(self, _: float) -> float:
-        return self._place
+        return self._position

@@ -90,10 +90,10 @@ def functions(motion: Motion) -> Mapping[str, NativeFunction]:
 
     def begin(address: int, way: float, limits: Limits, start: Callable[[Positioner, float, Limits], None]) -> Results:
         """Scale the command to increments and start it."""
-        found = axis_of(motion, address)
-        if isinstance(found, Result):
-            return (int(found),)
-        axis, scale = found
+        scaled_axis = axis_of(motion, address)
+        if isinstance(scaled_axis, Result):
+            return (int(scaled_axis),)
+        axis, scale = scaled_axis
         scaled = Limits(*(value * abs(scale) for value in limits))
         if not is_usable(way * scale, *scaled) or min(scaled) < SMALLEST:
             return (int(Result.WRONG_VALUE),)
@@ -111,12 +111,12 @@ def functions(motion: Motion) -> Mapping[str, NativeFunction]:
 
     def stop(address: int, deceleration: float) -> Results:
         limits = Limits(deceleration, deceleration, deceleration)
-        return begin(address, 0.0, limits, lambda found, _, scaled: found.stop(scaled))
+        return begin(address, 0.0, limits, lambda positioner, _, scaled: positioner.stop(scaled))
 
     def done(address: int) -> Results:
         axis = motion.controller.axis(address)
-        found = None if axis is None else positioners.get(address)
-        return (found is not None and found.has_arrived,)
+        moving = None if axis is None else positioners.get(address)
+        return (moving is not None and moving.has_arrived,)
 
     return {
         "posabsolute": NativeFunction(absolute, cost_ns=10_000),

@@ -64,15 +64,15 @@ class Cam:
         return self.y_factor * self.profile.at((x - self.x_offset) / self.x_factor) + self.y_offset
 
 
-def shifted(mode: Setpos, setpos: float, place: float, shift: float) -> float:
-    """The shift of a coordinate (place minus coordinate) after a set position at `place`."""
+def shifted(mode: Setpos, setpos: float, position: float, shift: float) -> float:
+    """The shift of a coordinate (position minus coordinate) after a set position at `position`."""
     if mode is Setpos.ABSOLUTE:
-        return place - setpos
+        return position - setpos
     return shift - setpos if mode is Setpos.RELATIVE else shift
 
 
 class Track:
-    """An active cam.  Places are in increments of the axis, and `master` is the position of the encoder.
+    """An active cam.  Positions are in increments of the axis, and `master` is the position of the encoder.
 
     The cam is over at the limit that the master reaches.  At the limit at which it began it waits for the master, so a
     master that trembles there does not end it.
@@ -84,7 +84,7 @@ class Track:
         """`scale` is in increments per unit, `y_shift` in increments; the cam begins at this position of the master."""
         self.cam, self.scale, self.x_shift, self.y_shift = cam, scale, x_shift, y_shift
         self.low, self.high, self.origin = inf, -inf, 0.0
-        """The range of the master for which `at(master - origin)` is the place."""
+        """The range of the master for which `at(master - origin)` is the position of the axis."""
         self.at: Callable[[float], float] = _ZERO
         self.is_over = False
         self.end = 0.0
@@ -108,9 +108,9 @@ class Track:
             self._enter_piece(x)
 
     def _stand(self, limit: float, low: float, high: float, *, is_end: bool) -> None:
-        place = self.y_shift + self.scale * self.cam.at(limit)
+        position = self.y_shift + self.scale * self.cam.at(limit)
         self.origin = 0.0
-        self.at = lambda _: place
+        self.at = lambda _: position
         if is_end:
             self.is_over, self.end = True, limit + self.x_shift
             self.low, self.high = -inf, inf

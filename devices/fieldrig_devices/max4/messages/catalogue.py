@@ -113,17 +113,17 @@ MESSAGES: Final[Mapping[int, Message]] = {
 
 def message_of(code: int) -> Message:
     """The message of a code, or of a code with the same three digits if the class has been changed."""
-    found = MESSAGES.get(code)
-    if found is None:
-        found = next((message for other, message in MESSAGES.items() if other % 1000 == code % 1000), None)
-    return found or Message(f"Diagnose {code}", f"diagnosis {code}")
+    if code in MESSAGES:
+        return MESSAGES[code]
+    alike = (message for other, message in MESSAGES.items() if other % 1000 == code % 1000)
+    return next(alike, Message(f"Diagnose {code}", f"diagnosis {code}"))
 
 
 def translated(text: str, code: int, language: str) -> str:
     """Return a text that ends with the message of a code, with that message in `de` or `en`; any other as it is."""
     message = message_of(code)
     wanted = {"de": message.de, "en": message.en}.get(language)
-    for found in (message.de, message.en):
-        if wanted is not None and text.endswith(found):
-            return text.removesuffix(found) + wanted
+    for known in (message.de, message.en):
+        if wanted is not None and text.endswith(known):
+            return text.removesuffix(known) + wanted
     return text

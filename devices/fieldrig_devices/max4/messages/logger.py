@@ -2,14 +2,14 @@
 
 Source: PacDrive manual 4202-4392 (digest PD-110 to PD-124).  The entries in the buffer are numbered from 1, the oldest
 (our reading of both logs of the manual, where the newest entry of a full buffer is 325).  The format of a log file is
-our choice: the table as the manual prints it, newest first, with tabs.
+our choice: the table as the manual prints it, newest first, with tabs.  A time stamp is the time since power-on as
+`DDD HH:MM:SS.sss` without leading parts that are zero (PD-115).
 """
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Final, NamedTuple, Protocol
 
 from fieldrig_devices.max4.messages.diagnosis import Sender
-from fieldrig_devices.max4.messages.stamp import stamp
 
 ENTRIES: Final = 325
 COLUMNS: Final = ("No.", "Timestamp", "Type", "Object", "Instance", "Diag. Code", "Ext. diagnosis", "Message")
@@ -112,3 +112,23 @@ class Logger:
 
 def text_of(lines: Iterable[str]) -> str:
     return "\n".join(("\t".join(COLUMNS), *lines)) + "\n"
+
+
+def stamp(ms: int, *, is_plain: bool = False) -> str:
+    """Return a time stamp such as `1`, `9.540`, `22:39.709`, `2:35:21.429` or `1 02:35:21.429`.
+
+    Before V00.07.00 it was a plain number of milliseconds.
+    """
+    if is_plain:
+        return str(ms)
+    seconds, rest = divmod(ms, 1000)
+    minutes, seconds = divmod(seconds, 60)
+    hours, minutes = divmod(minutes, 60)
+    days, hours = divmod(hours, 24)
+    if days:
+        return f"{days} {hours:02}:{minutes:02}:{seconds:02}.{rest:03}"
+    if hours:
+        return f"{hours}:{minutes:02}:{seconds:02}.{rest:03}"
+    if minutes:
+        return f"{minutes}:{seconds:02}.{rest:03}"
+    return f"{seconds}.{rest:03}" if seconds else str(rest)

@@ -76,10 +76,10 @@ class ModbusFace:
         if links:
             controller.each_cycle(self._on_cycle)
 
-    def hear(self, place: int, message: ModbusEvent) -> None:
-        """Take a message that has arrived on link `place`."""
+    def hear(self, link: int, message: ModbusEvent) -> None:
+        """Take a message that has arrived on this one of the links, from 0."""
         if self._controller.is_booted and isinstance(message, ModbusRequest):
-            self._ports[place].on_message(message)
+            self._ports[link].on_message(message)
 
     @property
     def interest(self) -> list[int | str]:

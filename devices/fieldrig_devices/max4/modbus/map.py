@@ -139,10 +139,10 @@ class Window:
         return self._tree.parameter_at(self._address)
 
     def _found(self) -> int:
-        found = self._tree.at(self._address)
-        if isinstance(found, Parameter):
-            return Found.WRITABLE if found.is_writable else Found.READABLE
-        return Found.NOTHING if found is None else Found.OBJECT
+        node = self._tree.at(self._address)
+        if isinstance(node, Parameter):
+            return Found.WRITABLE if node.is_writable else Found.READABLE
+        return Found.NOTHING if node is None else Found.OBJECT
 
     def _type(self) -> int:
         parameter = self._parameter()
@@ -157,10 +157,10 @@ class Window:
         return "" if parameter is None else parameter.unit
 
     def _name(self) -> str:
-        found = self._tree.at(self._address)
-        if found is None:
+        node = self._tree.at(self._address)
+        if node is None:
             return ""
-        return found.name if isinstance(found, Parameter) else found.symbol or found.name
+        return node.name if isinstance(node, Parameter) else node.symbol or node.name
 
     def _number(self) -> int:
         """The lowest 32 bits of the value."""
@@ -214,14 +214,14 @@ def outputs(controller: Controller) -> list[BitEntry]:
 def inputs(controller: Controller) -> list[BitEntry]:
     """The discrete inputs: digital inputs, and measuring inputs starting at MEASURING."""
     return [
-        BitEntry(first + place, terminal.symbol, _bit_reader(terminal["Value"]))
+        BitEntry(first + number, terminal.symbol, _bit_reader(terminal["Value"]))
         for first, type_name in ((0, "D_IN"), (MEASURING, "M_IN"))
-        for place, terminal in enumerate(_of_type(controller, type_name))
+        for number, terminal in enumerate(_of_type(controller, type_name))
     ]
 
 
 def _of_type(controller: Controller, type_name: str) -> Iterator[Object]:
-    return (found for found in controller.tree.objects() if found.type_name == type_name)
+    return (node for node in controller.tree.objects() if node.type_name == type_name)
 
 
 def _bit_reader(parameter: Parameter) -> Callable[[], bool]:

@@ -56,7 +56,7 @@ class MarkerBits:
         if address < FIRST:
             return self._below.read(address, quantity)
         area, first = _area(self._markers), self._place(address, quantity)
-        packed = sum(1 << place for place in range(quantity) if area[(first + place) // 8] >> (first + place) % 8 & 1)
+        packed = sum(1 << at for at in range(quantity) if area[(first + at) // 8] >> (first + at) % 8 & 1)
         return packed.to_bytes((quantity + 7) // 8, "little")
 
     def write(self, address: int, quantity: int, packed: bytes) -> None:
@@ -64,9 +64,9 @@ class MarkerBits:
             self._below.write(address, quantity, packed)
             return
         area, first = _area(self._markers), self._place(address, quantity)
-        for place in range(quantity):
-            byte, bit = divmod(first + place, 8)
-            is_on = packed[place // 8] >> place % 8 & 1
+        for at in range(quantity):
+            byte, bit = divmod(first + at, 8)
+            is_on = packed[at // 8] >> at % 8 & 1
             area[byte] = area[byte] & ~(1 << bit) | is_on << bit
 
     @staticmethod

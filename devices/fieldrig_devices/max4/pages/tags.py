@@ -40,7 +40,7 @@ DIGITS: Final = 3
 
 def expanded(page: str, controller: Controller) -> str:
     """Return the page with its tags replaced."""
-    return TAG.sub(lambda found: _wrapped(found[1], controller), page, count=MOST_TAGS)
+    return TAG.sub(lambda tag: _wrapped(tag[1], controller), page, count=MOST_TAGS)
 
 
 def shown_by(text: str, controller: Controller) -> str:

@@ -34,7 +34,7 @@ class ObjectTypes:
             key = node.type_name.casefold()
             names.setdefault(key, node.type_name)
             _extend(members.setdefault(key, {}), node)
-        self.types = {key: ObjectType(names[key], tuple(found.values())) for key, found in members.items()}
+        self.types = {key: ObjectType(names[key], tuple(own.values())) for key, own in members.items()}
         """Types by the name in small letters."""
         self.objects = {
             node.symbol.casefold(): ConfiguredObject(node.symbol, self._type(node), node.log_adr)

@@ -62,19 +62,19 @@ class Leaf(NamedTuple):
     @property
     def text(self) -> StringType | None:
         """The type if it is that of a text."""
-        found = _TEXT.fullmatch(self.type)
-        return None if found is None else StringType(int(found[2]), bool(found[1]))
+        match = _TEXT.fullmatch(self.type)
+        return None if match is None else StringType(int(match[2]), bool(match[1]))
 
 
 def leaves_of(program: Program) -> list[Leaf]:
     """All retained values of a program, by ascending address."""
-    found = (
+    leaves = (
         leaf
         for variable in program.globals.values()
         if _is_kept(variable)
         for leaf in _leaves(variable, variable.name, _address(variable, 0), variable.type, variable.is_retain)
     )
-    return sorted(found, key=lambda leaf: leaf.address)
+    return sorted(leaves, key=lambda leaf: leaf.address)
 
 
 def _is_kept(variable: Variable) -> bool:

@@ -90,10 +90,10 @@ class RetainStore:
     def _known_maps(self) -> dict[bytes, RetainMap]:
         try:
             rows = read_json(self._maps.load() or b"[]", longest=LONGEST_MAP, deepest=_DEEPEST)
-            found = [RetainMap.decode(typed(text, str).encode()) for text in items(rows, str, 2)]
+            maps = [RetainMap.decode(typed(text, str).encode()) for text in items(rows, str, 2)]
         except MalformedError:
             return {}
-        return {map.mark: map for map in found}
+        return {map.mark: map for map in maps}
 
     def _save(self, maps: dict[bytes, RetainMap]) -> None:
         try:

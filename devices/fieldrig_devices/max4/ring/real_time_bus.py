@@ -29,7 +29,7 @@ RETRY_NS: Final = 3 * MS
 TRANSITION: Final = std.CP3_TRANSITION_CHECK
 
 
-class State(Enum):
+class RingState(Enum):
     """States of the ring."""
 
     OFF = auto()
@@ -83,7 +83,7 @@ class RealTimeBus:
         self._drives, self._parameters = tuple(drives), parameters
         self._cycle_ns, self._wait_ns = cycle_ns, wait_ns
         self._version, self._leave_out_missing = version, leave_out_missing
-        self.state = State.OFF
+        self.state = RingState.OFF
         self.is_open = True
         self.present: tuple[RingDrive, ...] = ()
         """The drives with which the ring is brought up."""
@@ -116,9 +116,9 @@ class RealTimeBus:
         self._drop_master()
         self.present = tuple(drive for drive in self._drives if drive.axis.ring_address not in self._absent)
         if not self.present:
-            self._settle(State.DOWN if self._drives else State.UP)
+            self._settle(RingState.DOWN if self._drives else RingState.UP)
             return
-        self.state = State.RISING
+        self.state = RingState.RISING
         self.is_open = True
         self._master = master = self._made_master()
         master.start()
@@ -150,25 +150,25 @@ class RealTimeBus:
         for drive in self.present:
             drive.end()
         self.present = ()
-        self.state = State.OFF
+        self.state = RingState.OFF
         self._absent.clear()
         self._has_been_up = False
 
     def quit(self) -> None:
         """Bring the ring up again if it has failed or is up without some drives, and if that is possible."""
-        is_up_without_some = self.state is State.UP and bool(self._absent)
+        is_up_without_some = self.state is RingState.UP and bool(self._absent)
         is_in_use = any(drive.axis.is_controlled for drive in self.present)
-        if (self.state is State.DOWN and not self.is_open) or (is_up_without_some and not is_in_use):
+        if (self.state is RingState.DOWN and not self.is_open) or (is_up_without_some and not is_in_use):
             self._absent.clear()
-            was_up = self.state is State.UP
-            self.state = State.RISING
+            was_up = self.state is RingState.UP
+            self.state = RingState.RISING
             if was_up:
                 self._leave()
             self._try_again(is_quitting=True)
 
     def is_still_wrong(self, code: int) -> bool:
         """True if the code is a diagnosis of the ring whose cause is still present."""
-        return code % 1000 == Code.RING_OPEN % 1000 and self.is_open and self.state is State.DOWN
+        return code % 1000 == Code.RING_OPEN % 1000 and self.is_open and self.state is RingState.DOWN
 
     def _drop_master(self) -> None:
         self._wait.stop()
@@ -183,19 +183,19 @@ class RealTimeBus:
         self._drop_master()
 
         def again() -> None:
-            if self.state is State.RISING:
+            if self.state is RingState.RISING:
                 self.bring_up(is_quitting=is_quitting)
 
         self._wait.after(RETRY_NS, again)
 
     def _on_wait_over(self) -> None:
-        if self.state is State.RISING and self.phase == 0 and self.is_open and self._master is not None:
+        if self.state is RingState.RISING and self.phase == 0 and self.is_open and self._master is not None:
             self._master.request_phase(0)
             self._host.report_ring(Code.RING_OPEN)
             self._fail_axes()
-            self._settle(State.DOWN)
+            self._settle(RingState.DOWN)
 
-    def _settle(self, state: State) -> None:
+    def _settle(self, state: RingState) -> None:
         self.state = state
         self._host.on_ring_settled()
 
@@ -207,7 +207,7 @@ class RealTimeBus:
                 self.is_open = False
             case Event.OPEN:
                 self.is_open = True
-                if self.state in (State.READING, State.UP) or self.phase > 0:
+                if self.state in (RingState.READING, RingState.UP) or self.phase > 0:
                     self._host.report_ring(Code.RING_OPEN)
             case Event.MISSING:
                 self._absent.add(event.address)
@@ -229,19 +229,19 @@ class RealTimeBus:
     def _on_phase(self, phase: int) -> None:
         if phase == 4:
             self._on_operation()
-        elif phase == 0 and self.state in (State.RISING, State.READING, State.UP):
+        elif phase == 0 and self.state in (RingState.RISING, RingState.READING, RingState.UP):
             self._on_down()
 
     def _on_down(self) -> None:
-        was_rising = self.state is State.RISING
+        was_rising = self.state is RingState.RISING
         self._leave()
         if was_rising and self._absent and self._leave_out_missing and not self.is_open:
-            self.state = State.RISING
+            self.state = RingState.RISING
             self._try_again(is_quitting=self._is_quitting)
             return
         if self.is_open:
             self._fail_axes()
-        self._settle(State.DOWN)
+        self._settle(RingState.DOWN)
 
     def _leave(self) -> None:
         for drive in self.present:
@@ -257,7 +257,7 @@ class RealTimeBus:
 
     def _on_operation(self) -> None:
         assert self._master is not None
-        self.state = State.READING
+        self.state = RingState.READING
         self._unread = len(self.present)
         for drive in self.present:
             drive.begin(self._master)
@@ -266,14 +266,14 @@ class RealTimeBus:
 
     def _on_read(self) -> None:
         self._unread -= 1
-        if self._unread or self.state is not State.READING:
+        if self._unread or self.state is not RingState.READING:
             return
         for drive in self.present:
             self._check_version(drive)
         if self._has_been_up:
             self._host.report_ring(Code.RING_UP)
         self._has_been_up = True
-        self._settle(State.UP)
+        self._settle(RingState.UP)
         if self._is_quitting:
             self._host.quit_axes()
 

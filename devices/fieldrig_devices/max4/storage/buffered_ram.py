@@ -91,8 +91,8 @@ class LogRing:
 
     def entries(self) -> Iterator[Entry]:
         start, count = self._places()
-        for place in range(start, start + count):
-            yield self._at(place % ENTRIES)
+        for number in range(start, start + count):
+            yield self._at(number % ENTRIES)
 
     def append(self, entry: Entry) -> None:
         start, count = self._places()
@@ -114,8 +114,8 @@ class LogRing:
         start, count = _PLACES.unpack_from(self._ram, _PLACES_AT)
         return start % ENTRIES, min(count, ENTRIES)
 
-    def _at(self, place: int) -> Entry:
-        at = _LOG_AT + place * _RECORD.size
+    def _at(self, number: int) -> Entry:
+        at = _LOG_AT + number * _RECORD.size
         return _entry(bytes(self._ram[at : at + _RECORD.size]))
 
 

@@ -8,7 +8,7 @@ from hmiscu_bench import PtoBench, shown
 from fieldrig.clock import MS, S
 from fieldrig_devices.hmiscu.blocks.motion import PTOStop
 from fieldrig_devices.hmiscu.enumerations import ErrorId
-from fieldrig_devices.hmiscu.pto.states import State
+from fieldrig_devices.hmiscu.pto.status import MotionState
 
 FREQUENCY, ACCELERATION, DECELERATION, REJECTED, DIRECTION = (1 << bit for bit in (22, 23, 24, 25, 26))
 HZ = {"ramp_unit": "Hz/ms"}
@@ -118,7 +118,7 @@ def test_a_drive_that_is_not_ready_stops_the_axis_after_the_filter(filter_ms: in
     assert bench.diagnosis() == 0x20000
     before_ns = bench.now_ns
     assert (bench.rest_ns() - before_ns) / S == pytest.approx(0.04, abs=1e-4)  # 20 kHz at 500 Hz/ms
-    assert bench.state is State.ERROR_STOP
+    assert bench.state is MotionState.ERROR_STOP
 
 
 @pytest.mark.manual("SCU-024")
@@ -186,7 +186,7 @@ def test_an_error_blocks_commands_until_it_is_reset_at_rest_without_execute() ->
     bench.simple.inputs["ResetError"] = True
     bench.cycle()
     assert not bench.simple.outputs["PTOError"]
-    assert bench.state is State.STANDSTILL
+    assert bench.state is MotionState.STANDSTILL
     assert bench.diagnosis() == 0
     bench.simple.inputs["ResetError"] = False
     bench.relative()
@@ -221,7 +221,7 @@ def test_a_stop_whose_execute_fell_early_frees_the_axis_at_rest() -> None:
     bench.rest_ns()
     bench.cycle()
     assert shown(bench.stop) == {"Done"}
-    assert bench.state is State.STANDSTILL
+    assert bench.state is MotionState.STANDSTILL
 
 
 @pytest.mark.manual("SCU-062")
@@ -280,7 +280,7 @@ def test_a_restart_brings_back_the_configuration_and_clears_the_error() -> None:
     bench.channel.restart(bench.now_ns)
     bench.rest_ns()
     bench.cycle()
-    assert bench.state is State.STANDSTILL
+    assert bench.state is MotionState.STANDSTILL
     bench.execute(bench.get, Param=0)
     assert bench.get.outputs["ParamValue"] == 300
 
@@ -288,7 +288,7 @@ def test_a_restart_brings_back_the_configuration_and_clears_the_error() -> None:
 def test_a_restart_forgets_the_blocks_of_the_program_before() -> None:
     bench = PtoBench()
     bench.relative(Distance=0)
-    assert bench.state is State.ERROR_STOP
+    assert bench.state is MotionState.ERROR_STOP
     bench.channel.restart(bench.now_ns)
     bench.channel.fail(bench.now_ns)
     bench.channel.reset(bench.now_ns)

@@ -10,7 +10,7 @@ from fieldrig.clock import MS, S
 from fieldrig_devices.hmiscu.blocks.motion import MotionBlock, PTOMoveVelocity
 from fieldrig_devices.hmiscu.enumerations import ErrorId
 from fieldrig_devices.hmiscu.pto.matrix import MATRIX, Next, Running
-from fieldrig_devices.hmiscu.pto.states import State
+from fieldrig_devices.hmiscu.pto.status import MotionState
 
 REJECTED, FREQUENCY, DECELERATION = 0x2000000, 0x400000, 0x1000000
 
@@ -60,16 +60,16 @@ class Expected(NamedTuple):
     first_error: ErrorId
     second: str
     second_error: ErrorId
-    state: State
+    state: MotionState
     diagnosis: int
 
 
 NO, INVALID, AXIS = ErrorId.NO_ERROR, ErrorId.PTO_INVALID_PARAMETER, ErrorId.PTO_AXIS_ERROR
-ABORTED = Expected("CommandAborted", NO, "Error", INVALID, State.ERROR_STOP, REJECTED)
-AXIS_ERROR = Expected("Error", AXIS, "Error", AXIS, State.ERROR_STOP, REJECTED)
-NEW_VELOCITY = Expected("CommandAborted", NO, "Busy", NO, State.CONTINUOUS_MOTION, 0)
-STOPS_MOVE = Expected("Done", NO, "Busy", NO, State.STOPPING, 0)
-STOPS_VELOCITY = Expected("CommandAborted", NO, "Busy", NO, State.STOPPING, 0)
+ABORTED = Expected("CommandAborted", NO, "Error", INVALID, MotionState.ERROR_STOP, REJECTED)
+AXIS_ERROR = Expected("Error", AXIS, "Error", AXIS, MotionState.ERROR_STOP, REJECTED)
+NEW_VELOCITY = Expected("CommandAborted", NO, "Busy", NO, MotionState.CONTINUOUS_MOTION, 0)
+STOPS_MOVE = Expected("Done", NO, "Busy", NO, MotionState.STOPPING, 0)
+STOPS_VELOCITY = Expected("CommandAborted", NO, "Busy", NO, MotionState.STOPPING, 0)
 
 TABLE = {
     (Running.MOVE_RELATIVE, Next.MOVE_RELATIVE): ABORTED,
@@ -115,7 +115,7 @@ def test_a_cell(cell: tuple[Running, Next], expected: Expected) -> None:
     assert block.outputs["ErrID"] == expected.second_error
     assert bench.channel.state is expected.state
     assert bench.diagnosis() == expected.diagnosis
-    assert bench.simple.outputs["PTOError"] == (expected.state is State.ERROR_STOP)
+    assert bench.simple.outputs["PTOError"] == (expected.state is MotionState.ERROR_STOP)
 
 
 @pytest.mark.manual("SCU-054", "SCU-061")
@@ -129,12 +129,12 @@ def test_a_cell_with_bad_inputs_of_the_second_command(cell: tuple[Running, Next]
     assert shown(first) == {"Error" if is_axis_error else "CommandAborted"}
     assert shown(block) == {"Error"}
     assert block.outputs["ErrID"] == ErrorId.PTO_INVALID_PARAMETER
-    assert bench.channel.state is State.ERROR_STOP
+    assert bench.channel.state is MotionState.ERROR_STOP
     bad = DECELERATION if cell[1] is Next.STOP else FREQUENCY
     assert bench.diagnosis() == bad | TABLE[cell].diagnosis
 
 
-@pytest.mark.parametrize("cell", [cell for cell, expected in TABLE.items() if expected.state is State.ERROR_STOP])
+@pytest.mark.parametrize("cell", [cell for cell, expected in TABLE.items() if expected.state is MotionState.ERROR_STOP])
 def test_a_refused_sequence_stops_the_axis_at_the_fast_stop_rate(cell: tuple[Running, Next]) -> None:
     bench = PtoBench()
     RUNNING[cell[0]](bench)
@@ -142,7 +142,7 @@ def test_a_refused_sequence_stops_the_axis_at_the_fast_stop_rate(cell: tuple[Run
     second(bench, cell[1], is_bad=False)
     seconds = (bench.rest_ns() - before_ns) / S
     assert seconds == pytest.approx(frequency / 500_000, abs=2 / frequency + 1e-4)  # 50000 Hz in 100 ms
-    assert bench.channel.state is State.ERROR_STOP
+    assert bench.channel.state is MotionState.ERROR_STOP
 
 
 def test_the_code_has_the_cells_of_the_table_and_no_others() -> None:

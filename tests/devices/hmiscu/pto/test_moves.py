@@ -8,7 +8,7 @@ from hmiscu_bench import PtoBench, edges, shown
 
 from fieldrig.clock import MS, S
 from fieldrig_devices.hmiscu.enumerations import Direction, ErrorId
-from fieldrig_devices.hmiscu.pto.states import State
+from fieldrig_devices.hmiscu.pto.status import MotionState
 
 TO_20_KHZ = {"Velocity": 20_000, "Acceleration": 1_000, "Deceleration": 500}
 
@@ -39,7 +39,7 @@ def test_a_move_sends_its_pulses_in_the_time_of_the_formulas(
     bench.cycle()
     assert shown(bench.move) == {"Done"}
     assert bench.simple.outputs["Distance"] == distance == bench.sent
-    assert bench.channel.state is State.STANDSTILL
+    assert bench.channel.state is MotionState.STANDSTILL
 
 
 @pytest.mark.long
@@ -150,7 +150,7 @@ def test_a_stop_takes_the_time_of_its_case(
     before_ns, before = bench.now_ns, bench.sent
     bench.halt(Deceleration=stop_ms)
     bench.cycle()
-    assert bench.channel.state is State.STOPPING
+    assert bench.channel.state is MotionState.STOPPING
     assert (bench.rest_ns() - before_ns) / S == pytest.approx(seconds, abs=1e-4 + 1.01 / frequency)
     assert bench.sent - before == pytest.approx(pulses, abs=3)
     bench.cycle()
@@ -262,7 +262,7 @@ def test_a_fast_stop_of_a_shutdown_ends_after_six_seconds(cap: str, is_shutdown:
     before_ns = bench.now_ns
     bench.cycle(6 * S - MS)
     assert bench.frequency == pytest.approx(43_999.9, abs=2)
-    assert bench.channel.state is State.ERROR_STOP
+    assert bench.channel.state is MotionState.ERROR_STOP
     assert (bench.rest_ns() - before_ns) / S == pytest.approx(seconds, abs=2e-3)
 
 

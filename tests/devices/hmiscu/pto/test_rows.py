@@ -6,7 +6,7 @@ from hmiscu_device_bench import PTO, DeviceBench
 from pydantic import ValidationError
 
 from fieldrig.clock import MS
-from fieldrig_devices.hmiscu.pto.states import State
+from fieldrig_devices.hmiscu.pto.status import MotionState
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 
 
@@ -79,7 +79,7 @@ def test_an_invalid_parameter_aborts_everything_and_stops_fast() -> None:
     bench.run(Velocity=60_000)
     assert (bench.velocity.outputs["Error"], bench.velocity.outputs["ErrID"]) == (True, 3)
     bench.cycle(MS)
-    assert (bench.state, bench.simple.outputs["PTOError"]) == (State.ERROR_STOP, True)
+    assert (bench.state, bench.simple.outputs["PTOError"]) == (MotionState.ERROR_STOP, True)
     began_ns = bench.now_ns
     assert (bench.rest_ns() - began_ns) / MS == pytest.approx(100, abs=3)  # half of 50 kHz, which takes 200 ms
 

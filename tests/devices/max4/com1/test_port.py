@@ -8,7 +8,7 @@ from max4_bench import Bench
 
 from fieldrig_bus.serial.message import ControlLines, Format, SerialMessage
 from fieldrig_devices.max4.com1.results import Result, ResultReader
-from fieldrig_devices.max4.com1.states import State, User
+from fieldrig_devices.max4.com1.states import Com1State, User
 
 
 @pytest.mark.manual("PD-247")
@@ -113,7 +113,7 @@ def test_a_dropped_line_ends_the_call_and_the_next_call_is_answered(loss: Serial
     if loss == OFF:
         bench.run(12).offline()
     bench.says(CARRIER, CONNECT)
-    assert bench.port.state == State.MODEM_ONLINE
+    assert bench.port.state == Com1State.MODEM_ONLINE
     assert len(bench.calls) == 2
 
 
@@ -200,7 +200,7 @@ def test_com1_user_state_fits_its_user_whatever_happens(steps: list[SerialMessag
         else:
             bench.says(step)
         name = bench.port.state.name
-        assert bench.port.state is State.INIT or name.startswith(user.name)
+        assert bench.port.state is Com1State.INIT or name.startswith(user.name)
         assert sum(not call.has_ended for call in bench.calls) == name.endswith("ONLINE")
 
 

@@ -4,22 +4,22 @@ import pytest
 from com1_bench import CARRIER, CONNECT, ERROR, OFF, OK, READY, Com1Bench
 
 from fieldrig_bus.serial.message import ControlLines
-from fieldrig_devices.max4.com1.states import NEXT, Event, ModemState, State, User
+from fieldrig_devices.max4.com1.states import NEXT, Com1State, Event, ModemState, User
 
 ROWS = {
-    State.INIT: 0,
-    State.EPAS_4: 1,
-    State.MODEM_EPAS_4: 2,
-    State.AUTO_SEARCH: 3,
-    State.MODEM_SEARCH: 4,
-    State.MODEM_TEST: 5,
-    State.MODEM_OFFLINE: 6,
-    State.MODEM_ONLINE: 7,
-    State.NONE: 8,
-    State.AUTO_TEST: 9,
-    State.AUTO_EPAS_4: 10,
-    State.AUTO_OFFLINE: 11,
-    State.AUTO_ONLINE: 12,
+    Com1State.INIT: 0,
+    Com1State.EPAS_4: 1,
+    Com1State.MODEM_EPAS_4: 2,
+    Com1State.AUTO_SEARCH: 3,
+    Com1State.MODEM_SEARCH: 4,
+    Com1State.MODEM_TEST: 5,
+    Com1State.MODEM_OFFLINE: 6,
+    Com1State.MODEM_ONLINE: 7,
+    Com1State.NONE: 8,
+    Com1State.AUTO_TEST: 9,
+    Com1State.AUTO_EPAS_4: 10,
+    Com1State.AUTO_OFFLINE: 11,
+    Com1State.AUTO_ONLINE: 12,
 }
 
 
@@ -47,8 +47,10 @@ def test_a_modem_is_found_initialised_and_called(user: User, search: int, test: 
 
 
 @pytest.mark.manual("PD-253")
-@pytest.mark.parametrize(("number", "state"), [(0, State.EPAS_4), (1, State.INIT), (2, State.INIT), (3, State.NONE)])
-def test_a_boot_begins_with_the_user(number: int, state: State) -> None:
+@pytest.mark.parametrize(
+    ("number", "state"), [(0, Com1State.EPAS_4), (1, Com1State.INIT), (2, Com1State.INIT), (3, Com1State.NONE)]
+)
+def test_a_boot_begins_with_the_user(number: int, state: Com1State) -> None:
     assert Com1Bench(User(number)).port.state == state
 
 
@@ -72,7 +74,7 @@ def test_with_modem_the_port_is_searched_every_10_s() -> None:
     searches, before = [], 0
     for tenth in range(350):
         now = bench.run(0.1).port.state
-        if now == State.MODEM_SEARCH and now != before:
+        if now == Com1State.MODEM_SEARCH and now != before:
             searches.append((tenth + 1) / 10)
         before = now
     assert searches == [1, 11, 21, 31]
@@ -82,8 +84,8 @@ def test_with_modem_the_port_is_searched_every_10_s() -> None:
 def test_with_auto_a_released_port_is_not_searched_until_something_is_plugged_in() -> None:
     bench = Com1Bench(User.AUTO).run(2.5)
     for _ in range(600):
-        assert bench.run(0.1).port.state == State.AUTO_EPAS_4
-    assert bench.says(READY).port.state == State.AUTO_TEST
+        assert bench.run(0.1).port.state == Com1State.AUTO_EPAS_4
+    assert bench.says(READY).port.state == Com1State.AUTO_TEST
 
 
 @pytest.mark.parametrize("user", [User.MODEM, User.AUTO])
@@ -98,12 +100,12 @@ def test_a_modem_that_is_unplugged_is_noticed_and_found_again(user: User, stage:
         case "online":
             bench.online()
     bench.says(OFF)
-    assert bench.states == (State.MODEM_SEARCH if user is User.MODEM else State.AUTO_SEARCH, 0)
+    assert bench.states == (Com1State.MODEM_SEARCH if user is User.MODEM else Com1State.AUTO_SEARCH, 0)
     assert all(call.has_ended for call in bench.calls)
     bench.run(3)
-    assert bench.states == (State.MODEM_EPAS_4 if user is User.MODEM else State.AUTO_EPAS_4, 1)
+    assert bench.states == (Com1State.MODEM_EPAS_4 if user is User.MODEM else Com1State.AUTO_EPAS_4, 1)
     bench.run(3).says(READY).says(OK).run(0.3).says(OK).run(0.3)
-    assert bench.states == (State.MODEM_OFFLINE if user is User.MODEM else State.AUTO_OFFLINE, 2)
+    assert bench.states == (Com1State.MODEM_OFFLINE if user is User.MODEM else Com1State.AUTO_OFFLINE, 2)
 
 
 @pytest.mark.manual("PD-251")
@@ -176,13 +178,13 @@ def test_numbers_of_the_modem_states_are_those_of_table_7_3(state: ModemState) -
 
 
 def test_every_state_has_its_number_and_every_searching_state_can_be_left() -> None:
-    assert {state: int(state) for state in State} == ROWS
-    assert {state for state, _ in NEXT} == set(State) - {State.EPAS_4, State.NONE}
+    assert {state: int(state) for state in Com1State} == ROWS
+    assert {state for state, _ in NEXT} == set(Com1State) - {Com1State.EPAS_4, Com1State.NONE}
 
 
 def test_a_modem_that_disappears_is_looked_for_from_every_state_with_a_modem() -> None:
     gone = {state for state, event in NEXT if event is Event.GONE}
     assert gone == {
-        State.MODEM_TEST, State.MODEM_OFFLINE, State.MODEM_ONLINE,
-        State.AUTO_TEST, State.AUTO_OFFLINE, State.AUTO_ONLINE,
+        Com1State.MODEM_TEST, Com1State.MODEM_OFFLINE, Com1State.MODEM_ONLINE,
+        Com1State.AUTO_TEST, Com1State.AUTO_OFFLINE, Com1State.AUTO_ONLINE,
     }  # fmt: skip

@@ -10,8 +10,7 @@ from max4_bench import Bench
 
 from fieldrig.storage.store import MemoryStore
 from fieldrig_devices.max4.messages.diagnosis import Sender
-from fieldrig_devices.max4.messages.logger import Entry
-from fieldrig_devices.max4.messages.stamp import stamp
+from fieldrig_devices.max4.messages.logger import Entry, stamp
 from fieldrig_devices.max4.storage.buffered_ram import RAM_BYTES, BufferedRam
 
 GOLDEN_1 = """\
