@@ -113,7 +113,7 @@ def test_axis_that_only_follows_goes_the_same_way(
         each.control(Mode.POSITION)
         each.load(load)
         each.follow(700)
-    go = axis.following(Numbers(("place", "new_e", "new_v", "new_t"), "qddd"), is_published=False)
+    go = axis.following(Numbers(("target", "new_e", "new_v", "new_t"), "qddd"), is_published=False)
     assert go is not None
     for increments in wanted:
         before = everything(axis)
@@ -135,7 +135,7 @@ def test_axis_that_only_follows_goes_the_same_way(
 def test_axis_follows_by_one_map_while_nothing_is_limited(way: int) -> None:
     axis = make_axis(gains=LAGLESS)
     axis.control(Mode.POSITION)
-    go = axis.following(Numbers(("place",), "i"), is_published=False)
+    go = axis.following(Numbers(("target",), "i"), is_published=False)
     assert go is not None
     assert [go(axis, way * cycle, 1.0, 0, None) for cycle in range(1, 5)] == [
         struct.pack("<i", cycle * way) for cycle in range(4)
@@ -145,10 +145,10 @@ def test_axis_follows_by_one_map_while_nothing_is_limited(way: int) -> None:
 
 def test_braked_axis_and_one_without_position_control_do_not_follow() -> None:
     axis = make_axis(brake=2.0)
-    assert axis.following(Numbers(("place",), "i"), is_published=False) is None
+    assert axis.following(Numbers(("target",), "i"), is_published=False) is None
     axis.control(Mode.POSITION)
     axis.brake(True)
-    assert axis.following(Numbers(("place",), "i"), is_published=False) is None
+    assert axis.following(Numbers(("target",), "i"), is_published=False) is None
 
 
 def test_exponential_of_a_matrix() -> None:
