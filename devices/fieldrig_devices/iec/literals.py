@@ -191,13 +191,13 @@ def _nanoseconds(parts: list[tuple[str, str]], dialect: Dialect) -> int:
             raise LiteralError(f"{number}{unit} has a fraction", "whole numbers", "Write T#1s500ms for 1.5 s.")
         if fraction and position < len(parts) - 1:
             raise LiteralError(f"{number}{unit} has a fraction", "a fraction in the last unit only")
-        if len(whole) > 19:
+        if len(whole) > 19:  # 2**63 ns have 19 digits, and int() refuses texts of more than 4300
             raise LiteralError(f"{number}{unit} is too long", "at most T#49d17h2m47s295ms")
         if position and not dialect.allows_time_overflow and int(whole) >= _LIMITS[unit]:
             what = f"{number}{unit} overflows"
             raise LiteralError(what, f"less than {_LIMITS[unit]}{unit}; only the highest unit may overflow")
         total += int(whole) * _UNITS[unit]
-        if fraction:
+        if fraction:  # in integers: a float of nanoseconds is exact for 104 days only
             total += int(fraction[:9].ljust(9, "0")) * _UNITS[unit] // 10**9
     return total
 

@@ -116,7 +116,7 @@ def _moved(operator: Operator, moment: Expression, by: Expression) -> Expression
         return _moved_back_and_forth(operator, moment, by, kind)
     number, units = _number(kind), UNITS_NS[kind] // UNITS_NS[duration]
     distance, start = _times(constants.converted(by, number), units, Operator.DIV), constants.converted(moment, number)
-    if kind is Elementary.TOD:  # what is before midnight belongs to the day before
+    if kind is Elementary.TOD:  # what is before midnight belongs to the day before, and a DWORD has no sign
         distance = _times(distance, _DAY_MS, Operator.MOD)
         start = _times(start, _DAY_MS, Operator.ADD)
     return constants.converted(constants.binary(operator, start, distance, number), kind)
@@ -128,6 +128,7 @@ def _moved_back_and_forth(operator: Operator, moment: Expression, by: Expression
     units = UNITS_NS[kind] // UNITS_NS[Elementary.TIME]
     start = _times(constants.converted(moment, number), units, Operator.MUL)
     if kind is Elementary.TOD:  # what is before midnight belongs to the day before
+        # 64 days more: a TIME is up to 25 days below zero, and MOD keeps the sign.
         start = _times(start, 2**6 * _DAY_MS, Operator.ADD)
     moved = constants.binary(operator, start, constants.converted(by, number), number)
     if kind is Elementary.TOD:
