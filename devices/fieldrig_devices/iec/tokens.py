@@ -78,8 +78,8 @@ _OF_OTHER_LANGUAGES: Final = re.compile(
 _BASES: Final = {"hex": 16, "bin": 2, "oct": 8, "dollar": 16, "suffix": 16}
 _QUOTED: Final = re.compile(r"'[^']*'|\"[^\"]*\"")
 _BLANKS: Final = " \t\r\f\v"
-# Python tries the alternatives in their order, so the frequent ones come first: in our libraries and examples, 93 of 100
-# matches are words, signs and ends of lines.  An integer is in front of the real numbers because it looks ahead; what is
+# Python tries the alternatives in their order, so the frequent ones come first: in our libraries and examples, 93 of
+# 100 matches are words, signs and ends of lines.  Integers may precede real numbers because they look ahead.  What is
 # open or wrong comes last, and the last alternative takes any character, so that no text is left over.
 # Possessive repeats (*+ and ++) give no character back.  With plain ones, ten thousand digits before a letter that fits
 # nowhere took thirty times as long, because each alternative was tried with every length.

@@ -361,8 +361,8 @@ class Scheduler:
                 self._make_ready(task, Phase.RELEASED)
         elif task.event is None and task.phase is Phase.IDLE:
             step_ns = TICK_NS if task.kind is TaskKind.FREE else task.interval_ns
-            # A free-running task takes a tick behind the present instant, so that there is time for others.  A cyclic one
-            # takes the last instant of its grid that has passed, if it is late, and begins at once (PD-069).
+            # A free-running task takes a tick behind the present instant, so that there is time for others.  A cyclic
+            # one that is late takes the last instant of its grid that has passed, and begins at once (PD-069).
             passed = (now_ns - task.nominal_ns) // step_ns
             task.nominal_ns += step_ns * (passed + 1 if task.kind is TaskKind.FREE else max(passed, 1))
             heappush(self._sleeping, (task.nominal_ns, task.number, task))
