@@ -238,6 +238,8 @@ Type = (
     | BlockType
     | ObjectType
 )
+SCALAR: Final = (Elementary, StringType, EnumType, SubrangeType)
+"""The types whose values are in one cell."""
 Value = bool | int | float | str
 InitialValue = Value | list["InitialValue"] | dict[str, "InitialValue"]
 """The start value of a variable: a list for an array, fields by small-letter name for a structure or an instance."""

@@ -16,6 +16,7 @@ from fieldrig_devices.iec.check import (
     places,
     references,
     registers,
+    writing,
 )
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.checker import Checker
@@ -517,7 +518,7 @@ def _one_argument(checker: Checker, node: tree.Call) -> tree.Expression | None:
 
 def address_of(checker: Checker, place: Place, at: tree.Node) -> Expression | None:
     """Return the address of a checked place, as a DWORD (PD-358)."""
-    if not places.has_cell(place):
+    if not writing.has_cell(place):
         checker.context.say(
             at,
             f"{text(at)} has no address of its own",

@@ -21,6 +21,7 @@ from fieldrig_devices.iec.check import (
     places,
     properties,
     references,
+    writing,
 )
 from fieldrig_devices.iec.check.checker import Checker, Meaning
 from fieldrig_devices.iec.check.context import Context
@@ -87,7 +88,7 @@ class Expressions:
     def target(self, node: tree.Expression) -> Place | None:
         meaning = self.meaning(node)
         if isinstance(meaning, Place):
-            return meaning if meaning.type is not UNKNOWN and places.is_writable(self.context, meaning, node) else None
+            return meaning if meaning.type is not UNKNOWN and writing.is_writable(self.context, meaning, node) else None
         if meaning is not None:
             self.context.say(
                 node, f"{text(node)} is {self._kind(meaning, node)}", "a variable that may be written here"

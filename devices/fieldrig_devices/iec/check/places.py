@@ -8,37 +8,29 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import (
     access,
     check_functions,
-    constants,
     dispatch,
+    elements,
     enable,
     methods,
-    open_arrays,
     properties,
 )
 from fieldrig_devices.iec.check.checker import Checker, Meaning
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
-from fieldrig_devices.iec.check.operators import integer_of, plain
-from fieldrig_devices.iec.check.project import START, UNKNOWN
+from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
-from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library import intrinsics
 from fieldrig_devices.iec.program import (
     AddressOf,
-    Binary,
-    Bit,
     CallFunction,
     Cell,
     Component,
     Constant,
-    Convert,
     Element,
     Expression,
     Load,
-    Located,
     OpenElement,
-    Operator,
     Parameter,
     Place,
     Pou,
@@ -49,26 +41,19 @@ from fieldrig_devices.iec.program import (
 )
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import (
+    SCALAR,
     ArrayType,
     BlockType,
     EnumType,
     InterfaceType,
     ObjectType,
-    OpenArrayType,
     PointerType,
-    StringType,
     StructType,
-    SubrangeType,
     Type,
 )
 
-PARTS: Final = {"B": Elementary.BYTE, "W": Elementary.WORD, "D": Elementary.DWORD, "L": Elementary.LWORD}
-"""The types of the parts of a value, by the letter behind %."""
-
 LOGICAL_ADDRESS: Final = "logadr"
 """The component of every configuration object that is its logical address (PD-025)."""
-
-SCALAR: Final = (Elementary, StringType, EnumType, SubrangeType)
 
 
 def meaning(checker: Checker, node: tree.Expression) -> Meaning | None:
@@ -336,140 +321,7 @@ def _as_number(place: Place) -> Place:
     return Target(place.pointer, Elementary.DINT)
 
 
-# ---- bits, elements, pointers, addresses
-
-
-def _bit_of(checker: Checker, node: tree.BitOf) -> Place | None:
-    owner = checker.place(node.of)
-    if owner is None:
-        return None
-    kind = owner.type.base if isinstance(owner.type, SubrangeType) else owner.type
-    if not isinstance(kind, Elementary) or not kind.is_integer:
-        checker.context.say(node, f"{text(node.of)} is {a(owner.type)} and has no bits", "an integer or bit string")
-        return None
-    if node.size:
-        return _part_of(checker, node, owner, kind)
-    if node.number >= kind.bits:
-        checker.context.say(node, f"{kind} has no bit {node.number}", f"0 to {kind.bits - 1}")
-        return None
-    return Bit(owner, node.number)
-
-
-def _part_of(checker: Checker, node: tree.BitOf, owner: Place, kind: Elementary) -> Place | None:
-    """A byte or word of a larger value, which is in memory with its lowest byte first."""
-    part = PARTS[node.size]
-    count = kind.size // part.size
-    if count < 2 or node.number >= count:
-        expected = f"%{node.size}0 to %{node.size}{count - 1}" if count > 1 else "a smaller part"
-        checker.context.say(node, f"{kind} has no part %{node.size}{node.number}", expected)
-        return None
-    if not has_cell(owner):
-        checker.context.say(node, f"{text(node.of)} has no parts", "a variable", "copy it into a variable first")
-        return None
-    offset = Constant(node.number * part.size, Elementary.DWORD)
-    where = Binary(Operator.ADD, AddressOf(owner, Elementary.DWORD), offset, Elementary.DWORD)
-    return Target(where, part)
-
-
-def _index(checker: Checker, node: tree.Index) -> Place | None:
-    place: Place | None = checker.place(node.of)
-    for position, index in enumerate(node.indices):
-        value = checker.expression(index)
-        if place is None:
-            return None
-        kind = place.type
-        if _is_indexed(checker.context, kind) and value is not None:
-            place = _behind(checker.context, place, value, index)
-            continue
-        if isinstance(kind, OpenArrayType):
-            opened = _open_element(checker.context, place, kind, value, index) if value is not None else None
-            if opened is None:
-                return None
-            place = opened
-            continue
-        if not isinstance(kind, ArrayType):
-            what = f"{text(node.of)} is {a(kind)}, not an array"
-            if position:
-                what = f"the array {text(node.of)} has {position} dimension{'s' * (position > 1)}"
-            checker.context.say(
-                node, what, f"{position} {'indices' if position > 1 else 'index'}" if position else "an array"
-            )
-            return None
-        made = _subscript(checker.context, value, kind, index) if value is not None else None
-        if made is None:
-            return None
-        limits = (check_functions.limit(kind.low), check_functions.limit(kind.high))
-        made = check_functions.index(checker.context, made, *limits, index)
-        place = Element(place, made, kind.low, kind.high, kind.element.size, kind.element)
-        if not isinstance(kind.element, SCALAR):
-            checker.context.project.elements.append(place)
-    return place
-
-
-def _open_element(
-    context: Context, array: Place, kind: OpenArrayType, value: Expression, node: tree.Node
-) -> OpenElement | None:
-    """The element of an ARRAY[*]."""
-    number = _subscript(context, value, ArrayType(Elementary.DINT.low, Elementary.DINT.high, kind.element), node)
-    if number is None:
-        return None
-    low, high = open_arrays.ends(kind)
-    return OpenElement(array, check_functions.index(context, number, low, high, node), kind, kind.element)
-
-
-def _is_indexed(context: Context, kind: Type) -> bool:
-    """True for pointers and strings in the dialects in which they have elements."""
-    dialect = context.project.dialect
-    is_text = isinstance(kind, StringType)
-    return (dialect.indexes_pointers and (is_text or isinstance(kind, PointerType))) or (
-        dialect.has_characters_of_strings and is_text
-    )
-
-
-def _behind(context: Context, place: Place, value: Expression, node: tree.Node) -> Place | None:
-    """The element of a pointer or string, whose number counts from 0; that of a string in the standard from 1."""
-    kind = place.type
-    if isinstance(kind, StringType) and not context.project.dialect.indexes_pointers:
-        part = Elementary.WCHAR if kind.is_wide else Elementary.CHAR
-        number = _subscript(context, value, ArrayType(1, kind.length, part), node)
-        if number is not None and not isinstance(number, Constant):
-            number = Convert(
-                constants.converted(number, Elementary.DINT), SubrangeType(Elementary.DINT, 1, kind.length)
-            )
-        in_front = Constant(part.size, Elementary.DWORD)
-        start: Expression = Binary(Operator.SUB, AddressOf(place, Elementary.DWORD), in_front, Elementary.DWORD)
-    elif isinstance(kind, StringType):
-        part = Elementary.WORD if kind.is_wide else Elementary.BYTE
-        number = _subscript(context, value, ArrayType(0, kind.length, part), node)
-        start = AddressOf(place, Elementary.DWORD)
-    else:
-        assert isinstance(kind, PointerType)
-        part = kind.to  # type: ignore[assignment]
-        number = _subscript(context, value, ArrayType(Elementary.DINT.low, Elementary.DINT.high, part), node)
-        start = Convert(check_functions.address(context, Load(place), node), Elementary.DWORD)
-    if number is None:
-        return None
-    steps = Binary(
-        Operator.MUL,
-        constants.converted(number, Elementary.DINT),
-        Constant(part.size, Elementary.DINT),
-        Elementary.DINT,
-    )
-    offset = constants.converted(steps, Elementary.DWORD)
-    return Target(Binary(Operator.ADD, start, offset, Elementary.DWORD), part)
-
-
-def _subscript(context: Context, value: Expression, kind: ArrayType, node: tree.Node) -> Expression | None:
-    if type(value) is Untyped and not value.is_real:
-        value = Constant(value.value, Elementary.DINT)
-    value = constants.whole(value)
-    if integer_of(value) is None:
-        context.say(node, f"the index is {a(value.type)}", "an integer")
-        return None
-    if isinstance(value, Constant) and not kind.low <= int(value.value) <= kind.high:
-        context.say(node, f"the index {value.value} is outside the array", f"{kind.low} to {kind.high}")
-        return None
-    return plain(value)
+# ---- pointers, results, addresses
 
 
 def _dereference(checker: Checker, node: tree.Dereference) -> Place | None:
@@ -505,82 +357,9 @@ def _direct(checker: Checker, node: tree.Direct) -> Place | None:
 _MEANINGS: Final[dict[type, Callable[[Checker, Any], Meaning | None]]] = {
     tree.Name: _name,
     tree.Member: _member,
-    tree.BitOf: _bit_of,
-    tree.Index: _index,
+    tree.BitOf: elements.bit_of,
+    tree.Index: elements.index,
     tree.Dereference: _dereference,
     tree.Direct: _direct,
     tree.Call: _result,
 }
-
-
-# ---- references and writing
-
-
-def has_cell(place: Place) -> bool:
-    """False for bits, also those of %I, %Q and %M, and for parameters of objects: no reference can point to them."""
-    return not isinstance(place, Bit | Parameter) and not (isinstance(place, Located) and place.bit >= 0)
-
-
-def is_writable(context: Context, place: Place, node: tree.Node) -> bool:
-    """True if the place may be written here; a message otherwise."""
-    what, hint = _obstacle(context, place, node)
-    check_functions.writes(place)
-    if what:
-        context.say(node, what, "a variable that may be written here", hint)
-    return not what
-
-
-def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str]:
-    whole = place
-    while True:
-        match place:
-            case Cell(declared):
-                return _variable_obstacle(context, declared)
-            case Component(variable=Variable() as declared):
-                is_part = place is not whole and context.project.dialect.writes_parts_of_outputs
-                if declared.section is Section.OUTPUT and not is_part and not _is_start(context):
-                    return f"{text(node)} is an output and only its block writes it", "outputs are read: x := inst.Q;"
-                if declared.is_constant:
-                    return f"{text(node)} is a constant", ""
-                if _is_local(context, declared, place):
-                    return f"{text(node)} belongs to its block", "from outside it can only be read"
-                return "", ""
-            case Component(of=of) | Element(of=of) | OpenElement(of=of) | Bit(of=of):
-                place = of
-            case Located():
-                return (f"{text(node)} is an input", "inputs are only read") if place.area == "I" else ("", "")
-            case Target(AddressOf(place=of)) | Target(Binary(left=AddressOf(place=of))):  # a part of a union or value
-                place = of
-            case Result():
-                return f"{text(node)} is a part of a result", ""
-            case Parameter():
-                return ("", "") if place.is_writable else (f"the parameter {text(node)} can only be read", "")
-            case _:
-                return "", ""
-
-
-def _is_start(context: Context) -> bool:
-    """True for the code that gives variables their start values."""
-    return context.owner is not None and START in context.owner.name
-
-
-def _is_local(context: Context, declared: Variable, place: Component) -> bool:
-    """True for a variable of a function block that only the code of the block may write."""
-    kind = place.of.type
-    is_block = isinstance(kind, BlockType) and kind.pou is not None and kind.pou.kind is PouKind.FUNCTION_BLOCK
-    is_inside = declared.section is Section.LOCAL and not access.is_open(context.project, declared)
-    return is_block and is_inside and not _is_start(context)
-
-
-def _variable_obstacle(context: Context, declared: Variable) -> tuple[str, str]:
-    if declared.is_constant:
-        return f"{declared.name} is a constant", "remove CONSTANT from its declaration if it has to change"
-    is_input = declared.section is Section.INPUT and not isinstance(declared.type, ObjectType)
-    if is_input and open_arrays.is_open(declared):
-        return f"{declared.name} is a VAR_INPUT, of which there is no copy", "declare it in VAR_IN_OUT"
-    if is_input and not context.project.dialect.allows_changed_inputs:
-        # Manual table 4-6: an input comes from outside and cannot be changed within the POU.
-        return f"{declared.name} is a VAR_INPUT and cannot be changed within its POU", "copy it into a variable of VAR"
-    if isinstance(declared.type, BlockType) and context.block is not None and declared is context.block.instance:
-        return f"{declared.name} is a program", ""
-    return "", ""

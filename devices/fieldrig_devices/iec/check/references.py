@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import dispatch, places
+from fieldrig_devices.iec.check import dispatch, places, writing
 from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
@@ -32,7 +32,7 @@ from fieldrig_devices.iec.types import BlockType, InterfaceType, OpenArrayType, 
 def assignment(checker: Checker, node: tree.Assign) -> Assign | None:
     """`x REF= y` lets x refer to y, and `x REF= 0` to nothing."""
     target = _reference(checker, node.target)
-    if target is None or not places.is_writable(checker.context, target, node.target):
+    if target is None or not writing.is_writable(checker.context, target, node.target):
         return None
     assert isinstance(target.type, PointerType)
     value: Expression | None
@@ -54,7 +54,7 @@ def reference_to(checker: Checker, node: tree.Expression, kind: PointerType) -> 
     place = checker.place(node)
     if place is None:
         return None
-    if not places.has_cell(place):
+    if not writing.has_cell(place):
         checker.context.say(
             node, f"{text(node)} has no address of its own", "a variable", "copy it into a variable first"
         )
