@@ -16,8 +16,8 @@ class Assembler:
         self._labels: dict[Label, int] = {}
         self._next = 0
         self._is_deep = True
-        self.calls: set[str] = set()
-        """The routines that are called."""
+        self.calls: dict[str, None] = {}
+        """The routines that are called, in the order of the text: that of a set would differ from run to run."""
         self.line = 0
         """The source line of what is added."""
         self.cost = 0
@@ -67,7 +67,7 @@ class Assembler:
 
     def call(self, routine: str, base: str) -> None:
         line, cost = self.line, self._scaled(self._costs.call_ns)
-        self.calls.add(routine)
+        self.calls[routine] = None
         self._made.append(lambda labels: Call(line, routine, base, cost, self._is_deep))
 
     def hold(self, condition: str) -> None:
