@@ -1,12 +1,11 @@
 """Structured Text: every statement with its rules, and the lists that the checked program has instead."""
 
-from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
-from math import gcd
 from typing import Any, Final
 
 from fieldrig_devices.iec import program, tree
-from fieldrig_devices.iec.check import blocks, constants, enable, properties, references
+from fieldrig_devices.iec.check import blocks, constants, enable, loops, properties, references
+from fieldrig_devices.iec.check.case_labels import CaseLabels
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.operators import integer_of
@@ -135,7 +134,7 @@ class Statements:
             if node.selector.place != NOWHERE:  # otherwise the parser has reported it
                 self.context.say(node.selector, f"{text(node.selector)} is {a(kind)}", "an integer behind CASE")
             kind = None
-        labels = _Labels(self, kind)
+        labels = CaseLabels(self.expressions, kind)
         made = [(labels.ranges(branch.labels), self.statements(branch.body)) for branch in node.branches]
         otherwise = self.statements(node.otherwise) if node.otherwise is not None else []
         if selector is None or kind is None:
@@ -159,7 +158,7 @@ class Statements:
                 self.context.say(node.variable, f"{text(node.variable)} is {a(kind)}", "an integer variable behind FOR")
             values, step = [None, None], None
         body = self._looped(node.body)
-        if isinstance(base, Elementary) and not _has_way_out(node.body):
+        if isinstance(base, Elementary) and not loops.has_way_out(node.body):
             self._warn_of_endless(node, values, step, base)
         if variable is None or values[0] is None or values[1] is None or step is None or kind is None:
             return None
@@ -171,10 +170,10 @@ class Statements:
     ) -> None:
         shown, hint = text(node.variable), "use a larger type for the variable"
         wraps = f"as {shown} is {a(kind)} and wraps around at {kind.low} and {kind.high}"
-        if _never_ends(values[1], step, kind):
+        if loops.never_ends(values[1], step, kind):
             expected = f"an end that {shown} can pass, or EXIT in the loop"
             self.context.say(node.last, f"the loop never ends, {wraps}", expected, hint)
-        elif _steps_over_its_end(values, step, kind):
+        elif loops.steps_over_its_end(values, step, kind):
             self.context.note(node.last, f"the loop never ends unless its body changes {shown}, {wraps}", hint)
 
     def _step(self, node: tree.Expression, kind: Elementary) -> Expression | None:
@@ -215,7 +214,7 @@ class Statements:
         self, node: tree.Expression, condition: Expression | None, body: Sequence[tree.AnyStatement], *, ends_at: bool
     ) -> None:
         """Note a loop with a constant condition that is never the value `ends_at`, and nothing in it that leaves it."""
-        if isinstance(condition, Constant) and condition.value is not ends_at and not _has_way_out(body):
+        if isinstance(condition, Constant) and condition.value is not ends_at and not loops.has_way_out(body):
             self.context.note(node, "the loop never ends", "EXIT or RETURN leaves it")
 
     def _exit(self, node: tree.Exit) -> AnyStatement | None:
@@ -249,87 +248,6 @@ class Statements:
 
     def _empty(self, node: tree.Empty) -> None:
         return None
-
-
-def _never_ends(last: Expression | None, step: Expression | None, kind: Elementary) -> bool:
-    """True if a counter is never behind its end, because no value of its type is."""
-    if not isinstance(last, Constant) or not isinstance(step, Constant):
-        return False
-    return last.value == (kind.high if int(step.value) > 0 else kind.low)
-
-
-def _steps_over_its_end(values: Sequence[Expression | None], step: Expression | None, kind: Elementary) -> bool:
-    """True if a counter comes to no value behind its end by steps alone: FOR x := 0 TO 254 BY 2 with a BYTE.
-
-    By wrapping around, it comes to all values that differ from the first one by a multiple of `apart`.
-    """
-    first, last = values
-    if not isinstance(first, Constant) or not isinstance(last, Constant) or not isinstance(step, Constant):
-        return False
-    start, end, apart = int(first.value), int(last.value), gcd(int(step.value), 2 ** (8 * kind.size))
-    if int(step.value) > 0:
-        return start <= end and kind.high - (kind.high - start) % apart <= end
-    return start >= end and kind.low + (start - kind.low) % apart >= end
-
-
-def _has_way_out(nodes: Sequence[tree.AnyStatement], *, is_inner: bool = False) -> bool:
-    """True if statements have a RETURN or a jump, or an EXIT out of the loop that they are in."""
-    return any(_leaves(node, is_inner) for node in nodes)
-
-
-def _leaves(node: tree.AnyStatement, is_inner: bool) -> bool:
-    match node:
-        case tree.Return() | tree.Jump():
-            return True
-        case tree.Exit():
-            return not is_inner
-        case tree.If(branches, otherwise) | tree.Case(_, branches, otherwise):
-            bodies = [*(branch.body for branch in branches), otherwise or ()]
-            return any(_has_way_out(body, is_inner=is_inner) for body in bodies)
-        case tree.For(body=body) | tree.While(body=body) | tree.Repeat(body=body):
-            return _has_way_out(body, is_inner=True)
-    return False
-
-
-class _Labels:
-    """The labels of one CASE: constants that occur once."""
-
-    def __init__(self, statements: Statements, kind: Type | None) -> None:
-        self._expressions, self._context = statements.expressions, statements.context
-        self._kind = kind
-        self._ranges: list[tuple[int, int]] = []
-        """The labels so far, in order and without those that they have in common."""
-
-    def ranges(self, nodes: Sequence[tree.Expression | tree.Range]) -> tuple[tuple[int, int], ...]:
-        checked = [self._range(node) for node in nodes]
-        return tuple(part for part in checked if part is not None)
-
-    def _range(self, node: tree.Expression | tree.Range) -> tuple[int, int] | None:
-        parts = (node.low, node.high) if isinstance(node, tree.Range) else (node, node)
-        low = self._value(parts[0])
-        high = self._value(parts[1]) if isinstance(node, tree.Range) else low
-        if low is None or high is None:
-            return None
-        if low > high:
-            self._context.say(node, f"the range {low}..{high} is empty", "the lower value first")
-            return None
-        self._note_repeated(node, low, high)
-        return low, high
-
-    def _value(self, node: tree.Expression) -> int | None:
-        if self._kind is None:
-            return self._expressions.constant_integer(node)
-        constant = self._expressions.constant_as(node, self._kind)
-        return int(constant.value) if constant is not None else None
-
-    def _note_repeated(self, node: tree.Node, low: int, high: int) -> None:
-        first = bisect_left(self._ranges, low, key=lambda known: known[1])
-        last = bisect_right(self._ranges, high, key=lambda known: known[0])
-        if first < last:
-            shown = str(low) if low == high else f"{low}..{high}"
-            self._context.note(node, f"the label {shown} occurs twice in this CASE", "only the first branch runs")
-            low, high = min(low, self._ranges[first][0]), max(high, self._ranges[last - 1][1])
-        self._ranges[first:last] = [(low, high)]
 
 
 _STATEMENTS: Final[dict[type, Callable[[Statements, Any], AnyStatement | list[AnyStatement] | None]]] = {
