@@ -1,9 +1,9 @@
 """The parser of IEC 61131-3: it turns a source text into its tree, and reports all mistakes at once.
 
-It is a recursive descent by hand, a class for each layer of the grammar with the one below as its base, because a call
-of a method of the same object is what costs least in Python: `cursor`, `expressions`, `statements`, `sections` (bodies,
-with Instruction List and SFC), `declarations`, `configuration`, `methods`, `pous`.  No text makes it raise an
-exception, and a limit of nesting keeps it away from Python's own.
+It is a recursive descent by hand, a class for each layer of the grammar with the one below as its base: `cursor`,
+`expressions`, `statements`, `sections` (bodies, with Instruction List and SFC), `declarations`, `configuration`,
+`methods`, `pous`.  A layer calls only those below it, and all of them move the one cursor, in more than every third line.  No
+text makes the parser raise an exception, and a limit of nesting keeps it away from Python's own.
 """
 
 from fieldrig_devices.iec import tree

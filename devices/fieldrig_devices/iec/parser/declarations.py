@@ -90,6 +90,20 @@ class Declarations(Types):
             self.i += 1
         return "RETAIN" in words, "PERSISTENT" in words, "CONSTANT" in words
 
+    def type_spec(self) -> tree.TypeSpec:
+        at = self.i
+        kind = self.kinds[at]
+        if kind not in ("STRUCT", "UNION"):
+            return super().type_spec()
+        self.enter()
+        try:
+            self.i += 1
+            fields = self.variables()
+            self._end(f"END_{kind}", at, kind, has_semicolon=False)
+            return tree.StructSpec(fields, kind == "UNION", place=self.places[at])
+        finally:
+            self.depth -= 1
+
     def variables(self, is_path: bool = False) -> tuple[tree.Variable, ...]:
         """Read declarations up to END_VAR or END_STRUCT."""
         read: list[tree.Variable] = []

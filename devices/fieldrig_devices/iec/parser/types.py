@@ -20,11 +20,7 @@ INTEGERS: Final = frozenset(kind.name for kind in Elementary if kind.is_integer)
 
 
 class Types(Initials):
-    """Reads types."""
-
-    def variables(self, is_path: bool = False) -> tuple[tree.Variable, ...]:
-        """Read the components of a structure, which are declarations."""
-        raise NotImplementedError
+    """Reads types, apart from structures, whose components are declarations."""
 
     def type_spec(self) -> tree.TypeSpec:
         """Read a type."""
@@ -48,11 +44,6 @@ class Types(Initials):
             if kind == "REF_TO":
                 self.i += 1
                 return tree.PointerSpec(self.type_spec(), place=place)
-            if kind in ("STRUCT", "UNION"):
-                self.i += 1
-                fields = self.variables()
-                self._end(f"END_{kind}", at, kind, has_semicolon=False)
-                return tree.StructSpec(fields, kind == "UNION", place=place)
             if kind == "(":
                 return self._enumeration()
         finally:
