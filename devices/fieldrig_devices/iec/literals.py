@@ -12,6 +12,7 @@ from typing import Final
 
 from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.literal_texts import EPOCH, MS_NS, S_NS, UNITS_NS, time_text
 
 
 class LiteralError(Exception):
@@ -26,25 +27,12 @@ _LONGEST_NUMBER: Final = 200
 """Characters of a number: 64 binary digits have 63 underscores between them and 2# in front."""
 _DIGITS: Final = {2: "0 and 1", 8: "0 to 7", 10: "0 to 9", 16: "0 to 9 and A to F"}
 """The digits by the base.  The standard has no 10, which CODESYS reads."""
-_UNITS: Final = {
-    "d": 86_400_000_000_000,
-    "h": 3_600_000_000_000,
-    "m": 60_000_000_000,
-    "s": 1_000_000_000,
-    "ms": 1_000_000,
-    "us": 1_000,
-    "ns": 1,
-}
-"""Units of a time from the largest to the smallest, in nanoseconds."""
 _SMALL_UNITS: Final = ("us", "ns")
-_MS: Final = _UNITS["ms"]
-_S: Final = _UNITS["s"]
-_ORDER: Final = list(_UNITS)
+_ORDER: Final = list(UNITS_NS)
 _LIMITS: Final = {"h": 24, "m": 60, "s": 60, "ms": 1_000, "us": 1_000, "ns": 1_000}
 _PART: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?)(ms|us|ns|d|h|m|s)_?", re.IGNORECASE)
 _CLOCK: Final = re.compile(r"([0-9]{1,9}):([0-9]{1,9})(?::([0-9]{1,9})(?:\.([0-9]{1,9}))?)?")
 _DATE: Final = re.compile(r"([0-9]{1,9})-([0-9]{1,9})-([0-9]{1,9})")
-_EPOCH: Final = date(1970, 1, 1)
 _ESCAPES: Final = {"$": "$", "'": "'", "L": "\n", "N": "\n", "P": "\f", "R": "\r", "T": "\t"}
 """Manual 2919 to 2928.  $N is the line feed, as in CoDeSys."""
 _ESCAPE: Final = re.compile(r"\$([0-9A-Fa-f]{2}|.?)", re.DOTALL)
@@ -135,7 +123,7 @@ def _unescaped(code: str, digits: int, escapes: Mapping[str, str], expected: str
 def time(text: str, dialect: Dialect) -> int:
     """Return the milliseconds of `2d4h12m`, which is the part behind T#."""
     sign, nanoseconds = _signed(text, dialect)
-    milliseconds, kind = sign * (nanoseconds // _MS), dialect.time
+    milliseconds, kind = sign * (nanoseconds // MS_NS), dialect.time
     if not kind.low <= milliseconds <= kind.high:
         least = f"{time_text(kind.low)} to " if kind.is_signed else "at most "
         raise LiteralError(f"T#{text} is too long", f"{least}{time_text(kind.high)}")
@@ -196,9 +184,9 @@ def _nanoseconds(parts: list[tuple[str, str]], dialect: Dialect) -> int:
         if position and not dialect.allows_time_overflow and int(whole) >= _LIMITS[unit]:
             what = f"{number}{unit} overflows"
             raise LiteralError(what, f"less than {_LIMITS[unit]}{unit}; only the highest unit may overflow")
-        total += int(whole) * _UNITS[unit]
+        total += int(whole) * UNITS_NS[unit]
         if fraction:  # in integers: a float of nanoseconds is exact for 104 days only
-            total += int(fraction[:9].ljust(9, "0")) * _UNITS[unit] // 10**9
+            total += int(fraction[:9].ljust(9, "0")) * UNITS_NS[unit] // 10**9
     return total
 
 
@@ -213,11 +201,11 @@ def _clock(text: str) -> int:
     if hours > 23 or minutes > 59 or seconds > 59:
         raise LiteralError(f"{text} is not a time of day", "00:00:00 to 23:59:59.999")
     fraction = int((match[4] or "").ljust(9, "0"))
-    return ((hours * 60 + minutes) * 60 + seconds) * _S + fraction
+    return ((hours * 60 + minutes) * 60 + seconds) * S_NS + fraction
 
 
 def time_of_day(text: str) -> int:
-    return _clock(text) // _MS
+    return _clock(text) // MS_NS
 
 
 def long_time_of_day(text: str) -> int:
@@ -232,7 +220,7 @@ def day(text: str) -> int:
 
 def long_day(text: str) -> int:
     """Return the nanoseconds since 1970 at the begin of a day."""
-    return _days(text, MOST_NANOSECONDS // _UNITS["d"]) * _UNITS["d"]
+    return _days(text, MOST_NANOSECONDS // UNITS_NS["d"]) * UNITS_NS["d"]
 
 
 def _days(text: str, most: int) -> int:
@@ -241,18 +229,18 @@ def _days(text: str, most: int) -> int:
     if match is None:
         raise LiteralError(f"{text or 'nothing'} is not a date", "year-month-day, such as D#1998-12-07")
     try:
-        days = (date(int(match[1]), int(match[2]), int(match[3])) - _EPOCH).days
+        days = (date(int(match[1]), int(match[2]), int(match[3])) - EPOCH).days
     except (ValueError, OverflowError):
         raise LiteralError(f"there is no day {text}", "year-month-day, such as D#1998-12-07") from None
     if not 0 <= days <= most:
-        raise LiteralError(f"{text} is out of range", f"1970-01-01 to {_EPOCH + timedelta(days=most)}")
+        raise LiteralError(f"{text} is out of range", f"1970-01-01 to {EPOCH + timedelta(days=most)}")
     return days
 
 
 def date_and_time(text: str) -> int:
     """Return the seconds since 1970 of `1998-02-13-14:20`; fractions of a second are cut off."""
     date_text, clock_text = _date_and_clock(text)
-    seconds = day(date_text) + _clock(clock_text) // _S
+    seconds = day(date_text) + _clock(clock_text) // S_NS
     if seconds > MOST_MILLISECONDS:
         raise LiteralError(f"{text} is out of range", "1970-01-01-00:00:00 to 2106-02-07-06:28:15")
     return seconds
@@ -272,73 +260,3 @@ def _date_and_clock(text: str) -> tuple[str, str]:
     if text.count("-") != 3:
         raise LiteralError(f"{text or 'nothing'} is not a date with a time", "such as DT#1998-02-13-14:20:00")
     return date_text, clock_text
-
-
-# ---- values as text
-
-
-def time_text(milliseconds: int) -> str:
-    """Return the constant of a TIME, such as T#1m30s."""
-    return f"T#{_parts_text(milliseconds * _MS)}"
-
-
-def long_time_text(nanoseconds: int) -> str:
-    """Return the constant of an LTIME, such as LTIME#1m30s."""
-    return f"LTIME#{_parts_text(nanoseconds)}"
-
-
-def _parts_text(nanoseconds: int) -> str:
-    sign, rest = ("-", -nanoseconds) if nanoseconds < 0 else ("", nanoseconds)
-    parts = []
-    for unit, size in _UNITS.items():
-        count, rest = divmod(rest, size)
-        if count:
-            parts.append(f"{count}{unit}")
-    return f"{sign}{''.join(parts) or '0ms'}"
-
-
-def clock_text(nanoseconds: int) -> str:
-    """Return hours, minutes and seconds, with milliseconds or nanoseconds if there are any."""
-    seconds, rest = divmod(nanoseconds, _S)
-    text = f"{seconds // 3_600:02}:{seconds // 60 % 60:02}:{seconds % 60:02}"
-    return f"{text}.{rest:09}" if rest % _MS else f"{text}.{rest // _MS:03}" if rest else text
-
-
-def day_text(seconds: int) -> str:
-    return str(_EPOCH + timedelta(days=seconds // 86_400))
-
-
-def date_text(kind: str, value: int, unit_ns: int) -> str:
-    """Return the constant of a date or time of day; `kind` is the word in front of #, such as LDT."""
-    seconds, rest = divmod(value * unit_ns, _S)
-    if kind.endswith("TOD"):
-        return f"{kind}#{clock_text(value * unit_ns)}"
-    text = f"{kind}#{day_text(seconds)}"
-    return f"{text}-{clock_text(seconds % 86_400 * _S + rest)}" if kind.endswith("DT") else text
-
-
-def string_text(value: str) -> str:
-    """Return a string with its quotes and escapes."""
-    return "'" + "".join(map(_escaped, value)) + "'"
-
-
-def wide_string_text(value: str) -> str:
-    """Return a WSTRING with its quotes and escapes."""
-    return '"' + "".join(map(_widely_escaped, value)) + '"'
-
-
-def _widely_escaped(character: str) -> str:
-    if character in '$"':
-        return "$" + character
-    return character if character.isprintable() else f"${ord(character):04X}"
-
-
-def _escaped(character: str) -> str:
-    if character in "$'":
-        return "$" + character
-    return character if " " <= character <= "~" or "\xa1" <= character <= "\xff" else f"${ord(character):02X}"
-
-
-def real_text(value: float) -> str:
-    text = repr(value).upper().replace("E+", "E")
-    return text if "." in text else text.replace("E", ".0E") if "E" in text else f"{text}.0"

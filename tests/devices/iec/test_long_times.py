@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from iec_program import IecBench, program, refused
 
-from fieldrig_devices.iec import literals
+from fieldrig_devices.iec import literal_texts, literals
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
 from fieldrig_devices.iec.elementary import LONGER, UNITS_NS, Elementary
 from fieldrig_devices.iec.library.conversions import convert
@@ -112,10 +112,10 @@ def test_a_short_time_comes_back_from_its_long_one(pair: tuple[Elementary, Eleme
 
 @given(INT64)
 def test_the_constant_of_a_duration_is_its_value(value: int) -> None:
-    text = literals.long_time_text(max(value, -(2**63) + 1))
+    text = literal_texts.long_time_text(max(value, -(2**63) + 1))
     assert literals.long_time(text.removeprefix("LTIME#"), EDITION_3) == max(value, -(2**63) + 1)
 
 
 @given(st.integers(0, 2**63 - 1))
 def test_the_constant_of_a_date_with_a_time_is_its_value(value: int) -> None:
-    assert literals.long_date_and_time(literals.date_text("LDT", value, 1).removeprefix("LDT#")) == value
+    assert literals.long_date_and_time(literal_texts.date_text("LDT", value, 1).removeprefix("LDT#")) == value

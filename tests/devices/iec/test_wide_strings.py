@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from iec_program import IecBench, program, refused
 
-from fieldrig_devices.iec import characters, literals
+from fieldrig_devices.iec import characters, literal_texts, literals
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library.conversions import convert
@@ -102,7 +102,7 @@ def test_the_controller_does_not_have_them() -> None:
 
 @given(OF_16_BITS)
 def test_a_constant_gives_the_text_back(text: str) -> None:
-    assert literals.wide_string(literals.wide_string_text(text)) == text
+    assert literals.wide_string(literal_texts.wide_string_text(text)) == text
 
 
 @given(st.text(st.characters(max_codepoint=0xFF), max_size=80))

@@ -9,7 +9,7 @@ from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.elementary import Elementary
-from fieldrig_devices.iec.literals import time_text
+from fieldrig_devices.iec.literal_texts import time_text
 from fieldrig_devices.iec.program import Pou, Task, TaskKind, Variable
 from fieldrig_devices.iec.tree import PouKind
 

@@ -13,7 +13,7 @@ from datetime import UTC, datetime, timedelta
 from functools import partial
 from typing import Final
 
-from fieldrig_devices.iec import characters, literals
+from fieldrig_devices.iec import characters, literal_texts, literals
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
 from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.library import reals
@@ -91,8 +91,8 @@ _WRITERS: Final[dict[Elementary, Callable[..., str]]] = {
     Elementary.DATE: _date_text,
     Elementary.TOD: _tod_text,
     Elementary.DT: _dt_text,
-    Elementary.LTIME: literals.long_time_text,
-    **{kind: partial(literals.date_text, kind.name, unit_ns=1) for kind in (_E.LDATE, _E.LTOD, _E.LDT)},
+    Elementary.LTIME: literal_texts.long_time_text,
+    **{kind: partial(literal_texts.date_text, kind.name, unit_ns=1) for kind in (_E.LDATE, _E.LTOD, _E.LDT)},
     Elementary.CHAR: chr,
     Elementary.WCHAR: characters.of_code,
 }

@@ -1,6 +1,6 @@
 """Expressions as text, with the brackets that their precedence needs."""
 
-from fieldrig_devices.iec import literals, tree
+from fieldrig_devices.iec import literal_texts, tree
 from fieldrig_devices.iec.elementary import UNITS_NS, Elementary
 from fieldrig_devices.iec.parser.expressions import RANKS
 from fieldrig_devices.iec.tree import LiteralKind
@@ -79,9 +79,9 @@ def _literal(literal: tree.Literal) -> str:
         return literal.text
     elif isinstance(value, str):
         is_wide = literal.kind is LiteralKind.WSTRING
-        text = literals.wide_string_text(value) if is_wide else literals.string_text(value)
+        text = literal_texts.wide_string_text(value) if is_wide else literal_texts.string_text(value)
     elif isinstance(value, float):
-        text = literals.real_text(value)
+        text = literal_texts.real_text(value)
     else:
         text = _number(literal.kind, int(value))
     return f"{literal.type_name}#{text}" if literal.type_name else text
@@ -90,15 +90,15 @@ def _literal(literal: tree.Literal) -> str:
 def _number(kind: LiteralKind, value: int) -> str:
     match kind:
         case LiteralKind.TIME:
-            return literals.time_text(value)
+            return literal_texts.time_text(value)
         case LiteralKind.LTIME:
-            return literals.long_time_text(value)
+            return literal_texts.long_time_text(value)
         case LiteralKind.DATE | LiteralKind.TOD | LiteralKind.DT:
-            return literals.date_text("D" if kind is LiteralKind.DATE else kind.name, value, _unit_ns(kind))
+            return literal_texts.date_text("D" if kind is LiteralKind.DATE else kind.name, value, _unit_ns(kind))
         case LiteralKind.LDATE | LiteralKind.LTOD | LiteralKind.LDT:
-            return literals.date_text(kind.name, value, _unit_ns(kind))
+            return literal_texts.date_text(kind.name, value, _unit_ns(kind))
         case LiteralKind.REAL:
-            return literals.real_text(float(value))
+            return literal_texts.real_text(float(value))
     return str(value)
 
 
