@@ -9,9 +9,9 @@ from typing import NamedTuple
 from fieldrig.device import Value
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.program import ConfiguredObject
-from fieldrig_devices.iec.runtime import checked
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.types import ObjectParameter
+from fieldrig_devices.iec.values import checked
 from fieldrig_devices.languages.debugging.debuggee import Variable
 
 

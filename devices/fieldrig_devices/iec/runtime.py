@@ -15,20 +15,19 @@ from dataclasses import replace
 from typing import Any, Final
 from weakref import WeakSet
 
-from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.carrying import Carrier
 from fieldrig_devices.iec.compiler import Compiled
-from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.host import Host
-from fieldrig_devices.iec.layout import AREA_SIZE, AREAS, INSIDE, STACK_SIZE, Images, Layout, kind_number, storage
+from fieldrig_devices.iec.layout import AREA_SIZE, AREAS, INSIDE, STACK_SIZE, Images, Layout, storage
 from fieldrig_devices.iec.library.intrinsics import IMPLEMENTATIONS
 from fieldrig_devices.iec.lower.names import rules_of
-from fieldrig_devices.iec.memory import Memory, limited
+from fieldrig_devices.iec.memory import Memory
 from fieldrig_devices.iec.natives import Natives
 from fieldrig_devices.iec.program import Link, Located, Pou, Variable
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.thread import Start, Thread
-from fieldrig_devices.iec.types import EnumType, StringType, SubrangeType, Type, Value
+from fieldrig_devices.iec.types import Value
+from fieldrig_devices.iec.values import NoTargetError, Values, checked
 from fieldrig_devices.languages.resumable import Code
 
 __all__ = ["Runtime", "Start", "Thread"]
@@ -40,10 +39,6 @@ _WRONG_KIND: Final = (TypeError, AttributeError)
 """Raised for a value of another type where a pointer or a VAR_IN_OUT refers to a variable of a call that has ended."""
 
 
-class NoTargetError(ValueError):
-    """A VAR_IN_OUT that has not been given yet, or whose variable an online change has removed."""
-
-
 class Runtime:
     def __init__(self, compiled: Compiled, host: Host) -> None:
         self._host = host
@@ -53,6 +48,7 @@ class Runtime:
         self._areas = {"I": host.inputs, "Q": host.outputs, "M": self.markers}
         self._memory = Memory(host, self._areas, self._images, compiled.layout.end)
         self.memory = self._memory.cells
+        self._values = Values(self._memory, self._areas, host)
         self._forced: dict[str, tuple[Symbol, Value]] = {}
         self._stops: dict[str, set[int]] = {}
         self.is_preparing = False
@@ -95,7 +91,7 @@ class Runtime:
                 self._initialise(variable)
         self._initialise_areas()
         for symbol, value in zip(kept, values, strict=True):
-            self._write(symbol, value)
+            self._values.put(symbol, value)
         self.give_markers()
         self.natives.forget()
 
@@ -116,7 +112,7 @@ class Runtime:
 
     def _initialise_located(self, variable: Variable, where: Located, cells: Sequence[Value]) -> None:
         if storage(variable.type) is not None:
-            self._write_area(Symbol(variable.name, variable.name, variable.type, location=where), cells[0])
+            self._values.put_area(Symbol(variable.name, variable.name, variable.type, location=where), cells[0])
             return
         for offset, number in enumerate(self._images.kinds(variable.type)):
             if number != INSIDE[0]:
@@ -143,21 +139,13 @@ class Runtime:
 
     def read(self, symbol: Symbol) -> Value:
         """Return the value of a symbol; ValueError for a group, and for a VAR_IN_OUT that has not been given."""
-        kind = storage(symbol.type)
-        if kind is None:
-            raise ValueError(f"{symbol.path} is a {symbol.type}; expected one of its parts")
-        if symbol.location is not None:
-            return self._read_area(symbol)
-        if symbol.is_in_union:
-            return self._memory.value(self._address(symbol), kind_number(kind))
-        value = self.memory[self._address(symbol)]
-        return value if len(symbol.steps) == 1 else checked(value, symbol)
+        return self._values.read(symbol)
 
     def write(self, symbol: Symbol, value: Value) -> None:
         """Set a variable; ValueError if it cannot have this value."""
         if not symbol.is_writable:
             raise ValueError(f"{symbol.path} is a constant; expected a variable")
-        self._write(symbol, checked(value, symbol))
+        self._values.put(symbol, checked(value, symbol))
 
     def force(self, symbol: Symbol, value: Value | None) -> None:
         """Hold a variable at a value: it is written at the start and at the end of each cycle.  None releases it.
@@ -181,44 +169,7 @@ class Runtime:
         """Write all forced values; threads call this at both ends of a cycle."""
         for symbol, value in self._forced.values():
             with suppress(NoTargetError):
-                self._write(symbol, value)
-
-    def _address(self, symbol: Symbol) -> int:
-        address = symbol.steps[0]
-        for step in symbol.steps[1:]:
-            reference = self.memory[address]
-            if not isinstance(reference, int) or not 0 < reference < len(self.memory) - step:
-                raise NoTargetError(f"{symbol.path} refers to nothing yet")
-            address = reference + step
-        return address
-
-    def _write(self, symbol: Symbol, value: Value) -> None:
-        if symbol.location is not None:
-            self._write_area(symbol, value)
-        elif symbol.is_in_union and (kind := storage(symbol.type)) is not None:
-            self._memory.put_value(self._address(symbol), kind_number(kind), value)
-        else:
-            self.memory[self._address(symbol)] = value
-
-    def _read_area(self, symbol: Symbol) -> Value:
-        where, kind = symbol.location, storage(symbol.type)
-        assert where is not None
-        assert kind is not None
-        if kind is Elementary.BOOL and where.bit >= 0:
-            return bool(self._areas[where.area][where.byte] & 1 << where.bit)
-        return self._memory.peek(AREAS[where.area] + where.byte, kind_number(kind))
-
-    def _write_area(self, symbol: Symbol, value: Value) -> None:
-        where, kind = symbol.location, storage(symbol.type)
-        assert where is not None
-        assert kind is not None
-        if kind is Elementary.BOOL and where.bit >= 0:
-            rest = self._areas[where.area][where.byte] & ~(1 << where.bit)
-            self._areas[where.area][where.byte] = rest | bool(value) << where.bit
-            if where.area == "Q":
-                self._host.on_output(where.byte)
-        else:
-            self._memory.poke(AREAS[where.area] + where.byte, kind_number(kind), value)
+                self._values.put(symbol, value)
 
     def _retained(self) -> list[Symbol]:
         return [symbol for symbol in self.symbols.values() if symbol.is_retain and len(symbol.steps) == 1]
@@ -229,7 +180,7 @@ class Runtime:
         """Copy %I and %M to the variables that are linked to them, at the start of a cycle of a program."""
         for root, symbol, outside in self._links:
             if root in ("", pou.lower()) and outside.location is not None and outside.location.area != "Q":
-                self._write(symbol, self._read_area(outside))
+                self._values.put(symbol, self._values.read_area(outside))
 
     def give_outputs(self, pou: str) -> None:
         """Copy the variables that are linked to %Q and %M there, at the end of a cycle of a program."""
@@ -237,14 +188,14 @@ class Runtime:
             if root not in ("", pou.lower()) or outside.location is None or outside.location.area == "I":
                 continue
             value = self.read(symbol)
-            if value != self._read_area(outside):
-                self._write_area(outside, value)
+            if value != self._values.read_area(outside):
+                self._values.put_area(outside, value)
 
     def give_markers(self) -> None:
         """Copy the variables that are linked to %M there, as they have their start values, or retained ones."""
         for _, symbol, outside in self._links:
             if outside.location is not None and outside.location.area == "M":
-                self._write_area(outside, self.read(symbol))
+                self._values.put_area(outside, self.read(symbol))
 
     def _linked(self, link: Link) -> Iterator[tuple[str, Symbol, Symbol]]:
         """Yield for each value of a link the program that exchanges it, empty for all programs, and both ends."""
@@ -338,32 +289,3 @@ def _has_moved(name: str, first: Layout, second: Layout) -> bool:
     slot = first.slots.get(name)
     other = second.slots[name]
     return slot is None or (slot.address, slot.form) != (other.address, other.form)
-
-
-def checked(value: Value, symbol: Symbol) -> Value:
-    """Return a value as the type of a symbol stores it; ValueError if it cannot have it."""
-    kind = symbol.type
-    stored = storage(kind)
-    if isinstance(stored, StringType):
-        if not isinstance(value, str) or len(value) > stored.length:
-            raise ValueError(f"{symbol.path}: expected a text of at most {stored.length} characters, got {value!r}")
-        wrong = characters.first_outside(value, is_wide=stored.is_wide)
-        if wrong is not None:
-            raise ValueError(f"{symbol.path}: expected characters of a {stored.name}, got {wrong!r}")
-        return value
-    if stored is None or isinstance(value, str):
-        raise ValueError(f"{symbol.path}: expected a value of type {kind}, got {value!r}")
-    if stored.is_real:
-        return limited(value, stored)
-    low, high = _ends(kind, stored)
-    if value != value or not low <= value <= high or value != int(value):
-        raise ValueError(f"{symbol.path}: expected {low} to {high}, got {value!r}")
-    return bool(value) if stored is Elementary.BOOL else int(value)
-
-
-def _ends(kind: Type, stored: Elementary) -> tuple[int, int]:
-    if isinstance(kind, SubrangeType):
-        return kind.low, kind.high
-    if isinstance(kind, EnumType) and kind.values:
-        return kind.ranges[0][0], kind.ranges[-1][1]
-    return stored.low, stored.high

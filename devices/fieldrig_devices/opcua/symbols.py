@@ -11,9 +11,10 @@ from typing import Final, overload
 from fieldrig.device import Value
 from fieldrig_bus.opcua.message import LONGEST_PATH, MOST_ELEMENTS, AnyValue, Kind, Node
 from fieldrig_devices.iec.elementary import LONGER, SHORT_TIMES, Elementary
-from fieldrig_devices.iec.runtime import MOST_FORCED, Runtime, checked
+from fieldrig_devices.iec.runtime import MOST_FORCED, Runtime
 from fieldrig_devices.iec.symbols import Symbol, Symbols
 from fieldrig_devices.iec.types import ArrayType, EnumType, ObjectType, PointerType, StringType, SubrangeType, Type
+from fieldrig_devices.iec.values import checked
 from fieldrig_devices.opcua.tree import UnknownNodeError
 
 _LONGEST_INDEX: Final = len("[-2147483648]")
