@@ -261,7 +261,7 @@ def _standard_call(checker: Checker, name: str, node: tree.Call, wanted: Type | 
     given = _in_order(checker.context, name, parts[0]) if parts is not None else None
     if given is None or parts is None:
         return None
-    inner = _wanted_inside(name, wanted)
+    inner = wanted_inside(name, wanted)
     values = [checker.expression(argument, inner) if argument is not None else None for argument in given]
     if any(value is None and argument is not None for value, argument in zip(values, given, strict=True)):
         return None
@@ -271,7 +271,7 @@ def _standard_call(checker: Checker, name: str, node: tree.Call, wanted: Type | 
     return enable.result(checker, call, parts[1], wanted, node) if call is not None else None
 
 
-def _wanted_inside(name: str, wanted: Type | None) -> Type | None:
+def wanted_inside(name: str, wanted: Type | None) -> Type | None:
     """Return the type that the surroundings of arguments have: REAL in REAL_TO_INT(EXPT(a, b))."""
     pair = conversions.pair(name)
     return pair[0] if pair is not None else wanted

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.imports.networks import functions
 from fieldrig_devices.iec.imports.networks.flow import HIGHEST
 from fieldrig_devices.iec.imports.networks.foreseeing import Foreseeing
@@ -11,6 +12,7 @@ from fieldrig_devices.iec.imports.networks.graph import Edge, Item, Kind, Pin, S
 from fieldrig_devices.iec.imports.networks.kinds import BOOL
 from fieldrig_devices.iec.imports.networks.results import type_of, whole_type_of
 from fieldrig_devices.iec.imports.networks.terms import conditional, is_true, negated, place_of
+from fieldrig_devices.iec.program import Expression
 
 
 class Kept(NamedTuple):
@@ -263,11 +265,24 @@ class Blocks(Foreseeing):
         of = self.kinds.of_function(item.text)
         if of is None and value is not None:
             of = self.kinds.spec(type_of(value, self.kinds.type(wanted)))
+            if of is not None and not self._is_same_in(of, value, call):
+                return Kept(wanted or of)
             whole = whole_type_of(value)
-            if of is not None and whole is not None and (wide := self.kinds.spec(whole)) is not None:
+            wide = self.kinds.spec(whole) if whole is not None else None
+            if of is not None and wide is not None and self._is_same_in(wide, value, call):
                 return Kept(wide, of)
         of = of or self.kinds.of_standard(item.text) or wanted
         return Kept(of) if of is not None else None
+
+    def _is_same_in(self, kind: tree.TypeSpec, value: Expression, call: tree.Expression | None) -> bool:
+        """Return whether a call has the same type and bits if it is assigned to a variable of this type.
+
+        `MIN(40000, -1)` is 40000 where a UINT is wanted, and -1 for a DINT; a consumer gets what a text gives it.
+        """
+        kept = self.kinds.value(call, kind) if call is not None else value
+        if kept is None or type(value) is Untyped:
+            return True
+        return (kept.type, whole_type_of(kept)) == (value.type, whole_type_of(value))
 
     def _unknown(self, item: Item, pin: Pin) -> None:
         self.mistake(

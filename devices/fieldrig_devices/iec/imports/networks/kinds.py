@@ -10,6 +10,7 @@ from functools import cache
 from typing import Final
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import calls
 from fieldrig_devices.iec.check.constants import narrowed
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.elementary import ALIASES, LONG_ALIASES, Elementary
@@ -94,20 +95,24 @@ class Kinds:
     # ---- expressions
 
     def value(self, expression: tree.Expression | None, wanted: tree.TypeSpec | None = None) -> Expression | None:
-        """Return a value of the type that the expression has; None for a type that this file does not say."""
+        """Return a value of the type that the expression has; None for a type that is declared nowhere.
+
+        What is wanted counts inside too, as in a text: for `x := AND(ABS(7), a)`, ABS(7) has the type of x.
+        """
         match expression:
             case tree.Literal(type_name="") as literal:
                 return self._results.of_literal(literal)
             case tree.Unary(sign, operand):
-                found = self.value(operand)
+                found = self.value(operand, wanted)
                 return self._results.unary(sign, found) if found is not None else None
             case tree.Binary(sign, left, right):
-                first, second = self.value(left), self.value(right)
+                first, second = self.value(left, wanted), self.value(right, wanted)
                 if first is None or second is None:
                     return self.value_of(BOOL) if sign in functions.COMPARISONS else first or second
-                return self._results.binary(sign, first, second)
+                return self._results.binary(sign, first, second, self.type(wanted))
             case tree.Call(tree.Name(name), arguments) if self._pou(name) is None:
-                given = [self.value(argument.value) for argument in arguments if not argument.is_output]
+                inner = self._wanted_inside(name, wanted)
+                given = [self.value(argument.value, inner) for argument in arguments if not argument.is_output]
                 known = [value for value in given if value is not None]
                 if len(known) == len(given):
                     return self.result(name, known, wanted)
@@ -115,6 +120,10 @@ class Kinds:
         narrow = self.narrow.get(expression.text.casefold()) if isinstance(expression, tree.Name) else None
         cut_to = self.type(narrow)
         return found if found is None or cut_to is None else narrowed(found, cut_to)
+
+    def _wanted_inside(self, name: str, wanted: tree.TypeSpec | None) -> tree.TypeSpec | None:
+        inner = calls.wanted_inside(name.upper(), self.type(wanted))
+        return self.spec(inner) if inner is not None else None
 
     def value_of(self, spec: tree.TypeSpec | None) -> Expression | None:
         kind = self.type(spec)

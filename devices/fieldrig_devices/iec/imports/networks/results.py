@@ -55,10 +55,10 @@ class Results:
             return operand
         return operators.unary(self._context, Operator.NOT if sign == "NOT" else Operator.NEG, operand, _SOMEWHERE)
 
-    def binary(self, sign: str, left: Expression, right: Expression) -> Expression | None:
+    def binary(self, sign: str, left: Expression, right: Expression, wanted: Type | None = None) -> Expression | None:
         """Return the operation with the sign of the language, such as `+` or MOD; None if there is none."""
         if sign == "**":
-            return self.call("EXPT", [left, right])
+            return self.call("EXPT", [left, right], wanted)
         return operators.binary(self._context, _SIGNS[sign], left, right, _SOMEWHERE)
 
     def call(self, name: str, values: Sequence[Expression], wanted: Type | None = None) -> Expression | None:
