@@ -72,9 +72,10 @@ class IecBench:
         host: PlainHost | None = None,
         main: str = MAIN,
         name: str = "main.st",
+        others: Sequence[SourceFile] = (),
     ) -> None:
-        """`name` is the name of the file, whose ending says what is in it."""
-        self._name = name
+        """`name` is the name of the file, whose ending says what is in it; `others` are further files."""
+        self._name, self._others = name, others
         self.host = host or PlainHost()
         self.dialect = dialect
         self.compiled = self.compile(text)
@@ -84,7 +85,7 @@ class IecBench:
 
     def compile(self, text: str, previous: Compiled | None = None) -> Compiled:
         return compile_project(
-            [SourceFile(self._name, text)],
+            [SourceFile(self._name, text), *self._others],
             self.host,
             self.dialect,
             previous=previous.layout if previous is not None else None,

@@ -12,7 +12,7 @@ from fieldrig_devices.iec.check import check
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction
-from fieldrig_devices.iec.imports import read_source
+from fieldrig_devices.iec.imports import read_sources
 from fieldrig_devices.iec.layout import Layout
 from fieldrig_devices.iec.library.selection import needed
 from fieldrig_devices.iec.library.sources import parsed, sources
@@ -98,9 +98,8 @@ def _compiled(
     units, mistakes = [], list[Mistake]()
     libraries = [parsed(text, name, dialect) for name, text in sources(dialect.name)]
     libraries += [parsed(library.text, library.name, dialect) for library in host.libraries]
-    for number, file in enumerate(files):
-        on_progress("parse", number, len(files))
-        unit, of_file = read_source(file.name, file.text, dialect)
+    read = read_sources(files, dialect, libraries, lambda number: on_progress("parse", number, len(files)))
+    for file, (unit, of_file) in zip(files, read, strict=True):
         units.append(unit)
         mistakes += of_file
         if not unit.declarations and not of_file:

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.imports.fragments import Fragments
 from fieldrig_devices.iec.imports.networks.bodies import Bodies
 from fieldrig_devices.iec.imports.networks.graph import Condition, Drawn
@@ -46,24 +45,25 @@ class Raw:
 
 def assemble(raws: Sequence[Raw], others: Sequence[tree.Declaration], fragments: Fragments) -> list[tree.Pou]:
     """The POUs with their bodies.  `others` are the types and global variables of the document."""
-    kinds = _kinds(raws, others, fragments.dialect)
+    kinds = _kinds(raws, others, fragments)
     return [_pou(raw, kinds, fragments) for raw in raws]
 
 
-def _kinds(raws: Sequence[Raw], others: Sequence[tree.Declaration], dialect: Dialect) -> Kinds:
-    kinds = Kinds(dialect)
-    for declaration in others:
-        match declaration:
-            case tree.TypeDeclaration(name, of):
-                kinds.types[name.casefold()] = of
-            case tree.Variables(variables=variables) if declaration.section is tree.Section.GLOBAL:
-                kinds.variables.update({v.name.casefold(): v.type for v in variables})
-            case tree.Configuration(blocks=blocks):
-                kinds.variables.update({v.name.casefold(): v.type for block in blocks for v in block.variables})
-    for raw in raws:
-        stub = tree.Pou(raw.kind, raw.name, raw.result, raw.blocks, tree.StBody(()))
-        kinds.pous[raw.name.casefold()] = stub
+def _kinds(raws: Sequence[Raw], others: Sequence[tree.Declaration], fragments: Fragments) -> Kinds:
+    kinds = Kinds(fragments.dialect)
+    kinds.take(fragments.around)
+    kinds.take(others)
+    kinds.take(_stub(raw) for raw in raws)
     return kinds
+
+
+def _stub(raw: Raw) -> tree.Pou:
+    """Return a POU as it is declared, without its bodies."""
+    methods = tuple(
+        tree.Method(method.name, method.result, method.blocks, tree.StBody(()), accessor=method.accessor)
+        for method in raw.methods
+    )
+    return tree.Pou(raw.kind, raw.name, raw.result, raw.blocks, tree.StBody(()), methods=methods, extends=raw.extends)
 
 
 def _pou(raw: Raw, kinds: Kinds, fragments: Fragments) -> tree.Pou:

@@ -1,6 +1,7 @@
 """Pieces of program text inside of an XML document: expressions, bodies, types and start values, read by the parser."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -20,6 +21,8 @@ class Fragments:
 
     report: Report
     dialect: Dialect
+    around: Sequence[tree.Declaration] = ()
+    """The declarations in the other files of the project, and in the libraries of the controller."""
 
     def expression(self, text: str, line: int) -> tree.Expression | None:
         """The expression, or None with a message."""

@@ -121,7 +121,7 @@ def test_a_result_for_two_consumers_is_calculated_once() -> None:
 def test_a_result_of_unknown_type_asks_for_a_variable() -> None:
     drawn = fbd(source("1", "g.w"), block("2", "MYSTERY", {"IN": "1"}), sink("3", "u", "2"), sink("4", "v", "2"))
     (message, *_) = messages(drawn)
-    assert "The type of output OUT of the block MYSTERY (element 2) is unknown in this file" in message
+    assert "The type of output OUT of the block MYSTERY (element 2) is unknown, and its value is kept" in message
     assert "hint: Connect the output to a variable" in message
 
 

@@ -6,10 +6,10 @@ from typing import NamedTuple
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.imports.networks import functions
+from fieldrig_devices.iec.imports.networks.declarations import BOOL
 from fieldrig_devices.iec.imports.networks.flow import HIGHEST
 from fieldrig_devices.iec.imports.networks.foreseeing import Foreseeing
 from fieldrig_devices.iec.imports.networks.graph import Edge, Item, Kind, Pin, Storage, Wire
-from fieldrig_devices.iec.imports.networks.kinds import BOOL
 from fieldrig_devices.iec.imports.networks.results import type_of, whole_type_of
 from fieldrig_devices.iec.imports.networks.terms import conditional, is_true, negated, place_of
 from fieldrig_devices.iec.program import Expression
@@ -287,7 +287,7 @@ class Blocks(Foreseeing):
     def _unknown(self, item: Item, pin: Pin) -> None:
         self.mistake(
             item.line,
-            f"The type of output {pin.name or 1} of the {item} is unknown in this file, and its value is kept",
+            f"The type of output {pin.name or 1} of the {item} is unknown, and its value is kept",
             hint="Connect the output to a variable, and use the variable.",
         )
 

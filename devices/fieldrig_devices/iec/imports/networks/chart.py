@@ -15,9 +15,10 @@ from typing import Final
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.fragments import Fragments
 from fieldrig_devices.iec.imports.networks import functions
+from fieldrig_devices.iec.imports.networks.declarations import BOOL
 from fieldrig_devices.iec.imports.networks.graph import Condition, Drawn, Edge, Item, Kind, Network, Pin, Use
 from fieldrig_devices.iec.imports.networks.hidden import Hidden
-from fieldrig_devices.iec.imports.networks.kinds import BOOL, Kinds
+from fieldrig_devices.iec.imports.networks.kinds import Kinds
 from fieldrig_devices.iec.imports.networks.terms import conditional
 from fieldrig_devices.iec.imports.networks.translate import Translation
 

@@ -6,9 +6,10 @@ from typing import Final
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.fragments import Fragments
 from fieldrig_devices.iec.imports.networks import functions
+from fieldrig_devices.iec.imports.networks.declarations import BOOL
 from fieldrig_devices.iec.imports.networks.graph import Edge, Item, Kind, Network, Pin, Wire
 from fieldrig_devices.iec.imports.networks.hidden import Hidden
-from fieldrig_devices.iec.imports.networks.kinds import BOOL, Kinds
+from fieldrig_devices.iec.imports.networks.kinds import Kinds
 from fieldrig_devices.iec.imports.networks.order import join_connectors
 from fieldrig_devices.iec.imports.networks.terms import consuming, is_true, negated, parallel, place_of
 

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.imports.networks import functions
+from fieldrig_devices.iec.imports.networks.declarations import BOOL
 from fieldrig_devices.iec.imports.networks.flow import Flow
 from fieldrig_devices.iec.imports.networks.graph import Item, Kind, Pin, Wire
-from fieldrig_devices.iec.imports.networks.kinds import BOOL, consumer_type
+from fieldrig_devices.iec.imports.networks.kinds import consumer_type
 from fieldrig_devices.iec.program import Expression
 
 Seen = dict[str, Expression | None]
