@@ -162,10 +162,16 @@ class TimerQueue:
 
     def pop_due(self, now_ns: int) -> Timer | None:
         """Remove and return the earliest timer due at or before `now_ns`; None without one."""
-        next_ns = self.next_ns()
-        if next_ns is None or next_ns > now_ns:
-            return None
-        return heapq.heappop(self.heap)[2]
+        heap = self.heap
+        while heap:
+            when_ns, _, timer = heap[0]
+            is_cancelled = timer.action is None
+            if when_ns > now_ns and not is_cancelled:
+                return None
+            heapq.heappop(heap)
+            if not is_cancelled:
+                return timer
+        return None
 
 
 class VirtualClock:
