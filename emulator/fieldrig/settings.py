@@ -94,9 +94,9 @@ class WrongSettingsError(ValueError):
 
 def refuse_all(wrong: Iterator[WrongKey]) -> None:
     """Raise WrongSettingsError with all of the mistakes, if there are any."""
-    found = tuple(wrong)
-    if found:
-        raise WrongSettingsError(found)
+    mistakes = tuple(wrong)
+    if mistakes:
+        raise WrongSettingsError(mistakes)
 
 
 def _existing_file(value: Any, info: ValidationInfo) -> Path:
@@ -110,15 +110,15 @@ def _existing_file(value: Any, info: ValidationInfo) -> Path:
     folders = [Path(folder) for folder in context.get("folders", [context.get("folder", ".")])]
     try:
         paths = [(folder / value).resolve() for folder in folders]
-        found = next((path for path in paths if path.is_file()), None)
-        if found is None:
+        existing = next((path for path in paths if path.is_file()), None)
+        if existing is None:
             raise ValueError(f"no such file: {_short(str(paths[0]))}")
-        with found.open("rb") as file:
+        with existing.open("rb") as file:
             while file.read(_PIECE):  # whatever the disk has against it is found out here
                 pass
     except OSError as cause:
         raise ValueError(f"{_short(str(value))} cannot be read: {cause.strerror or cause}") from cause
-    return found
+    return existing
 
 
 def _short(path: str) -> str:

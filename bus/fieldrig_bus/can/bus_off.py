@@ -72,13 +72,13 @@ class BusOff:
     def next(self) -> tuple[int, Member] | None:
         """The earliest recovery if the bus stays idle: its tick and member; None if no member recovers."""
         free = self._medium.free
-        found = [
+        recoveries = [
             (max(free, recovery.since) + recovery.missing * self._sequence, member.order, member)
             for member, recovery in self._recovering.items()
         ]
-        if not found:
+        if not recoveries:
             return None
-        tick, _, member = min(found, key=lambda each: each[:2])
+        tick, _, member = min(recoveries, key=lambda each: each[:2])
         return tick, member
 
     def end(self, member: Member, tick: int) -> list[Delivery[Any]]:

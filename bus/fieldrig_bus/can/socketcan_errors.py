@@ -90,9 +90,9 @@ def _state_of(controller: int) -> CanState | None:
 def _kind_of(word: int, protocol: int, place: Place) -> ErrorKind:
     if word & Class.ACK:
         return ErrorKind.ACK
-    found = next((kind for kind, bit in PROTOCOL.items() if protocol & bit), None)
-    if found is not None:
-        return found
+    kind_of_error = next((kind for kind, bit in PROTOCOL.items() if protocol & bit), None)
+    if kind_of_error is not None:
+        return kind_of_error
     return ErrorKind.CRC if place in (Place.CRC, Place.CRC_DELIMITER, Place.ACK_DELIMITER) else ErrorKind.BIT
 
 

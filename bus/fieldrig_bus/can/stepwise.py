@@ -160,13 +160,13 @@ class Stepwise:
         """The first frame of each member, and the tick from which it may start."""
         free = self._medium.free
         babbles = self._injector.babbles()
-        found = []
+        contenders = []
         for member in self._medium.everybody():
             if member.may_send and (babbles or member.queue):
                 request = self._injector.first_of(member, babbles) if babbles else member.queue[0]
                 if request is not None:
-                    found.append((max(request.asked, free, member.resume), request))
-        return found
+                    contenders.append((max(request.asked, free, member.resume), request))
+        return contenders
 
     def _stay_alone(self, lone: Member, start: int) -> None:
         """A passive transmitter got no acknowledgement in an attempt that began at `start`: no counter changes."""

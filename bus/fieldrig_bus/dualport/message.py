@@ -28,9 +28,9 @@ def decode(data: bytes) -> Words:
     if len(data) < _HEAD.size or len(data) % 2:
         raise ValueError(f"not words of a memory: {data[:40].hex(' ')}")
     first, *values = struct.unpack(f">{len(data) // 2}H", data)
-    found = Words(first, tuple(values))
-    check_sent(found)
-    return found
+    words = Words(first, tuple(values))
+    check_sent(words)
+    return words
 
 
 def show(message: Words) -> str:

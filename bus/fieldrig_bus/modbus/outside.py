@@ -79,11 +79,11 @@ Servers = Annotated[dict[int, ServerAddress | OutsideServer], AfterValidator(_of
 
 def by_address(servers: Servers) -> dict[str, dict[int, int]]:
     """Unit ids in the rig, with the unit ids at their server, by address."""
-    found: dict[str, dict[int, int]] = {}
+    units: dict[str, dict[int, int]] = {}
     for unit, server in servers.items():
         place = OutsideServer(address=server) if isinstance(server, str) else server
-        found.setdefault(place.address, {})[unit] = unit if place.unit is None else place.unit
-    return found
+        units.setdefault(place.address, {})[unit] = unit if place.unit is None else place.unit
+    return units
 
 
 class ServersPort(Port):

@@ -173,9 +173,9 @@ class AddressSpace:
             )
         for name, arguments in (("InputArguments", node.arguments), ("OutputArguments", node.results)):
             if arguments:
-                found = [described(argument) for argument in arguments]
+                descriptions = [described(argument) for argument in arguments]
                 self._add_property(
-                    node_id, name, ua.Variant(found, ua.VariantType.ExtensionObject, is_array=True), _O.Argument
+                    node_id, name, ua.Variant(descriptions, ua.VariantType.ExtensionObject, is_array=True), _O.Argument
                 )
 
     def _add_property(self, owner: ua.NodeId, name: str, value: ua.Variant, data_type: int) -> None:

@@ -109,8 +109,8 @@ def _message(kind: str, data: dict[str, Any]) -> OpcUaMessage:
             nodes = tuple(_node(row) for row in items(field(data, "nodes", list), dict, MOST_NODES, "nodes"))
             return Nodes(exchange, nodes, field(data, "is_complete", bool))
         case "Outcomes":
-            found = items(field(data, "outcomes", list), dict, MOST_PATHS, "outcomes")
-            return Outcomes(exchange, tuple(_outcome(row) for row in found))
+            outcomes = items(field(data, "outcomes", list), dict, MOST_PATHS, "outcomes")
+            return Outcomes(exchange, tuple(_outcome(row) for row in outcomes))
     device = _text(data, "device")
     match kind:
         case "Browse":
@@ -170,10 +170,10 @@ def _outcome(data: dict[str, Any]) -> Outcome:
 
 
 def _values(data: dict[str, Any], key: str) -> tuple[AnyValue, ...]:
-    found = field(data, key, list)
-    if len(found) > MOST_ARGUMENTS:
-        raise MalformedError(f"{len(found)} {key}, expected at most {MOST_ARGUMENTS}")
-    return tuple(_value(value) for value in found)
+    values = field(data, key, list)
+    if len(values) > MOST_ARGUMENTS:
+        raise MalformedError(f"{len(values)} {key}, expected at most {MOST_ARGUMENTS}")
+    return tuple(_value(value) for value in values)
 
 
 def _value(value: Any) -> AnyValue:
@@ -185,8 +185,8 @@ def _value(value: Any) -> AnyValue:
 
 
 def _single(value: Any) -> bool | int | float | str:
-    if isinstance(value, dict) and (found := _NOT_FINITE.get(field(value, "float", str))) is not None:
-        return found
+    if isinstance(value, dict) and (special := _NOT_FINITE.get(field(value, "float", str))) is not None:
+        return special
     if isinstance(value, bool | int | float | str):
         return value
     raise MalformedError(f"expected a value, found {shown(value)}")

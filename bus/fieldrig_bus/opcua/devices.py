@@ -45,14 +45,14 @@ class Devices:
 
     async def children(self, device: str, path: str) -> list[Node] | None:
         """Return all children of a node; None if the device does not answer."""
-        found: list[Node] = []
+        nodes: list[Node] = []
         while True:
-            answer = await self._ask(Browse(device, self._next(), path, len(found)), Nodes)
+            answer = await self._ask(Browse(device, self._next(), path, len(nodes)), Nodes)
             if answer is None:
                 return None
-            found += answer.nodes
+            nodes += answer.nodes
             if answer.is_complete or not answer.nodes:
-                return found
+                return nodes
 
     async def find(self, device: str, path: str) -> Node | None:
         answer = await self._ask(Find(device, self._next(), path), Nodes)
@@ -60,13 +60,13 @@ class Devices:
 
     async def read(self, device: str, paths: Sequence[str]) -> list[Outcome]:
         """Return an outcome for each path."""
-        found: list[Outcome] = []
-        while len(found) < len(paths):
-            some = tuple(paths[len(found) : len(found) + MOST_PATHS])
+        outcomes: list[Outcome] = []
+        while len(outcomes) < len(paths):
+            some = tuple(paths[len(outcomes) : len(outcomes) + MOST_PATHS])
             answer = await self._ask(Read(device, self._next(), some), Outcomes)
             first = answer.outcomes[: len(some)] if answer is not None else ()
-            found += first or [NO_ANSWER] * len(some)
-        return found
+            outcomes += first or [NO_ANSWER] * len(some)
+        return outcomes
 
     async def write(self, device: str, path: str, value: AnyValue) -> Outcome:
         return await self._outcome(Write(device, self._next(), path, value))
@@ -88,13 +88,13 @@ class Devices:
         answer = self._waiting[request.exchange] = loop.create_future()
         self._link.send(request)
         try:
-            found = await asyncio.wait_for(answer, PATIENCE_S)
+            reply = await asyncio.wait_for(answer, PATIENCE_S)
         except TimeoutError:
             log.warning("%s has not answered within %s s", request.device, PATIENCE_S)
             return None
         finally:
             self._waiting.pop(request.exchange, None)
-        return found if isinstance(found, kind) else None
+        return reply if isinstance(reply, kind) else None
 
     def _next(self) -> int:
         self._exchange += 1

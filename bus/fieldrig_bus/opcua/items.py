@@ -73,9 +73,9 @@ class Item:
     held: deque[ua.DataValue] = field(default_factory=deque)
     """The queue of an item that samples and does not report."""
 
-    def revise(self, asked: ua.MonitoringParameters, found: Filter) -> None:
+    def revise(self, asked: ua.MonitoringParameters, filter_: Filter) -> None:
         """Take the parameters of a request (5.13.1.5: a queue has at least one place)."""
-        self.client_handle, self.filter = asked.ClientHandle, found
+        self.client_handle, self.filter = asked.ClientHandle, filter_
         self.queue_size = min(max(int(asked.QueueSize), 1), LONGEST_QUEUE) if asked.DiscardOldest else 1
         self.held = deque(self.held, self.queue_size)
 
@@ -139,10 +139,10 @@ class Items(MonitoredItemService):  # type: ignore[misc]
             raise ItemRefusedError(status)
         if asked.MonitoringMode not in tuple(ua.MonitoringMode):
             raise ItemRefusedError(ua.StatusCodes.BadMonitoringModeInvalid)
-        found = checked_filter(asked.RequestedParameters.Filter, read, self._data_type(read))
+        filter_ = checked_filter(asked.RequestedParameters.Filter, read, self._data_type(read))
         self._monitored_item_counter += 1
         item = Item(self._monitored_item_counter, read, 0, asked.MonitoringMode, timestamps)
-        item.revise(asked.RequestedParameters, found)
+        item.revise(asked.RequestedParameters, filter_)
         return item
 
     def _data_type(self, read: ua.ReadValueId) -> ua.NodeId | None:
@@ -162,10 +162,10 @@ class Items(MonitoredItemService):  # type: ignore[misc]
         if item is None:
             return ua.MonitoredItemModifyResult(StatusCode=ua.StatusCode(ua.StatusCodes.BadMonitoredItemIdInvalid))
         try:
-            found = checked_filter(asked.RequestedParameters.Filter, item.read, self._data_type(item.read))
+            filter_ = checked_filter(asked.RequestedParameters.Filter, item.read, self._data_type(item.read))
         except ItemRefusedError as refused:
             return ua.MonitoredItemModifyResult(StatusCode=ua.StatusCode(refused.status))
-        item.revise(asked.RequestedParameters, found)
+        item.revise(asked.RequestedParameters, filter_)
         item.timestamps = timestamps
         return ua.MonitoredItemModifyResult(
             RevisedSamplingInterval=self._subscription.data.RevisedPublishingInterval, RevisedQueueSize=item.queue_size

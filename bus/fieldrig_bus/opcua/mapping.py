@@ -159,22 +159,22 @@ def _to_client(node: Node, kind: Mapped, value: Value) -> object:
 
 
 def _from_client(node: Node, kind: Mapped, value: object) -> Value:
-    found: Value
+    converted: Value
     if isinstance(value, datetime):
         since = (value if value.tzinfo is not None else value.replace(tzinfo=UTC)) - EPOCH
-        found = since // (timedelta(milliseconds=1) if node.type == "TOD" else timedelta(seconds=1))
+        converted = since // (timedelta(milliseconds=1) if node.type == "TOD" else timedelta(seconds=1))
     elif kind.data_type == ua.ObjectIds.Duration and isinstance(value, float):
         if not isfinite(value):
             raise WrongValueError(Status.OUT_OF_RANGE)
-        found = round(value)
+        converted = round(value)
     elif isinstance(value, bool | int | float | str):
-        found = value
+        converted = value
     elif value is None and kind.variant is _T.String:
-        found = ""
+        converted = ""
     else:
         raise WrongValueError(Status.TYPE_MISMATCH)
-    _check_range(node, kind, found)
-    return found
+    _check_range(node, kind, converted)
+    return converted
 
 
 def _check_range(node: Node, kind: Mapped, value: Value) -> None:

@@ -51,9 +51,9 @@ class OpcUaModel(BusModel[OpcUaMessage]):
         return self._due[0].time_ns if self._due else None
 
     def collect(self, now_ns: int) -> list[Delivery[OpcUaMessage]]:
-        found = [delivery for delivery in self._due if delivery.time_ns <= now_ns]
-        self._due = self._due[len(found) :]
-        return found
+        deliveries = [delivery for delivery in self._due if delivery.time_ns <= now_ns]
+        self._due = self._due[len(deliveries) :]
+        return deliveries
 
     def statistics(self, now_ns: int) -> dict[str, float]:
         return {"requests": float(self._requests), "answers": float(self._answers)}

@@ -84,19 +84,19 @@ class Backend(InternalServer):  # type: ignore[misc]
         """Return the present values of variables."""
         assert self.space is not None
         assert self.devices is not None
-        found: dict[ua.NodeId, ua.DataValue] = {}
+        by_node: dict[ua.NodeId, ua.DataValue] = {}
         by_device: dict[str, list[tuple[ua.NodeId, Node]]] = {}
         for node_id in dict.fromkeys(node_ids):
             node = self.space.node(node_id)
             if node is None:
-                found[node_id] = _data_value(ua.StatusCodes.BadNodeIdUnknown)
+                by_node[node_id] = _data_value(ua.StatusCodes.BadNodeIdUnknown)
             else:
                 by_device.setdefault(self.space.device(node_id), []).append((node_id, node))
         for device, asked in by_device.items():
             outcomes = await self.devices.read(device, [node.path for _, node in asked])
             for (node_id, node), outcome in zip(asked, outcomes, strict=True):
-                found[node_id] = self.source_times.applied(node_id, _shown(node, outcome))
-        return [found[node_id] for node_id in node_ids]
+                by_node[node_id] = self.source_times.applied(node_id, _shown(node, outcome))
+        return [by_node[node_id] for node_id in node_ids]
 
 
 class Session(InternalSession):  # type: ignore[misc]
@@ -266,13 +266,13 @@ class Session(InternalSession):  # type: ignore[misc]
         """Add the nodes along a path of names."""
         current = {path.StartingNode}
         for element in path.RelativePath.Elements:
-            found = set()
+            reached = set()
             for node_id in current:
                 await self._space.browse(node_id)
                 data = self.aspace.get(node_id)
                 references = data.references if data is not None else []
-                found |= {reference.NodeId for reference in references if reference.BrowseName == element.TargetName}
-            current = found
+                reached |= {reference.NodeId for reference in references if reference.BrowseName == element.TargetName}
+            current = reached
 
     async def _write(self, asked: ua.WriteValue) -> int:
         node = self._space.node(asked.NodeId)

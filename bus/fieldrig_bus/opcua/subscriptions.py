@@ -127,10 +127,10 @@ class Subscriptions(SubscriptionService):  # type: ignore[misc]
         return max(self._clamp_lifetime_count(params.RequestedLifetimeCount), 3 * keep_alive), keep_alive
 
     def of(self, number: int) -> Subscription:
-        found = self.subscriptions.get(number)
-        if not isinstance(found, Subscription):
+        subscription = self.subscriptions.get(number)
+        if not isinstance(subscription, Subscription):
             raise ServiceError(ua.StatusCodes.BadSubscriptionIdInvalid)
-        return found
+        return subscription
 
     async def change(self, params: ua.ModifySubscriptionParameters) -> ua.ModifySubscriptionResult:
         subscription = self.of(params.SubscriptionId)
@@ -147,10 +147,10 @@ class Subscriptions(SubscriptionService):  # type: ignore[misc]
         return len(self.subscriptions), [self._acknowledge(ack) for ack in acks]
 
     def _acknowledge(self, ack: ua.SubscriptionAcknowledgement) -> ua.StatusCode:
-        found = self.subscriptions.get(ack.SubscriptionId)
-        if not isinstance(found, Subscription):
+        subscription = self.subscriptions.get(ack.SubscriptionId)
+        if not isinstance(subscription, Subscription):
             return ua.StatusCode(ua.StatusCodes.BadSubscriptionIdInvalid)
-        return found.acknowledge(ack.SequenceNumber)
+        return subscription.acknowledge(ack.SequenceNumber)
 
     def republish(self, params: ua.RepublishParameters) -> ua.NotificationMessage:
         return self.of(params.SubscriptionId).message(params.RetransmitSequenceNumber)

@@ -30,11 +30,11 @@ def wrong_read(read: ua.ReadValueId) -> int:
 
 def bounds(text: str) -> tuple[int, int] | None:
     """Return the first and the last index of a dimension of a NumericRange, or None if it is none."""
-    found = _RANGE.fullmatch(text)
-    if found is None:
+    match = _RANGE.fullmatch(text)
+    if match is None:
         return None
-    first, last = int(found[1]), int(found[2] or found[1])
-    return (first, last) if first < last or found[2] is None else None
+    first, last = int(match[1]), int(match[2] or match[1])
+    return (first, last) if first < last or match[2] is None else None
 
 
 def part_of(read: ua.ReadValueId, value: ua.DataValue) -> ua.DataValue:
@@ -46,8 +46,8 @@ def part_of(read: ua.ReadValueId, value: ua.DataValue) -> ua.DataValue:
     if len(dimensions) != 1 or dimensions[0] is None or not isinstance(whole, list | str | bytes):
         return _without_data(value)
     first, last = dimensions[0]
-    found = whole[first : last + 1]
-    return replace(value, Value=_like(value.Value, found)) if found else _without_data(value)
+    piece = whole[first : last + 1]
+    return replace(value, Value=_like(value.Value, piece)) if piece else _without_data(value)
 
 
 def _like(variant: ua.Variant, value: Any) -> ua.Variant:

@@ -12,5 +12,5 @@ def reason(cause: Exception) -> str:
     number = getattr(cause, "errno", None)
     if isinstance(number, int):
         return os.strerror(number)
-    found = CONFIGURING.search(str(cause))
-    return f"it is no serial port ({os.strerror(int(found[1]))})" if found else str(cause)
+    match = CONFIGURING.search(str(cause))
+    return f"it is no serial port ({os.strerror(int(match[1]))})" if match else str(cause)

@@ -58,11 +58,11 @@ class TelnetReader:
             data = self._skip(data)
         text = bytearray()
         at = 0
-        while (found := data.find(IAC, at)) >= 0:
-            text += data[at:found]
-            event, at = _command(data, found)
+        while (escape := data.find(IAC, at)) >= 0:
+            text += data[at:escape]
+            event, at = _command(data, escape)
             if at < 0:
-                self._hold(data[found:])
+                self._hold(data[escape:])
                 at = len(data)
             elif event is _LITERAL_IAC:
                 text.append(IAC)

@@ -79,9 +79,9 @@ class TcpModel(BusModel[TcpMessage]):
         return self._due[0].time_ns if self._due else None
 
     def collect(self, now_ns: int) -> list[Delivery[TcpMessage]]:
-        found = [delivery for delivery in self._due if delivery.time_ns <= now_ns]
-        self._due = self._due[len(found) :]
-        return found
+        deliveries = [delivery for delivery in self._due if delivery.time_ns <= now_ns]
+        self._due = self._due[len(deliveries) :]
+        return deliveries
 
     def statistics(self, now_ns: int) -> dict[str, float]:
         return {

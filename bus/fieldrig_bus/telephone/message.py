@@ -93,9 +93,9 @@ MOST_DIGITS: Final = 64
 
 def agreed(ours: Offer, theirs: Offer) -> Agreed | None:
     """Return how two modems connect; None if they cannot."""
-    found = _common_modulation(ours.modulations, theirs.modulations, min(ours.line_bps, theirs.line_bps))
+    common = _common_modulation(ours.modulations, theirs.modulations, min(ours.line_bps, theirs.line_bps))
     is_corrected = _common_correction(ours.correction, theirs.correction)
-    return None if found is None or is_corrected is None else Agreed(*found, is_corrected)
+    return None if common is None or is_corrected is None else Agreed(*common, is_corrected)
 
 
 def check_sent(message: Any) -> None:

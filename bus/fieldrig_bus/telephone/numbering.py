@@ -16,8 +16,8 @@ class Numbering:
         if self._prefix and digits == self._prefix:
             return Tone.DIAL
         numbers = (digits, digits.removeprefix(self._prefix))
-        found = next((self._members[number] for number in numbers if number in self._members), None)
-        if found is not None:
-            return found
+        called = next((self._members[number] for number in numbers if number in self._members), None)
+        if called is not None:
+            return called
         may_be_longer = any(known.startswith(numbers) for known in self._members)
         return Tone.SILENCE if may_be_longer else Tone.UNOBTAINABLE

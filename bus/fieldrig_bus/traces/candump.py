@@ -44,13 +44,13 @@ def read(file: BinaryIO) -> Iterator[TraceEntry]:
         if says_nothing(line):
             continue
         try:
-            found = parse(line)
+            entry = parse(line)
         except ValueError as wrong:
             how = "is cut off" if not line.endswith("\n") else "is not a line of candump"
             raise UsageError(f"line {number} {how}: {wrong}", REMEDY) from wrong
-        time_ns = time_ns if found.time_ns is None else found.time_ns
-        if found.message is not None:
-            yield TraceEntry(time_ns, found.bus, "can", "", found.message)
+        time_ns = time_ns if entry.time_ns is None else entry.time_ns
+        if entry.message is not None:
+            yield TraceEntry(time_ns, entry.bus, "can", "", entry.message)
 
 
 def _body(message: CanFrame | Notice) -> str | None:

@@ -50,11 +50,11 @@ def draw(
 
     if target.suffix.lower() != SUFFIX:
         raise UsageError(f"{target}: expected a name that ends in {SUFFIX}", "the picture is an SVG file")
-    found = waves_of(read(file))
-    chosen = _chosen(file, found.waves, wires)
-    window = _window(found, begin, end)
+    waves = waves_of(read(file))
+    chosen = _chosen(file, waves.waves, wires)
+    window = _window(waves, begin, end)
     check_size(chosen, window.start_ns, window.end_ns)
-    from_s, to_s = (_seconds(instant - found.origin_ns) for instant in (window.start_ns, window.end_ns))
+    from_s, to_s = (_seconds(instant - waves.origin_ns) for instant in (window.start_ns, window.end_ns))
     about = f"The values of {_listed(chosen)} from {from_s} to {to_s}."
     with writing(target):
         target.write_text(timing_diagram(chosen, window, f"Wires of {file.stem}", about), encoding="utf-8")
@@ -67,28 +67,28 @@ def _chosen(file: Path, waves: "Sequence[Wave]", patterns: list[str] | None) -> 
         raise UsageError(f"{file}: there is no message of a bus of wires", "other buses have no waveform")
     if not patterns:
         return list(waves)
-    found: list[Wave] = []
+    chosen: list[Wave] = []
     for pattern in patterns:
         fitting = [wave for wave in waves if fnmatchcase(wave.name, pattern)]
         if not fitting:
             names = [ascii(wave.name)[1:-1] for wave in waves]
             raise UsageError(f"{file}: there is no wire {pattern!r}", closest(pattern, names))
-        found += [wave for wave in fitting if wave not in found]
-    return found
+        chosen += [wave for wave in fitting if wave not in chosen]
+    return chosen
 
 
-def _window(found: "Waves", begin: str | None, end: str | None) -> "Window":
+def _window(waves: "Waves", begin: str | None, end: str | None) -> "Window":
     from fieldrig_bus.traces.timing_diagram import Window
 
-    start_ns = found.origin_ns + (0 if begin is None else duration_ns(begin))
-    end_ns = max(found.end_ns, found.origin_ns + 1) if end is None else found.origin_ns + duration_ns(end)
+    start_ns = waves.origin_ns + (0 if begin is None else duration_ns(begin))
+    end_ns = max(waves.end_ns, waves.origin_ns + 1) if end is None else waves.origin_ns + duration_ns(end)
     if end_ns <= start_ns:
-        last = _seconds(end_ns - found.origin_ns)
+        last = _seconds(end_ns - waves.origin_ns)
         raise UsageError(
-            f"there is nothing to draw from {_seconds(start_ns - found.origin_ns)} to {last}",
+            f"there is nothing to draw from {_seconds(start_ns - waves.origin_ns)} to {last}",
             "expected --from to be before --to, and before the last message",
         )
-    return Window(start_ns, end_ns, found.origin_ns)
+    return Window(start_ns, end_ns, waves.origin_ns)
 
 
 def _listed(waves: "Sequence[Wave]") -> str:

@@ -132,11 +132,11 @@ def read(file: BinaryIO) -> Iterator[TraceEntry]:
 
 
 def _blocks(file: BinaryIO) -> Iterator[Any]:
-    found = iter(FileScanner(file))
+    blocks = iter(FileScanner(file))
     while True:
         with _unwarned():
             try:
-                block = next(found, None)
+                block = next(blocks, None)
             except OSError as cause:
                 if cause.errno is None:  # raised by the scanner, for an address option that is too short
                     raise ValueError(f"{cause}") from cause
@@ -182,8 +182,8 @@ def _modbus_packet(maker: PacketMaker, entry: TraceEntry) -> tuple[bytes, list[s
 
 
 def _instant_0(section: Any) -> int:
-    found = _INSTANT_0.fullmatch(section.options.get("opt_comment", ""))
-    return int(found[1]) if found else 0
+    match = _INSTANT_0.fullmatch(section.options.get("opt_comment", ""))
+    return int(match[1]) if match else 0
 
 
 def _entries(block: Any, start_unix_ns: int) -> Iterator[TraceEntry]:
@@ -192,7 +192,7 @@ def _entries(block: Any, start_unix_ns: int) -> Iterator[TraceEntry]:
     time_ns = _time_ns(block, options.get("if_tsresol", b"\x06")) - start_unix_ns
     comments = block.options.get_all("opt_comment") if "opt_comment" in block.options else []
     sender = comments[0] if comments else ""
-    message = next((found[1] for comment in comments[1:] if (found := _MESSAGE.fullmatch(comment))), None)
+    message = next((match[1] for comment in comments[1:] if (match := _MESSAGE.fullmatch(comment))), None)
     link_type = block.interface.link_type
     if message is not None:
         yield TraceEntry(time_ns, bus, options.get("if_description", ""), sender, bytes.fromhex(message))

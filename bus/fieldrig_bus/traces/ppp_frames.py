@@ -39,7 +39,7 @@ class PppFinder:
     def _frame(self, piece: bytes) -> bytes | None:
         if piece.endswith(b"\x7d"):  # an abort (RFC 1662, 4.3)
             return None
-        frame = _ESCAPED.sub(lambda found: bytes((found[1][0] ^ 0x20,)), piece)
+        frame = _ESCAPED.sub(lambda match: bytes((match[1][0] ^ 0x20,)), piece)
         if len(frame) < _SHORTEST or crc_hqx(frame.translate(_BITS_REVERSED), 0xFFFF) != _GOOD:
             return None
         self._is_ppp |= frame.startswith(_LCP)

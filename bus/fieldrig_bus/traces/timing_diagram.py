@@ -90,14 +90,14 @@ def _unit(span_ns: int) -> tuple[int, str]:
 
 
 def _thinned(steps: Iterable[Step]) -> list[Step]:
-    found: list[Step] = []
+    kept: list[Step] = []
     for _, column in groupby(steps, key=lambda step: round(2 * step[0])):
         same = list(column)
         if len(same) > MOST_OF_A_COLUMN:
             x, values = same[0][0], [value for _, value in same]
             same = [(x, value) for value in (values[0], min(values), max(values), values[-1])]
-        found += same
-    return found
+        kept += same
+    return kept
 
 
 def _names(waves: Sequence[Wave]) -> list[str]:

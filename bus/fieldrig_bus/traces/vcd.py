@@ -52,8 +52,8 @@ def legal_paths(names: Iterable[tuple[str, str]]) -> list[Path]:
 
 
 def _identifier(word: str) -> str:
-    found = _FOREIGN.sub("_", word)
-    return found if found[:1].isalpha() or found[:1] == "_" else f"_{found}"
+    name = _FOREIGN.sub("_", word)
+    return name if name[:1].isalpha() or name[:1] == "_" else f"_{name}"
 
 
 SUFFIX = ".vcd"
@@ -63,18 +63,18 @@ _SIZES = (32, 64)
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
     """Write the waveforms; `start_unix_ns` is the time of day at instant 0.  Returns the number of messages in them."""
-    found = waves_of(entries)
-    check_size(found.waves, found.origin_ns, found.end_ns)
-    paths = legal_paths((wave.bus, wave.name) for wave in found.waves)
+    waves = waves_of(entries)
+    check_size(waves.waves, waves.origin_ns, waves.end_ns)
+    paths = legal_paths((wave.bus, wave.name) for wave in waves.waves)
     output = cast(IO[str], _Ascii(file))
-    comment = _comment(found, paths, start_unix_ns)
+    comment = _comment(waves, paths, start_unix_ns)
     with VCDWriter(output, "1 ns", date="", comment=comment, version="fieldrig") as writer:
-        variables = [_declare(writer, wave, path) for wave, path in zip(found.waves, paths, strict=True)]
+        variables = [_declare(writer, wave, path) for wave, path in zip(waves.waves, paths, strict=True)]
         writer.flush()  # ends the list, so that changes at instant 0 are written one by one
-        for time_ns, number, value in _in_order(found):
-            writer.change(variables[number], time_ns - found.origin_ns, value)
-        writer.close(found.end_ns - found.origin_ns)
-    return found.count
+        for time_ns, number, value in _in_order(waves):
+            writer.change(variables[number], time_ns - waves.origin_ns, value)
+        writer.close(waves.end_ns - waves.origin_ns)
+    return waves.count
 
 
 def read(file: BinaryIO) -> Iterator[TraceEntry]:
@@ -102,15 +102,15 @@ def _size(values: Iterable[Value]) -> int:
     return next((size for size in _SIZES if size >= needed), needed)
 
 
-def _in_order(found: Waves) -> Iterator[tuple[int, int, Value]]:
+def _in_order(waves: Waves) -> Iterator[tuple[int, int, Value]]:
     """Yield the changes of all wires: instant, number of the wire, value as its variable takes it."""
-    changes = (_numbered(number, wave, found) for number, wave in enumerate(found.waves))
+    changes = (_numbered(number, wave, waves) for number, wave in enumerate(waves.waves))
     return merge(*changes, key=lambda change: change[0])
 
 
-def _numbered(number: int, wave: Wave, found: Waves) -> Iterator[tuple[int, int, Value]]:
+def _numbered(number: int, wave: Wave, waves: Waves) -> Iterator[tuple[int, int, Value]]:
     is_whole = wave.is_digital or wave.is_whole
-    for time_ns, value in wave.values(found.origin_ns - 1, found.end_ns):
+    for time_ns, value in wave.values(waves.origin_ns - 1, waves.end_ns):
         yield time_ns, number, int(value) if is_whole else _Exact(value)
 
 
@@ -121,10 +121,10 @@ class _Exact(float):
         return repr(float(self))
 
 
-def _comment(found: Waves, paths: Iterable[Path], start_unix_ns: int) -> str:
+def _comment(waves: Waves, paths: Iterable[Path], start_unix_ns: int) -> str:
     """The lines of the comment.  Names are in JSON without a dollar sign, so that none can end the comment."""
-    lines = [f"fieldrig: instant 0 is {start_unix_ns + found.origin_ns} ns"]
-    for wave, path in zip(found.waves, paths, strict=True):
+    lines = [f"fieldrig: instant 0 is {start_unix_ns + waves.origin_ns} ns"]
+    for wave, path in zip(waves.waves, paths, strict=True):
         unit = f" in {_quoted(wave.unit)}" if wave.unit else ""
         lines.append(f"{'.'.join(path)} is {_quoted(wave.name)} of {_quoted(wave.bus)}{unit}")
     return "\n".join(lines)

@@ -64,12 +64,12 @@ class Wave:
 
     def edges_at_most(self, from_ns: int, until_ns: int) -> int:
         """Return how many changes `values` yields at most."""
-        found = len(self.changes)
+        count = len(self.changes)
         for number, (begin_ns, value) in enumerate(self.changes):
             end_ns = self._end_ns(number, until_ns)
             if isinstance(value, Waveform) and end_ns > max(begin_ns, from_ns):
-                found += 2 * (value.pulses_at(end_ns) - value.pulses_at(max(begin_ns, from_ns))) + 2
-        return found
+                count += 2 * (value.pulses_at(end_ns) - value.pulses_at(max(begin_ns, from_ns))) + 2
+        return count
 
     def _end_ns(self, number: int, until_ns: int) -> int:
         """Return the instant at which a change is replaced by the next one, or the one after the last of interest."""
@@ -92,24 +92,24 @@ class Waves:
 def waves_of(entries: Iterable[TraceEntry]) -> Waves:
     """Return the wires of a trace.  Buses that were recorded side by side may be a little out of order."""
     first_ns: int | None = None
-    found = Waves()
+    waves = Waves()
     known: dict[tuple[str, str], Wave] = {}
     for entry in entries:
         first_ns = entry.time_ns if first_ns is None else min(first_ns, entry.time_ns)
-        found.end_ns = max(found.end_ns, entry.time_ns)
+        waves.end_ns = max(waves.end_ns, entry.time_ns)
         signal = _signal(entry)
         if signal is not None:
             wave = known.setdefault((entry.bus, signal.name), Wave(entry.bus, signal.name, signal.unit))
             wave.changes.append((entry.time_ns, signal if isinstance(signal, Waveform) else signal.value))
-            found.count += 1
-    found.waves = list(known.values())
+            waves.count += 1
+    waves.waves = list(known.values())
     if first_ns is not None:
-        found.origin_ns = first_ns if is_time_of_day(first_ns) else min(first_ns, 0)
-        _place(found)
-    for wave in found.waves:
+        waves.origin_ns = first_ns if is_time_of_day(first_ns) else min(first_ns, 0)
+        _place(waves)
+    for wave in waves.waves:
         wave.changes.sort(key=_instant)
-        found.end_ns = max(found.end_ns, _last_ns(wave, found.end_ns))
-    return found
+        waves.end_ns = max(waves.end_ns, _last_ns(wave, waves.end_ns))
+    return waves
 
 
 def check_size(waves: Iterable[Wave], from_ns: int, until_ns: int) -> None:
@@ -121,21 +121,21 @@ def check_size(waves: Iterable[Wave], from_ns: int, until_ns: int) -> None:
         )
 
 
-def _place(found: Waves) -> None:
+def _place(waves: Waves) -> None:
     """Move the waveforms from the clock of their devices to that of the trace.
 
     In virtual time that is the same one.  In real time the trace counts from 1970.  A sender publishes a waveform when
     it begins, so the shortest time between a waveform's beginning and its message is the difference of the clocks.
     """
-    for wave in found.waves:
+    for wave in waves.waves:
         lags = [time_ns - value.start_ns for time_ns, value in wave.changes if isinstance(value, Waveform)]
         if not lags:
             continue
-        offset_ns = min(lags) if is_time_of_day(found.origin_ns) else 0
+        offset_ns = min(lags) if is_time_of_day(waves.origin_ns) else 0
         for number, (_, value) in enumerate(wave.changes):
             if isinstance(value, Waveform):
                 moved = replace(value, start_ns=value.start_ns + offset_ns)
-                wave.changes[number] = (max(moved.start_ns, found.origin_ns), moved)
+                wave.changes[number] = (max(moved.start_ns, waves.origin_ns), moved)
 
 
 def _last_ns(wave: Wave, end_ns: int) -> int:

@@ -63,10 +63,10 @@ class CardValues:
         try:
             quantity = self._named(text)
         except ValueError:
-            found = watch.evaluate(text, self._read)
-            if isinstance(found, bool):
-                return Variable(text, text, "condition", found)
-            return Variable(text, text, "number", found // SCALE if found % SCALE == 0 else found / SCALE)
+            value = watch.evaluate(text, self._read)
+            if isinstance(value, bool):
+                return Variable(text, text, "condition", value)
+            return Variable(text, text, "number", value // SCALE if value % SCALE == 0 else value / SCALE)
         return self._variable(quantity, text.strip().upper())
 
     def _named(self, name: str) -> Quantity:

@@ -121,8 +121,8 @@ class ArpDebuggee:
 
     def break_at(self, places: Mapping[str, set[int]]) -> Mapping[str, set[int]]:
         program, own = self._program(), self._source.name
-        found = program.break_at(places.get(own, set()))
-        return {file: found if file == own else set() for file in places}
+        stops = program.break_at(places.get(own, set()))
+        return {file: stops if file == own else set() for file in places}
 
     def goes_on(self, file: str, first: int, last: int) -> bool:
         return False  # each line of a program is a statement
@@ -196,16 +196,16 @@ class ArpDebuggee:
         """Compile a source beside the card, and remember it by its object.  A later download takes its place."""
         self.progress, number = "compiling 0 %", self._downloads
 
-        def on_done(found: Prepared | Unusable | Failure) -> None:
-            if isinstance(found, Prepared):
-                self._remember(found.data, SourceText(source.name, source.text, found.equs))
+        def on_done(outcome: Prepared | Unusable | Failure) -> None:
+            if isinstance(outcome, Prepared):
+                self._remember(outcome.data, SourceText(source.name, source.text, outcome.equs))
             if number != self._downloads:
                 return
             self.progress, self.problem = "", ""
-            if isinstance(found, Prepared):
-                on_compiled(found.data)
+            if isinstance(outcome, Prepared):
+                on_compiled(outcome.data)
             else:
-                self.problem = found.why
+                self.problem = outcome.why
 
         def on_progress(what: str, done: int, steps: int) -> None:
             if number == self._downloads:

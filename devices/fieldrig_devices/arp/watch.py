@@ -40,16 +40,16 @@ class _Reader(ExpressionReader):
         self._read = read
 
     def value(self) -> int | bool:
-        found = self._term()
+        truth = self._term()
         while self._token.is_word("AND", "OR"):
             word = self._next().text
             other = self._term()
-            if not isinstance(found, bool) or not isinstance(other, bool):
+            if not isinstance(truth, bool) or not isinstance(other, bool):
                 raise ValueError(f"expected conditions around {word}, such as V1 > 5")
-            found = (found and other) if word == "AND" else (found or other)
+            truth = (truth and other) if word == "AND" else (truth or other)
         if self._token.kind is not Kind.END:
             raise LineError(self._token.column, f"{self._token} is not allowed here", "=, <>, <, <=, >, >=, AND or OR")
-        return found
+        return truth
 
     def _term(self) -> int | bool:
         left = _raw(self._expression(), self._read)

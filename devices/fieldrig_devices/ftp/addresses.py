@@ -21,8 +21,8 @@ class FamilyError(ValueError):
 
 def plain(address: str) -> Address:
     """Return the address of an end; an IPv4 address that was mapped into IPv6 is one of IPv4."""
-    found = ip_address(address)
-    return found.ipv4_mapped or found if isinstance(found, IPv6Address) else found
+    address_ = ip_address(address)
+    return address_.ipv4_mapped or address_ if isinstance(address_, IPv6Address) else address_
 
 
 def of_port(argument: str) -> tuple[Address, int]:

@@ -125,8 +125,8 @@ class FileCommands:
             self._reply(lines_of(211, "Status:", [f"Connected to {self._connection.peer}.", state], "End"))
             return
         try:
-            found = listing.long_list(self._files, listing.chosen(self._files, argument)).decode().splitlines()
-            self._reply(lines_of(213, "Status:", found, "End"))
+            lines = listing.long_list(self._files, listing.chosen(self._files, argument)).decode().splitlines()
+            self._reply(lines_of(213, "Status:", lines, "End"))
         except ValueError as cause:
             self._reply(refused(550, cause))
 

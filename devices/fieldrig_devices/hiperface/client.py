@@ -107,9 +107,9 @@ def _check(identity: Identity, plate: NamePlate, motor_type: str | None, serial_
         )
     if plate.is_multi_turn != (kind.turns > 1):
         raise MotorError(Failure.SWAPPED, f"that motor has no encoder of type {identity.type_code:02X}h")
-    for found, wanted in ((plate.type, motor_type), (plate.serial_number, serial_number)):
-        if wanted is not None and found != wanted:
-            raise MotorError(Failure.SWAPPED, f"found {found}, expected {wanted}")
+    for present, wanted in ((plate.type, motor_type), (plate.serial_number, serial_number)):
+        if wanted is not None and present != wanted:
+            raise MotorError(Failure.SWAPPED, f"found {present}, expected {wanted}")
 
 
 def read_identity() -> Script[Identity]:

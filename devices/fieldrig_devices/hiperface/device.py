@@ -113,10 +113,10 @@ class SmEncoder(Device):
 
     def _kept(self, settings: SmEncoderSettings) -> tuple[Eeprom, bool]:
         """Return the stored memory of this motor, and True if it was damaged."""
-        found = restore(self._store, self._decode)
-        if isinstance(found.content, Eeprom):
-            return found.content, False
-        if found.is_damaged and found.content is None:
+        restored = restore(self._store, self._decode)
+        if isinstance(restored.content, Eeprom):
+            return restored.content, False
+        if restored.is_damaged and restored.content is None:
             return Eeprom(settings.address), True
         eeprom = eeprom_with(self._plate)
         eeprom.address = settings.address

@@ -74,7 +74,7 @@ class EncoderEnd:
 
     def read_plate(self, done: Callable[[MotorData | None], None]) -> None:
         """Read the plate; `done` gets None after a `failure`."""
-        self.read_motor(lambda found: done(motor_data(found.plate) if isinstance(found, Motor) else None))
+        self.read_motor(lambda motor: done(motor_data(motor.plate) if isinstance(motor, Motor) else None))
 
     def read_position(self, done: Callable[[int | None], None], on_asked: Action | None = None) -> None:
         """Read the position at the instant of `on_asked`, in increments to within a step; None without an answer."""

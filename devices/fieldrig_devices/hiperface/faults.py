@@ -115,6 +115,6 @@ class EncoderFaults:
         try:
             return NamePlate.model_validate(values)
         except ValidationError as cause:
-            found = explain(cause, values, NamePlate)[0]
-            key = "".join(map(str, found.path))
-            raise ValueError(f"the fault needs an invalid plate: {key}: {found.what}\n{found.remedy}") from cause
+            wrong = explain(cause, values, NamePlate)[0]
+            key = "".join(map(str, wrong.path))
+            raise ValueError(f"the fault needs an invalid plate: {key}: {wrong.what}\n{wrong.remedy}") from cause

@@ -83,10 +83,10 @@ class Eeprom:
         return bytes(self._range(number, address, count, code).data[address : address + count])
 
     def store(self, number: int, address: int, data: bytes, code: int) -> None:
-        found = self._range(number, address, len(data), code)
-        if not found.status & WRITABLE:
+        field = self._range(number, address, len(data), code)
+        if not field.status & WRITABLE:
             raise RefusedError(Status.WRITE_PROTECTED)
-        found.data[address : address + len(data)] = data
+        field.data[address : address + len(data)] = data
 
     def create(self, number: int, status: int, code: int) -> None:
         """Create, change or delete a field."""
@@ -110,34 +110,34 @@ class Eeprom:
         self.codes[number] = new
 
     def _range(self, number: int, address: int, count: int, code: int) -> Field:
-        found = self.field(number)
-        self._check(found, code)
-        if address + count > len(found.data):
+        field = self.field(number)
+        self._check(field, code)
+        if address + count > len(field.data):
             raise RefusedError(Status.ADDRESS)
-        return found
+        return field
 
-    def _check(self, found: Field, code: int) -> None:
-        if found.code is not None:
-            self.check_code(found.code, code)
+    def _check(self, field: Field, code: int) -> None:
+        if field.code is not None:
+            self.check_code(field.code, code)
 
     def _change(self, number: int, status: int, code: int) -> None:
-        found = self.fields[number]
-        self._check(found, code)
+        field = self.fields[number]
+        self._check(field, code)
         is_last = number == len(self.fields) - 1
         if not status & CREATED:
-            self._delete(found, status, is_last)
+            self._delete(field, status, is_last)
             return
         size = size_of(status)
-        if size != len(found.data):
-            if not is_last or size > self.free + len(found.data):
+        if size != len(field.data):
+            if not is_last or size > self.free + len(field.data):
                 raise RefusedError(Status.FIELD_SIZE)
-            found.data = found.data[:size] + bytearray((BLANK,) * (size - len(found.data)))
-        found.status = status
+            field.data = field.data[:size] + bytearray((BLANK,) * (size - len(field.data)))
+        field.status = status
 
-    def _delete(self, found: Field, status: int, is_last: bool) -> None:
+    def _delete(self, field: Field, status: int, is_last: bool) -> None:
         if not is_last:
             raise RefusedError(Status.FIELD_SIZE)
-        if status != found.status & ~CREATED:
+        if status != field.status & ~CREATED:
             raise RefusedError(Status.ARGUMENT)
         self.fields.pop()
 
@@ -157,15 +157,15 @@ class Eeprom:
         """Return the memory of encoded data.  Raises ValueError for data that `encode` does not write."""
         try:
             magic, address, mode_, counter, offset, codes, count = cls._HEAD.unpack_from(body)
-            found = cls(address, mode_, counter, offset, bytearray(codes))
+            eeprom = cls(address, mode_, counter, offset, bytearray(codes))
             place = cls._HEAD.size
             for _ in range(count):
                 size = size_of(body[place])
-                found.fields.append(Field(body[place], bytearray(body[place + 1 : place + 1 + size])))
+                eeprom.fields.append(Field(body[place], bytearray(body[place + 1 : place + 1 + size])))
                 place += 1 + size
         except (struct.error, IndexError) as cause:
             raise ValueError("the data are incomplete") from cause
-        is_sound = address in ADDRESSES and mode.is_right(mode_) and found.free >= 0 and counter < COUNTS
+        is_sound = address in ADDRESSES and mode.is_right(mode_) and eeprom.free >= 0 and counter < COUNTS
         if magic != cls._MAGIC or place != len(body) or not is_sound:
             raise ValueError("the data are not the memory of an encoder")
-        return found
+        return eeprom

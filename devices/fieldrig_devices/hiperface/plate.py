@@ -153,9 +153,9 @@ class NamePlate(Settings):
         try:
             return cls.model_validate(values)
         except ValidationError as cause:
-            found = explain(cause, values, cls)[0]
-            key = "".join(map(str, found.path))
-            raise PlateError(Wrong.VALUES, f"{key}: {found.what}" if key else found.what) from cause
+            mistake = explain(cause, values, cls)[0]
+            key = "".join(map(str, mistake.path))
+            raise PlateError(Wrong.VALUES, f"{key}: {mistake.what}" if key else mistake.what) from cause
 
 
 class Place(NamedTuple):

@@ -207,8 +207,8 @@ class ModbusDevice(Device):
         self._store.save(json.dumps(kept).encode())
 
     def _restore(self) -> None:
-        found = restore(self._store, self._decode).content
-        for unit_id, kept in (found or {}).items():
+        content = restore(self._store, self._decode).content
+        for unit_id, kept in (content or {}).items():
             self._units[unit_id].restore(kept)
 
     def _decode(self, data: bytes) -> dict[int, dict[str, bytes]]:

@@ -121,10 +121,10 @@ class ModbusUnit:
 
     def usable(self, kept: Mapping[str, bytes]) -> dict[str, bytes]:
         """The stored values that still fit the table.  ValueError for a value that no client can have written."""
-        found = {name: raw for name, raw in kept.items() if len(raw) == len(self.retained.get(name, b""))}
-        for name, raw in found.items():
+        fitting = {name: raw for name, raw in kept.items() if len(raw) == len(self.retained.get(name, b""))}
+        for name, raw in fitting.items():
             self.values[name].check(raw)
-        return found
+        return fitting
 
     def restore(self, kept: Mapping[str, bytes]) -> None:
         """Restore values that `usable` returned."""

@@ -82,19 +82,19 @@ def _item(text: str, at: int) -> tuple[Item, int]:
     if text[at] == "D":
         end = text.find(";", at)
         return (Dial(text[at + 1 :], False), len(text)) if end < 0 else (Dial(text[at + 1 : end], True), end + 1)
-    if found := _NUMBER.match(text, at):
-        return StoreNumber(int(found[1] or 0), found[2]), len(text)
-    if found := _EXTENDED.match(text, at):
-        operation = found[2] or ""
+    if match := _NUMBER.match(text, at):
+        return StoreNumber(int(match[1] or 0), match[2]), len(text)
+    if match := _EXTENDED.match(text, at):
+        operation = match[2] or ""
         if operation in ("", "?", "=?"):
-            return Extended(found[1], operation), found.end()
-        return Extended(found[1], "=", tuple(found[3].split(","))), found.end()
-    if found := _REGISTER.match(text, at):
-        return _register(found[1], found[2], found[3]), found.end()
-    if found := _SELECTED.match(text, at):
-        return _register("", found[1], found[2]), found.end()
-    if found := _BASIC.match(text, at):
-        return Basic(found[1], int(found[2] or 0)), found.end()
+            return Extended(match[1], operation), match.end()
+        return Extended(match[1], "=", tuple(match[3].split(","))), match.end()
+    if match := _REGISTER.match(text, at):
+        return _register(match[1], match[2], match[3]), match.end()
+    if match := _SELECTED.match(text, at):
+        return _register("", match[1], match[2]), match.end()
+    if match := _BASIC.match(text, at):
+        return Basic(match[1], int(match[2] or 0)), match.end()
     return Mistake(text[at:]), len(text)
 
 

@@ -11,7 +11,7 @@ from fieldrig_devices.pamring.frames import NodeType
 def declared_nodes(program: Program) -> list[DeclaredNode]:
     """Return the NODE declarations in the order of the text, numbered from 0."""
     groups: dict[str, int] = {}
-    found: list[DeclaredNode] = []
+    nodes: list[DeclaredNode] = []
     for declared in declarations(program):
         if declared.kind == "NODES_GROUP":
             groups[declared.name] = declared.integer("NUMBER")
@@ -19,8 +19,8 @@ def declared_nodes(program: Program) -> list[DeclaredNode]:
             group = declared.reference("NODES_GROUP")
             count = groups[group] if group else declared.integer("NUMBER", 1)
             node_type = NodeType[declared.word("TYPE")]
-            found.append(DeclaredNode(len(found), node_type, declared.integer("ADDRESS"), count, group))
-    return found
+            nodes.append(DeclaredNode(len(nodes), node_type, declared.integer("ADDRESS"), count, group))
+    return nodes
 
 
 def declarations(program: Program) -> Iterator[Declared]:

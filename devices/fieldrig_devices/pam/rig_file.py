@@ -41,7 +41,7 @@ devices:
 def _devices(program: Program) -> Iterator[tuple[str, list[str]]]:
     """Yield the entries of each NODE, with the names of its devices."""
     uses = _uses(program)
-    nodes = [found for found in declarations(program) if found.kind == "NODE"]
+    nodes = [declaration for declaration in declarations(program) if declaration.kind == "NODE"]
     for declared, node in zip(nodes, declared_nodes(program), strict=True):
         base = declared.name.lower()
         names = [base] if node.count == 1 else [f"{base}_{number}" for number in range(1, node.count + 1)]
@@ -58,12 +58,12 @@ def _devices(program: Program) -> Iterator[tuple[str, list[str]]]:
 
 def _uses(program: Program) -> Mapping[str, list[Declared]]:
     """Return the inputs and outputs by their nodes."""
-    found: dict[str, list[Declared]] = {}
+    uses: dict[str, list[Declared]] = {}
     for declared in declarations(program):
         node = declared.reference("NODE")
         if node:
-            found.setdefault(node, []).append(declared)
-    return found
+            uses.setdefault(node, []).append(declared)
+    return uses
 
 
 def _smart_io_keys(uses: list[Declared]) -> str:

@@ -105,8 +105,8 @@ class PamSettings(Settings):
 
     def cycle_ns(self) -> int:
         """Return the basic cycle in the text of the application, without its includes."""
-        found = _BASIC_CYCLE.search(decoded(self.application.read_bytes()[:LONGEST]))
-        return (int(found[1]) if found else DEFAULT_CYCLE) * MS // 3
+        match = _BASIC_CYCLE.search(decoded(self.application.read_bytes()[:LONGEST]))
+        return (int(match[1]) if match else DEFAULT_CYCLE) * MS // 3
 
     def claims(self, device: str) -> Iterator[Claim]:
         yield Claim("ring", MASTER, "of the ring", ())

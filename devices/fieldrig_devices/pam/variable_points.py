@@ -34,8 +34,8 @@ def variable_points(compiled: Compiled, present: Callable[[], Runtime | None]) -
 
 def _read(present: Callable[[], Runtime | None], path: str, start: Value) -> Value:
     runtime = present()
-    found = None if runtime is None else Values(runtime).evaluate(path, 0).value
-    return start if found is None else found
+    value = None if runtime is None else Values(runtime).evaluate(path, 0).value
+    return start if value is None else value
 
 
 def _write(present: Callable[[], Runtime | None], path: str, value: Value) -> None:

@@ -144,10 +144,10 @@ class RingMaster:
                 return
             self._fifo.append((address, contents))
 
-    def _fail(self, found: messages.Message) -> None:
+    def _fail(self, message: messages.Message) -> None:
         if self._start.phase is not Phase.FAILED:
-            log.info("the ring has failed: %s", found[0])
-            self._start.fail_ring(found)
+            log.info("the ring has failed: %s", message[0])
+            self._start.fail_ring(message)
         self._fifo.clear()
 
     def _handle(self) -> None:

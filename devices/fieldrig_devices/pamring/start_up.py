@@ -89,16 +89,16 @@ class StartUp:
             if self.phase is not Phase.FAILED:
                 self._enter(step.following)
 
-    def fail(self, *found: messages.Message) -> None:
+    def fail(self, *why: messages.Message) -> None:
         """Show errors, and stop the ring."""
-        for code, details in found:
+        for code, details in why:
             self._say(code, details, "")
         self.phase = Phase.FAILED
 
-    def fail_ring(self, *found: messages.Message) -> None:
+    def fail_ring(self, *why: messages.Message) -> None:
         """Show errors of the ring, as they are followed by others during the start (06..F001), and stop the ring."""
         following = [] if self.phase is Phase.RUNNING else [messages.plain(messages.NOT_INITIALISED)]
-        self.fail(*found, *following, messages.plain(messages.RING_IN_ERROR))
+        self.fail(*why, *following, messages.plain(messages.RING_IN_ERROR))
 
     def _enter(self, phase: Phase) -> None:
         self.phase = phase

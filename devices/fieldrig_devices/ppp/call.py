@@ -140,11 +140,11 @@ class Call:
     def send_ip(self, packet: bytes) -> bool:
         if self.state.phase is not Phase.RUNNING or len(packet) > self.mtu:
             return False
-        found = self._compressor.compress(packet) if self._compressor is not None else None
-        if found is None:
+        compressed = self._compressor.compress(packet) if self._compressor is not None else None
+        if compressed is None:
             self._send(ProtocolNumber.IP, packet)
         else:
-            data, is_compressed = found
+            data, is_compressed = compressed
             self._send(ProtocolNumber.VJ_COMPRESSED if is_compressed else ProtocolNumber.VJ_WHOLE, data)
         return True
 

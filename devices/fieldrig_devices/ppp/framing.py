@@ -75,7 +75,7 @@ def framed(protocol: int, payload: bytes, form: FrameFormat) -> bytes:
     is_short = form.has_short_protocol and protocol < 0x100
     content = header + protocol.to_bytes(1 if is_short else 2, "big") + payload
     content += fcs16(content)
-    return FLAG + _to_escape(form.accm).sub(lambda found: _ESCAPED[found[0]], content) + FLAG
+    return FLAG + _to_escape(form.accm).sub(lambda match: _ESCAPED[match[0]], content) + FLAG
 
 
 def unpacked(content: bytes) -> tuple[int, bytes]:
@@ -148,7 +148,7 @@ class Deframer:
             return None
         plain = raw.translate(None, _controls(self.accm))
         if ESCAPE in plain:
-            plain = _ESCAPE_PAIR.sub(lambda found: _PLAIN[found[0]], plain)
+            plain = _ESCAPE_PAIR.sub(lambda match: _PLAIN[match[0]], plain)
         if len(plain) < SHORTEST:
             counts.too_short += 1
         elif len(plain) > LONGEST:

@@ -29,10 +29,10 @@ def idn_text(idn: int) -> str:
 
 def idn_of(text: str) -> int:
     """Return the IDN of a text such as S-0-0047, the inverse of `idn_text`.  Raises ValueError for other texts."""
-    found = re.fullmatch(r"([SP])-([0-7])-(\d{1,4})", text.upper(), re.ASCII)
-    if found is None or int(found[3]) > 0xFFF:
+    match = re.fullmatch(r"([SP])-([0-7])-(\d{1,4})", text.upper(), re.ASCII)
+    if match is None or int(match[3]) > 0xFFF:
         raise ValueError(f"{text!r} is not an IDN; expected, for example, S-0-0047 or P-0-0010")
-    return (MANUFACTURER if found[1] == "P" else 0) | int(found[2]) << 12 | int(found[3])
+    return (MANUFACTURER if match[1] == "P" else 0) | int(match[2]) << 12 | int(match[3])
 
 
 class Element(IntEnum):

@@ -75,20 +75,20 @@ class Board:
         self._present = there
 
     def _there(self) -> dict[Key, int]:
-        found: dict[Key, int] = {}
+        keys: dict[Key, int] = {}
         for terminal in self.terminals.shorts():
             address = int(terminal.removeprefix("out"))
-            found[OUTPUT, output_detail(place_of(address)[0], group_of(address)), int(FaultCode.SHORT_CIRCUIT)] = 0
+            keys[OUTPUT, output_detail(place_of(address)[0], group_of(address)), int(FaultCode.SHORT_CIRCUIT)] = 0
         for hot in self._faults.active(Overtemperature):
             if hot.module is None:
-                found[NODE, int(FaultCode.AMBIENT), 0] = NODE_BITS[FaultCode.AMBIENT]
+                keys[NODE, int(FaultCode.AMBIENT), 0] = NODE_BITS[FaultCode.AMBIENT]
             else:
-                found[OUTPUT, output_detail(hot.module, 0), int(FaultCode.HEAT_SINK)] = heat_sink_bit(hot.module)
+                keys[OUTPUT, output_detail(hot.module, 0), int(FaultCode.HEAT_SINK)] = heat_sink_bit(hot.module)
         damaged = {frames.of for frames in self._faults.active(DamagedFrames)}
         if "crc" in damaged or self.display.ring is RingFault.CRC:
-            found[NODE, int(FaultCode.CRC), 0] = NODE_BITS[FaultCode.CRC]
+            keys[NODE, int(FaultCode.CRC), 0] = NODE_BITS[FaultCode.CRC]
         if "type" in damaged:
-            found[NODE, int(FaultCode.FRAME_TYPE), 0] = NODE_BITS[FaultCode.FRAME_TYPE]
+            keys[NODE, int(FaultCode.FRAME_TYPE), 0] = NODE_BITS[FaultCode.FRAME_TYPE]
         for full in self._faults.active(FullFifo):
-            found[NODE, int(FaultCode.FIFO), full.number] = NODE_BITS[FaultCode.FIFO]
-        return found
+            keys[NODE, int(FaultCode.FIFO), full.number] = NODE_BITS[FaultCode.FIFO]
+        return keys

@@ -127,10 +127,10 @@ class Boards:
 
     def set_output(self, item: int, level: bool) -> bool:
         """Drive an output; False if there is no such item."""
-        found = self._output_items.get(item)
-        if found is not None:
-            self._put_out(OUTPUT_ADDRESSES[found.address], level)
-        return found is not None
+        output = self._output_items.get(item)
+        if output is not None:
+            self._put_out(OUTPUT_ADDRESSES[output.address], level)
+        return output is not None
 
     def _put_out(self, number: int, level: bool) -> None:
         if self.outputs[number] is not level:

@@ -32,10 +32,10 @@ def kind(incomplete: str) -> Offers:
 
 def rig_file(incomplete: str) -> Offers:
     """Offer YAML files and folders; if only a folder matches, offer its content."""
-    found = _in_folder(incomplete)
-    while len(found) == 1 and found[0].endswith("/"):
-        found = _in_folder(found[0])
-    return [*found]
+    paths = _in_folder(incomplete)
+    while len(paths) == 1 and paths[0].endswith("/"):
+        paths = _in_folder(paths[0])
+    return [*paths]
 
 
 def point(ctx: typer.Context, incomplete: str) -> Offers:
@@ -183,10 +183,10 @@ def _fault_models(kind: str) -> Mapping[str, Any]:
 
 def _in_folder(incomplete: str) -> list[str]:
     folder, slash, start = incomplete.rpartition("/")
-    found = []
+    paths = []
     with suppress(OSError):
         for path in sorted(Path(f"{folder}{slash}" or ".").expanduser().iterdir()):
             is_shown = path.name.startswith(start) and (start.startswith(".") or not path.name.startswith("."))
             if is_shown and (path.is_dir() or path.suffix in RIG_FILES):
-                found.append(f"{folder}{slash}{path.name}{'/' if path.is_dir() else ''}")
-    return found
+                paths.append(f"{folder}{slash}{path.name}{'/' if path.is_dir() else ''}")
+    return paths

@@ -48,15 +48,15 @@ class Display:
         self._say(
             f"{self._styled(config.name, BOLD)}: time: {config.time}{with_processes}, control at {config.control}\n"
         )
-        found = list(connections(config))
-        name, protocol, address = (max((len(way[column]) for way in found), default=0) for column in range(3))
+        ways = list(connections(config))
+        name, protocol, address = (max((len(way[column]) for way in ways), default=0) for column in range(3))
         room = shutil.get_terminal_size((WIDTH, 24)).columns if self._is_terminal else WIDTH
-        for way in found:
+        for way in ways:
             words = f"  {way.protocol:{protocol}}  {way.address:{address}}  "
             devices = _listed(way.devices, room - 2 - name - len(words))
             self._say(f"  {self._styled(way.bus.ljust(name), BOLD)}{words}{devices}".rstrip())
         devices = _listed(list(config.devices), room - len("devices: "))
-        self._say(f"\ndevices: {devices}" if found else f"devices: {devices}")
+        self._say(f"\ndevices: {devices}" if ways else f"devices: {devices}")
         self._say(f"commands for each bus and device: {as_typed('fieldrig help NAME', config.control)}\n")
 
     def report(self, event: Event) -> None:
@@ -109,8 +109,8 @@ class Display:
             if self._was_ready and not self._signals:
                 self._show_load(await control.ask_all("bus/*/status", REFRESH_S))
 
-    def _show_load(self, found: Mapping[str, Mapping[str, float]]) -> None:
-        words = [self._load(bus, found[bus]) for bus in self._config.buses if bus in found]
+    def _show_load(self, loads: Mapping[str, Mapping[str, float]]) -> None:
+        words = [self._load(bus, loads[bus]) for bus in self._config.buses if bus in loads]
         line = "   ".join(filter(None, words))[: shutil.get_terminal_size().columns - 1]
         self._out.write(f"{ERASE_LINE}{DIM}{line}{PLAIN}")
         self._out.flush()

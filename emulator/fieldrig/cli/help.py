@@ -32,11 +32,11 @@ def help_(
         root.main([*words, "--help"], prog_name="fieldrig")
     if len(words) > 1:
         raise typer.BadParameter(f"{' '.join(words)!r} is no command; expected a command, or one bus or device")
-    found = _ask(endpoint, words[0])
+    answer = _ask(endpoint, words[0])
     if as_json:
-        echo_json(found)
+        echo_json(answer)
     else:
-        _show(found, endpoint)
+        _show(answer, endpoint)
 
 
 def _ask(endpoint: str, name: str) -> dict[str, Any]:
@@ -45,26 +45,28 @@ def _ask(endpoint: str, name: str) -> dict[str, Any]:
     with Client(endpoint) as client:
         parts = Parts(client)
         check_name(name, [*parts.buses, *parts.devices], f"{parts.rig} has no bus or device")
-        found: dict[str, Any] = client.ask(f"help/{name}")
-    return found
+        answer: dict[str, Any] = client.ask(f"help/{name}")
+    return answer
 
 
-def _show(found: dict[str, Any], control: str) -> None:
+def _show(answer: dict[str, Any], control: str) -> None:
     from fieldrig.cli.reach import PACKAGES, as_typed, missing_program
 
-    linked = f" {'on' if found['sort'] == 'device' else 'with'} {', '.join(found['linked'])}" if found["linked"] else ""
-    typer.echo(f"{found['name']}: {found['kind']}{linked}")
-    for connection in found["connections"]:
+    linked = (
+        f" {'on' if answer['sort'] == 'device' else 'with'} {', '.join(answer['linked'])}" if answer["linked"] else ""
+    )
+    typer.echo(f"{answer['name']}: {answer['kind']}{linked}")
+    for connection in answer["connections"]:
         typer.echo(f"  {connection['protocol']} at {as_typed(connection['address'], control)}")
     missing = dict[str, int]()
-    for tool in found["tools"]:
+    for tool in answer["tools"]:
         program = missing_program(tool["line"])
         if program is not None:
             missing[program] = missing.get(program, 0) + 1
             continue
         typer.echo(f"\n  {tool['label']}\n      {as_typed(tool['line'], control)}")
-    if found["sort"] == "bus" and found["linked"]:
-        typer.echo(f"\n  each device has commands of its own, such as `fieldrig help {found['linked'][0]}`")
+    if answer["sort"] == "bus" and answer["linked"]:
+        typer.echo(f"\n  each device has commands of its own, such as `fieldrig help {answer['linked'][0]}`")
     for program, count in missing.items():
         lines = "1 more line" if count == 1 else f"{count} more lines"
         typer.echo(

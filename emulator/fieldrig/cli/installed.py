@@ -83,12 +83,12 @@ class Commands(TyperGroup):
                 formatter.write_dl([(name, command.get_short_help_str(limit)) for name, command in shown])
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        found = super().get_command(ctx, cmd_name)
-        if found is None and cmd_name in installed(COMMANDS):
-            found = _loaded(cmd_name)
-        if found is not None:
-            refuse_empty_paths(found)
-        return found
+        command = super().get_command(ctx, cmd_name)
+        if command is None and cmd_name in installed(COMMANDS):
+            command = _loaded(cmd_name)
+        if command is not None:
+            refuse_empty_paths(command)
+        return command
 
 
 def _section_of(name: str) -> str:

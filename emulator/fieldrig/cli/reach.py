@@ -104,8 +104,8 @@ def as_typed(line: str, control: str) -> str:
     if program == "fieldrig" and rest.partition(" ")[0] in TALKING and control != DEFAULT_ENDPOINT:
         rest = f"{rest} --control {control}"
     ours = {"python": Path(sys.executable), "fieldrig": Path(sys.executable).with_name("fieldrig")}.get(program)
-    found = shutil.which(program)
-    if ours is not None and ours.exists() and (found is None or Path(found) != ours):
+    path = shutil.which(program)
+    if ours is not None and ours.exists() and (path is None or Path(path) != ours):
         program = short(ours)
     return _from_here(f"{program} {rest}".rstrip())
 

@@ -136,8 +136,8 @@ def _lateness(rig: dict[str, Any]) -> Iterator[str]:
     for process in rig["processes"].values():
         for point, words in process.get("troubles", {}).items():
             yield f"{point} reports a fault; {words}"
-    found = [(process["late"]["worst_ms"], name) for name, process in rig["processes"].items() if "late" in process]
-    worst_ms, name = max(found, default=(0.0, ""))
+    late = [(process["late"]["worst_ms"], name) for name, process in rig["processes"].items() if "late" in process]
+    worst_ms, name = max(late, default=(0.0, ""))
     if worst_ms >= LATE_NS / MS:
         at = time.strftime("%H:%M:%S", time.localtime(rig["processes"][name]["late"]["worst_at_s"]))
         yield f"at {at} it was {worst_ms:,.0f} ms late for {name}; a fault of a device at that time may be the host's"

@@ -238,14 +238,14 @@ def _survey(file: Path, buses: list[str] | None, wires: list[str] | None = None)
     """
     from fieldrig.traces.trace_files import read
 
-    last_ns, is_in_order, found, named = 0, True, dict[str, None](), dict[str, None]()
+    last_ns, is_in_order, found_buses, named = 0, True, dict[str, None](), dict[str, None]()
     for entry in read(file):
-        found[entry.bus] = None
+        found_buses[entry.bus] = None
         is_in_order &= entry.time_ns >= last_ns
         last_ns = entry.time_ns
         if wires and (wire := _wire_of(entry)) is not None:
             named[wire] = None
-    _check_there(buses, list(found), file, "bus")
+    _check_there(buses, list(found_buses), file, "bus")
     _check_there(wires, list(named), file, "wire")
     return is_in_order
 

@@ -28,7 +28,7 @@ def conflicts(
     written: Mapping[Any, Any] = MappingProxyType({}),
 ) -> Iterator[WrongKey]:
     """Yield every conflict.  `written` has the devices as they are in the file, including those with mistakes."""
-    texts = [found for name, entry in buses.items() for found in _texts(entry.bus.settings, ("buses", name))]
+    texts = [text for name, entry in buses.items() for text in _texts(entry.bus.settings, ("buses", name))]
     texts = [(("control",), control), *texts] if control is not None else texts
     yield from _ports_of_chance(texts)
     yield from _same_ports(texts)
@@ -76,9 +76,9 @@ def _texts(value: Any, path: KeyPath) -> list[Text]:
         return [(path, value)]
     if isinstance(value, Settings):
         keys = [key for key in type(value).model_fields if not any(word in key for word in OUTGOING)]
-        return [found for key in keys for found in _texts(getattr(value, key), (*path, key))]
+        return [text for key in keys for text in _texts(getattr(value, key), (*path, key))]
     if isinstance(value, list | tuple):
-        return [found for index, item in enumerate(value) for found in _texts(item, (*path, index))]
+        return [text for index, item in enumerate(value) for text in _texts(item, (*path, index))]
     return []
 
 

@@ -53,7 +53,7 @@ def names_of_part(name: str, rules: Rules, buses: Mapping[Any, Any], devices: Ma
     processes = {name, *lodgers.get(name, ())} | ({home[name]} if name in home else set())
     return {
         *(device for device, process in home.items() if process in processes),
-        *(bus for bus, found in lodgers.items() if found & processes),
+        *(bus for bus, homes_of_bus in lodgers.items() if homes_of_bus & processes),
     }
 
 

@@ -49,14 +49,14 @@ class LinkParameter:
 
 def find_bus(kind: str) -> type[Bus[Any]]:
     """Return the class of a bus.  RigError, with the closest names, for an unknown kind."""
-    found: type[Bus[Any]] = _find(kind, BUSES, Bus)
-    return found
+    bus_class: type[Bus[Any]] = _find(kind, BUSES, Bus)
+    return bus_class
 
 
 def find_device(kind: str) -> type[Device]:
     """Return the class of a device.  RigError, with the closest names, for an unknown kind."""
-    found: type[Device] = _find(kind, DEVICES, Device)
-    return found
+    device_class: type[Device] = _find(kind, DEVICES, Device)
+    return device_class
 
 
 def list_buses() -> list[Kind]:
@@ -153,12 +153,12 @@ def _import(reference: str, remedy: str) -> object:
     return getattr(module, class_name)
 
 
-def _of_class(kind: str, found: object, base: type[Any]) -> Any:
-    if not isinstance(found, type) or not issubclass(found, base):
+def _of_class(kind: str, candidate: object, base: type[Any]) -> Any:
+    if not isinstance(candidate, type) or not issubclass(candidate, base):
         raise RigError(f'"{kind}" is not a {base.__name__.lower()}', f"it must be a subclass of {_path(base)}")
-    if missing := sorted(getattr(found, "__abstractmethods__", ())):
-        raise RigError(f"{found.__name__} lacks {', '.join(missing)}", f"implement them as {_path(base)} describes")
-    return found
+    if missing := sorted(getattr(candidate, "__abstractmethods__", ())):
+        raise RigError(f"{candidate.__name__} lacks {', '.join(missing)}", f"implement them as {_path(base)} describes")
+    return candidate
 
 
 def _is_for(name: str, time: Time, family: str) -> bool:

@@ -337,8 +337,8 @@ class _Loader:
             self._mistake(path, f"{show(data)} doesn't fit", "expected a mapping of names to values")
         return {}
 
-    def _mistakes_at(self, path: KeyPath, found: Iterable[WrongKey]) -> None:
-        for wrong in found:
+    def _mistakes_at(self, path: KeyPath, wrong_keys: Iterable[WrongKey]) -> None:
+        for wrong in wrong_keys:
             self._mistake((*path, *wrong.path), wrong.what, wrong.remedy)
 
     def _mistake(self, path: KeyPath, what: str, remedy: str) -> None:

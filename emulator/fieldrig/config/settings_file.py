@@ -38,9 +38,9 @@ def settings_of(
         raise ConfigError(source.mistakes)
     try:
         settings = validated(model, {} if source.data is None else source.data, source.folders)
-        found = tuple(conflicts(settings))
-        if found:
-            raise WrongSettingsError(found)
+        clashes = tuple(conflicts(settings))
+        if clashes:
+            raise WrongSettingsError(clashes)
     except WrongSettingsError as cause:
         mistakes = [
             Mistake(*source.mark(wrong.path), key_text(wrong.path), wrong.what, wrong.remedy) for wrong in cause.wrong

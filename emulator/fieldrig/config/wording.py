@@ -30,7 +30,7 @@ def explain(
 ) -> list[WrongKey]:
     """Return one mistake for each place.  `other_keys` are allowed beside those of the model."""
     schema = model.model_json_schema()
-    found: dict[KeyPath, WrongKey] = {}
+    by_path: dict[KeyPath, WrongKey] = {}
     deeper: set[KeyPath] = set()
     for detail in error.errors(include_url=False):
         path = _path_in(data, detail["loc"], detail["type"])
@@ -38,11 +38,11 @@ def explain(
         several = detail.get("ctx", {}).get("error")
         if isinstance(several, WrongSettingsError):
             inner = [wrong._replace(path=(*path, *wrong.path)) for wrong in several.wrong]
-            found |= {wrong.path: wrong for wrong in inner}
-        elif path not in found:
-            found[path] = _wrong_key(dict(detail), path, data, schema, other_keys)
+            by_path |= {wrong.path: wrong for wrong in inner}
+        elif path not in by_path:
+            by_path[path] = _wrong_key(dict(detail), path, data, schema, other_keys)
     # A union reports each of its choices; the deepest mistake belongs to the intended one.
-    return [finding for path, finding in found.items() if path not in deeper]
+    return [finding for path, finding in by_path.items() if path not in deeper]
 
 
 def show(value: Any) -> str:

@@ -167,8 +167,8 @@ def fault_of(given: Mapping[str, Any], models: Mapping[str, type[Timed]]) -> Tim
     try:
         return model.model_validate(values)
     except ValidationError as cause:
-        found = explain(cause, values, model)
-        lines = [(f"{key_text(wrong.path)}: {wrong.what}".removeprefix(": "), wrong.remedy) for wrong in found]
+        mistakes = explain(cause, values, model)
+        lines = [(f"{key_text(wrong.path)}: {wrong.what}".removeprefix(": "), wrong.remedy) for wrong in mistakes]
         raise ValueError("\n".join(line for both in lines for line in both if line)) from cause
 
 

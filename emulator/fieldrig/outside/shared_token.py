@@ -88,12 +88,12 @@ def is_proof(given: str, token: str, nonce: str, bus: str, member: str) -> bool:
 
 
 def _checked(text: str, place: str) -> str:
-    found = text.strip()
-    if not found:
+    token_ = text.strip()
+    if not token_:
         raise _wrong(place, "the token is empty", _REMEDY)
-    if len(found) > LONGEST or not found.isprintable():
+    if len(token_) > LONGEST or not token_.isprintable():
         raise _wrong(place, f"expected a token of at most {LONGEST} printable characters", _REMEDY)
-    return found
+    return token_
 
 
 def _wrong(place: str, what: str, remedy: str) -> ConfigError:

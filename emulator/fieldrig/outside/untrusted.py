@@ -80,18 +80,18 @@ def field(data: Any, key: str, kind: type[T]) -> T:
 
 def typed(value: Any, kind: type[T], name: str = "the value") -> T:
     """Return the value if it has the type.  An integer is also a number; true and false are not integers."""
-    found: Any = float(value) if kind is float and type(value) is int else value
-    if type(found) is kind:
-        return found
+    converted: Any = float(value) if kind is float and type(value) is int else value
+    if type(converted) is kind:
+        return converted
     raise MalformedError(f"{name}: expected {_NAMES.get(kind, kind.__name__)}, found {shown(value)}")
 
 
 def items(value: Any, kind: type[T], most: int, name: str = "the value") -> list[T]:
     """Return an array of at most `most` values of one type."""
-    found = typed(value, list, name)
-    if len(found) > most:
-        raise MalformedError(f"{name}: {len(found)} values, expected at most {most}")
-    return [typed(item, kind, name) for item in found]
+    values = typed(value, list, name)
+    if len(values) > most:
+        raise MalformedError(f"{name}: {len(values)} values, expected at most {most}")
+    return [typed(item, kind, name) for item in values]
 
 
 def shown(value: Any) -> str:
@@ -103,8 +103,8 @@ def shown(value: Any) -> str:
 def _depth(text: str) -> int:
     """Return the nesting depth of arrays and objects, closed or not; brackets in texts don't count."""
     depth = deepest = 0
-    for found in _BRACKETS.finditer(text):
-        first = found.group()[0]
+    for bracket in _BRACKETS.finditer(text):
+        first = bracket.group()[0]
         if first in "[{":
             depth += 1
             deepest = max(deepest, depth)
@@ -132,10 +132,10 @@ def _constant(name: str) -> Any:
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) != len(pairs):
+    fields = dict(pairs)
+    if len(fields) != len(pairs):
         raise MalformedError("an object has a key twice")
-    return found
+    return fields
 
 
 def _check_texts(value: Any) -> None:

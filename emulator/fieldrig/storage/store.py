@@ -167,8 +167,8 @@ class FileStore:
         return restore(self, bytes).content
 
     def versions(self) -> Sequence[Version]:
-        found = [version for version in map(self._read, (self._path, self._beside(PREVIOUS))) if version is not None]
-        return found or ([] if (lost := self._read(self._beside(DAMAGED))) is None else [lost._replace(data=None)])
+        whole = [version for version in map(self._read, (self._path, self._beside(PREVIOUS))) if version is not None]
+        return whole or ([] if (lost := self._read(self._beside(DAMAGED))) is None else [lost._replace(data=None)])
 
     def save(self, data: bytes) -> None:
         blob = store_format.encode(self._owner, data)

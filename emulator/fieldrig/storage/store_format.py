@@ -28,14 +28,14 @@ def decode(owner: str, blob: bytes) -> bytes:
     head = _HEAD.match(blob)
     if head is None:
         raise ValueError("it is not a file of a store")
-    version, _, length, found = head.groups()
+    version, _, length, stored_for = head.groups()
     if int(version) != VERSION:
         raise ValueError(f"it has version {int(version)} of the format, expected {VERSION}")
     data = blob[head.end() :]
     if len(data) != int(length):
         raise ValueError(f"it has {len(data)} bytes of data, expected {int(length)}")
     if blob != encode(owner, data):
-        if blob == encode(found.decode(errors="replace"), data):
-            raise ValueError(f"it belongs to {found.decode()!r}, expected {owner!r}")
+        if blob == encode(stored_for.decode(errors="replace"), data):
+            raise ValueError(f"it belongs to {stored_for.decode()!r}, expected {owner!r}")
         raise ValueError("its checksum is wrong")
     return data

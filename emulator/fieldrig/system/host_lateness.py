@@ -98,11 +98,11 @@ class LateHost:
         worst_ns = self._lateness.turn()
         if worst_ns > self.worst_ns:
             self.worst_ns, self.worst_at_s = worst_ns, time.time()
-        found = [*self._of_timers(worst_ns), *self._of_rings()]
+        reports = [*self._of_timers(worst_ns), *self._of_rings()]
         was_late = self.words != ""
-        if found:
+        if reports:
             self._good_windows = 0
-            self.words = f"{'; '.join(found)}; {_load()}"
+            self.words = f"{'; '.join(reports)}; {_load()}"
             return None if was_late else self.words
         self._good_windows += 1
         if was_late and self._good_windows >= SETTLED_WINDOWS:
@@ -119,7 +119,7 @@ class LateHost:
         return [f"timers are up to {worst_ns / MS:,.0f} ms late"] if worst_ns >= LATE_NS else []
 
     def _of_rings(self) -> list[str]:
-        found = []
+        reports = []
         for bus, statistics in self._statistics().items():
             if "late_cycles" not in statistics:
                 continue
@@ -128,8 +128,8 @@ class LateHost:
             self._counted[bus] = now
             cycles, late = now[0] - before[0], now[1] - before[1]
             if cycles >= FEWEST_CYCLES and late > MOST_LOST * cycles:
-                found.append(f"{bus} keeps {100 * (1 - late / cycles):.0f} % of its cycles")
-        return found
+                reports.append(f"{bus} keeps {100 * (1 - late / cycles):.0f} % of its cycles")
+        return reports
 
 
 def _load() -> str:

@@ -159,13 +159,13 @@ class Recorder:
     def _entries(self) -> Iterator[TraceEntry]:
         while True:
             try:
-                found = self._batches.get(timeout=FLUSH_S)
+                next_batch = self._batches.get(timeout=FLUSH_S)
             except Empty:
                 self._put_out()
                 continue
-            if found is None:
+            if next_batch is None:
                 return
-            bus, batch = found
+            bus, batch = next_batch
             if self._file.trouble or self._file.waiting >= CHUNK:
                 self._put_out()
             if self._file.trouble:

@@ -49,12 +49,12 @@ class Memory:
 
         Raises MemoryFaultError if no version of it is usable.
         """
-        found = restore(self._store, _decode)
-        if found.content is None and found.is_damaged:
+        restored = restore(self._store, _decode)
+        if restored.content is None and restored.is_damaged:
             raise MemoryFaultError("the stored data are damaged")
-        if found.content is not None:
-            self.content = found.content
-        return found.content is not None
+        if restored.content is not None:
+            self.content = restored.content
+        return restored.content is not None
 
     def write(self) -> None:
         """Save `content`.  Raises MemoryFaultError if the store fails."""

@@ -71,13 +71,13 @@ class Operation:
 
     def _load_variables(self) -> None:
         try:
-            found = self._parts.permanent.load()
+            state = self._parts.permanent.load()
         except StoreError as cause:
             log.warning("variables are lost at power-off: %s", cause.strerror)
-            found = Ram.DAMAGED
-        if found is Ram.DAMAGED:
+            state = Ram.DAMAGED
+        if state is Ram.DAMAGED:
             self._parts.errors.fail(codes.EEPROM)
-        elif found is Ram.BLANK:
+        elif state is Ram.BLANK:
             self._parts.errors.warn(MEMORY_BLANK)
 
     def _load_flash(self) -> None:
@@ -115,13 +115,13 @@ class Operation:
         if not text:
             return
         try:
-            found = self._decoded(text.encode())
+            decoded = self._decoded(text.encode())
         except ObjectError as cause:
             log.warning("the program in memory cannot be run: %s", cause)
             return
         # Before the card runs, the time that this takes does not matter.
-        self.program, self.program_name = ArpProgram(found.compiled, self._side), found.name
-        self.program_object = encode(found.compiled, found.name, found.system)
+        self.program, self.program_name = ArpProgram(decoded.compiled, self._side), decoded.name
+        self.program_object = encode(decoded.compiled, decoded.name, decoded.system)
 
     # ---- events
 
@@ -282,9 +282,9 @@ class Operation:
         def on_progress(what: str, done: int, steps: int) -> None:
             self.loading = Progress(what, done, steps)
 
-        def on_done(found: Loaded | Unusable | Failure) -> None:
+        def on_done(outcome: Loaded | Unusable | Failure) -> None:
             self.loading = None
-            on_loaded(self._loaded(data, found))
+            on_loaded(self._loaded(data, outcome))
 
         self.loading = Progress("starting", 0, 1)
         job = self._background.run(
@@ -292,12 +292,12 @@ class Operation:
         )
         return _LoadJob(self, job)
 
-    def _loaded(self, data: bytes, found: Loaded | Unusable | Failure) -> RefusedError | ObjectError | None:
+    def _loaded(self, data: bytes, outcome: Loaded | Unusable | Failure) -> RefusedError | ObjectError | None:
         """Replace the program, and return None; or return the reason why not."""
-        if isinstance(found, Failure):
-            return RefusedError(f"the card could not compile the program: {found.why}")
-        if isinstance(found, Unusable):
-            return ObjectError(found.why)
+        if isinstance(outcome, Failure):
+            return RefusedError(f"the card could not compile the program: {outcome.why}")
+        if isinstance(outcome, Unusable):
+            return ObjectError(outcome.why)
         if self.state in (CardState.INIT, CardState.RUN):  # it was started meanwhile
             return RefusedError(_RUNNING)
         content = self._parts.memory.content
@@ -305,8 +305,8 @@ class Operation:
         if not self._write():
             content.program = before
             return RefusedError("the memory cannot be written: E03")
-        self.program, self.program_name = ArpProgram(found, self._side), found.name
-        self.program_object = bytes(found.text.data)
+        self.program, self.program_name = ArpProgram(outcome, self._side), outcome.name
+        self.program_object = bytes(outcome.text.data)
         return None
 
     def on_memory_fault(self) -> None:

@@ -49,13 +49,13 @@ class Permanent:
         self._is_lasting = False
         self._ram = self._buffered()
         mark = self._ram[0]
-        found = {0: Ram.BLANK, MARK: Ram.GOOD}.get(mark, Ram.DAMAGED)
-        if found is not Ram.GOOD:
+        state = {0: Ram.BLANK, MARK: Ram.GOOD}.get(mark, Ram.DAMAGED)
+        if state is not Ram.GOOD:
             self._ram[:] = memoryview(bytearray(4 * (COUNT + 1))).cast("i")
         self._ram[0] = MARK
         self.V[1:] = self._ram[1:].tolist()
         self._kept[:] = self.V
-        return found
+        return state
 
     def find_ram(self) -> None:
         """Request the RAM that was missing at power-on, and save the present variables there."""

@@ -58,8 +58,8 @@ def opened(
     from fieldrig_devices.arp.user_port.client import ArpPort
 
     where, usual_baud = _where(port, rig, card)
-    with ArpPort.open(where, number, baud or usual_baud) as found:
-        yield found
+    with ArpPort.open(where, number, baud or usual_baud) as arp_port:
+        yield arp_port
 
 
 def _where(port: str | None, rig: Path | None, card: str | None) -> tuple[str, int]:

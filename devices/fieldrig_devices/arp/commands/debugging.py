@@ -36,10 +36,10 @@ def debug(
     from fieldrig_devices.arp.user_port.debugger import Debugger
     from fieldrig_devices.languages.debugging.prompt import SCRIPT_LIMIT_S, converse, is_script
 
-    with opened(port, rig, card, baud) as found:
-        listing = _listing(found, source)
-        debugger = Debugger(found, listing, typer.echo, SCRIPT_LIMIT_S if is_script() else None)
-        typer.echo(f"{listing.title} in card {found.number:02}; `help` explains the commands")
+    with opened(port, rig, card, baud) as arp_port:
+        listing = _listing(arp_port, source)
+        debugger = Debugger(arp_port, listing, typer.echo, SCRIPT_LIMIT_S if is_script() else None)
+        typer.echo(f"{listing.title} in card {arp_port.number:02}; `help` explains the commands")
         debugger.show_place()
         converse(debugger, PROMPT, (RefusedByCardError,))
 
@@ -53,11 +53,11 @@ def _listing(card: "ArpPort", source: Path | None) -> "Listing":
     if source is None:
         return listing.of_object(data)
     try:
-        found = listing.of_source(source)
+        own = listing.of_source(source)
     except CompileError as cause:
         raise RigError(f"{source} cannot be compiled", f"fieldrig arp compile {source} lists its mistakes") from cause
-    if not found.is_of(data):
+    if not own.is_of(data):
         typer.echo(
             f"note: the program in the card is not {source}; `fieldrig arp download {source}` downloads it", err=True
         )
-    return found
+    return own

@@ -44,8 +44,8 @@ def read(
     if group is not None and group.upper().lstrip("@") not in known:
         raise typer.BadParameter(f"there is no group {group!r}; expected one of {', '.join(known)}")
     groups = range(3) if group is None else [known.index(group.upper().lstrip("@"))]
-    with opened(port, rig, card, baud) as found:
-        tables = {number: _both(found, number) for number in groups}
+    with opened(port, rig, card, baud) as arp_port:
+        tables = {number: _both(arp_port, number) for number in groups}
     if as_json:
         echo_json(
             {_name(at, number): {"ram": ram / 1000, "flash": flash / 1000} for at, number, ram, flash in _rows(tables)}
@@ -91,9 +91,9 @@ def write(
         for quantity, _ in pairs:
             if quantity.kind not in quantities.GROUPS:
                 raise ValueError(f"{quantities.name_of(quantity)} is not a parameter\nexpected PAR.1 to PAR2.25")
-    with opened(port, rig, card, baud) as found:
+    with opened(port, rig, card, baud) as arp_port:
         for quantity, raw in pairs:
-            found.set_parameter(FLASH if flash else RAM, quantities.GROUPS[quantity.kind], quantity.number, raw)
+            arp_port.set_parameter(FLASH if flash else RAM, quantities.GROUPS[quantity.kind], quantity.number, raw)
             typer.echo(
                 f"{quantities.name_of(quantity)} = {quantities.text_of(quantity, raw)}{' in flash' if flash else ''}"
             )
@@ -106,10 +106,10 @@ def save(port: Port = None, rig: Rig = None, card: Card = None, baud: Baud = Non
     from fieldrig_devices.arp.user_port.memory import FLASH
 
     count = 0
-    with opened(port, rig, card, baud) as found:
-        for at, number, ram, flash in _rows({group: _both(found, group) for group in range(3)}):
+    with opened(port, rig, card, baud) as arp_port:
+        for at, number, ram, flash in _rows({group: _both(arp_port, group) for group in range(3)}):
             if ram != flash:
-                found.set_parameter(FLASH, at, number, ram)
+                arp_port.set_parameter(FLASH, at, number, ram)
                 typer.echo(f"{_name(at, number)} = {fixed.to_text(ram)} in flash, was {fixed.to_text(flash)}")
                 count += 1
     typer.echo(f"{count} {'parameter' if count == 1 else 'parameters'} saved")

@@ -37,14 +37,14 @@ def download(
 
     named = system_of(file)
     data = read_program(file, named) if named is not None else b""
-    with opened(port, rig, card, baud, named) as found:
-        number = found.number
+    with opened(port, rig, card, baud, named) as arp_port:
+        number = arp_port.number
         data = data or read_program(file, number)
-        _ensure_stopped(found, stop_first)
+        _ensure_stopped(arp_port, stop_first)
         with _bar(f"to card {number:02}", len(data)) as on_progress:
-            found.download(data, on_progress, lambda _what, done, steps: on_progress(done, steps))
+            arp_port.download(data, on_progress, lambda _what, done, steps: on_progress(done, steps))
         if run_after:
-            found.run()
+            arp_port.run()
     typer.echo(f"{file}: {len(data)} bytes in card {number:02}{', which runs it' if run_after else ''}")
 
 
@@ -63,8 +63,11 @@ def upload(
     """
     from fieldrig.storage.store import replace_file
 
-    with opened(port, rig, card, baud) as found, _bar(f"from card {found.number:02}", PROGRESS_FROM) as on_progress:
-        data = found.upload(on_progress if file is not None else lambda _done, _all: None)
+    with (
+        opened(port, rig, card, baud) as arp_port,
+        _bar(f"from card {arp_port.number:02}", PROGRESS_FROM) as on_progress,
+    ):
+        data = arp_port.upload(on_progress if file is not None else lambda _done, _all: None)
     if file is None:
         typer.echo(data.decode(), nl=False)
         return
@@ -78,29 +81,29 @@ def run(port: Port = None, rig: Rig = None, card: Card = None, baud: Baud = None
 
     Enable (I108) must be closed; closing it also runs the program.
     """
-    with opened(port, rig, card, baud) as found:
-        found.run()
-        _show(found)
+    with opened(port, rig, card, baud) as arp_port:
+        arp_port.run()
+        _show(arp_port)
 
 
 def stop(port: Port = None, rig: Rig = None, card: Card = None, baud: Baud = None) -> None:
     """Stop the program; outputs and axes keep their state."""
-    with opened(port, rig, card, baud) as found:
-        found.stop()
-        _show(found)
+    with opened(port, rig, card, baud) as arp_port:
+        arp_port.stop()
+        _show(arp_port)
 
 
 def reset(port: Port = None, rig: Rig = None, card: Card = None, baud: Baud = None) -> None:
     """Reset the card, as Ctrl-F2 does: outputs and axes off, errors and warnings cleared, the program held."""
-    with opened(port, rig, card, baud) as found:
-        found.reset()
-        _show(found)
+    with opened(port, rig, card, baud) as arp_port:
+        arp_port.reset()
+        _show(arp_port)
 
 
 def state(port: Port = None, rig: Rig = None, card: Card = None, baud: Baud = None, as_json: AsJson = False) -> None:
     """Show the state of the card and its program, and the last error and warning."""
-    with opened(port, rig, card, baud) as found:
-        _show(found, as_json)
+    with opened(port, rig, card, baud) as arp_port:
+        _show(arp_port, as_json)
 
 
 def _ensure_stopped(card: "ArpPort", may_stop: bool) -> None:

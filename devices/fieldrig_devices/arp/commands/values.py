@@ -33,8 +33,8 @@ def get(
     from fieldrig_devices.arp.user_port import quantities
 
     wanted = _wanted(names)
-    with opened(port, rig, card, baud) as found:
-        raws = found.values(wanted)
+    with opened(port, rig, card, baud) as arp_port:
+        raws = arp_port.values(wanted)
     if as_json:
         echo_json(_as_data(wanted, raws))
         return
@@ -61,9 +61,9 @@ def set_(
 
     with wrong_usage():
         pairs = [quantities.assigned(text) for text in values]
-    with opened(port, rig, card, baud) as found:
+    with opened(port, rig, card, baud) as arp_port:
         for quantity, raw in pairs:
-            found.set(quantity, raw)
+            arp_port.set(quantity, raw)
             typer.echo(f"{quantities.name_of(quantity)} = {quantities.text_of(quantity, raw)}")
 
 
@@ -110,7 +110,7 @@ def watch(
     wanted = _wanted(names)
     every_s = duration_ns(every) / 1_000_000_000
     limit_s = None if duration is None else duration_ns(duration) / 1_000_000_000
-    with opened(port, rig, card, baud) as found, closing(_rows(found, wanted, every_s, loops)) as rows:
+    with opened(port, rig, card, baud) as arp_port, closing(_rows(arp_port, wanted, every_s, loops)) as rows:
         chosen = islice(_until(rows, limit_s), count)
         with suppress(KeyboardInterrupt):
             _printer(wanted, as_csv, as_json, loops is not None)(chosen)

@@ -36,7 +36,7 @@ def compile_lines(numbered: Iterable[tuple[int, str]], longest: int) -> Compiled
 
 def _compile(read: Program, mistakes: list[Mistake]) -> Compiled:
     program, symbols, unresolved = resolve(read)
-    found = sorted({*mistakes, *unresolved, *check(program, symbols), *check_equs(read)})
-    if any(not mistake.is_note for mistake in found):
-        raise CompileError(found)
-    return Compiled(program, symbols, lower(program), tuple(found))
+    all_mistakes = sorted({*mistakes, *unresolved, *check(program, symbols), *check_equs(read)})
+    if any(not mistake.is_note for mistake in all_mistakes):
+        raise CompileError(all_mistakes)
+    return Compiled(program, symbols, lower(program), tuple(all_mistakes))

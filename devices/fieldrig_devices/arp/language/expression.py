@@ -150,7 +150,7 @@ class ExpressionReader:
         self._next()
         index = self._token
         if index.kind is Kind.NUMBER:
-            found: Direct | Indexed = Direct(letter.text, self._digits(), column=letter.column)
+            resource: Direct | Indexed = Direct(letter.text, self._digits(), column=letter.column)
         elif index.kind is Kind.WORD and index.text not in KEYWORDS:
             self._next()
             direct = _DIRECT.fullmatch(index.text)
@@ -158,11 +158,11 @@ class ExpressionReader:
                 raise LineError(index.column, f"{index.text} cannot be an index", "a number or a variable V")
             name = Name(index.text, column=index.column)
             variable = name if direct is None else Direct("V", int(direct[2]), column=index.column)
-            found = Indexed(letter.text, variable, column=letter.column)
+            resource = Indexed(letter.text, variable, column=letter.column)
         else:
             raise LineError(index.column, f"{index} cannot be an index", "a number or a variable V")
         self._expect("]", "]")
-        return found
+        return resource
 
     def _digits(self) -> int:
         token = self._token

@@ -66,11 +66,11 @@ def decode(data: bytes, report: Report = lambda _what, _done, _steps: None) -> A
         head, *lines = body.decode("utf-8").split("\n")[:-1] or [""]
     except UnicodeDecodeError as cause:
         raise ObjectError("the object is no text") from cause
-    found = _HEAD.fullmatch(head)
-    if found is None or int(found[1]) != _VERSION:
+    match = _HEAD.fullmatch(head)
+    if match is None or int(match[1]) != _VERSION:
         raise ObjectError(f"this is no object of version {_VERSION}: {head[:60]!r}")
     try:
-        return ArpObject(found[3], int(found[2]), compile_lines(_numbered(lines, report), LONGEST_OBJECT_LINE))
+        return ArpObject(match[3], int(match[2]), compile_lines(_numbered(lines, report), LONGEST_OBJECT_LINE))
     except CompileError as cause:
         raise ObjectError(f"the object holds no program: {cause.mistakes[0]}") from cause
 
@@ -78,10 +78,10 @@ def decode(data: bytes, report: Report = lambda _what, _done, _steps: None) -> A
 def _numbered(lines: list[str], report: Report) -> Iterator[tuple[int, str]]:
     for place, line in enumerate(lines):
         report("reading", place, len(lines))
-        found = _LINE.fullmatch(line)
-        if found is None:
+        match = _LINE.fullmatch(line)
+        if match is None:
             raise ObjectError(f"a line of the object has no number: {line[:60]!r}")
-        yield int(found[1]), found[2]
+        yield int(match[1]), match[2]
     report("checking", 0, 1)
 
 
@@ -130,5 +130,5 @@ def failed(wrong: CompileError) -> dict[str, bytes]:
 
 def system_of(path: Path) -> int | None:
     """System address in the name of a source file, NAME.Inn, or None if the name has no address."""
-    found = re.fullmatch(r"\.I(\d\d)", path.suffix, re.IGNORECASE | re.ASCII)
-    return int(found[1]) if found is not None else None
+    match = re.fullmatch(r"\.I(\d\d)", path.suffix, re.IGNORECASE | re.ASCII)
+    return int(match[1]) if match is not None else None

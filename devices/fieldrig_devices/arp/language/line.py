@@ -41,11 +41,11 @@ _LABEL = re.compile(r"\s*([A-Z]\w*)\s*:", re.ASCII | re.IGNORECASE)
 
 def label_of(text: str, number: int) -> Line | None:
     """The line up to its label, for a line that cannot be read to its end, or None if it has no valid label."""
-    found = _LABEL.match(text)
-    name = found[1].upper() if found is not None else ""
-    if found is None or _is_reserved(name):
+    match = _LABEL.match(text)
+    name = match[1].upper() if match is not None else ""
+    if match is None or _is_reserved(name):
         return None
-    return Line(number, name, None, found.start(1) + 1)
+    return Line(number, name, None, match.start(1) + 1)
 
 
 def _is_reserved(name: str) -> bool:

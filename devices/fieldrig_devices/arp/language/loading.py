@@ -47,14 +47,14 @@ def load(argument: tuple[bytes, int], report: Report) -> Loaded | Unusable:
     """Compile an object file for the card with this number."""
     data, number = argument
     try:
-        found = decode(data, report)
+        decoded = decode(data, report)
     except ObjectError as cause:
         return Unusable(str(cause))
-    if found.system != number:
-        return Unusable(f"the object is for card {found.system:02}, and this is card {number:02}")
-    compiled = found.compiled
+    if decoded.system != number:
+        return Unusable(f"the object is for card {decoded.system:02}, and this is card {number:02}")
+    compiled = decoded.compiled
     lowered = compiled.lowered
     routines = {name: Routine(instructions) for name, instructions in lowered.routines.items()}
     prepare(routines, NAMES, on_progress=lambda done, steps: report("building", done, steps), is_debugged=True)
-    text = Bulk(encode(compiled, found.name, number))
-    return Loaded(found.name, text, compiled.main, Prepared(routines, lowered.texts))
+    text = Bulk(encode(compiled, decoded.name, number))
+    return Loaded(decoded.name, text, compiled.main, Prepared(routines, lowered.texts))

@@ -38,8 +38,8 @@ def parse_lines(numbered: Iterable[tuple[int, str]], longest: int = LONGEST_LINE
 
 
 def _names(lines: Iterable[str]) -> set[str]:
-    found = (match for line in lines for match in _DEFINES.findall(line.partition(";")[0]))
-    return {name.upper() for match in found for name in match if name}
+    defined = (match for line in lines for match in _DEFINES.findall(line.partition(";")[0]))
+    return {name.upper() for match in defined for name in match if name}
 
 
 class _ProgramReader:
@@ -80,16 +80,16 @@ class _ProgramReader:
             self._mistakes.append(Mistake(first.number, 1, what, "BEG"))
         return Program(tuple(self._routines), tuple(self._outside)), sorted(self._mistakes)
 
-    def _read(self, number: int, found: list[Token]) -> None:
-        word = found[0].text if found[0].kind is Kind.WORD else ""
-        reader = LineReader(found, self._names)
-        if word in _BEGINS and not found[1].is_sign(":"):
+    def _read(self, number: int, words: list[Token]) -> None:
+        word = words[0].text if words[0].kind is Kind.WORD else ""
+        reader = LineReader(words, self._names)
+        if word in _BEGINS and not words[1].is_sign(":"):
             name = reader.begin()
             self._begin(number, name, _BEGINS[word])
-        elif word in _ENDS and not found[1].is_sign(":"):
-            self._end(number, found[0], _ENDS[word])
+        elif word in _ENDS and not words[1].is_sign(":"):
+            self._end(number, words[0], _ENDS[word])
             reader.single_word()
-        elif found[0].kind is not Kind.END:
+        elif words[0].kind is not Kind.END:
             self._content(number, reader)
         self._mistakes += (Mistake(number, column, what, "", is_note=True) for column, what in reader.notes)
 

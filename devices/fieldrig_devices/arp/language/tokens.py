@@ -55,7 +55,7 @@ _KINDS = {"system": Kind.SYSTEM, "word": Kind.WORD, "number": Kind.NUMBER, "stri
 
 def tokens(line: str) -> list[Token]:
     """The tokens of a line, the last of which is always END.  Raises LineError for an unexpected character."""
-    found = []
+    words = []
     place = 0
     while place < len(line):
         match = _TOKEN.match(line, place)
@@ -64,9 +64,9 @@ def tokens(line: str) -> list[Token]:
         if match.lastgroup == "end":
             break
         if match.lastgroup in _KINDS:
-            found.append(_token(_KINDS[match.lastgroup], match[0], place + 1))
+            words.append(_token(_KINDS[match.lastgroup], match[0], place + 1))
         place = match.end()
-    return [*found, Token(Kind.END, "", place + 1)]
+    return [*words, Token(Kind.END, "", place + 1)]
 
 
 def _token(kind: Kind, text: str, column: int) -> Token:

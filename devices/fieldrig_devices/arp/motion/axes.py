@@ -95,34 +95,34 @@ class Axes:
     def volts(self, axis: int) -> float | None:
         """Voltage from the position loop to the drive, or None if the axis does not own its output (kind 0, 1, 3)."""
         self._refresh()
-        found = self._axes[axis]
-        return found.volts if found.setup.kind is Kind.CONTROLLED else None
+        known = self._axes[axis]
+        return known.volts if known.setup.kind is Kind.CONTROLLED else None
 
     def tracking_error(self, axis: int) -> int:
         return _raw(self._axes[axis].error)
 
     def diagnostic(self, axis: int, code: int) -> float:
         """CurveValue for one of the codes 1 to 9 of @Par[10]; 0 for any other code."""
-        found = self._axes[axis]
+        known = self._axes[axis]
         match code:
             case 1:
-                return float(found.counter.counts)
+                return float(known.counter.counts)
             case 2:
-                return found.reading
+                return known.reading
             case 3:
-                return found.measured_speed
+                return known.measured_speed
             case 4:
-                return found.reference
+                return known.reference
             case 5:
-                return found.speed
+                return known.speed
             case 6:
-                return found.acceleration
+                return known.acceleration
             case 7:
-                return found.volts
+                return known.volts
             case 8:
-                return found.error
+                return known.error
             case 9:
-                return float(found.counter.delta)
+                return float(known.counter.delta)
         return 0.0
 
     # ---- the program's side: names and arguments as in runtime/card.py
@@ -198,8 +198,8 @@ class Axes:
     def _movable(self, axis: int) -> Axis | None:
         """The axis, or None if it is not under control; the instruction is then not executed (manual 5.9.3.1)."""
         self._refresh()
-        found = self._axes[axis]
-        return found if found.is_controlled else None
+        known = self._axes[axis]
+        return known if known.is_controlled else None
 
     def _move(self, axis: Axis, end: float) -> None:
         trajectory = profile.move(end - axis.reference, axis.speed, axis.overrides.of(axis.setup))

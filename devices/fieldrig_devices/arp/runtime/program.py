@@ -168,11 +168,11 @@ class ArpProgram:
 
     def break_at(self, lines: set[int]) -> set[int]:
         """Stop before these source lines and no others.  Returns the lines that have an instruction."""
-        found = self.code.stop_at(lines)
-        self.breakpoints = frozenset(found)
+        stops = self.code.stop_at(lines)
+        self.breakpoints = frozenset(stops)
         for thread in (self._main, self._interrupt):
-            thread.task.is_watched = bool(found)
-        return found
+            thread.task.is_watched = bool(stops)
+        return stops
 
     def pause(self) -> None:
         if self.state is ProgramState.RUNNING:

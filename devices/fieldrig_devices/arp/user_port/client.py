@@ -181,25 +181,25 @@ class ArpPort:
     # ---- values
 
     def variables(self, first: int, count: int) -> list[int]:
-        found = list[int]()
+        values = list[int]()
         for start, some in _parts(count, MOST_VARIABLES):
             head = struct.pack("<BHH", Kind.VARIABLE, first + start, some)
-            found += messages.values_in(self.request(Command.READ, head))
-        return found
+            values += messages.values_in(self.request(Command.READ, head))
+        return values
 
     def bits(self, kind: Kind, first: int, count: int) -> list[int]:
         """Read flags, inputs or outputs."""
-        found = list[int]()
+        levels = list[int]()
         for start, some in _parts(count, MOST_BITS):
             head = struct.pack("<BHH", kind, first + start, some)
-            found += messages.bits_in(self.request(Command.READ, head), some)
-        return found
+            levels += messages.bits_in(self.request(Command.READ, head), some)
+        return levels
 
     def values(self, wanted: Sequence[Quantity]) -> list[int]:
-        found = list[int]()
+        answers = list[int]()
         for start, some in _parts(len(wanted), MOST_QUANTITIES):
-            found += messages.values_in(self.request(Command.READ_MANY, _packed(wanted[start : start + some])))
-        return found
+            answers += messages.values_in(self.request(Command.READ_MANY, _packed(wanted[start : start + some])))
+        return answers
 
     def polled(self, wanted: Sequence[Quantity], every_s: float) -> Iterator[list[int]]:
         """Read the values at once, and then every `every_s` seconds."""

@@ -75,6 +75,6 @@ def of_source(path: Path) -> Listing:
 
 def of_object(data: bytes) -> Listing:
     """Listing of an object.  Raises ObjectError for data that are not an object."""
-    found = files.decode(data)
-    lines = {number: text for routine in found.compiled.program.routines for number, text in routine_lines(routine)}
-    return Listing(found.compiled, lines, f"program {found.name}, from the card")
+    decoded = files.decode(data)
+    lines = {number: text for routine in decoded.compiled.program.routines for number, text in routine_lines(routine)}
+    return Listing(decoded.compiled, lines, f"program {decoded.name}, from the card")

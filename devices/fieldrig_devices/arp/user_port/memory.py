@@ -44,8 +44,8 @@ class MemoryRequests:
     def _read(self, data: bytes) -> bytes:
         kind, first, count = _RANGE.unpack(data)
         most = MOST_VARIABLES if kind == Kind.VARIABLE else MOST_BITS
-        found = _slice(self._card, kind, first, count, most)
-        return messages.packed_values(found) if kind == Kind.VARIABLE else messages.packed_bits(found)
+        cells = _slice(self._card, kind, first, count, most)
+        return messages.packed_values(cells) if kind == Kind.VARIABLE else messages.packed_bits(cells)
 
     def _read_many(self, data: bytes) -> bytes:
         wanted = [Quantity(*fields) for fields in QUANTITY.iter_unpack(data)]

@@ -161,11 +161,11 @@ def named(text: str) -> Quantity:
     word = text.strip().upper()
     if word in _WORDS:
         return Quantity(Kind.CONDITION, _WORDS[word])
-    if (found := _PARAMETER.fullmatch(word)) is not None:
-        kind = {"": Kind.GENERAL_PARAMETER, "1": Kind.PARAMETER_1, "2": Kind.PARAMETER_2}[found[1]]
-        return _within(text, kind, int(found[2] or found[3]))
-    if (found := _PLAIN.fullmatch(word)) is not None:
-        return _within(text, _KINDS[found[1]], int(found[2]))
+    if (match := _PARAMETER.fullmatch(word)) is not None:
+        kind = {"": Kind.GENERAL_PARAMETER, "1": Kind.PARAMETER_1, "2": Kind.PARAMETER_2}[match[1]]
+        return _within(text, kind, int(match[2] or match[3]))
+    if (match := _PLAIN.fullmatch(word)) is not None:
+        return _within(text, _KINDS[match[1]], int(match[2]))
     raise ValueError(f"{text!r} is not a value of the card\nexpected {FORMS}")
 
 
@@ -175,9 +175,9 @@ def _within(text: str, kind: Kind, number: int) -> Quantity:
     return Quantity(kind, number)
 
 
-def _ranges(found: list[int]) -> str:
-    starts = [number for number in found if number - 1 not in found]
-    ends = [number for number in found if number + 1 not in found]
+def _ranges(numbers: list[int]) -> str:
+    starts = [number for number in numbers if number - 1 not in numbers]
+    ends = [number for number in numbers if number + 1 not in numbers]
     return ", ".join(f"{first} to {last}" for first, last in zip(starts, ends, strict=True))
 
 

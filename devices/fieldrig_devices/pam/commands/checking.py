@@ -54,13 +54,13 @@ def check(file: File, as_json: AsJson = False, ignores_case: IgnoresCase = False
     from fieldrig_devices.pam.language.compiler import checked
     from fieldrig_devices.pam.runtime.compiler import too_large, wrong_counts
 
-    program, found = checked(read_text(file), str(file), reader_beside(file), ignores_case=ignores_case)
-    found += too_large(program, found) or wrong_counts(program, found)
-    mistakes = [mistake for mistake in found if not mistake.is_note]
+    program, all_mistakes = checked(read_text(file), str(file), reader_beside(file), ignores_case=ignores_case)
+    all_mistakes += too_large(program, all_mistakes) or wrong_counts(program, all_mistakes)
+    mistakes = [mistake for mistake in all_mistakes if not mistake.is_note]
     if as_json:
-        echo_json([dataclasses.asdict(mistake) for mistake in found])
+        echo_json([dataclasses.asdict(mistake) for mistake in all_mistakes])
     else:
-        for mistake in found:
+        for mistake in all_mistakes:
             typer.echo(str(mistake), err=not mistake.is_note)
         if not mistakes:
             typer.echo(f"{file} is right: {len(program.items)} objects.")

@@ -31,8 +31,8 @@ def headers(
     from fieldrig_devices.pam.ports.options import PortOptions
     from fieldrig_devices.pam.ports.vme.headers import headers as texts
 
-    program, found = checked(read_text(file), str(file), reader_beside(file), ignores_case=ignores_case)
-    mistakes = [mistake for mistake in found if not mistake.is_note]
+    program, all_mistakes = checked(read_text(file), str(file), reader_beside(file), ignores_case=ignores_case)
+    mistakes = [mistake for mistake in all_mistakes if not mistake.is_note]
     for mistake in mistakes:
         typer.echo(str(mistake), err=True)
     plans = [plan for plan in ports_of(program) if plan.kind == "VME DUALPORT"] if not mistakes else []

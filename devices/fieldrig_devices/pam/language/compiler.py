@@ -18,5 +18,5 @@ def checked(
     program, mistakes = parse(text, file, read, ignores_case=ignores_case)
     if any(not mistake.is_note for mistake in mistakes):
         return program, mistakes
-    found = [*mistakes, *check(program, file)]
-    return program, sorted(found, key=lambda mistake: (mistake.file, mistake.line, mistake.column))
+    all_mistakes = [*mistakes, *check(program, file)]
+    return program, sorted(all_mistakes, key=lambda mistake: (mistake.file, mistake.line, mistake.column))

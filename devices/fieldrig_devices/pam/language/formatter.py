@@ -33,13 +33,13 @@ _OPERANDS: Final = frozenset((")", "[i]", "[all]", "[all+]", "[all*]"))
 
 def formatted(text: str) -> str:
     """Return the text in the layout of fieldrig.  Formatting it again changes nothing."""
-    found = split(text, "")
+    source = split(text, "")
     lines = text.split("\n")
-    comments = {place.line: comment for place, comment in found.comments if "\n" not in comment}
-    directives = _directives(lines, found.tokens)
-    kept = directives | _kept_comments([(place.line, comment) for place, comment in found.comments])
-    kept |= {wrong.line for wrong in found.mistakes}
-    layout = _Layout(found.tokens)
+    comments = {place.line: comment for place, comment in source.comments if "\n" not in comment}
+    directives = _directives(lines, source.tokens)
+    kept = directives | _kept_comments([(place.line, comment) for place, comment in source.comments])
+    kept |= {wrong.line for wrong in source.mistakes}
+    layout = _Layout(source.tokens)
     written: list[str] = []
     for number, line in enumerate(lines, 1):
         if number in kept or not line.strip():
@@ -54,26 +54,26 @@ def formatted(text: str) -> str:
 
 def strangers(text: str, file: str) -> list[Mistake]:
     """Return why this is no text of a PAM: signs without a meaning, or neither a semicolon nor a word of it."""
-    found = split(text, file)
+    source = split(text, file)
     known = STRUCTURE | _OPENING | {";"}
-    is_known = any(token.kind == "directive" or token.text in known for token in found.tokens)
-    if found.mistakes or is_known or not found.tokens[:-1]:
-        return found.mistakes
-    place = found.tokens[0].place
+    is_known = any(token.kind == "directive" or token.text in known for token in source.tokens)
+    if source.mistakes or is_known or not source.tokens[:-1]:
+        return source.mistakes
+    place = source.tokens[0].place
     return [Mistake(place.line, place.column, "this is no text of a PAM", "words such as NODE or IF", file=file)]
 
 
 def _directives(lines: Sequence[str], tokens: Sequence[Token]) -> set[int]:
     """Return the numbers of the lines with directives, and of those that continue them."""
-    found: set[int] = set()
+    numbers: set[int] = set()
     for token in tokens:
         if token.kind == "directive":
             number = token.place.line
-            found.add(number)
+            numbers.add(number)
             while number <= len(lines) and lines[number - 1].rstrip().endswith("\\"):
                 number += 1
-                found.add(number)
-    return found
+                numbers.add(number)
+    return numbers
 
 
 def _kept_comments(comments: Sequence[tuple[int, str]]) -> set[int]:

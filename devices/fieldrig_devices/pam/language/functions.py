@@ -26,12 +26,12 @@ class Function:
 
 def functions(text: str) -> Mapping[str, tuple[Function, ...]]:
     """Return the functions by their names; one name may have several forms."""
-    found: dict[str, tuple[Function, ...]] = {}
+    by_name: dict[str, tuple[Function, ...]] = {}
     for line in filter(str.strip, text.splitlines()):
         name, answer, *arguments = line.split()
         form = Function(name, _ANSWERS[answer], tuple(arguments))
-        found[name] = (*found.get(name, ()), form)
-    return found
+        by_name[name] = (*by_name.get(name, ()), form)
+    return by_name
 
 
 _ANSWERS: Final[Mapping[str, Type | None]] = {

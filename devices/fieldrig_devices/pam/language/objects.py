@@ -42,11 +42,11 @@ class Rule:
 
 
 def rules(text: str) -> Mapping[str, Rule]:
-    found: dict[str, Rule] = {}
+    by_name: dict[str, Rule] = {}
     for line in filter(str.strip, text.splitlines()):
         name, *holds, need, access = line.split()
-        found[name] = Rule(name, tuple(holds), need, _ACCESS[access])
-    return found
+        by_name[name] = Rule(name, tuple(holds), need, _ACCESS[access])
+    return by_name
 
 
 _MULTIPLE = """

@@ -29,16 +29,16 @@ def corrected(tokens: Sequence[Token], names: Container[str], mistakes: list[Mis
 
 def _joined(tokens: Sequence[Token], names: Container[str], mistakes: list[Mistake]) -> list[Token]:
     """Return the tokens with one word in the place of two that should have an underscore, such as END IF."""
-    found: list[Token] = []
+    joined: list[Token] = []
     for token in tokens:
-        before = found[-1] if found else token
+        before = joined[-1] if joined else token
         word = f"{before.text}_{token.text}".upper()
         if word in STRUCTURE and before.kind == token.kind == "name" and not _is_apart(before, token, names):
             mistakes.append(mistake(before.place, f"got {before.text} {token.text}", word))
-            found[-1] = Token("name", word, before.place, 0, before.begins_line)
+            joined[-1] = Token("name", word, before.place, 0, before.begins_line)
         else:
-            found.append(token)
-    return found
+            joined.append(token)
+    return joined
 
 
 def _is_apart(first: Token, second: Token, names: Container[str]) -> bool:

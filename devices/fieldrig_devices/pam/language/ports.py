@@ -72,8 +72,8 @@ class PortPlan:
 
     def timeout_ms(self, name: str) -> int | None:
         """Return a time-out in milliseconds, None for NONE."""
-        found = self.numbers(name)
-        return found[0] if found else None
+        times = self.numbers(name)
+        return times[0] if times else None
 
     @property
     def inputs(self) -> Sequence[PortVariable]:
@@ -115,15 +115,15 @@ def ports_of(program: Program) -> list[PortPlan]:
         for number in numbers_of(item, "NUMBER")
     }
     thirds = next(_thirds(program), 3)
-    found = []
+    plans = []
     for item in declarations:
         if item.kind == "DUAL_PORT":
             owned = [other for other in declarations if other.kind.startswith(("DUALPORT_IN", "DUALPORT_OUT"))]
-            found.append(PortPlan(item, tuple(_variables(owned, item, "PERIOD", groups, thirds))))
+            plans.append(PortPlan(item, tuple(_variables(owned, item, "PERIOD", groups, thirds))))
         elif item.kind in PORTS:
             default = "DEFAULT_PERIOD" if item.kind == "VME DUALPORT" else "PERIOD"
-            found.append(PortPlan(item, tuple(_variables(item.parts, item, default, groups, thirds))))
-    return found
+            plans.append(PortPlan(item, tuple(_variables(item.parts, item, default, groups, thirds))))
+    return plans
 
 
 def _thirds(program: Program) -> Iterator[int]:

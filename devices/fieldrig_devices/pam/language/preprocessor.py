@@ -35,10 +35,10 @@ class Preprocessor:
     tokens: list[Token] = field(default_factory=list)
     depth: int = 0
 
-    def file(self, found: Tokens) -> None:
+    def file(self, source: Tokens) -> None:
         """Take the tokens of a file over, except for its end."""
-        self.mistakes += found.mistakes
-        tokens, at = found.tokens, 0
+        self.mistakes += source.mistakes
+        tokens, at = source.tokens, 0
         while tokens[at].kind != "end":
             if tokens[at].kind == "directive":
                 at = self._directive(tokens, at)

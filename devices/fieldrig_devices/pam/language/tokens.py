@@ -82,7 +82,7 @@ class Tokens:
 
 def split(text: str, file: str) -> Tokens:
     """Return the tokens of a source text.  What is no token is reported once a line and passed over."""
-    found = Tokens()
+    source = Tokens()
     line, line_start, at = 1, 0, 0
     begins_line = True
     last_wrong_line = 0
@@ -92,7 +92,7 @@ def split(text: str, file: str) -> Tokens:
         place = Place(file, line, at - line_start + 1)
         if match is None:
             if line != last_wrong_line:
-                found.mistakes.append(_wrong_character(text, at, place))
+                source.mistakes.append(_wrong_character(text, at, place))
                 last_wrong_line = line
             at += len(text) - at if text.startswith("/*", at) else 1
             continue
@@ -100,25 +100,25 @@ def split(text: str, file: str) -> Tokens:
         if kind == "line":
             begins_line = True
         elif kind == "comment":
-            found.comments.append((place, word.rstrip()))
+            source.comments.append((place, word.rstrip()))
             inner = text.count("/*", at + 2, match.end()) if _BLOCK.match(word) else 0
-            _suspect(comment, found)
-            comment = _Comment(at, len(found.tokens), len(found.mistakes), inner)
+            _suspect(comment, source)
+            comment = _Comment(at, len(source.tokens), len(source.mistakes), inner)
         elif kind == "stray":
-            _close_again(found, text, match.end(), place, comment)
+            _close_again(source, text, match.end(), place, comment)
         elif kind in _FOREIGN:
-            found.tokens += _FOREIGN[kind](word, place, begins_line, found)
+            source.tokens += _FOREIGN[kind](word, place, begins_line, source)
             begins_line = False
         elif kind != "blank":
-            found.tokens.append(_token(kind or "", word, place, begins_line, found.mistakes))
+            source.tokens.append(_token(kind or "", word, place, begins_line, source.mistakes))
             begins_line = False
         if "\n" in word:
             line += word.count("\n")
             line_start = at + word.rindex("\n") + 1
         at = match.end()
-    _suspect(comment, found)
-    found.tokens.append(Token("end", "the end of the text", Place(file, line, at - line_start + 1), begins_line=True))
-    return found
+    _suspect(comment, source)
+    source.tokens.append(Token("end", "the end of the text", Place(file, line, at - line_start + 1), begins_line=True))
+    return source
 
 
 def _token(kind: str, word: str, place: Place, begins_line: bool, mistakes: list[Mistake]) -> Token:
@@ -140,28 +140,28 @@ def _token(kind: str, word: str, place: Place, begins_line: bool, mistakes: list
     return Token("sign", word, place, 0, begins_line)
 
 
-def _native(word: str, place: Place, begins_line: bool, found: Tokens) -> Sequence[Token]:
+def _native(word: str, place: Place, begins_line: bool, source: Tokens) -> Sequence[Token]:
     """Report a sign of another language, and return what it is in this one."""
-    before = [token.text for token in found.tokens[-2:]]
+    before = [token.text for token in source.tokens[-2:]]
     is_parameter = bool(before) and before[-1].upper() in _PARAMETERS and before[0] != ":"
     right = "=" if is_parameter and word in ("==", ":=") else FOREIGN[word]
-    found.mistakes.append(mistake(place, f"got {word}", right))
+    source.mistakes.append(mistake(place, f"got {word}", right))
     return (Token("sign", right, place, 0, begins_line),)
 
 
-def _native_number(word: str, place: Place, begins_line: bool, found: Tokens) -> Sequence[Token]:
+def _native_number(word: str, place: Place, begins_line: bool, source: Tokens) -> Sequence[Token]:
     """Report a number of another language, such as 0x1F or 1e3, and return the number that it means."""
     marks = next((marks for marks in ("0x", "16#", "$") if word.lower().startswith(marks)), "")
     if marks:
         right = f"#{word[len(marks) :]}"
-        found.mistakes.append(mistake(place, f"got {word}", right))
-        return (_token("hexadecimal", right, place, begins_line, found.mistakes),)
-    found.mistakes.append(mistake(place, f"got {word}", "a number without an exponent"))
+        source.mistakes.append(mistake(place, f"got {word}", right))
+        return (_token("hexadecimal", right, place, begins_line, source.mistakes),)
+    source.mistakes.append(mistake(place, f"got {word}", "a number without an exponent"))
     return (Token("real", word, place, float(word), begins_line),)
 
 
-def _wrong_index(_word: str, place: Place, _begins_line: bool, found: Tokens) -> Sequence[Token]:
-    found.mistakes.append(_index_is_wrong(place))
+def _wrong_index(_word: str, place: Place, _begins_line: bool, source: Tokens) -> Sequence[Token]:
+    source.mistakes.append(_index_is_wrong(place))
     return ()
 
 
@@ -185,24 +185,24 @@ class _Comment:
     """The number of comments that seem to begin in it."""
 
 
-def _suspect(comment: _Comment, found: Tokens) -> None:
+def _suspect(comment: _Comment, source: Tokens) -> None:
     """Say that another comment begins in this one, whose own end may have been forgotten."""
     if comment.inner:
-        begun, _ = found.comments[-1]
+        begun, _ = source.comments[-1]
         hint = "Comments do not nest. Perhaps its own */ is missing, so that what follows is no part of the program."
-        found.mistakes.append(mistake(begun, "the comment has another /* in it", "", hint, is_note=True))
+        source.mistakes.append(mistake(begun, "the comment has another /* in it", "", hint, is_note=True))
 
 
-def _close_again(found: Tokens, text: str, end: int, place: Place, comment: _Comment) -> None:
+def _close_again(source: Tokens, text: str, end: int, place: Place, comment: _Comment) -> None:
     """Report */ where no comment is open.  Behind a comment in which another one seems to begin, it belongs to that."""
     if not comment.inner:
-        found.mistakes.append(mistake(place, "*/ ends no comment", "/* before it"))
+        source.mistakes.append(mistake(place, "*/ ends no comment", "/* before it"))
         return
-    begun, _ = found.comments[-1]
+    begun, _ = source.comments[-1]
     hint = f"Comments do not nest: the one of line {begun.line} ends at its first */."
-    del found.tokens[comment.tokens :], found.mistakes[comment.mistakes :]
-    found.mistakes.append(mistake(place, "a comment is inside another one", "one comment", hint))
-    found.comments[-1] = begun, text[comment.start : end]
+    del source.tokens[comment.tokens :], source.mistakes[comment.mistakes :]
+    source.mistakes.append(mistake(place, "a comment is inside another one", "one comment", hint))
+    source.comments[-1] = begun, text[comment.start : end]
     comment.inner -= 1
 
 

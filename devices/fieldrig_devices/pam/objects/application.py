@@ -179,8 +179,8 @@ class ApplicationObjects:
 
     def _build_cam(self, declared: Declared) -> list[ObjectItem]:
         def find(name: str) -> ProfileItem:
-            found: ProfileItem = self._items[name][0]
-            return found
+            profile: ProfileItem = self._items[name][0]
+            return profile
 
         item = CamItem(declared, self._site, find(declared.reference("PROFILE")), find)
         if self._site.readings.profiles_act_at_once:

@@ -68,9 +68,9 @@ class AxesSet(ObjectItem):
         number = self._site.next_number({axis.ordered for axis in self.axes})
         orders = {id(axis): axis.carry_out(function, tuple(arguments), number) for axis in self.axes}
         for group, members in self._groups.items():
-            found = {orders[id(member.axis)] for member in members}
-            if len(found) == 1:
-                self._site.port.send_to_group(group, found.pop())
+            distinct = {orders[id(member.axis)] for member in members}
+            if len(distinct) == 1:
+                self._site.port.send_to_group(group, distinct.pop())
                 for member in members:
                     del orders[id(member.axis)]
         for axis in self.axes:
@@ -181,13 +181,13 @@ class AxesSet(ObjectItem):
             self._regroup()
 
     def _identical(self) -> list[list[Member]]:
-        found: dict[tuple[float, ...], list[Member]] = {}
+        by_parameters: dict[tuple[float, ...], list[Member]] = {}
         for member in self.members:
             if member.pipe is not None and member.is_known:
                 parameters = (member.parameters[address] for address in COMPARED)
                 key = (member.axis.units, member.ratio, member.subset, *parameters)
-                found.setdefault(key, []).append(member)
-        return [members for members in found.values() if len(members) > 1]
+                by_parameters.setdefault(key, []).append(member)
+        return [members for members in by_parameters.values() if len(members) > 1]
 
     def _name_group(self, group: int, members: Sequence[Member]) -> None:
         for member in members:
@@ -240,7 +240,7 @@ class AxesSet(ObjectItem):
 
 
 def _united(answers: Sequence[int]) -> int:
-    found = 0
+    bits = 0
     for answer in answers:
-        found |= answer
-    return found
+        bits |= answer
+    return bits

@@ -14,8 +14,10 @@ class Declared:
     def __init__(self, declaration: Declaration) -> None:
         self.name, self.kind = declaration.name, declaration.kind
         self.parts = [Declared(part) for part in declaration.parts]
-        self._values: dict[str, Sequence[Any]] = {found.name: found.values for found in declaration.parameters}
-        self.axes = [_member(*found.values) for found in declaration.parameters if found.name == "AXIS"]
+        self._values: dict[str, Sequence[Any]] = {
+            parameter.name: parameter.values for parameter in declaration.parameters
+        }
+        self.axes = [_member(*parameter.values) for parameter in declaration.parameters if parameter.name == "AXIS"]
         """The axes of an axes set, each with its subset, which is 0 for none."""
 
     def __contains__(self, name: str) -> bool:
@@ -33,24 +35,24 @@ class Declared:
 
     def optional(self, name: str) -> float | None:
         """Return a number, or None if it is absent or a word such as MAX, NONE or CURRENT."""
-        found = self._values[name][0] if name in self else None
-        return float(found.value) if isinstance(found, Number) else None
+        number = self._values[name][0] if name in self else None
+        return float(number.value) if isinstance(number, Number) else None
 
     def word(self, name: str, default: str = "") -> str:
-        found = self._values[name][0] if name in self else None
-        return found.name if isinstance(found, Word) else default
+        symbol = self._values[name][0] if name in self else None
+        return symbol.name if isinstance(symbol, Word) else default
 
     def reference(self, name: str) -> str:
         """Return the name of an object, or nothing."""
-        found = self._values[name][0] if name in self else None
-        return found.name if isinstance(found, Reference) else ""
+        target = self._values[name][0] if name in self else None
+        return target.name if isinstance(target, Reference) else ""
 
     def routine(self, name: str) -> RoutineRef:
         """Return a routine with its constants; an empty name is NONE."""
-        found = self._values[name][0] if name in self else None
-        if not isinstance(found, RoutineCall):
+        call = self._values[name][0] if name in self else None
+        if not isinstance(call, RoutineCall):
             return RoutineRef("")
-        return RoutineRef(found.routine, tuple(constant(argument) for argument in found.arguments))
+        return RoutineRef(call.routine, tuple(constant(argument) for argument in call.arguments))
 
 
 def _member(axis: Any, subset: Any = None) -> tuple[str, int]:

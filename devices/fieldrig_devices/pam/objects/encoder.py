@@ -103,8 +103,8 @@ class Encoder(ObjectItem):
     def _answered(self, attribute: str) -> Value | Pending:
         """Return a value at once while a sampler is active; otherwise read the register over the ring (PAML-144)."""
         if self._samplers:
-            found: float = getattr(self, attribute)
-            return found
+            last: float = getattr(self, attribute)
+            return last
         answer = Pending()
 
         def give() -> None:

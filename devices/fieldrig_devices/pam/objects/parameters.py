@@ -14,8 +14,8 @@ class AboveZero:
         self._name = f"_{name}"
 
     def __get__(self, item: object, _owner: type | None = None) -> float:
-        found: float = getattr(item, self._name)
-        return found
+        value: float = getattr(item, self._name)
+        return value
 
     def __set__(self, item: object, value: float) -> None:
         if value > 0:
@@ -29,8 +29,8 @@ class OfBlock:
         self._attribute = attribute
 
     def __get__(self, item: Any, _owner: type | None = None) -> float:
-        found: float | None = getattr(item.block, self._attribute)
-        return found or 0.0
+        value: float | None = getattr(item.block, self._attribute)
+        return value or 0.0
 
     def __set__(self, item: Any, value: float) -> None:
         setattr(item.block, self._attribute, float(value))
@@ -52,8 +52,8 @@ class SlewedOfBlock:
         self._slewed = slewed
 
     def __get__(self, item: Any, _owner: type | None = None) -> float:
-        found: float = getattr(item.block, self._slewed).value
-        return found
+        value: float = getattr(item.block, self._slewed).value
+        return value
 
     def __set__(self, item: Any, value: float) -> None:
         getattr(item.block, f"set_{self._slewed}")(float(value))

@@ -90,8 +90,8 @@ class Pipe:
 
     @property
     def distributor(self) -> Distributor | None:
-        found = [item.block for item in self.transformers if isinstance(item, DistributorItem)]
-        return found[0] if found else None
+        distributors = [item.block for item in self.transformers if isinstance(item, DistributorItem)]
+        return distributors[0] if distributors else None
 
     @property
     def period_s(self) -> float:

@@ -95,8 +95,8 @@ class ZeroPositioner(ObjectItem):
         if name == "RESOLVER_OFFSET":
             return self.resolver_offset or 0.0
         phase, _, attribute = name.lower().partition("_")
-        found: float | None = getattr(self._searches[phase], attribute)
-        return found or 0.0
+        value: float | None = getattr(self._searches[phase], attribute)
+        return value or 0.0
 
     def set_parameter(self, name: str, value: object) -> None:
         """Change a parameter of a phase that is declared; the phases themselves are fixed (PAML-201)."""

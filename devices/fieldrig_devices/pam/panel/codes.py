@@ -62,11 +62,11 @@ def code_of(text: str) -> Code:
 
     The two dots stand for the digits R and X.  Codes of the boot and of the fault handler are not of real time.
     """
-    found = _FORM.fullmatch(text)
-    if found is None:
+    match = _FORM.fullmatch(text)
+    if match is None:
         raise ValueError(f"{text!r} is not a message code, such as 0780E01E")
-    origin, number = int(found[1], 16), int(found[4], 16)
-    is_real_time = found[2] == "80"
-    if found[2] == "..":
+    origin, number = int(match[1], 16), int(match[4], 16)
+    is_real_time = match[2] == "80"
+    if match[2] == "..":
         is_real_time = origin != _BOOT and not (origin == _KERNEL and number >= _FAULT_HANDLER)
-    return Code(origin, Kind(found[3]), number, is_real_time)
+    return Code(origin, Kind(match[3]), number, is_real_time)

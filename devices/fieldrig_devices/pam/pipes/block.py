@@ -63,9 +63,9 @@ def wrapped(value: float, period: float | None) -> float:
     """Return a value within [0, period), or the value itself in a system without a period (G-14)."""
     if period is None:
         return value
-    found = math.fmod(value, period)
-    found = found + period if found < 0 else found
-    return 0.0 if found >= period else found
+    rest = math.fmod(value, period)
+    rest = rest + period if rest < 0 else rest
+    return 0.0 if rest >= period else rest
 
 
 def nearest(difference: float, period: float | None) -> float:

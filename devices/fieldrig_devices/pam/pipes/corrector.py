@@ -117,9 +117,9 @@ class Corrector(Block):
             self.state, self.triggered = "wait correction", True
 
     def transform(self, value: float) -> float:
-        found = value + (self._going_on() if self.state == "in correction" else self._corrected)
-        self._flow = (*self._flow[-2:], found if self.settings.is_output else value)
-        return found
+        corrected = value + (self._going_on() if self.state == "in correction" else self._corrected)
+        self._flow = (*self._flow[-2:], corrected if self.settings.is_output else value)
+        return corrected
 
     def _going_on(self) -> float:
         """Go on with the correction for a period, and return the way of all corrections up to now."""

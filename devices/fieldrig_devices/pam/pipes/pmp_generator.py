@@ -104,11 +104,11 @@ def single(distance: float, limits: PmpLimits) -> JerkProfile:
     """Return the motion over a distance above 0.  A short one does not reach the speed (PAML-604)."""
 
     def motion(speed: float, cruise_s: float) -> JerkProfile:
-        found = JerkProfile()
-        found.ramp(speed, limits.acceleration, limits.jerk)
-        found.cruise(cruise_s)
-        found.ramp(0.0, limits.acceleration, limits.jerk)
-        return found
+        profile = JerkProfile()
+        profile.ramp(speed, limits.acceleration, limits.jerk)
+        profile.cruise(cruise_s)
+        profile.ramp(0.0, limits.acceleration, limits.jerk)
+        return profile
 
     speed = limits.first_speed * _largest(lambda share: motion(limits.first_speed * share, 0.0).distance <= distance)
     return motion(speed, (distance - motion(speed, 0.0).distance) / speed)
@@ -121,13 +121,13 @@ def forward_backward(forward: float, backward: float, limits: PmpLimits) -> Jerk
     """
 
     def motion(share: float, forward_s: float, backward_s: float) -> JerkProfile:
-        found = JerkProfile()
-        found.ramp(limits.first_speed * share, limits.acceleration, limits.jerk)
-        found.cruise(forward_s)
-        found.ramp(-limits.last_speed * share, limits.acceleration, limits.jerk)
-        found.cruise(backward_s)
-        found.ramp(0.0, limits.acceleration, limits.jerk)
-        return found
+        profile = JerkProfile()
+        profile.ramp(limits.first_speed * share, limits.acceleration, limits.jerk)
+        profile.cruise(forward_s)
+        profile.ramp(-limits.last_speed * share, limits.acceleration, limits.jerk)
+        profile.cruise(backward_s)
+        profile.ramp(0.0, limits.acceleration, limits.jerk)
+        return profile
 
     def left(share: float) -> tuple[float, float]:
         """Return the distances that are left for both speeds."""

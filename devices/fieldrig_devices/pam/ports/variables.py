@@ -158,8 +158,8 @@ class PortStatus:
 
     def duration_ns(self, name: str) -> int | None:
         """Return a parameter in nanoseconds; None for NONE, which means no limit."""
-        found = self._parameters.get(name)
-        return None if found is None else found * 1_000_000
+        time_ms = self._parameters.get(name)
+        return None if time_ms is None else time_ms * 1_000_000
 
     def value(self) -> Value:
         raise LookupError(f"{self.name} has no value")

@@ -85,10 +85,10 @@ _FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
 
 def functions(readings: Readings) -> Mapping[str, Callable[..., Any]]:
     """Return the functions by their names in generated code."""
-    found = dict(_FUNCTIONS)
+    by_name = dict(_FUNCTIONS)
     if not readings.math_error_is_fatal:
-        found |= {name: _going_on(found[name], limit) for name, limit in _LIMITS.items()}
-    return found
+        by_name |= {name: _going_on(by_name[name], limit) for name, limit in _LIMITS.items()}
+    return by_name
 
 
 def _going_on(function: Callable[..., float], limit: Callable[..., float]) -> Callable[..., float]:

@@ -94,17 +94,17 @@ class Binding:
     def _arguments(self, arguments: Sequence[Argument], values: Sequence[Value]) -> list[Any]:
         """Return the arguments of a function; [i] as an argument is the item for which the program runs."""
         computed = iter(values)
-        found: list[Any] = []
+        given: list[Any] = []
         for argument in arguments:
             if argument is None:
-                found.append(next(computed))
+                given.append(next(computed))
             elif isinstance(argument, Fixed):
-                found.append(argument.value)
+                given.append(argument.value)
             else:
                 items = self.items(argument.name)
                 number = self._kernel.processor.present_item if argument.index == "i" else 0
-                found += items if argument.index == "all" else [items[number]]
-        return found
+                given += items if argument.index == "all" else [items[number]]
+        return given
 
     # ---- inquiries
 
@@ -141,12 +141,12 @@ class Binding:
 
         def now(base: int = 0) -> Value:
             answer = asked(base, ())
-            found = answer.value if isinstance(answer, Pending) else answer
-            if found is None:
+            value = answer.value if isinstance(answer, Pending) else answer
+            if value is None:
                 kernel.report(UNANSWERED)
                 return last.get(base, 0)
-            last[base] = found
-            return found
+            last[base] = value
+            return value
 
         return now
 

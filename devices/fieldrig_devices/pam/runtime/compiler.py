@@ -25,11 +25,11 @@ from fieldrig_devices.pam.runtime.walk import nodes
 
 def check_counts(program: Program, layout: Layout) -> list[Mistake]:
     """Report objects that have fewer items than what uses them with [i], so that [i] always is an item (PAML-294)."""
-    found: list[Mistake] = []
+    mistakes: list[Mistake] = []
     for item in program.items:
         if isinstance(item, BooleanEquation | Actions | Task):
-            found += _wrong_counts(item, item.name, layout)
-    return found
+            mistakes += _wrong_counts(item, item.name, layout)
+    return mistakes
 
 
 def _wrong_counts(root: Node, owner: str, layout: Layout) -> Iterator[Mistake]:
@@ -132,16 +132,16 @@ def compile_program(program: Program, *, is_debugged: bool = False) -> Compiled:
     return compiled
 
 
-def wrong_counts(program: Program, found: Sequence[Mistake]) -> list[Mistake]:
+def wrong_counts(program: Program, mistakes: Sequence[Mistake]) -> list[Mistake]:
     """Report objects with too few items, if nothing else is wrong."""
-    if any(not mistake.is_note for mistake in found):
+    if any(not mistake.is_note for mistake in mistakes):
         return []
     return check_counts(program, layout_of(program))
 
 
-def too_large(program: Program, found: Sequence[Mistake]) -> list[Mistake]:
+def too_large(program: Program, mistakes: Sequence[Mistake]) -> list[Mistake]:
     """Report an application that has no room in the PAM (PAML-013), if nothing else is wrong."""
-    if any(not mistake.is_note for mistake in found):
+    if any(not mistake.is_note for mistake in mistakes):
         return []
     size, place = sizes.application(program), program.items[0].place
     if size <= sizes.MOST_BYTES:

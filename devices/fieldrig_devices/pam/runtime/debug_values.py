@@ -49,16 +49,16 @@ class Values:
 
     def _parts(self, path: str) -> tuple[str, int | None]:
         """Return the name and the item, from 0, of a path.  ValueError for what is no variable."""
-        found = _PATH.fullmatch(path)
-        name = found[1] if found is not None else ""
-        if found is None or name not in set(self._names()):
+        match = _PATH.fullmatch(path)
+        name = match[1] if match is not None else ""
+        if match is None or name not in set(self._names()):
             near = closest(name, list(self._names()))
             raise ValueError(f"{path} is not a variable or an input or output: {near}")
-        if found[2] is None:
+        if match[2] is None:
             return name, None
-        if not self._is_group(name) or not 1 <= int(found[2]) <= self._count(name):
+        if not self._is_group(name) or not 1 <= int(match[2]) <= self._count(name):
             raise ValueError(f"{path}: expected an item from 1 to {self._count(name)}")
-        return name, int(found[2]) - 1
+        return name, int(match[2]) - 1
 
     def _root(self, name: str) -> Variable:
         if self._is_group(name):
@@ -164,10 +164,10 @@ def typed(path: str, kind: str, value: Value) -> Number:
     """Return a value for a variable of this kind; a text is a constant of the language.  ValueError if it is none."""
     wanted = VALUES[kind]
     if wanted == "flag":
-        found = _FLAGS.get(str(value).strip().lower())
-        if found is None:
+        flag = _FLAGS.get(str(value).strip().lower())
+        if flag is None:
             raise ValueError(f"{path}: expected true or false, got {value!r}")
-        return found
+        return flag
     try:
         number = _number(value)
     except ValueError as cause:

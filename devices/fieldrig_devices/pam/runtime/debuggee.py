@@ -132,15 +132,15 @@ class PamDebuggee:
             return {file: set() for file in places}
         code = runtime.program.code
         wanted = {code.number_of_line(file, line) for file, lines in places.items() for line in lines}
-        found = {code.place(line) for line in runtime.code.stop_at(wanted)}
+        stops = {code.place(line) for line in runtime.code.stop_at(wanted)}
         for program in runtime.programs:
-            program.task.is_watched = bool(found)
-        return {file: {line for name, line in found if name == file} for file in places}
+            program.task.is_watched = bool(stops)
+        return {file: {line for name, line in stops if name == file} for file in places}
 
     def goes_on(self, file: str, first: int, last: int) -> bool:
         lines = self.files.get(file, "").splitlines()[first - 1 : last]
-        found = split("\n".join(lines), file).tokens
-        places = [(token.text.upper(), token.place.line + first - 1) for token in found if token.kind != "end"]
+        tokens = split("\n".join(lines), file).tokens
+        places = [(token.text.upper(), token.place.line + first - 1) for token in tokens if token.kind != "end"]
         return spans.goes_on(places, last, _ENDS)
 
     # ---- going on

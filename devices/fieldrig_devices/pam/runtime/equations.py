@@ -43,9 +43,9 @@ class Equations:
     def begin(self) -> None:
         """Give each equation its first value, and its outputs as well."""
         for number, equation in enumerate(self._equations):
-            found = self._kernel.watches.value(equation.formula, equation.item)
-            self._kernel.cells[equation.cell] = bool(found)
-            equation.follow(value=bool(found))
+            truth = self._kernel.watches.value(equation.formula, equation.item)
+            self._kernel.cells[equation.cell] = bool(truth)
+            equation.follow(value=bool(truth))
             self._kernel.watches.add(equation.formula, equation.item, self._marking(number))
 
     def _marking(self, number: int) -> Callable[[], None]:
@@ -60,7 +60,7 @@ class Equations:
             while self._changed and self._changed[0] == number:
                 heappop(self._changed)
             equation = self._equations[number]
-            found = self._kernel.watches.value(equation.formula, equation.item)
-            if found is not None and self._kernel.cells[equation.cell] != found:
-                self._kernel.poke(equation.cell, bool(found))
-                equation.follow(value=bool(found))
+            truth = self._kernel.watches.value(equation.formula, equation.item)
+            if truth is not None and self._kernel.cells[equation.cell] != truth:
+                self._kernel.poke(equation.cell, bool(truth))
+                equation.follow(value=bool(truth))

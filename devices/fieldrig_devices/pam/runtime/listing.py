@@ -16,11 +16,11 @@ _CLASSES: Final = {"BooleanEquation": "BOOLEAN", "Actions": "ACTIONS", "Routines
 
 def identifiers(program: Program) -> Mapping[str, Mapping[str, int]]:
     """Return the compiler IDs of all objects, by the class of the object and its name."""
-    found: dict[str, dict[str, int]] = {}
+    by_class: dict[str, dict[str, int]] = {}
     for name, kind in _classified(program.items):
-        ids = found.setdefault(kind, {})
+        ids = by_class.setdefault(kind, {})
         ids[name] = len(ids) + 1
-    return found
+    return by_class
 
 
 def _classified(items: tuple[Item, ...] | tuple[Declaration, ...]) -> Iterator[tuple[str, str]]:

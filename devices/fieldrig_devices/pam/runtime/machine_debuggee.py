@@ -79,9 +79,9 @@ class MachineDebuggee(PamDebuggee):
         """Drop what is being compiled."""
         self._beside.cancel()
 
-    def _on_compiled(self, found: Compiled | str) -> None:
-        if isinstance(found, str):
-            self._problem = found
+    def _on_compiled(self, outcome: Compiled | str) -> None:
+        if isinstance(outcome, str):
+            self._problem = outcome
             return
-        self._on_download(found)
+        self._on_download(outcome)
         self.on_load()

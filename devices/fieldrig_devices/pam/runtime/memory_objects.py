@@ -65,8 +65,8 @@ class MemoryItem:
             self.hold({"set": True, "reset": False}.get(function, not self._value))
 
     def parameter(self, name: str) -> Value:
-        found = self.parameters.get(name, 0.0)
-        return found if isinstance(found, bool | int | float) else 0.0
+        value = self.parameters.get(name, 0.0)
+        return value if isinstance(value, bool | int | float) else 0.0
 
     def set_parameter(self, name: str, value: "Value | str | RoutineRef | Item") -> None:
         self.parameters[name] = value

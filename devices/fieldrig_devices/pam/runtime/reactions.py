@@ -86,9 +86,9 @@ class Condition:
 
     def holds(self) -> bool:
         if self._has_changed or self._formula.is_polled:
-            found = self._owner.watches.value(self._formula, self._owner.item)
-            if found is not None:
-                self._is_true, self._has_changed = bool(found), False
+            value = self._owner.watches.value(self._formula, self._owner.item)
+            if value is not None:
+                self._is_true, self._has_changed = bool(value), False
         return self._is_true
 
 

@@ -173,7 +173,7 @@ class Services:
         return False
 
     def _answer(self, slot: int) -> Value:
-        found = self._task.answers[slot]
-        value = found.value if isinstance(found, Pending) else found
+        answer = self._task.answers[slot]
+        value = answer.value if isinstance(answer, Pending) else answer
         assert value is not None
         return value

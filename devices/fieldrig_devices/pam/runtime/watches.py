@@ -31,13 +31,13 @@ class Watches:
     def value(self, formula: Formula, item: int) -> Value | None:
         """Return the value of a formula for an item; None if it needs an answer that is not there yet."""
         try:
-            found: Value = self.functions[formula.number](item)
+            result: Value = self.functions[formula.number](item)
         except UnansweredError:
             return None
         except CAUGHT as fault:
             self.on_fault(fault, formula)
             return None
-        return found
+        return result
 
     def add(self, formula: Formula, item: int, on_change: OnChange) -> None:
         """Call `on_change` at each change of what the formula depends on."""
@@ -115,13 +115,13 @@ class Event:
         self._times = 0
 
     def look(self) -> None:
-        found = self._watches.value(self._formula, self._item)
-        if found is None:
+        value = self._watches.value(self._formula, self._item)
+        if value is None:
             return
-        if found and not self._was:
+        if value and not self._was:
             self._times = self._times + 1 if self._is_counted else 1
             self._on_event()
-        self._was = bool(found)
+        self._was = bool(value)
 
     def take(self) -> int:
         """Return how often the event counts since the last call."""

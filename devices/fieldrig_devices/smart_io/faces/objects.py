@@ -65,17 +65,17 @@ _TRANSMITTED: Final = (
 
 def points_by_object() -> dict[str, str]:
     """Return the points of the objects; a node without some of them leaves these out."""
-    found = {"6411:01": "analog1", "2000:01": "display.character", "2000:02": "display.blink", "2001:01": "error_word"}
+    points = {"6411:01": "analog1", "2000:01": "display.character", "2000:02": "display.blink", "2001:01": "error_word"}
     for index, terminal, scanned in ((0x6000, "key", "scan"), (0x6200, "led", "out")):
         for module in range(1, MODULES + 1):
             for place, address in enumerate(addresses_of(module)):
-                found[f"{index:04X}:{2 * module - 1 + place // 8:02X}.{place % 8}"] = f"{scanned}{address}"
+                points[f"{index:04X}:{2 * module - 1 + place // 8:02X}.{place % 8}"] = f"{scanned}{address}"
         for place in range(MOST_KEYS):
-            found[f"{index:04X}:{2 * MODULES + 1 + place // 8:02X}.{place % 8}"] = f"{terminal}{place + 1}"
+            points[f"{index:04X}:{2 * MODULES + 1 + place // 8:02X}.{place % 8}"] = f"{terminal}{place + 1}"
     for number in range(1, MOST_MOTORS + 1):
         for subindex, (point, *_) in enumerate(_MOTOR_ROWS, 1):
-            found[f"{FIRST_MOTOR + number - 1:04X}:{subindex:02X}"] = f"motor{number}.{point}"
-    return found
+            points[f"{FIRST_MOTOR + number - 1:04X}:{subindex:02X}"] = f"motor{number}.{point}"
+    return points
 
 
 def _profile() -> Table:

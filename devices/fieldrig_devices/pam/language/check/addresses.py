@@ -47,12 +47,12 @@ _FIXED: Final[Mapping[str, _Fixed]] = {
 
 def check_addresses(program: Program, names: Names) -> None:
     """Report addresses that do not exist, and those that two nodes or two outputs have."""
-    found = [Given(item) for item in program.items if isinstance(item, Declaration)]
-    groups = {item.name: item.integer("NUMBER") for item in found if item.kind == "NODES_GROUP"}
-    types = {item.name: item.text("TYPE") for item in found if item.kind == "NODE"}
+    declarations = [Given(item) for item in program.items if isinstance(item, Declaration)]
+    groups = {item.name: item.integer("NUMBER") for item in declarations if item.kind == "NODES_GROUP"}
+    types = {item.name: item.text("TYPE") for item in declarations if item.kind == "NODE"}
     owners: dict[tuple[str, str, int], str] = {}
     axes: dict[str, str] = {}
-    for item in found:
+    for item in declarations:
         if item.kind == "AXIS":
             _is_alone(item, axes, names)
         address = item.integer("ADDRESS")

@@ -23,8 +23,8 @@ def constant(expression: tree.Expression, depth: int = 0) -> int | float | None:
         case tree.Number(value=value):
             return value
         case tree.Unary(operator="+" | "-" as sign, operand=operand) if depth < _MOST_DEEP:
-            found = constant(operand, depth + 1)
-            return -found if found is not None and sign == "-" else found
+            inner = constant(operand, depth + 1)
+            return -inner if inner is not None and sign == "-" else inner
         case tree.Binary(operator="/" | "%" as operator, left=left, right=right) if depth < _MOST_DEEP:
             first, second = constant(left, depth + 1), constant(right, depth + 1)
             return None if first is None or not second or not isfinite(first) else _divided(operator, first, second)
@@ -36,8 +36,8 @@ def constant(expression: tree.Expression, depth: int = 0) -> int | float | None:
 
 def _divided(operator: str, first: int | float, second: int | float) -> int | float:
     """Return a quotient or remainder; of integers, a whole number toward zero (PAML-227, PAMS-006)."""
-    found = first / second if operator == "/" else fmod(first, second)
-    return int(found) if isinstance(first, int) and isinstance(second, int) else found
+    quotient = first / second if operator == "/" else fmod(first, second)
+    return int(quotient) if isinstance(first, int) and isinstance(second, int) else quotient
 
 
 def check_constants(kind: str, statement: tree.Execute, names: Names) -> None:

@@ -60,8 +60,8 @@ def _has_items(values: Mapping[str, Parameter], names: Names) -> bool:
     if "NUMBER" in values or ("NODES_GROUP" in values):
         return True
     for name in ITEMS_FROM:
-        if name in values and isinstance(found := values[name].values[0], Reference):
-            owner = names.symbols.get(found.name)
+        if name in values and isinstance(first := values[name].values[0], Reference):
+            owner = names.symbols.get(first.name)
             return owner is not None and owner.is_multiple
     return False
 
@@ -70,8 +70,8 @@ def _has_one_item(values: Mapping[str, Parameter], names: Names) -> bool:
     number = _number(values, "NUMBER")
     if number is not None:
         return number == 1
-    found = [values[name].values[0] for name in ("NODES_GROUP", *ITEMS_FROM) if name in values]
-    owners = [names.symbols.get(owner.name) for owner in found if isinstance(owner, Reference)]
+    firsts = [values[name].values[0] for name in ("NODES_GROUP", *ITEMS_FROM) if name in values]
+    owners = [names.symbols.get(owner.name) for owner in firsts if isinstance(owner, Reference)]
     return any(owner is not None and owner.has_one_item for owner in owners)
 
 

@@ -42,12 +42,12 @@ def type_of(expression: tree.Expression, names: Names, context: Context) -> Type
 
 def need(expression: tree.Expression, wanted: Type, names: Names, context: Context) -> None:
     """Report an expression that is not of the wanted type.  Integers and reals are converted (PAML-227)."""
-    found = type_of(expression, names, context)
-    if found is None or found == wanted or (found in NUMERIC and wanted in NUMERIC):
+    own_type = type_of(expression, names, context)
+    if own_type is None or own_type == wanted or (own_type in NUMERIC and wanted in NUMERIC):
         return
     if wanted == "flag" and is_bit(expression):
         return
-    names.wrong(expression.place, f"this is {TYPE_NAMES[found]}", TYPE_NAMES[wanted])
+    names.wrong(expression.place, f"this is {TYPE_NAMES[own_type]}", TYPE_NAMES[wanted])
 
 
 def is_bit(expression: tree.Expression) -> bool:
@@ -98,24 +98,26 @@ def _value(reference: tree.Reference, names: Names, context: Context) -> Type | 
     indexed(reference, symbol, names, context)
     if symbol.kind == "ENCODER":
         _takes_time(reference.place, names, context)
-    found = VALUES.get(symbol.kind)
-    if found is None:
+    value_type = VALUES.get(symbol.kind)
+    if value_type is None:
         asked = sorted(INQUIRIES.get(symbol.kind, {}))
         hint = f"Ask it with ?: {listed(asked)}." if asked else ""
         names.wrong(reference.place, f"{with_article(symbol.kind)} has no value of its own", "an inquiry", hint)
-    elif reference.index in ("all+", "all*") and found != "flag":
-        names.wrong(reference.place, f"[{reference.index}] joins flags; {symbol.name} is {TYPE_NAMES[found]}", "a flag")
-    return found
+    elif reference.index in ("all+", "all*") and value_type != "flag":
+        names.wrong(
+            reference.place, f"[{reference.index}] joins flags; {symbol.name} is {TYPE_NAMES[value_type]}", "a flag"
+        )
+    return value_type
 
 
 def rule_of(parameter: tree.ParameterOf, symbol: Symbol, names: Names) -> Rule | None:
     """Return the rule of a parameter.  One that the kind does not have is reported, and is None."""
     rules = KINDS.get(symbol.kind, PORT_PARAMETERS.get(symbol.kind, {}))
-    found = rules.get(parameter.parameter)
-    if found is None:
+    rule = rules.get(parameter.parameter)
+    if rule is None:
         what = f"{with_article(symbol.kind)} has no parameter {parameter.parameter}"
         names.wrong(parameter.place, what, listed(list(rules)) if rules else "an object with parameters")
-    return found
+    return rule
 
 
 def _parameter(parameter: tree.ParameterOf, names: Names, context: Context) -> Type | None:
@@ -135,10 +137,10 @@ def _unary(unary: tree.Unary, names: Names, context: Context) -> Type | None:
     if unary.operator == "!":
         need(unary.operand, "flag", names, context)
         return "flag"
-    found = type_of(unary.operand, names, context)
-    if found is not None and found not in NUMERIC:
-        names.wrong(unary.place, f"{unary.operator} is in front of {TYPE_NAMES[found]}", "a number")
-    return found if found in NUMERIC else None
+    operand_type = type_of(unary.operand, names, context)
+    if operand_type is not None and operand_type not in NUMERIC:
+        names.wrong(unary.place, f"{unary.operator} is in front of {TYPE_NAMES[operand_type]}", "a number")
+    return operand_type if operand_type in NUMERIC else None
 
 
 def _binary(binary: tree.Binary, names: Names, context: Context) -> Type | None:
@@ -151,9 +153,9 @@ def _binary(binary: tree.Binary, names: Names, context: Context) -> Type | None:
         return left or right
     if left == right == "flag" and binary.operator in ("+", "*"):
         return "flag"
-    for side, found in ((binary.left, left), (binary.right, right)):
-        if found not in NUMERIC:
-            hint = "Comparisons bind looser than + and *: put them in parentheses." if found == "flag" else ""
+    for side, side_type in ((binary.left, left), (binary.right, right)):
+        if side_type not in NUMERIC:
+            hint = "Comparisons bind looser than + and *: put them in parentheses." if side_type == "flag" else ""
             names.wrong(
                 side.place, f"{binary.operator} joins {TYPE_NAMES[left]} and {TYPE_NAMES[right]}", "numbers", hint
             )
@@ -223,10 +225,10 @@ def _unknown_inquiry(inquiry: tree.Inquiry, symbol: Symbol, names: Names) -> Non
 def _mathematics(inquiry: tree.Inquiry, names: Names, context: Context) -> Type | None:
     if inquiry.arguments:
         names.wrong(inquiry.place, f"{inquiry.function} takes no arguments", f"number ? {inquiry.function}")
-    found = type_of(inquiry.subject, names, context)
-    if found is not None and found not in NUMERIC:
-        names.wrong(inquiry.place, f"{inquiry.function} is asked of {TYPE_NAMES[found]}", "a number")
-    return found if inquiry.function == "abs" else "real"
+    argument_type = type_of(inquiry.subject, names, context)
+    if argument_type is not None and argument_type not in NUMERIC:
+        names.wrong(inquiry.place, f"{inquiry.function} is asked of {TYPE_NAMES[argument_type]}", "a number")
+    return argument_type if inquiry.function == "abs" else "real"
 
 
 def fitting(

@@ -7,7 +7,7 @@ from fieldrig_devices.pam.language.tree import Number, Place, Reference, Word
 class Given:
     def __init__(self, declaration: Declaration) -> None:
         self.name, self.kind = declaration.name, declaration.kind
-        self._values: dict[str, Parameter] = {found.name: found for found in declaration.parameters}
+        self._values: dict[str, Parameter] = {parameter.name: parameter for parameter in declaration.parameters}
         self._place = declaration.place
 
     @property

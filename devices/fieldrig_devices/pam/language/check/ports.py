@@ -72,7 +72,7 @@ def _check_crcs(port: PortPlan, places: Mapping[str, Place], names: Names) -> No
 
 
 def _place(declaration: Declaration, name: str) -> Place:
-    return next((found.place for found in declaration.parameters if found.name == name), declaration.place)
+    return next((parameter.place for parameter in declaration.parameters if parameter.name == name), declaration.place)
 
 
 class _Map:

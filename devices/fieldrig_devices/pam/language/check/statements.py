@@ -219,8 +219,8 @@ def check_sequence(reference: tree.SequenceRef, names: Names, context: Context) 
     if task is None:
         names.wrong(reference.place, f"{context.where} has no sequences", "a statement without a sequence")
         return
-    found = sequence_of(task, reference.name)
-    if found is None:
+    started = sequence_of(task, reference.name)
+    if started is None:
         expected = listed([sequence.name for sequence in task.sequences])
         names.wrong(reference.place, f"{task.name} has no sequence {reference.name}", expected)
     elif reference.is_indexed != is_multiple(task):

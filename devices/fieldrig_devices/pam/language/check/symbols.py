@@ -74,12 +74,12 @@ class Names:
         """Return what a name stands for.  A name without an object is reported, and is None."""
         if reference.name in PREDECLARED:
             return Symbol(reference.name, PREDECLARED[reference.name], reference.place)
-        found = self.symbols.get(reference.name)
-        if found is None:
+        symbol = self.symbols.get(reference.name)
+        if symbol is None:
             self.wrong(
                 reference.place, f"{reference.name} is not declared here", "an object", self._likely(reference.name)
             )
-        return found
+        return symbol
 
     def _likely(self, name: str) -> str:
         from difflib import get_close_matches

@@ -58,8 +58,10 @@ def parse(
         except UnexpectedError:
             cursor.i = max(cursor.i, begin + 1)
             _skip_to_item(cursor)
-    found = sorted([*preprocessor.mistakes, *cursor.mistakes], key=lambda wrong: (wrong.file, wrong.line, wrong.column))
-    return Program(tuple(items)), found
+    mistakes = sorted(
+        [*preprocessor.mistakes, *cursor.mistakes], key=lambda wrong: (wrong.file, wrong.line, wrong.column)
+    )
+    return Program(tuple(items)), mistakes
 
 
 def _item(cursor: Cursor) -> Item:

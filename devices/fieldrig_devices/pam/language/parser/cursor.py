@@ -131,10 +131,10 @@ class Cursor:
         return self.take().text
 
     def index(self) -> Index | None:
-        found = _INDICES.get(self.token.text)
-        if found is not None:
+        known = _INDICES.get(self.token.text)
+        if known is not None:
             self.take()
-        return found
+        return known
 
     def item_index(self) -> bool:
         """Pass over [i], which marks a sequence or equation of several items."""

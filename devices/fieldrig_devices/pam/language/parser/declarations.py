@@ -34,10 +34,10 @@ def declaration(cursor: Cursor) -> Declaration:
     if kind.endswith("_VAR") and not (_is_parameter(cursor, KINDS[kind]) or cursor.is_word("END")):
         return Declaration(place, kind, name)
     parts: list[Declaration] = []
-    found = parameters(cursor, kind, KINDS[kind], ("END",), parts)
+    given = parameters(cursor, kind, KINDS[kind], ("END",), parts)
     cursor.close("END", begin)
     cursor.accept(";")
-    return Declaration(place, kind, name, found, tuple(parts))
+    return Declaration(place, kind, name, given, tuple(parts))
 
 
 def _kind(cursor: Cursor) -> str:
@@ -60,7 +60,7 @@ def parameters(
     cursor: Cursor, kind: str, rules: Mapping[str, Rule], ends: tuple[str, ...], parts: list[Declaration]
 ) -> tuple[Parameter, ...]:
     """Read parameters up to a word that ends them.  Traces among them are put into `parts`."""
-    found: list[Parameter] = []
+    given: list[Parameter] = []
     place = cursor.place
     if kind == "TRACE":
         ends = (*ends, kind)  # the next one; both are parts of a MULTI_COMPARATOR
@@ -77,9 +77,9 @@ def parameters(
             cursor.recover(begin, depth, ";", *ends, *(ITEMS - rules.keys()))
             continue
         if rules[read.name].need != MANY:
-            cursor.checked_once(found, read)
-        found.append(read)
-    return tuple(found)
+            cursor.checked_once(given, read)
+        given.append(read)
+    return tuple(given)
 
 
 def _is_parameter(cursor: Cursor, rules: Mapping[str, Rule]) -> bool:
@@ -112,9 +112,9 @@ def _parameter(cursor: Cursor, kind: str, rules: Mapping[str, Rule]) -> Paramete
     if name == "ON":
         return Parameter(place, name, (_word(cursor, rules[name]),))
     cursor.expect("=")
-    found = Parameter(place, name, _values(cursor, rules[name]))
+    parameter = Parameter(place, name, _values(cursor, rules[name]))
     cursor.semicolon()
-    return found
+    return parameter
 
 
 def _values(cursor: Cursor, rule: Rule) -> tuple[Expression | RoutineCall, ...]:
@@ -126,15 +126,15 @@ def _values(cursor: Cursor, rule: Rule) -> tuple[Expression | RoutineCall, ...]:
         return _axis_of_set(cursor)
     if rule.holds[-1] == "bit":
         return _bit_address(cursor)
-    found: list[Expression | RoutineCall] = []
+    values: list[Expression | RoutineCall] = []
     for holds in rule.holds:
         is_listed = cursor.spells(*rule.words) or ("/" in holds and cursor.spells(holds.partition("(")[2].rstrip(")")))
         if holds[0] == "(" and cursor.token.kind != "name":
             raise cursor.unexpected(
                 f"{', '.join(rule.words[:-1])} or {rule.words[-1]}" if rule.words[1:] else rule.words[0]
             )
-        found.append(_symbol(cursor) if is_listed or holds[0] == "(" else _operand(cursor))
-    return tuple(found)
+        values.append(_symbol(cursor) if is_listed or holds[0] == "(" else _operand(cursor))
+    return tuple(values)
 
 
 def _operand(cursor: Cursor) -> Expression:
@@ -200,10 +200,10 @@ def application(cursor: Cursor) -> Application:
     name = cursor.name("the name of the application")
     version = _version(cursor)
     cursor.semicolon()
-    found = parameters(cursor, "APPLICATION", SPECS["APPLICATION"], ("END",), [])
+    given = parameters(cursor, "APPLICATION", SPECS["APPLICATION"], ("END",), [])
     cursor.close("END", begin)
     cursor.accept(";")
-    return Application(place, name, version, found)
+    return Application(place, name, version, given)
 
 
 def _version(cursor: Cursor) -> str:
@@ -246,8 +246,8 @@ def equation(cursor: Cursor) -> BooleanEquation:
         cursor.semicolon()
     cursor.expect("EQUATION")
     cursor.accept("=")
-    found = expression(cursor)
+    formula = expression(cursor)
     cursor.semicolon()
     cursor.close("END_BOOLEAN", begin)
     cursor.accept(";")
-    return BooleanEquation(place, name, is_multiple, linked, found)
+    return BooleanEquation(place, name, is_multiple, linked, formula)

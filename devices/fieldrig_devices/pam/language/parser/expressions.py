@@ -15,9 +15,9 @@ LONGEST_CHAIN: Final = 1000
 
 def expression(cursor: Cursor) -> tree.Expression:
     cursor.deeper()
-    found = _level(cursor, 0)
+    parsed = _level(cursor, 0)
     cursor.higher()
-    return found
+    return parsed
 
 
 def _level(cursor: Cursor, level: int) -> tree.Expression:
@@ -68,11 +68,11 @@ def arguments(cursor: Cursor) -> tuple[tree.Expression, ...]:
     """Read the arguments of a function in parentheses, if there are any."""
     if not cursor.accept("("):
         return ()
-    found = [expression(cursor)]
+    expressions = [expression(cursor)]
     while cursor.accept(","):
-        found.append(expression(cursor))
+        expressions.append(expression(cursor))
     cursor.close(")")
-    return tuple(found)
+    return tuple(expressions)
 
 
 def _unary(cursor: Cursor) -> tree.Expression:
@@ -82,9 +82,9 @@ def _unary(cursor: Cursor) -> tree.Expression:
         if cursor.token.kind == "sign" and cursor.token.text == sign:
             cursor.take()
             cursor.deeper()
-            found = tree.Unary(place, sign, _unary(cursor))
+            operation = tree.Unary(place, sign, _unary(cursor))
             cursor.higher()
-            return found
+            return operation
     return _primary(cursor)
 
 
@@ -142,9 +142,9 @@ def routine_call(cursor: Cursor) -> tree.RoutineCall:
     routine = cursor.name("the name of a routine")
     if cursor.token.text == "(":
         raise cursor.unexpected("WITH and the arguments, without parentheses")
-    found: list[tree.Expression] = []
+    values: list[tree.Expression] = []
     if cursor.accept("WITH"):
-        found.append(expression(cursor))
+        values.append(expression(cursor))
         while cursor.accept(","):
-            found.append(expression(cursor))
-    return tree.RoutineCall(place, routine, tuple(found))
+            values.append(expression(cursor))
+    return tree.RoutineCall(place, routine, tuple(values))

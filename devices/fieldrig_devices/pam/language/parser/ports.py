@@ -20,10 +20,10 @@ def dual_port(cursor: Cursor) -> Declaration:
     place, begin = cursor.place, cursor.i
     cursor.expect("DUAL_PORT")
     cursor.accept(";")
-    found = parameters(cursor, "DUAL_PORT", KINDS["DUAL_PORT"], ("END",), [])
+    given = parameters(cursor, "DUAL_PORT", KINDS["DUAL_PORT"], ("END",), [])
     cursor.close("END", begin)
     cursor.accept(";")
-    return Declaration(place, "DUAL_PORT", PORTS["DUAL_PORT"], found)
+    return Declaration(place, "DUAL_PORT", PORTS["DUAL_PORT"], given)
 
 
 def port(cursor: Cursor) -> Declaration:
@@ -61,7 +61,7 @@ def _variable(cursor: Cursor, family: str, end: str) -> Declaration:
     kind = with_class(cursor, f"{family} {direction}")
     name = cursor.name("the name of the variable")
     cursor.semicolon(is_optional=True)  # the syntax boxes of the manual leave it out (10036, 10048)
-    found = parameters(cursor, kind, KINDS[kind], ("END", *_DIRECTIONS, end), [])
+    given = parameters(cursor, kind, KINDS[kind], ("END", *_DIRECTIONS, end), [])
     if cursor.accept("END"):
         cursor.accept(";")
-    return Declaration(place, kind, name, found)
+    return Declaration(place, kind, name, given)

@@ -29,13 +29,13 @@ def _specs(cursor: Cursor, kind: str) -> tuple[Parameter, ...]:
     if not cursor.accept("SPECS"):
         return ()
     known = len(cursor.mistakes)
-    found = parameters(cursor, kind, SPECS[kind], ("END_SPECS",), [])
+    specs = parameters(cursor, kind, SPECS[kind], ("END_SPECS",), [])
     is_right = len(cursor.mistakes) == known
-    if is_right and kind == "TASK" and not any(parameter.name == "CYCLES" for parameter in found):
+    if is_right and kind == "TASK" and not any(parameter.name == "CYCLES" for parameter in specs):
         cursor.wrong(cursor.tokens[begin].place, "the SPECS of the task have no CYCLES", "CYCLES = n")
     cursor.close("END_SPECS", begin)
     cursor.accept(";")
-    return found
+    return specs
 
 
 def _reaction(cursor: Cursor) -> Reaction:
@@ -68,13 +68,13 @@ def routines(cursor: Cursor) -> Routines:
     cursor.expect("ROUTINES")
     name = cursor.name("the name of the routines")
     cursor.semicolon()
-    found: list[Routine] = []
+    all_routines: list[Routine] = []
     while cursor.is_word("ROUTINE"):
-        found.append(_routine(cursor))
+        all_routines.append(_routine(cursor))
     power_on = _power_on(cursor)
     cursor.close("END_ROUTINES", begin)
     cursor.accept(";")
-    return Routines(place, name, tuple(found), power_on)
+    return Routines(place, name, tuple(all_routines), power_on)
 
 
 def _routine(cursor: Cursor) -> Routine:
@@ -120,9 +120,9 @@ def _event(cursor: Cursor) -> Event:
     cursor.take()
     condition = expression(cursor)
     cursor.expect("XEQ_SEQUENCE")
-    found = Event(place, condition, sequence_name(cursor))
+    event = Event(place, condition, sequence_name(cursor))
     cursor.semicolon()
-    return found
+    return event
 
 
 def _sequence(cursor: Cursor) -> Sequence:

@@ -39,19 +39,19 @@ MOST_STATEMENTS: Final = 20_000
 
 def statements(cursor: Cursor) -> tuple[tree.Statement, ...]:
     """Read statements up to a word that ends them.  A mistake in one does not hide those in the next."""
-    found: list[tree.Statement] = []
+    body: list[tree.Statement] = []
     while not cursor.is_at_end and not cursor.is_word(*_ENDS) and not begins_item(cursor):
         if cursor.accept(";"):
             continue
-        if len(found) >= MOST_STATEMENTS:
+        if len(body) >= MOST_STATEMENTS:
             raise cursor.unexpected(f"at most {MOST_STATEMENTS} statements in one list")
         begin, depth = cursor.i, cursor.depth
         try:
-            found.append(statement(cursor))
+            body.append(statement(cursor))
         except UnexpectedError:
             cursor.recover(begin, depth, ";", *_ENDS, *_STATEMENTS)
             cursor.accept(";")
-    return tuple(found)
+    return tuple(body)
 
 
 def begins_item(cursor: Cursor) -> bool:
@@ -63,9 +63,9 @@ def statement(cursor: Cursor) -> tree.Statement:
     cursor.deeper()
     word = cursor.token.text.upper()
     read = _STATEMENTS.get(word) if cursor.is_word(word) else None
-    found = read(cursor) if read is not None else _access(cursor)
+    parsed = read(cursor) if read is not None else _access(cursor)
     cursor.higher()
-    return found
+    return parsed
 
 
 def _access(cursor: Cursor) -> tree.Statement:
@@ -97,11 +97,11 @@ def _access(cursor: Cursor) -> tree.Statement:
         raise cursor.unexpected(f"a value in front of ? {word}, as in 2 ? {word}")
     is_call = cursor.token.kind == "name" and cursor.is_next("(")  # also of a function that no object has
     if is_call or (is_function and cursor.is_next(";") and not cursor.is_name(cursor.token)):
-        found: tree.Statement = tree.Execute(place, target, function_name(cursor), arguments(cursor))
+        assignment: tree.Statement = tree.Execute(place, target, function_name(cursor), arguments(cursor))
     else:
-        found = tree.Assign(place, target, expression(cursor))
+        assignment = tree.Assign(place, target, expression(cursor))
     cursor.semicolon()
-    return found
+    return assignment
 
 
 def _hint(name: str) -> str:
@@ -170,9 +170,9 @@ def sequence_name(cursor: Cursor) -> tree.SequenceRef:
 def _start_sequence(cursor: Cursor) -> tree.StartSequence:
     place = cursor.place
     cursor.take()
-    found = tree.StartSequence(place, sequence_name(cursor))
+    start = tree.StartSequence(place, sequence_name(cursor))
     cursor.semicolon(is_optional=True)
-    return found
+    return start
 
 
 def _task_and_sequence(cursor: Cursor) -> tree.StartTask:
@@ -187,9 +187,9 @@ def _task_and_sequence(cursor: Cursor) -> tree.StartTask:
 
 
 def _start_task(cursor: Cursor) -> tree.StartTask:
-    found = _task_and_sequence(cursor)
+    start = _task_and_sequence(cursor)
     cursor.semicolon()
-    return found
+    return start
 
 
 def _condition(cursor: Cursor) -> tree.Statement:
@@ -207,9 +207,9 @@ def _condition(cursor: Cursor) -> tree.Statement:
 def _wait(cursor: Cursor) -> tree.Wait:
     place = cursor.place
     cursor.take()
-    found = tree.Wait(place, expression(cursor))
+    wait = tree.Wait(place, expression(cursor))
     cursor.semicolon()
-    return found
+    return wait
 
 
 def _case(cursor: Cursor) -> tree.Case:
@@ -230,9 +230,9 @@ def _branch(cursor: Cursor) -> tree.Branch:
     place = cursor.place
     condition = expression(cursor)
     cursor.expect("XEQ_SEQUENCE")
-    found = tree.Branch(place, condition, sequence_name(cursor))
+    branch = tree.Branch(place, condition, sequence_name(cursor))
     cursor.semicolon()
-    return found
+    return branch
 
 
 def _exception(cursor: Cursor) -> tree.ArmException:
@@ -263,9 +263,9 @@ def _exception_action(cursor: Cursor) -> tree.ExceptionAction:
 def _exception_entry(cursor: Cursor) -> tree.ExceptionEntry:
     place = cursor.place
     cursor.take()
-    found = tree.ExceptionEntry(place, cursor.name("a label"))
+    entry = tree.ExceptionEntry(place, cursor.name("a label"))
     cursor.semicolon()
-    return found
+    return entry
 
 
 def _remove_exception(cursor: Cursor) -> tree.RemoveException:

@@ -112,11 +112,11 @@ class IsoSession:
 
 def _parameters(data: bytes) -> dict[int, bytes] | None:
     """Return the variable part of a header by the codes of its parameters; None if it is cut."""
-    found: dict[int, bytes] = {}
+    by_code: dict[int, bytes] = {}
     at = 0
     while at < len(data):
         if at + 2 > len(data) or at + 2 + data[at + 1] > len(data):
             return None
-        found[data[at]] = data[at + 2 : at + 2 + data[at + 1]]
+        by_code[data[at]] = data[at + 2 : at + 2 + data[at + 1]]
         at += 2 + data[at + 1]
-    return found
+    return by_code

@@ -93,14 +93,14 @@ class S7Server:
         return _SETUP.pack(SETUP, 0, 1, 1, self._pdu)
 
     def _read(self, parameters: bytes) -> bytes:
-        found = bytearray()
+        answer = bytearray()
         for address in _addresses(parameters):
-            found += bytes(len(found) % 2)  # each item begins at an even byte
+            answer += bytes(len(answer) % 2)  # each item begins at an even byte
             try:
-                found += self._read_item(self._item(address))
+                answer += self._read_item(self._item(address))
             except AddressError as wrong:
-                found += _ITEM.pack(wrong.code, 0, 0)
-        return bytes(found)
+                answer += _ITEM.pack(wrong.code, 0, 0)
+        return bytes(answer)
 
     def _read_item(self, item: Item) -> bytes:
         try:

@@ -81,7 +81,7 @@ class WordSession:
             return bytes((NO_SUCH_WORD,))
 
     def _compare(self, word: int, expected: int, value: int) -> int:
-        (found,) = self._memory.read(word, 1)
-        if found == expected:
+        (present,) = self._memory.read(word, 1)
+        if present == expected:
             self._memory.write(word, (value,))
-        return found
+        return present

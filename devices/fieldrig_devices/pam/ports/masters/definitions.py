@@ -15,15 +15,15 @@ class Definitions:
 
     def __init__(self, variables: Iterable[PortVariable], codes: Mapping[str, int]) -> None:
         """`codes` are the numbers of the classes on the wire."""
-        found = list(variables)
+        wanted = list(variables)
         self._codes = codes
-        self.inputs = {variable.crc: variable for variable in found if variable.is_input}
-        self.outputs = [variable for variable in found if not variable.is_input]
+        self.inputs = {variable.crc: variable for variable in wanted if variable.is_input}
+        self.outputs = [variable for variable in wanted if not variable.is_input]
         self.values: dict[str, list[Value]] = {
-            variable.name: [False if variable.kind == "FLAG_VAR" else 0] * variable.number for variable in found
+            variable.name: [False if variable.kind == "FLAG_VAR" else 0] * variable.number for variable in wanted
         }
         self.mistakes: list[str] = []
-        self._by_name = {variable.name: variable for variable in found}
+        self._by_name = {variable.name: variable for variable in wanted}
         self._keys: dict[str, int] = {}
 
     def forget_keys(self) -> None:
@@ -34,10 +34,10 @@ class Definitions:
 
     def input(self, name: str) -> PortVariable:
         """Return an input.  LookupError if there is none of this name."""
-        found = self._by_name[name]
-        if not found.is_input:
+        variable = self._by_name[name]
+        if not variable.is_input:
             raise LookupError(f"{name} is an output of the PAM")
-        return found
+        return variable
 
     def take_input(self, crc: int, key: int, code: int, number: int) -> None:
         """Take the PAM's definition of an input over."""

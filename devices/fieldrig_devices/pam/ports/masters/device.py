@@ -98,7 +98,7 @@ class VmeMasterDevice(Device):
     # ---- points
 
     def points(self) -> Mapping[str, Point]:
-        found = {
+        by_key = {
             "running": Point(lambda: self._is_running, about="the start-up is over, and the PAM is alive"),
             "mistakes": Point(lambda: "\n".join(self._master.mistakes), about="definitions of the PAM that differ"),
         }
@@ -106,8 +106,8 @@ class VmeMasterDevice(Device):
             for index in range(variable.number):
                 key = f"{variable.name}.{index}" if variable.is_multiple else variable.name
                 write = partial(self._write, variable, index) if variable.is_input else None
-                found[key] = Point(partial(self._read, variable.name, index), write)
-        return found
+                by_key[key] = Point(partial(self._read, variable.name, index), write)
+        return by_key
 
     def _read(self, name: str, index: int) -> Value:
         """Return the value of a variable, or that which a user has written and the master sends next."""

@@ -69,15 +69,15 @@ class Rs422Master:
             self._say(Message(Code.ALIVE))
 
     def receive(self, data: bytes) -> None:
-        for found in self._codec.decode(data):
-            if isinstance(found, LineFault):
-                self._known.mistakes.append(f"line fault: {found.name}")
+        for message in self._codec.decode(data):
+            if isinstance(message, LineFault):
+                self._known.mistakes.append(f"line fault: {message.name}")
                 continue
             self._heard_ns = self._now_ns
-            if found.code in CLASS_OF:
-                self._on_value(found)
-            elif found.code in (Code.ACK, Code.DEF_IN) and self._conversation is not None:
-                self._go_on(found)
+            if message.code in CLASS_OF:
+                self._on_value(message)
+            elif message.code in (Code.ACK, Code.DEF_IN) and self._conversation is not None:
+                self._go_on(message)
 
     def put(self, name: str, value: Value, index: int = 0) -> None:
         """Send a value of an input, -1 as index for all items."""
@@ -127,6 +127,6 @@ class Rs422Master:
         variable = self._known.output(key)
         if variable is None or variable.kind != CLASS_OF[message.code]:
             return
-        found = bool(value) if variable.kind == "FLAG_VAR" else value
-        if self._known.keep(variable, index, found):
-            self.changes.append((variable.name, index, found))
+        typed = bool(value) if variable.kind == "FLAG_VAR" else value
+        if self._known.keep(variable, index, typed):
+            self.changes.append((variable.name, index, typed))

@@ -79,7 +79,7 @@ class S5Master:
         start, head_cell, tail_cell = self._fifos["FIFO_OUT"]
         head = yield from self._index(head_cell)
         tail = yield from self._index(tail_cell)
-        found: list[tuple[str, int, Value]] = []
+        changes: list[tuple[str, int, Value]] = []
         while head != tail:
             address = yield from read(start + tail // 2)
             tail = _following(tail, start, head_cell)
@@ -89,8 +89,8 @@ class S5Master:
                 value: Value = bool(word & place.mask) if variable.kind == "FLAG_VAR" else _signed(word)
                 if value != self.values[variable.name][index]:
                     self.values[variable.name][index] = value
-                    found.append((variable.name, index, value))
-        return found
+                    changes.append((variable.name, index, value))
+        return changes
 
     def watch(self) -> Script[bool]:
         """Serve the watchdog; call it once per cycle of the PLC.  Return False if the PAM is dead."""

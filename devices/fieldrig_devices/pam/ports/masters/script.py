@@ -46,17 +46,17 @@ class Words(Protocol):
 
 def carry_out(script: Script[T], words: Words, pause: Callable[[float], None]) -> T:
     """Run a script to its end and return its result.  `pause` waits for a number of seconds, as `time.sleep` does."""
-    found: Sequence[int] = ()
+    cells: Sequence[int] = ()
     while True:
         try:
-            access = script.send(found) if found else next(script)
+            access = script.send(cells) if cells else next(script)
         except StopIteration as end:
             result: T = end.value
             return result
-        found = ()
+        cells = ()
         match access:
             case Read(word=word, count=count):
-                found = words.read(word, count)
+                cells = words.read(word, count)
             case Write(word=word, values=values):
                 words.write(word, values)
             case Pause(duration_ns=duration_ns):

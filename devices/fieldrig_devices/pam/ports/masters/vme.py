@@ -162,7 +162,7 @@ class VmeMaster:
     def take(self) -> Script[list[tuple[str, int, Value]]]:
         """Read everything in the output FIFO; return the changes as name, item and value."""
         header = self._headers[OUT_HEADER]
-        found: list[tuple[str, int, Value]] = []
+        changes: list[tuple[str, int, Value]] = []
         head = yield from read(OUT_HEADER + HEAD)
         while head != self._tail:
             block = yield Read(header.body + self._tail * header.size, header.size)
@@ -174,8 +174,8 @@ class VmeMaster:
             index = item_on_wire(variable, block[2], self._first_item)
             value = value_of(variable.kind, tuple(block[3:]))
             if self._known.keep(variable, index, value):
-                found.append((variable.name, index, value))
-        return found
+                changes.append((variable.name, index, value))
+        return changes
 
     def watch(self) -> Script[bool]:
         """Serve the watchdog; call it every 10 ms.  Return False if the PAM is dead."""

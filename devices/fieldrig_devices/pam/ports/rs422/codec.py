@@ -56,9 +56,9 @@ class FramedCodec:
 
     def decode(self, data: bytes) -> Iterator[Message | LineFault]:
         for byte in data:
-            found = self._take(byte)
-            if found is not None:
-                yield found
+            event = self._take(byte)
+            if event is not None:
+                yield event
 
     def _take(self, byte: int) -> Message | LineFault | None:
         content = self._content

@@ -103,11 +103,11 @@ class Rs422Port:
         if self._received:
             data = bytes(self._received)
             self._received.clear()
-            for found in self._codec.decode(data):
-                if isinstance(found, LineFault):
-                    self._on_fault(found)
+            for event in self._codec.decode(data):
+                if isinstance(event, LineFault):
+                    self._on_fault(event)
                 else:
-                    self._on_message(found)
+                    self._on_message(event)
         if self._deadline_ns is not None and now_ns >= self._deadline_ns:
             self._on_timeout()
         if self.state is State.RUNNING:

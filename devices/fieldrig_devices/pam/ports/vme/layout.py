@@ -74,8 +74,8 @@ def value_words(kind: str, value: Value) -> tuple[int, ...]:
 
 def value_of(kind: str, words: tuple[int, ...]) -> Value:
     """Return the value in the last four words of a block."""
-    (found,) = _WIRE[kind].unpack_from(_VALUE.pack(*words))
-    return bool(found) if kind == "FLAG_VAR" else found
+    (value,) = _WIRE[kind].unpack_from(_VALUE.pack(*words))
+    return bool(value) if kind == "FLAG_VAR" else value
 
 
 def index_on_wire(variable: PortVariable, item: int, first: int) -> int:

@@ -150,9 +150,9 @@ class VmePort(DualPort):
             block = self._in.get()
             if block is None:
                 return
-            found = self._addressed(block)
-            if found is not None:
-                variable, index = found
+            addressed_input = self._addressed(block)
+            if addressed_input is not None:
+                variable, index = addressed_input
                 for item in addressed(self.items[variable.name], index):
                     item.preset(value_of(variable.kind, block[3:]))
 
@@ -172,10 +172,10 @@ class VmePort(DualPort):
         return variable, index
 
     def _queue(self, block: tuple[int, ...], number: int) -> None:
-        found = self._addressed(block)
-        if found is None:
+        addressed_input = self._addressed(block)
+        if addressed_input is None:
             return
-        variable, index = found
+        variable, index = addressed_input
         queue = self._queues[variable.period]
         if len(queue) >= MOST_QUEUED:
             self._kernel.report("07..E02B", (variable.period, MOST_QUEUED, number))

@@ -195,20 +195,20 @@ class Expressions:
         self, expressions: Sequence[tree.Expression], emitter: Emitter, at: Surroundings
     ) -> tuple[tuple[Argument, ...], list[str]]:
         """Return what the arguments of a function are, and the texts of those that are computed."""
-        found: list[Argument] = []
+        lowered: list[Argument] = []
         texts: list[str] = []
         for expression in expressions:
             match expression:
                 case tree.Text(value=text):
-                    found.append(Fixed(text))
+                    lowered.append(Fixed(text))
                 case tree.Word(name=name) if name not in ("PI", "TIMEOUT"):
-                    found.append(Fixed(name))
+                    lowered.append(Fixed(name))
                 case tree.Reference(name=name, index=index) if self._is_object(name, at):
-                    found.append(ItemOf(name, index))
+                    lowered.append(ItemOf(name, index))
                 case _:
-                    found.append(None)
+                    lowered.append(None)
                     texts.append(emitter.checked(self.operand(expression, emitter, at)).text)
-        return tuple(found), texts
+        return tuple(lowered), texts
 
     def _is_object(self, name: str, at: Surroundings) -> bool:
         return name not in at.formals and self.kind(name) not in VALUES

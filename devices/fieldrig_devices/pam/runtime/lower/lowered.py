@@ -176,9 +176,9 @@ class Lowered:
 
     def sequences(self) -> Sequence[SequenceCode]:
         """Return all sequences in the order of their numbers."""
-        found = [sequence for task in self.tasks for sequence in task.sequences.values()]
-        found += [task.power_on for task in self.tasks if task.power_on is not None]
-        return sorted(found, key=lambda sequence: sequence.number)
+        all_sequences = [sequence for task in self.tasks for sequence in task.sequences.values()]
+        all_sequences += [task.power_on for task in self.tasks if task.power_on is not None]
+        return sorted(all_sequences, key=lambda sequence: sequence.number)
 
 
 LINES = 10_000_000

@@ -105,9 +105,9 @@ class SequenceBody(Body):
             case tree.Condition(condition=condition, timeout=timeout):
                 self._timed("condition", self._site(lowered.ConditionSite(self._formula(condition))), timeout)
             case tree.Case(branches=branches, timeout=timeout):
-                found = tuple((self._formula(branch.condition), branch.sequence.name) for branch in branches)
+                cases = tuple((self._formula(branch.condition), branch.sequence.name) for branch in branches)
                 late = None if timeout is None else timeout.sequence.name
-                site = self._site(lowered.CaseSite(found, late))
+                site = self._site(lowered.CaseSite(cases, late))
                 self._timed("choose", site, None if timeout is None else timeout.condition)
             case tree.Wait(duration=duration):
                 self._ask_before(duration)

@@ -154,19 +154,19 @@ class Body:
 
     def _assign(self, target: Reference, value: Expression) -> None:
         emitter = Emitter()
-        found = self._operand(value, emitter)
+        operand = self._operand(value, emitter)
         cells = self._expressions.layout.cells.get(target.name)
         if cells is not None:
-            text = emitter.as_type(found, cells.type).text
+            text = emitter.as_type(operand, cells.type).text
             self._store(cells, target, text, emitter)
             return
         kind = self._expressions.kind(target.name)
         if VALUES[kind] == "flag":
-            found = emitter.flag(found)
+            operand = emitter.flag(operand)
         else:
-            found = emitter.integer(found) if kind in _INTEGER_OUTPUTS else emitter.checked(emitter.number(found))
+            operand = emitter.integer(operand) if kind in _INTEGER_OUTPUTS else emitter.checked(emitter.number(operand))
         called = self._expressions.uses.name(Use(Verb.SET, target.name, target.index))
-        self._do(emitter, _called(called, base_of(target), [found.text]), is_event=True)
+        self._do(emitter, _called(called, base_of(target), [operand.text]), is_event=True)
 
     def _store(self, cells: Cells, target: Reference, text: str, emitter: Emitter) -> None:
         """Write a variable.  A change that something may wait for is made known."""
