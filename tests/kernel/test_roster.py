@@ -11,7 +11,7 @@ from fieldrig.config.rig_file import from_dict
 from fieldrig.control.messages import Control
 from fieldrig.errors import ControlError
 from fieldrig.real.placement import placement
-from fieldrig.real.roster import Event, Roster, State
+from fieldrig.real.roster import Event, ProcessState, Roster
 
 HERE = Path(__file__).parent
 
@@ -129,12 +129,12 @@ async def test_devices_wait_until_their_hub_is_open_and_those_before_them_are_re
 @on_bench
 async def test_a_process_that_comes_back_waits_for_nobody_who_is_there(bench: Bench) -> None:
     await bench.make_all_ready()
-    bench.roster.set_state(bench.roster.members["two"], State.DEAD)
+    bench.roster.set_state(bench.roster.members["two"], ProcessState.DEAD)
     assert bench.roster.status()["state"] == "degraded"
     await bench.join("two", pid=2)
     assert bench.joins["two"].done()
     bench.line.on_ready("two", {"pid": 1})  # from before it died
-    assert bench.roster.members["two"].state is State.RELEASED
+    assert bench.roster.members["two"].state is ProcessState.RELEASED
     bench.line.on_ready("two", {"pid": 2})
     assert bench.roster.status()["state"] == "ready"
     assert bench.told().count("ready") == 1
@@ -143,7 +143,7 @@ async def test_a_process_that_comes_back_waits_for_nobody_who_is_there(bench: Be
 @on_bench
 async def test_one_that_died_for_good_is_not_waited_for(bench: Bench) -> None:
     await bench.make_all_ready()
-    bench.roster.set_state(bench.roster.members["one"], State.GONE)
+    bench.roster.set_state(bench.roster.members["one"], ProcessState.GONE)
     assert bench.roster.status()["state"] == "ready"
     await bench.join("two")
     assert bench.joins["two"].done()
@@ -152,7 +152,7 @@ async def test_one_that_died_for_good_is_not_waited_for(bench: Bench) -> None:
 @on_bench
 async def test_a_hub_that_is_being_started_again_is_waited_for(bench: Bench) -> None:
     await bench.make_all_ready()
-    bench.roster.set_state(bench.roster.members["w"], State.DEAD)
+    bench.roster.set_state(bench.roster.members["w"], ProcessState.DEAD)
     await bench.join("one")
     assert not bench.joins["one"].done()
     await bench.join("w")
@@ -168,7 +168,7 @@ async def test_a_new_service_finds_processes_that_joined_the_last_one(bench: Ben
     await bench.settle()
     assert [member.state for member in bench.roster.members.values()] == ["ready", "ready", "starting"]
     bench.line.on_life("one", False)
-    assert bench.roster.members["one"].state is State.DEAD
+    assert bench.roster.members["one"].state is ProcessState.DEAD
 
 
 @on_bench
@@ -207,7 +207,7 @@ async def test_a_late_host_is_told_once_for_all_processes_and_its_end_once(bench
         "two": "ring keeps 41 % of its cycles; load 30 on 2 cores",
     }
     late("one", {"words": ""})
-    bench.roster.set_state(bench.roster.members["two"], State.DEAD)
+    bench.roster.set_state(bench.roster.members["two"], ProcessState.DEAD)
     garbage: list[tuple[str, Any]] = [("three", {"words": "x"}), ("one", None), ("one", {"words": 1}), ("one", [])]
     for name, message in garbage:
         late(name, message)

@@ -24,7 +24,7 @@ from fieldrig_devices.ip.tcp.arrival import arrive, refusal
 from fieldrig_devices.ip.tcp.connection import Connection, Ending, Key
 from fieldrig_devices.ip.tcp.output import HasRoom, always, output
 from fieldrig_devices.ip.tcp.segment import ACK, RST, SYN, Segment
-from fieldrig_devices.ip.tcp.states import Event, State
+from fieldrig_devices.ip.tcp.states import Event, TcpState
 from fieldrig_devices.ip.tcp.timers import arm, expire, next_ns
 
 log = logging.getLogger(__name__)
@@ -127,7 +127,7 @@ class Stack:
         """End all connections at once, because the link is gone."""
         for connection in self.connections:
             connection.finish(Ending.LINK_DOWN)
-            connection.state = State.CLOSED
+            connection.state = TcpState.CLOSED
         self._run(now_ns)
 
     # ---- running
@@ -159,7 +159,7 @@ class Stack:
             self._held.setdefault(connection)
         else:
             self._held.pop(connection, None)
-        if connection.state is State.CLOSED and self._connections.get(connection.key) is connection:
+        if connection.state is TcpState.CLOSED and self._connections.get(connection.key) is connection:
             del self._connections[connection.key]
 
     def _wake(self, connection: Connection) -> None:
@@ -258,13 +258,13 @@ class Stack:
 
         A half-open one is given up for it if there are too many, or else the oldest one in TIME-WAIT.
         """
-        half_open = [key for key, old in self._connections.items() if old.state is State.SYN_RECEIVED]
+        half_open = [key for key, old in self._connections.items() if old.state is TcpState.SYN_RECEIVED]
         if len(half_open) >= MOST_HALF_OPEN:
             (busiest, _), *_ = Counter(key.remote_address for key in half_open).most_common(1)
             del self._connections[next(key for key in half_open if key.remote_address == busiest)]
         if len(self._connections) < MOST_CONNECTIONS:
             return True
-        oldest = next((key for key, old in self._connections.items() if old.state is State.TIME_WAIT), None)
+        oldest = next((key for key, old in self._connections.items() if old.state is TcpState.TIME_WAIT), None)
         if oldest is None:
             return False
         del self._connections[oldest]

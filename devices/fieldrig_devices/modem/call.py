@@ -31,7 +31,7 @@ NEVER: Final = 255
 """The value of S10 with which the loss of the carrier does not end a call."""
 
 
-class State(Enum):
+class CallState(Enum):
     IDLE = "idle"
     SEIZED = "seized"
     DIALLING = "dialling"
@@ -63,7 +63,7 @@ class Call:
     def __init__(self, clock: Clock, link: Link[TelephoneMessage], events: Events) -> None:
         self._clock, self._link, self._events = clock, link, events
         self.pump = Pump(link, clock)
-        self.state = State.IDLE
+        self.state = CallState.IDLE
         self.agreed: Agreed | None = None
         self._rules: Rules | None = None
         self._steps: list[Step] = []
@@ -75,13 +75,13 @@ class Call:
 
     @property
     def is_establishing(self) -> bool:
-        return self.state in (State.DIALLING, State.WAITING)
+        return self.state in (CallState.DIALLING, CallState.WAITING)
 
     # ---- what commands ask for
 
     def dial(self, rules: Rules, steps: list[Step], stays: bool) -> None:
         self._rules, self._steps, self._stays, self._is_answering = rules, list(steps), stays, False
-        was_off, self.state = self.state is State.SEIZED, State.DIALLING
+        was_off, self.state = self.state is CallState.SEIZED, CallState.DIALLING
         if was_off:
             self._step()
             return
@@ -94,20 +94,20 @@ class Call:
 
     def answer(self, rules: Rules) -> None:
         self._rules, self._is_answering = rules, True
-        if self.state is State.IDLE:
+        if self.state is CallState.IDLE:
             self._link.send(Hook(True))
         self._wait_for_carrier()
         self._then(BEFORE_ANSWER_NS, self._begin_answer)
 
     def seize(self) -> None:
-        if self.state is State.IDLE:
-            self.state = State.SEIZED
+        if self.state is CallState.IDLE:
+            self.state = CallState.SEIZED
             self._link.send(Hook(True))
 
     def hang_up(self) -> None:
-        if self.state is State.IDLE:
+        if self.state is CallState.IDLE:
             return
-        self.state, self.agreed = State.IDLE, None
+        self.state, self.agreed = CallState.IDLE, None
         self._stop_timers()
         if self._handshake is not None:
             self._handshake.stop()
@@ -128,7 +128,7 @@ class Call:
                 self._on_tone(tone)
             case Offer() if self._handshake is not None:
                 self._handshake.hear(message)
-            case Carrier() if self.state is State.CONNECTED:
+            case Carrier() if self.state is CallState.CONNECTED:
                 self._on_carrier(message)
             case Carrier() if self._handshake is not None:
                 self._handshake.hear(message)
@@ -138,7 +138,7 @@ class Call:
     def _on_tone(self, tone: Tone) -> None:
         before, self._tone = self._tone, tone
         rules = self._rules
-        if self.state is State.CONNECTED:
+        if self.state is CallState.CONNECTED:
             if tone in (Tone.BUSY, Tone.DIAL):  # the dial tone: the exchange has started again
                 self.fail(results.NO_CARRIER)
         elif not self.is_establishing or rules is None:
@@ -170,7 +170,7 @@ class Call:
         match step:
             case None if self._stays:
                 self._stop_timers()
-                self.state = State.SEIZED
+                self.state = CallState.SEIZED
                 self._events.result(results.OK)
             case None:
                 self._wait_for_carrier()
@@ -213,14 +213,14 @@ class Call:
             self._then(DIAL_TONE_NS, self._step_past_wait)
 
     def _awaits(self, wait: Wait) -> bool:
-        return self.state is State.DIALLING and self._steps[:1] == [wait]
+        return self.state is CallState.DIALLING and self._steps[:1] == [wait]
 
     # ---- carrier
 
     def _wait_for_carrier(self) -> None:
         rules = self._rules
         assert rules is not None
-        self.state = State.WAITING
+        self.state = CallState.WAITING
         self._handshake = Handshake(
             self._clock, self._link, rules.offer, rules.training_ns, self._on_connected, self._on_mismatch
         )
@@ -234,10 +234,10 @@ class Call:
         self.fail(results.NO_CARRIER)
 
     def _on_connected(self, agreed: Agreed, theirs: Carrier) -> None:
-        if self.state is not State.WAITING:
+        if self.state is not CallState.WAITING:
             return
         self._stop_timers()
-        self.state, self.agreed = State.CONNECTED, agreed
+        self.state, self.agreed = CallState.CONNECTED, agreed
         self.pump.start(Carrier(agreed.bps, agreed.is_corrected, theirs.is_paced))
         self._events.connected(agreed)
 

@@ -13,7 +13,7 @@ from fieldrig_bus.serial.message import ControlLines, Format, SerialMessage
 from fieldrig_bus.telephone.message import Carrier, Heard, Offer, Ready, Ring, TelephoneMessage
 from fieldrig_bus.telephone.modulation import Agreed
 from fieldrig_devices.modem import results
-from fieldrig_devices.modem.call import Call, Events, Rules, State
+from fieldrig_devices.modem.call import Call, CallState, Events, Rules
 from fieldrig_devices.modem.dial_string import steps_of
 from fieldrig_devices.modem.interpreter import BUSY_WITH_IT, Interpreter
 from fieldrig_devices.modem.line_watch import IdleWatch, Ringing
@@ -147,7 +147,7 @@ class Engine:
         if reaction == 1 and self.mode is Mode.ONLINE:
             self._on_escape()
         elif reaction >= 2:
-            if self.call.state is not State.IDLE:
+            if self.call.state is not CallState.IDLE:
                 self.call.fail(results.NO_CARRIER)
             if reaction == 3:
                 self.interpreter.reset(self.interpreter.memory.first)
@@ -174,13 +174,13 @@ class Engine:
 
     def _on_ring(self, is_on: bool) -> None:
         self._ringing.is_on = is_on
-        if is_on and self.call.state is State.IDLE:
+        if is_on and self.call.state is CallState.IDLE:
             self._ringing.begin()
             self._speaker.is_answering = True
             self._tell(results.RING)
         self._show_lines()
         is_willing = self.side.terminal.dtr or self._setting("&D") < 2
-        if not is_on and self.call.state is State.IDLE and is_willing and self._ringing.is_enough():
+        if not is_on and self.call.state is CallState.IDLE and is_willing and self._ringing.is_enough():
             self.answer()
 
     def _on_connected(self, agreed: Agreed) -> None:
@@ -206,7 +206,7 @@ class Engine:
     # ---- Actions
 
     def answer(self) -> Result:
-        if self.call.state is State.CONNECTED:
+        if self.call.state is CallState.CONNECTED:
             return results.ERROR
         self._speaker.is_answering = True
         self._deaf_until_ns = self._clock.now_ns() + DEAF_NS
@@ -215,7 +215,7 @@ class Engine:
         return BUSY_WITH_IT
 
     def dial(self, string: str, stays: bool) -> Result:
-        if self.call.state is State.CONNECTED:
+        if self.call.state is CallState.CONNECTED:
             return results.ERROR
         self._speaker.is_answering = False
         self._deaf_until_ns = self._clock.now_ns() + DEAF_NS
@@ -264,8 +264,8 @@ class Engine:
     def _show_lines(self) -> None:
         if self.mode is Mode.OFF:
             return
-        has_carrier = self.call.state is State.CONNECTED
-        is_in_call = has_carrier or self.call.state is State.WAITING
+        has_carrier = self.call.state is CallState.CONNECTED
+        is_in_call = has_carrier or self.call.state is CallState.WAITING
         self.side.show(
             is_ready=is_in_call or not self._setting("&S"),
             has_carrier=has_carrier or not self._setting("&C"),

@@ -40,7 +40,7 @@ from fieldrig_devices.pam.panel.pam_display import PamDisplay
 from fieldrig_devices.pam.ports import byte_order_of
 from fieldrig_devices.pam.ports.access.faces import MemoryFaces
 from fieldrig_devices.pam.ports.memory import WORDS, Memory
-from fieldrig_devices.pam.power_cycle import PanelPart, PowerCycle, State
+from fieldrig_devices.pam.power_cycle import PanelPart, PowerCycle, PowerState
 from fieldrig_devices.pam.runtime.compiler import Compiled, compile_application
 from fieldrig_devices.pam.runtime.machine_debuggee import MachineDebuggee
 from fieldrig_devices.pam.runtime.runtime import Runtime
@@ -172,11 +172,11 @@ class Pam(Device):
     def _on_cycle(self) -> None:
         cycle = self._cycle
         assert cycle is not None
-        was_running = cycle.state is State.RUNNING
+        was_running = cycle.state is PowerState.RUNNING
         cycle.cycle()
-        if cycle.state is State.RUNNING and not was_running:
+        if cycle.state is PowerState.RUNNING and not was_running:
             self._debuggee.attach(cycle.runtime)
-        if cycle.state is not State.FATAL:
+        if cycle.state is not PowerState.FATAL:
             self._wait()
 
     # ---- for the debugger

@@ -33,7 +33,7 @@ AXES_RUNNING = "07..M00F"
 NO_AXES_STARTED = "07..M010"
 
 
-class State(Enum):
+class PowerState(Enum):
     """The state of a PAM that has power."""
 
     RING = "ring"
@@ -77,7 +77,7 @@ class PowerCycle:
         """`rs422` sends on the line to the RS422 master, and `on_message` takes all messages."""
         self._clock, self._say = clock, on_message
         self._panel, self._on_message = panel, on_message
-        self.state = State.RING
+        self.state = PowerState.RING
         self._has_begun = False
         self.runtime = Runtime(compiled, self._on_kernel_message, settings.limits(), settings.programs)
         self.ring = RingMaster(
@@ -112,7 +112,7 @@ class PowerCycle:
         step = _STEPS.get(self.state)
         if step is not None:
             step(self)
-        if self.state is not State.FATAL:
+        if self.state is not PowerState.FATAL:
             self.ring.give()
 
     def on_report(self, address: int, report: Report) -> None:
@@ -127,20 +127,20 @@ class PowerCycle:
         missing = [node.address for node in self.objects.nodes if node.address not in self.ring.active]
         self.objects.leave_out(missing)
         self._say_all(AXES_RUNNING if self._axes else NO_AXES_STARTED)
-        self.state = State.PORTS
+        self.state = PowerState.PORTS
         self.ports.begin(self._clock.now_ns())
         self._wait_for_masters()
 
     def _wait_for_masters(self) -> None:
         self.ports.poll(self._clock.now_ns())
-        if self.state is State.PORTS and self.ports.may_run:
-            self.state, self._has_begun = State.RUNNING, True
+        if self.state is PowerState.PORTS and self.ports.may_run:
+            self.state, self._has_begun = PowerState.RUNNING, True
             self.runtime.start(self.objects, [self.ports, self._panel])
             self.runtime.cycle()
 
     def _run(self) -> None:
         self.ports.poll(self._clock.now_ns())
-        if self.state is State.RUNNING:
+        if self.state is PowerState.RUNNING:
             self.runtime.cycle()
 
     # ---- messages
@@ -151,12 +151,12 @@ class PowerCycle:
 
     def _on_kernel_message(self, code: str, details: Sequence[int], text: str) -> None:
         if code_of(code).is_fatal:
-            self.state = State.FATAL
+            self.state = PowerState.FATAL
         self._on_message(code, details, text)
 
 
-_STEPS: Mapping[State, Callable[[PowerCycle], None]] = {
-    State.RING: PowerCycle._bring_up_ring,
-    State.PORTS: PowerCycle._wait_for_masters,
-    State.RUNNING: PowerCycle._run,
+_STEPS: Mapping[PowerState, Callable[[PowerCycle], None]] = {
+    PowerState.RING: PowerCycle._bring_up_ring,
+    PowerState.PORTS: PowerCycle._wait_for_masters,
+    PowerState.RUNNING: PowerCycle._run,
 }

@@ -24,7 +24,7 @@ INACTIVE_NS: Final = 50 * MS
 """Time without a cycle after which the ring is inactive."""
 
 
-class State(Enum):
+class NodeState(Enum):
     """The state of a node since power-on."""
 
     UNKNOWN = auto()
@@ -36,10 +36,10 @@ class State(Enum):
 
 # A pair that is not listed changes nothing.
 NEXT_STATE: Final = {
-    (State.UNKNOWN, Identify): State.IDENTIFIED,
-    (State.IDENTIFIED, Identify): State.IDENTIFIED,
-    (State.RUNNING, Identify): State.IDENTIFIED,
-    (State.IDENTIFIED, Run): State.RUNNING,
+    (NodeState.UNKNOWN, Identify): NodeState.IDENTIFIED,
+    (NodeState.IDENTIFIED, Identify): NodeState.IDENTIFIED,
+    (NodeState.RUNNING, Identify): NodeState.IDENTIFIED,
+    (NodeState.IDENTIFIED, Run): NodeState.RUNNING,
 }
 
 FAULTS: Final = {Reception.NO_CARRIER: RingFault.CARRIER, Reception.CRC_ERROR: RingFault.CRC}
@@ -65,7 +65,7 @@ class RingNode:
         self._clock, self._lay = clock, link.send
         self.address, self._program = address, program
         self._identity = frames.Identity(node_type, firmware)
-        self.state = State.UNKNOWN
+        self.state = NodeState.UNKNOWN
         self.fault = RingFault.NONE
         self._group = 0
         self._reports: list[bytes] = []
@@ -112,11 +112,11 @@ class RingNode:
 
     def _mine(self, cycle: Cycle) -> Iterable[bytes]:
         """The frames of a cycle that are for this node, in the order in which they were sent."""
-        of = cycle.by_target.get
-        own = of(self.address, ())
+        orders_of = cycle.by_target.get
+        own = orders_of(self.address, ())
         if BROADCAST in cycle.by_target or (own and cycle.has_groups):
             return self._mine_in_order(cycle)
-        return own or (of(GROUP + self._group, ()) if self._group else ())
+        return own or (orders_of(GROUP + self._group, ()) if self._group else ())
 
     def _mine_in_order(self, cycle: Cycle) -> Iterator[bytes]:
         """The group is looked at for each frame, because one of them may change it."""
@@ -148,7 +148,7 @@ class RingNode:
             log.debug("node %d: %s", self.address, fault)
             return
         kind = order.__class__
-        if self.state is State.RUNNING and kind not in _OWN:
+        if self.state is NodeState.RUNNING and kind not in _OWN:
             self._program.order(order)
         else:
             self._on_own(order)
@@ -163,13 +163,13 @@ class RingNode:
             self._join(order.number)
         elif kind in ITEMS:
             self._configure(order)  # type: ignore[arg-type]  # ITEMS are the types of a Configuration
-        elif kind in BEFORE_RUN and self.state is not State.UNKNOWN:
+        elif kind in BEFORE_RUN and self.state is not NodeState.UNKNOWN:
             self._program.order(order)
         else:
             log.debug("node %d is %s and cannot carry out %s", self.address, self.state.name, order)
 
     def _begin(self) -> None:
-        if self.state is State.IDENTIFIED:
+        if self.state is NodeState.IDENTIFIED:
             self._group = 0
             self._program.forget()
             self.send(self._identity)
@@ -185,7 +185,7 @@ class RingNode:
 
     def _configure(self, item: Configuration) -> None:
         """Items are taken between `Identify` and `Run`."""
-        is_taken = self.state is State.IDENTIFIED and self._program.accept(item)
+        is_taken = self.state is NodeState.IDENTIFIED and self._program.accept(item)
         self.send(frames.Accepted(item.item) if is_taken else frames.Refused(item.item))
 
 

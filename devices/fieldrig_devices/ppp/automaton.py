@@ -9,11 +9,11 @@ from typing import Final, Protocol
 
 from fieldrig.clock import Alarm, Clock
 from fieldrig_devices.ppp.packets import Packet
-from fieldrig_devices.ppp.transitions import TRANSITIONS, Action, Event, State
+from fieldrig_devices.ppp.transitions import TRANSITIONS, Action, Event, PppState
 
 MOST_TERMINATES: Final = 2
 """Terminate-Requests without an answer before a layer is finished (RFC 1661 4.6, Max-Terminate)."""
-TIMED: Final = frozenset({State.CLOSING, State.STOPPING, State.REQ_SENT, State.ACK_RCVD, State.ACK_SENT})
+TIMED: Final = frozenset({PppState.CLOSING, PppState.STOPPING, PppState.REQ_SENT, PppState.ACK_RCVD, PppState.ACK_SENT})
 """The states in which the restart timer runs (RFC 1661 4.2)."""
 
 
@@ -35,7 +35,7 @@ class Layer(Protocol):
 
 class Automaton:
     def __init__(self, clock: Clock, layer: Layer, restart_ns: int, most_requests: int) -> None:
-        self.state = State.INITIAL
+        self.state = PppState.INITIAL
         self._clock, self._layer = clock, layer
         self._restart_ns, self._most_requests = restart_ns, most_requests
         self._count = 0

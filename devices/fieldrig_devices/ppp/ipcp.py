@@ -9,10 +9,10 @@ from fieldrig_devices.ppp.ipcp_options import IpcpOptions
 from fieldrig_devices.ppp.negotiation import Negotiation
 from fieldrig_devices.ppp.phases import End
 from fieldrig_devices.ppp.settings import UNSET, PppSettings
-from fieldrig_devices.ppp.transitions import Event, State
+from fieldrig_devices.ppp.transitions import Event, PppState
 from fieldrig_devices.ppp.vj import Compressor, Decompressor
 
-DOWN: Final = frozenset({State.INITIAL, State.STARTING})
+DOWN: Final = frozenset({PppState.INITIAL, PppState.STARTING})
 REASONS: Final = {
     Event.TERMINATE_REQUEST: End.PEER_CLOSED,
     Event.FATAL_REJECT: End.PROTOCOL_REJECTED,

@@ -11,7 +11,7 @@ from fieldrig_devices.ppp.packets import Code, Packet
 from fieldrig_devices.ppp.phases import End
 from fieldrig_devices.ppp.protocols import ProtocolNumber
 from fieldrig_devices.ppp.settings import PppSettings
-from fieldrig_devices.ppp.transitions import Event, State
+from fieldrig_devices.ppp.transitions import Event, PppState
 
 MAGIC_LENGTH: Final = 4
 PROTOCOL_LENGTH: Final = 2
@@ -126,7 +126,7 @@ class Lcp:
     def _on_protocol_reject(self, packet: Packet) -> None:
         if len(packet.data) < PROTOCOL_LENGTH:
             raise ValueError("a Protocol-Reject without a protocol")
-        if self.automaton.state is not State.OPENED:
+        if self.automaton.state is not PppState.OPENED:
             return  # RFC 1661 5.7
         protocol = int.from_bytes(packet.data[:PROTOCOL_LENGTH], "big")
         self.automaton.handle(Event.FATAL_REJECT if protocol == ProtocolNumber.LCP else Event.HARMLESS_REJECT, packet)

@@ -13,12 +13,12 @@ from fieldrig.clock import Clock
 from fieldrig_devices.ppp.automaton import Automaton
 from fieldrig_devices.ppp.packets import Code, Option, Packet, decode_options, encode_options
 from fieldrig_devices.ppp.settings import DEFAULT_MRU, PppSettings
-from fieldrig_devices.ppp.transitions import Event, State
+from fieldrig_devices.ppp.transitions import Event, PppState
 
 log = logging.getLogger(__name__)
 
 MOST_NAKS: Final = 5
-NEGOTIATING: Final = frozenset({State.REQ_SENT, State.ACK_RCVD, State.ACK_SENT})
+NEGOTIATING: Final = frozenset({PppState.REQ_SENT, PppState.ACK_RCVD, PppState.ACK_SENT})
 MOST_CODE: Final = Code.CODE_REJECT
 """Codes up to this one are needed by every layer, so that a reject of them is fatal."""
 
@@ -95,7 +95,7 @@ class Negotiation:
 
     @property
     def is_opened(self) -> bool:
-        return self.automaton.state is State.OPENED
+        return self.automaton.state is PppState.OPENED
 
     def next_identifier(self) -> int:
         self._identifier = (self._identifier + 1) & 0xFF
@@ -103,7 +103,7 @@ class Negotiation:
 
     def receive(self, payload: bytes) -> None:
         """Take a packet; one that breaks the rules of RFC 1661 chapter 5 is dropped."""
-        if self.automaton.state in (State.INITIAL, State.STARTING):
+        if self.automaton.state in (PppState.INITIAL, PppState.STARTING):
             return
         try:
             packet = Packet.decode(payload)

@@ -8,7 +8,7 @@ from enum import Enum, IntEnum
 from typing import Final, NamedTuple
 
 
-class State(IntEnum):
+class PppState(IntEnum):
     INITIAL = 0
     STARTING = 1
     CLOSED = 2
@@ -60,7 +60,7 @@ class Step(NamedTuple):
     """The effect of an event: the actions in their order, then the new state."""
 
     actions: tuple[Action, ...]
-    state: State
+    state: PppState
 
 
 # Event, then states 0 to 9.  A dash is a pair that cannot be.
@@ -86,17 +86,17 @@ RXR   -      -          2          3              4      5      6          7    
 
 def _step(cell: str) -> Step:
     actions, _, state = cell.rpartition("/")
-    return Step(tuple(map(Action, actions.split(","))) if actions else (), State(int(state)))
+    return Step(tuple(map(Action, actions.split(","))) if actions else (), PppState(int(state)))
 
 
-def _table() -> dict[tuple[State, Event], Step]:
+def _table() -> dict[tuple[PppState, Event], Step]:
     rows = [line.split() for line in _ROWS.strip().splitlines()]
     return {
         (state, Event(row[0])): _step(cell)
         for row in rows
-        for state, cell in zip(State, row[1:], strict=True)
+        for state, cell in zip(PppState, row[1:], strict=True)
         if cell != "-"
     }
 
 
-TRANSITIONS: Final[Mapping[tuple[State, Event], Step]] = _table()
+TRANSITIONS: Final[Mapping[tuple[PppState, Event], Step]] = _table()

@@ -46,7 +46,7 @@ _BY_ORDER: Final = (
 _HALF: Final = 1 << 31
 
 
-class State(Enum):
+class MotorState(Enum):
     REST = auto()
     DRIVEN = auto()
     COASTING = auto()
@@ -86,7 +86,7 @@ class DcMotor:
         """`drive` switches the outputs: 1 for INC, -1 for DEC, 0 for none."""
         self._clock, self._own, self._braking = clock, own, braking
         self._drive, self._is_zero_high, self._on_change = drive, is_zero_high, on_change
-        self.state = State.REST
+        self.state = MotorState.REST
         self.position = 0
         self.errors: frozenset[FaultCode] = frozenset()
         self.is_ready = True
@@ -157,9 +157,9 @@ class DcMotor:
     def _stop(self) -> None:
         self._next = Goal(0)
         self._tell(is_ready=False)
-        if self.state is State.DRIVEN:
+        if self.state is MotorState.DRIVEN:
             self._switch_off()
-        elif self.state is State.REST:
+        elif self.state is MotorState.REST:
             self._tell(is_ready=True)
 
     def _name(self, position: int) -> None:
@@ -181,10 +181,10 @@ class DcMotor:
         if self._is_zero_due:
             self._name(0)
         self._tell(is_ready=False, less=_BY_ORDER)
-        turns = 0 if self.state is State.REST else self.direction
+        turns = 0 if self.state is MotorState.REST else self.direction
         if turns and goal.direction != turns:
             self._next = goal
-            if self.state is State.DRIVEN:
+            if self.state is MotorState.DRIVEN:
                 self._switch_off()
             return
         self._start(goal)
@@ -202,20 +202,20 @@ class DcMotor:
             self._tell(more=(error,))
             self._rest_or_coast()
         else:
-            self.state, self.direction = State.DRIVEN, goal.direction
+            self.state, self.direction = MotorState.DRIVEN, goal.direction
             self._drive(goal.direction)
             self._aim()
             self._wait(self._own.timeout_ns, self._on_timeout)
 
     def _found_zero(self) -> None:
-        if self._own.names_at_rest and self.state is not State.REST:
+        if self._own.names_at_rest and self.state is not MotorState.REST:
             self._is_zero_due = True
         else:
             self._name(0)
 
     def _rest_or_coast(self) -> None:
         """End an order that needs no motion."""
-        if self.state is State.REST:
+        if self.state is MotorState.REST:
             self._tell(is_ready=True)
         else:
             self._switch_off()
@@ -246,12 +246,12 @@ class DcMotor:
     def on_pulse(self) -> None:
         """Count a pulse."""
         self.position = wrapped(self.position + self.direction)
-        if self.state is State.DRIVEN:
+        if self.state is MotorState.DRIVEN:
             self._wait(self._own.timeout_ns, self._on_timeout)
             if self._off_at is not None and (self.position - self._off_at) * self.direction >= 0:
                 self._tell(more=() if self._off_error is None else (self._off_error,))
                 self._switch_off()
-        elif self.state is State.COASTING:
+        elif self.state is MotorState.COASTING:
             self._wait(self._own.rest_ns, self._on_rest)
             if self._clock.now_ns() - self._off_ns > self._own.timeout_ns:
                 self._next = Goal(0)
@@ -264,14 +264,14 @@ class DcMotor:
 
     def on_zero(self) -> None:
         """Take a change of the input ZERO."""
-        if self.state is State.DRIVEN and self._goal.zero is self._is_zero_high():
+        if self.state is MotorState.DRIVEN and self._goal.zero is self._is_zero_high():
             self._found_zero()
             self._switch_off()
 
     def halt(self) -> None:
         """Switch the motor off, because the node no longer works."""
         self._next = Goal(0)
-        if self.state is State.DRIVEN:
+        if self.state is MotorState.DRIVEN:
             self._switch_off()
 
     def close(self) -> None:
@@ -281,7 +281,7 @@ class DcMotor:
 
     def _switch_off(self) -> None:
         self._drive(0)
-        self.state, self._goal, self._off_at = State.COASTING, Goal(0), None
+        self.state, self._goal, self._off_at = MotorState.COASTING, Goal(0), None
         self._off_ns = self._clock.now_ns()
         self._wait(self._own.rest_ns, self._on_rest)
 
@@ -290,7 +290,7 @@ class DcMotor:
         self._switch_off()
 
     def _on_rest(self) -> None:
-        self.state = State.REST
+        self.state = MotorState.REST
         if self._is_zero_due:
             self._name(0)
         if self._next.direction or self._next.target is not None:

@@ -165,11 +165,13 @@ def _needed_in_vain(
                 continue
             what, value = need.claim.what, need.claim.value
             if not entry.bus.settings.leads_to(what, value):
-                known = sorted(str(key[2]) for key, of in there.items() if key[:2] == need.key[:2] and of - {name})
+                known = sorted(
+                    str(key[2]) for key, owners in there.items() if key[:2] == need.key[:2] and owners - {name}
+                )
                 yield WrongKey(
                     need.path,
                     f"nothing on {need.bus} has {what} {value}",
-                    (f"there are: {', '.join(known)}; " if known else "")
+                    (f"there are: {', '.join(sorted(map(str, others)))}; " if others else "")
                     + f"name one that is outside the rig in the settings of {need.bus}",
                 )
 

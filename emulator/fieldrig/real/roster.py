@@ -21,7 +21,7 @@ from fieldrig.real.placement import ProcessPlan
 from fieldrig.text.nearest import closest
 
 
-class State(StrEnum):
+class ProcessState(StrEnum):
     STARTING = "starting"
     WAITING = "waiting"
     RELEASED = "released"
@@ -30,9 +30,9 @@ class State(StrEnum):
     GONE = "gone"
 
 
-OPEN = frozenset({State.WAITING, State.RELEASED, State.READY})
+OPEN = frozenset({ProcessState.WAITING, ProcessState.RELEASED, ProcessState.READY})
 """The states in which a process's hubs can be attached to."""
-ON_ITS_WAY = frozenset({State.STARTING, State.WAITING, State.RELEASED})
+ON_ITS_WAY = frozenset({ProcessState.STARTING, ProcessState.WAITING, ProcessState.RELEASED})
 
 
 GREETING_S = 5.0
@@ -56,7 +56,7 @@ class Member:
     """One process as the rig sees it."""
 
     plan: ProcessPlan
-    state: State = State.STARTING
+    state: ProcessState = ProcessState.STARTING
     pid: int | None = None
     restarts: int = 0
     step: str = ""
@@ -114,11 +114,11 @@ class Roster:
             f"this rig has no process, device or bus {name!r}", closest(name, list(dict.fromkeys(parts)))
         )
 
-    def set_state(self, member: Member, state: State) -> None:
+    def set_state(self, member: Member, state: ProcessState) -> None:
         member.state = state
-        if state is State.STARTING:
+        if state is ProcessState.STARTING:
             member.since_s = time.monotonic()
-        elif state in (State.DEAD, State.GONE):
+        elif state in (ProcessState.DEAD, ProcessState.GONE):
             member.pid = None
             member.released.set()
             self._set_late(member.name, "")
@@ -152,8 +152,8 @@ class Roster:
     def _state(self) -> str:
         if self._is_stopping:
             return "stopping"
-        states = {member.state for member in self.members.values()} - {State.GONE}
-        if states <= {State.READY}:
+        states = {member.state for member in self.members.values()} - {ProcessState.GONE}
+        if states <= {ProcessState.READY}:
             return "ready"
         return "degraded" if self.was_ready else "starting"
 
@@ -178,15 +178,15 @@ class Roster:
                 raise ControlError(f"this rig cannot {asked('join', message)}", f"it has: {', '.join(self.members)}")
         member.pid = pid
         released = member.released = asyncio.Event()
-        self.set_state(member, State.WAITING)
+        self.set_state(member, ProcessState.WAITING)
         await released.wait()
         return {"epoch_ns": self._epoch_ns}
 
     def _settle(self) -> None:
         """Release the processes whose wait is over, which may end the wait of others."""
         for member in self.members.values():
-            if member.state is State.WAITING and self._may_start(member.plan):
-                member.state = State.RELEASED
+            if member.state is ProcessState.WAITING and self._may_start(member.plan):
+                member.state = ProcessState.RELEASED
                 member.released.set()
                 self.on_change(member)
 
@@ -195,15 +195,15 @@ class Roster:
             return False
         if self.was_ready:  # one that died permanently is not waited for
             return all(self.members[other].state not in ON_ITS_WAY for other in plan.after)
-        return all(self.members[other].state is State.READY for other in plan.after)
+        return all(self.members[other].state is ProcessState.READY for other in plan.after)
 
     def _on_ready(self, name: str, message: Any) -> None:
         member = self.members.get(name)
-        if member is None or member.state is State.READY or message != {"pid": member.pid}:
+        if member is None or member.state is ProcessState.READY or message != {"pid": member.pid}:
             return
-        self.set_state(member, State.READY)
+        self.set_state(member, ProcessState.READY)
         self.publish("ready", name)
-        if all(other.state in (State.READY, State.GONE) for other in self.members.values()):
+        if all(other.state in (ProcessState.READY, ProcessState.GONE) for other in self.members.values()):
             self._on_all_ready()
 
     def _on_warning(self, name: str, message: Any) -> None:
@@ -236,9 +236,9 @@ class Roster:
         if member is None:
             return
         if not is_alive:
-            self.set_state(member, State.DEAD)
+            self.set_state(member, ProcessState.DEAD)
             self.publish("gone", name, "its process ended, or lost its way here")
-        elif member.state is not State.WAITING:  # it may have joined a rig that was here before this one
+        elif member.state is not ProcessState.WAITING:  # it may have joined a rig that was here before this one
             greeting = asyncio.get_running_loop().create_task(self._greet(member))
             self._greetings.add(greeting)
             greeting.add_done_callback(self._greetings.discard)

@@ -22,7 +22,7 @@ from fieldrig.real.child import how_it_ended
 from fieldrig.real.children import Children
 from fieldrig.real.patience import Patience
 from fieldrig.real.placement import ProcessPlan
-from fieldrig.real.roster import OPEN, Member, Report, Roster, State
+from fieldrig.real.roster import OPEN, Member, ProcessState, Report, Roster
 from fieldrig.system.exits import Exit
 from fieldrig.text.exception_notes import NOTE
 
@@ -80,7 +80,7 @@ class Supervisor:
             self._forget_timer(member.name)
             self._children[member.name].forget_steps()
             ready_s = self._ready_s(member)
-            self.roster.set_state(member, State.DEAD)
+            self.roster.set_state(member, ProcessState.DEAD)
             if self._ended.done():
                 return
             if member.name in self._wanted_restarts:
@@ -105,7 +105,7 @@ class Supervisor:
             try:
                 await self._begin(member)
             except OSError as cause:
-                self.roster.set_state(member, State.DEAD)
+                self.roster.set_state(member, ProcessState.DEAD)
                 if not had_trouble:
                     why = cause.strerror or cause
                     self._note(member, "late", f"it cannot be started: {why}; trying again until it can")
@@ -139,7 +139,7 @@ class Supervisor:
             roster.publish("failed", name, f"{how_it_ended(code)}; the rig stops\n{self._children[name].tail()}")
             self.end(Exit.DEVICE_FAILED)
         elif member.plan.on_exit == "ignore":
-            roster.set_state(member, State.GONE)
+            roster.set_state(member, ProcessState.GONE)
             roster.publish("gone", name, f"{self._why(member, code)}; the rig goes on without it")
         else:
             return True
@@ -161,7 +161,7 @@ class Supervisor:
     async def _begin(self, member: Member) -> None:
         child = self._children[member.name]
         member.step = "starting Python"
-        self.roster.set_state(member, State.STARTING)
+        self.roster.set_state(member, ProcessState.STARTING)
         if child.pid is None:
             await child.spawn()
         member.pid = child.pid
@@ -173,14 +173,14 @@ class Supervisor:
         self._be_patient(member)
 
     def _on_change(self, member: Member) -> None:
-        if member.state is State.READY:
+        if member.state is ProcessState.READY:
             self._ready_at_s[member.name] = asyncio.get_running_loop().time()
         self._be_patient(member)
 
     def _be_patient(self, member: Member) -> None:
         """Restart the time limit while a process works on its start; remove it while the process waits for others."""
         self._forget_timer(member.name)
-        if member.state in (State.STARTING, State.RELEASED) and not self._ended.done():
+        if member.state in (ProcessState.STARTING, ProcessState.RELEASED) and not self._ended.done():
             loop, limit_s = asyncio.get_running_loop(), self._patience[member.name].limit_s
             self._timers[member.name] = loop.call_later(limit_s, self._lose_patience, member)
 
@@ -189,7 +189,7 @@ class Supervisor:
         self._children[member.name].look()  # this process may have stood still longer than the other one
         if self._timers[member.name] is not timer:
             return
-        if member.state is State.RELEASED and self._waits_for_a_hub(member):
+        if member.state is ProcessState.RELEASED and self._waits_for_a_hub(member):
             self._be_patient(member)
             return
         patience = self._patience[member.name]

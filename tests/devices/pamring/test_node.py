@@ -28,7 +28,7 @@ from fieldrig_devices.pamring.frames import (
     SetPoint,
     SetPointMode,
 )
-from fieldrig_devices.pamring.node import INACTIVE_NS, State
+from fieldrig_devices.pamring.node import INACTIVE_NS, NodeState
 
 NODE = 17
 VALUE = SetPoint(SetPointMode.SPEED, 5)
@@ -68,7 +68,7 @@ def test_it_answers_identify_configuration_and_run() -> None:
     assert bench.hear((0, Identify())) == [Identity(ST1, 0x0590)]
     assert bench.hear((NODE, INPUT)) == [Accepted(4)]
     assert bench.hear((0, Run())) == [Running(), InputChanged(4, 1)]
-    assert bench.node.end.state is State.RUNNING
+    assert bench.node.end.state is NodeState.RUNNING
 
 
 def test_an_item_that_it_cant_have_is_refused() -> None:
@@ -211,4 +211,4 @@ def test_hostile_frames_dont_disturb_it(frames: list[Frame]) -> None:
     bench = Bench().up()
     bench.hear_bytes(*frames)
     bench.hear((0, Identify()))
-    assert bench.node.end.state is State.IDENTIFIED
+    assert bench.node.end.state is NodeState.IDENTIFIED

@@ -15,7 +15,7 @@ from fieldrig_devices.pamring.frames import (
     Severity,
     Trouble,
 )
-from fieldrig_devices.pamring.node import State
+from fieldrig_devices.pamring.node import NodeState
 from fieldrig_devices.pamring.settings import RingLimits
 from fieldrig_devices.pamring.start_up import Phase
 
@@ -37,7 +37,7 @@ def test_a_ring_as_declared_is_configured_and_runs_and_says_so_in_order() -> Non
     ]  # fmt: skip
     assert bench.node(17).items == [AXIS, LIMIT]
     assert bench.node(33).items == [KEY_IN, LAMP]
-    assert {node.end.state for node in bench.nodes} == {State.RUNNING}
+    assert {node.end.state for node in bench.nodes} == {NodeState.RUNNING}
     assert bench.pam.reports == [(17, InputChanged(2, 1)), (33, InputChanged(3, 1))]
 
 

@@ -7,7 +7,7 @@ import pytest
 from fieldrig.clock import S, VirtualClock
 from fieldrig_devices.ppp.automaton import TIMED, Automaton
 from fieldrig_devices.ppp.packets import Packet
-from fieldrig_devices.ppp.transitions import TRANSITIONS, Event, State
+from fieldrig_devices.ppp.transitions import TRANSITIONS, Event, PppState
 
 # The two halves of the table as the RFC prints them.
 FIRST_STATES: Final = """
@@ -59,7 +59,7 @@ def rows(half: str) -> dict[str, list[str]]:
 
 FIRST, LAST = rows(FIRST_STATES), rows(LAST_STATES)
 CELLS = [
-    (State(state), Event(name), cell.rstrip("rpx"))
+    (PppState(state), Event(name), cell.rstrip("rpx"))
     for name in FIRST
     for state, cell in enumerate(FIRST[name] + LAST[name])
 ]
@@ -99,7 +99,7 @@ class NotingLayer:
         self.noted.append("scj")
 
 
-def automaton_in(state: State) -> tuple[Automaton, NotingLayer, VirtualClock]:
+def automaton_in(state: PppState) -> tuple[Automaton, NotingLayer, VirtualClock]:
     layer, clock = NotingLayer(), VirtualClock()
     automaton = Automaton(clock, layer, 3 * S, 10)
     automaton.state = state
@@ -107,11 +107,11 @@ def automaton_in(state: State) -> tuple[Automaton, NotingLayer, VirtualClock]:
 
 
 def test_the_whole_table_is_compared() -> None:
-    assert len(CELLS) == len(set(State)) * len(set(Event)) == 160
+    assert len(CELLS) == len(set(PppState)) * len(set(Event)) == 160
 
 
 @pytest.mark.parametrize(("state", "event", "cell"), CELLS)
-def test_cell_is_as_in_the_table(state: State, event: Event, cell: str) -> None:
+def test_cell_is_as_in_the_table(state: PppState, event: Event, cell: str) -> None:
     if cell == "-":
         assert (state, event) not in TRANSITIONS
         return
@@ -127,55 +127,59 @@ def test_cell_is_as_in_the_table(state: State, event: Event, cell: str) -> None:
 
 
 @pytest.mark.parametrize(("state", "event", "cell"), [row for row in CELLS if "scr" in row[2] or "str" in row[2]])
-def test_request_starts_the_restart_timer(state: State, event: Event, cell: str) -> None:
+def test_request_starts_the_restart_timer(state: PppState, event: Event, cell: str) -> None:
     automaton, _, clock = automaton_in(state)
     automaton.handle(event, PACKET, REPLY)
     assert clock.next_ns() == 3 * S
 
 
-@pytest.mark.parametrize("state", sorted(set(State) - TIMED))
-def test_timer_stops_in_states_without_one(state: State) -> None:
-    automaton, _, clock = automaton_in(State.CLOSED)
+@pytest.mark.parametrize("state", sorted(set(PppState) - TIMED))
+def test_timer_stops_in_states_without_one(state: PppState) -> None:
+    automaton, _, clock = automaton_in(PppState.CLOSED)
     automaton.handle(Event.OPEN)
     assert clock.next_ns() is not None
-    automaton.state = State.ACK_SENT if state is State.OPENED else State.REQ_SENT
-    leaving = {State.OPENED: Event.ACK, State.STOPPED: Event.FATAL_REJECT, State.STARTING: Event.DOWN}
+    automaton.state = PppState.ACK_SENT if state is PppState.OPENED else PppState.REQ_SENT
+    leaving = {
+        PppState.OPENED: Event.ACK,
+        PppState.STOPPED: Event.FATAL_REJECT,
+        PppState.STARTING: Event.DOWN,
+    }
     if state in leaving:
         automaton.handle(leaving[state])
     else:
         automaton.handle(Event.CLOSE)
-        automaton.handle(Event.TERMINATE_ACK if state is State.CLOSED else Event.DOWN)
+        automaton.handle(Event.TERMINATE_ACK if state is PppState.CLOSED else Event.DOWN)
     assert automaton.state is state
     assert clock.next_ns() is None
 
 
 def test_a_request_is_sent_ten_times_and_then_the_layer_is_finished() -> None:
-    automaton, layer, clock = automaton_in(State.STARTING)
+    automaton, layer, clock = automaton_in(PppState.STARTING)
     automaton.handle(Event.UP)
     clock.advance_to(29 * S)
     assert layer.noted == ["scr"] * 10
     clock.advance_to(30 * S)
-    assert (layer.noted[10:], automaton.state) == (["tlf"], State.STOPPED)
+    assert (layer.noted[10:], automaton.state) == (["tlf"], PppState.STOPPED)
 
 
 def test_a_terminate_request_is_sent_twice() -> None:
-    automaton, layer, clock = automaton_in(State.OPENED)
+    automaton, layer, clock = automaton_in(PppState.OPENED)
     automaton.handle(Event.CLOSE)
     clock.advance_to(6 * S)
-    assert (layer.noted, automaton.state) == (["tld", "str", "str", "tlf"], State.CLOSED)
+    assert (layer.noted, automaton.state) == (["tld", "str", "str", "tlf"], PppState.CLOSED)
 
 
 def test_the_end_asked_for_by_the_peer_waits_for_one_period() -> None:
-    automaton, layer, clock = automaton_in(State.OPENED)
+    automaton, layer, clock = automaton_in(PppState.OPENED)
     automaton.handle(Event.TERMINATE_REQUEST, PACKET)
     clock.advance_to(3 * S - 1)
-    assert automaton.state is State.STOPPING
+    assert automaton.state is PppState.STOPPING
     clock.advance_to(3 * S)
-    assert (layer.noted, automaton.state) == (["tld", "sta", "tlf"], State.STOPPED)
+    assert (layer.noted, automaton.state) == (["tld", "sta", "tlf"], PppState.STOPPED)
 
 
 def test_an_event_that_an_action_causes_is_handled_after_the_step() -> None:
-    automaton, layer, _ = automaton_in(State.ACK_RCVD)
+    automaton, layer, _ = automaton_in(PppState.ACK_RCVD)
     layer.layer_up = lambda event: automaton.handle(Event.CLOSE)  # type: ignore[method-assign]
     automaton.handle(Event.GOOD_REQUEST, PACKET, REPLY)
-    assert (layer.noted, automaton.state) == (["answer", "tld", "str"], State.CLOSING)
+    assert (layer.noted, automaton.state) == (["answer", "tld", "str"], PppState.CLOSING)

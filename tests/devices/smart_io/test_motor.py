@@ -21,7 +21,7 @@ from fieldrig_devices.pamring.frames import (
     Severity,
     Trouble,
 )
-from fieldrig_devices.smart_io.motor import DcMotor, MotorLimits, State
+from fieldrig_devices.smart_io.motor import DcMotor, MotorLimits, MotorState
 
 TIMEOUT, LOWER, UPPER, LOST, UNEXPECTED, DOES_NOT_STOP = 0x1, 0x2, 0x4, 0x2000, 0x4000, 0x8000
 """Bits of Table 12-3."""
@@ -354,7 +354,7 @@ def test_position_and_outputs_are_right_for_any_sequence_of_orders_and_pulses(
         clock.advance_to(clock.now_ns() + (60 if not driven[-1] else 1) * MS)
         last = driven[-1] or last
         assert motor.position == true_position
-        assert (motor.state is State.DRIVEN) == bool(driven[-1])
+        assert (motor.state is MotorState.DRIVEN) == bool(driven[-1])
         assert not motor.errors & {0x07, 0x0F, 0x10, 0x11}
         if not driven[-1]:
             assert motor.is_ready

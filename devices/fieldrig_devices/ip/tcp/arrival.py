@@ -10,7 +10,7 @@ from fieldrig.clock import MS, S
 from fieldrig_devices.ip.tcp.connection import Connection, Ending
 from fieldrig_devices.ip.tcp.segment import ACK, FIN, RST, SYN, Segment
 from fieldrig_devices.ip.tcp.sequence import position
-from fieldrig_devices.ip.tcp.states import OPENING, RECEIVING, Event, State
+from fieldrig_devices.ip.tcp.states import OPENING, RECEIVING, Event, TcpState
 
 CHALLENGE_NS: Final = 500 * MS
 """Shortest time between two answers to segments that are not acceptable and have no data, so that no two ends answer
@@ -20,7 +20,7 @@ DELAYED_ACK_NS: Final = 40 * MS
 MSL_NS: Final = 30 * S
 """The maximum segment lifetime, which RFC 9293, 3.4.2 leaves to the implementation."""
 
-_ENDED: Final = frozenset({State.CLOSING, State.LAST_ACK, State.TIME_WAIT})
+_ENDED: Final = frozenset({TcpState.CLOSING, TcpState.LAST_ACK, TcpState.TIME_WAIT})
 """The states in which a RST is no error, because both ends have said everything."""
 
 
@@ -36,7 +36,7 @@ def refusal(segment: Segment) -> Segment | None:
 
 def arrive(connection: Connection, now_ns: int, segment: Segment) -> Segment | None:
     """Take a segment.  Return a RST to be sent for it, or None."""
-    if connection.state is State.SYN_SENT:
+    if connection.state is TcpState.SYN_SENT:
         return _in_syn_sent(connection, now_ns, segment)
     sequence = position(segment.sequence, connection.incoming.next)
     if not _is_in_window(connection, now_ns, sequence, segment):
@@ -47,7 +47,7 @@ def arrive(connection: Connection, now_ns: int, segment: Segment) -> Segment | N
     if not segment.flags & ACK:
         return None
     acknowledgment = position(segment.acknowledgment, connection.outgoing.unacknowledged)
-    if connection.state is State.SYN_RECEIVED:
+    if connection.state is TcpState.SYN_RECEIVED:
         if not connection.outgoing.unacknowledged < acknowledgment <= connection.outgoing.highest:
             return refusal(segment)
         _establish(connection, now_ns, acknowledgment, Event.ACK_OF_SYN)
@@ -89,11 +89,11 @@ def _is_in_window(connection: Connection, now_ns: int, sequence: int, segment: S
     if incoming.is_acceptable(sequence, segment.length):
         return True
     is_same_syn = segment.flags & (SYN | ACK) == SYN and sequence == incoming.next - 1
-    if connection.state is State.SYN_RECEIVED and is_same_syn:
+    if connection.state is TcpState.SYN_RECEIVED and is_same_syn:
         outgoing.go_back()  # the answer to the SYN was lost
         connection.retransmit_ns = None
         return False
-    if connection.state is State.TIME_WAIT and segment.flags & FIN:
+    if connection.state is TcpState.TIME_WAIT and segment.flags & FIN:
         connection.wait_ns = now_ns + 2 * MSL_NS
     if segment.length:
         connection.needs_ack = True
@@ -106,7 +106,7 @@ def _reset_or_challenge(connection: Connection, now_ns: int, sequence: int, segm
     if not segment.flags & RST or sequence != connection.incoming.next:
         _challenge(connection, now_ns)
     elif connection.state in _ENDED:
-        connection.state = State.CLOSED
+        connection.state = TcpState.CLOSED
         connection.finish(Ending.COMPLETE)
     else:
         is_refused = connection.state in OPENING and not connection.is_passive
@@ -185,5 +185,5 @@ def _take_data(connection: Connection, now_ns: int, sequence: int, segment: Segm
 
 
 def _wait_in_time_wait(connection: Connection, now_ns: int) -> None:
-    if connection.state is State.TIME_WAIT:
+    if connection.state is TcpState.TIME_WAIT:
         connection.wait_ns = now_ns + 2 * MSL_NS

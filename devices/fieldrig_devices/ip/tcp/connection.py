@@ -15,7 +15,7 @@ from fieldrig_devices.ip.tcp.incoming import Incoming
 from fieldrig_devices.ip.tcp.outgoing import Outgoing
 from fieldrig_devices.ip.tcp.round_trip import RoundTrip
 from fieldrig_devices.ip.tcp.segment import DEFAULT_MSS
-from fieldrig_devices.ip.tcp.states import NEXT_STATE, OPENING, Event, State
+from fieldrig_devices.ip.tcp.states import NEXT_STATE, OPENING, Event, TcpState
 
 SEND_CAPACITY: Final = 32_768
 """Bytes that a connection keeps for sending before its user should wait for `on_room`."""
@@ -49,7 +49,7 @@ class Connection:
     def __init__(self, key: Key, first: int, mss: int, capacity: int, wake: Callable[["Connection"], None]) -> None:
         """`first` is the position of our SYN, `mss` the largest segment that this link carries."""
         self.key = key
-        self.state = State.CLOSED
+        self.state = TcpState.CLOSED
         self.on_open: Callable[[], None] = _ignore
         """Called when the connection is established."""
         self.on_data: Callable[[bytes], None] = _ignore
@@ -138,7 +138,7 @@ class Connection:
         """Reset the connection at once.  `on_close` is not called."""
         self._is_close_reported = True
         if self.ending is None:
-            self.needs_reset = self.state is not State.SYN_SENT
+            self.needs_reset = self.state is not TcpState.SYN_SENT
             self.finish(Ending.RESET)
 
     def pause(self) -> None:
@@ -165,9 +165,9 @@ class Connection:
             return False
         was_opening = self.state in OPENING
         self.state = following
-        if following is State.ESTABLISHED and was_opening:
+        if following is TcpState.ESTABLISHED and was_opening:
             self.end_if_due()
-        elif following in (State.TIME_WAIT, State.CLOSED):
+        elif following in (TcpState.TIME_WAIT, TcpState.CLOSED):
             self.finish(Ending.COMPLETE)
         return True
 
@@ -177,8 +177,8 @@ class Connection:
 
     def finish(self, ending: Ending) -> None:
         """End the connection for this reason, unless it has ended already."""
-        if self.state is not State.TIME_WAIT:
-            self.state = State.CLOSED
+        if self.state is not TcpState.TIME_WAIT:
+            self.state = TcpState.CLOSED
         if self.ending is None:
             self.ending = ending
         self.retransmit_ns = None

@@ -12,7 +12,7 @@ from typing import Final
 from fieldrig_devices.ip.tcp.connection import Connection
 from fieldrig_devices.ip.tcp.segment import ACK, FIN, PSH, RST, SYN, Flags, Segment
 from fieldrig_devices.ip.tcp.sequence import on_wire
-from fieldrig_devices.ip.tcp.states import OPENING, SENDING, State
+from fieldrig_devices.ip.tcp.states import OPENING, SENDING, TcpState
 
 MOST_WINDOW: Final = 0xFFFF
 """The window field is 16 bits wide, and the option to scale it is left out."""
@@ -32,7 +32,7 @@ def output(connection: Connection, now_ns: int, emit: Emit, has_room: HasRoom = 
     if connection.needs_reset:
         connection.needs_reset = False
         emit(_segment(connection, connection.outgoing.highest, RST | ACK))
-    if connection.state is State.CLOSED:
+    if connection.state is TcpState.CLOSED:
         return
     if connection.incoming.open_window():
         connection.needs_ack |= connection.ack_ns is None
@@ -44,7 +44,7 @@ def output(connection: Connection, now_ns: int, emit: Emit, has_room: HasRoom = 
             _resend(connection, now_ns, emit)
         _send_data(connection, now_ns, emit, has_room)
         connection.is_held |= connection.needs_resend
-    if connection.needs_ack and connection.state is not State.SYN_SENT:
+    if connection.needs_ack and connection.state is not TcpState.SYN_SENT:
         _send(connection, now_ns, emit, _segment(connection, connection.outgoing.highest, ACK))
     elif connection.needs_probe:
         # A number that was acknowledged already demands an answer, which tells the window.
@@ -56,7 +56,7 @@ def _send_syn(connection: Connection, now_ns: int, emit: Emit) -> None:
     outgoing = connection.outgoing
     if outgoing.next > outgoing.first:
         return
-    flags = SYN if connection.state is State.SYN_SENT else SYN | ACK
+    flags = SYN if connection.state is TcpState.SYN_SENT else SYN | ACK
     if outgoing.sent(outgoing.first + 1):
         connection.round_trip.sent(now_ns, outgoing.next)
     else:

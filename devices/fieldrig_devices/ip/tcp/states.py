@@ -8,7 +8,7 @@ from enum import Enum, auto
 from typing import Final
 
 
-class State(Enum):
+class TcpState(Enum):
     CLOSED = "CLOSED"
     SYN_SENT = "SYN-SENT"
     SYN_RECEIVED = "SYN-RECEIVED"
@@ -38,24 +38,26 @@ class Event(Enum):
 
 # Figure 5, arrow by arrow.  A pair that is not listed changes nothing.
 NEXT_STATE: Final = {
-    (State.CLOSED, Event.OPENED): State.SYN_SENT,
-    (State.CLOSED, Event.SYN): State.SYN_RECEIVED,
-    (State.SYN_SENT, Event.SYN): State.SYN_RECEIVED,
-    (State.SYN_SENT, Event.SYN_AND_ACK): State.ESTABLISHED,
-    (State.SYN_RECEIVED, Event.ACK_OF_SYN): State.ESTABLISHED,
-    (State.ESTABLISHED, Event.ENDED): State.FIN_WAIT_1,
-    (State.ESTABLISHED, Event.FIN): State.CLOSE_WAIT,
-    (State.FIN_WAIT_1, Event.ACK_OF_FIN): State.FIN_WAIT_2,
-    (State.FIN_WAIT_1, Event.FIN): State.CLOSING,
-    (State.FIN_WAIT_2, Event.FIN): State.TIME_WAIT,
-    (State.CLOSING, Event.ACK_OF_FIN): State.TIME_WAIT,
-    (State.CLOSE_WAIT, Event.ENDED): State.LAST_ACK,
-    (State.LAST_ACK, Event.ACK_OF_FIN): State.CLOSED,
-    (State.TIME_WAIT, Event.WAITED): State.CLOSED,
+    (TcpState.CLOSED, Event.OPENED): TcpState.SYN_SENT,
+    (TcpState.CLOSED, Event.SYN): TcpState.SYN_RECEIVED,
+    (TcpState.SYN_SENT, Event.SYN): TcpState.SYN_RECEIVED,
+    (TcpState.SYN_SENT, Event.SYN_AND_ACK): TcpState.ESTABLISHED,
+    (TcpState.SYN_RECEIVED, Event.ACK_OF_SYN): TcpState.ESTABLISHED,
+    (TcpState.ESTABLISHED, Event.ENDED): TcpState.FIN_WAIT_1,
+    (TcpState.ESTABLISHED, Event.FIN): TcpState.CLOSE_WAIT,
+    (TcpState.FIN_WAIT_1, Event.ACK_OF_FIN): TcpState.FIN_WAIT_2,
+    (TcpState.FIN_WAIT_1, Event.FIN): TcpState.CLOSING,
+    (TcpState.FIN_WAIT_2, Event.FIN): TcpState.TIME_WAIT,
+    (TcpState.CLOSING, Event.ACK_OF_FIN): TcpState.TIME_WAIT,
+    (TcpState.CLOSE_WAIT, Event.ENDED): TcpState.LAST_ACK,
+    (TcpState.LAST_ACK, Event.ACK_OF_FIN): TcpState.CLOSED,
+    (TcpState.TIME_WAIT, Event.WAITED): TcpState.CLOSED,
 }
 
-SENDING: Final = frozenset({State.ESTABLISHED, State.CLOSE_WAIT, State.FIN_WAIT_1, State.CLOSING, State.LAST_ACK})
+SENDING: Final = frozenset(
+    {TcpState.ESTABLISHED, TcpState.CLOSE_WAIT, TcpState.FIN_WAIT_1, TcpState.CLOSING, TcpState.LAST_ACK}
+)
 """The states in which data or a FIN of ours may still be on their way."""
-RECEIVING: Final = frozenset({State.ESTABLISHED, State.FIN_WAIT_1, State.FIN_WAIT_2})
+RECEIVING: Final = frozenset({TcpState.ESTABLISHED, TcpState.FIN_WAIT_1, TcpState.FIN_WAIT_2})
 """The states in which the peer may send data."""
-OPENING: Final = frozenset({State.SYN_SENT, State.SYN_RECEIVED})
+OPENING: Final = frozenset({TcpState.SYN_SENT, TcpState.SYN_RECEIVED})

@@ -8,9 +8,9 @@ from typing import Final
 from fieldrig.clock import S
 from fieldrig_devices.ip.tcp.connection import Connection, Ending
 from fieldrig_devices.ip.tcp.round_trip import MOST_NS
-from fieldrig_devices.ip.tcp.states import OPENING, SENDING, Event, State
+from fieldrig_devices.ip.tcp.states import OPENING, SENDING, Event, TcpState
 
-MOST_UNANSWERED: Final = {State.SYN_SENT: 8, State.SYN_RECEIVED: 5}
+MOST_UNANSWERED: Final = {TcpState.SYN_SENT: 8, TcpState.SYN_RECEIVED: 5}
 """How often a SYN is repeated without an answer: R2 is at least 3 minutes where we opened (RFC 9293, 3.8.3)."""
 MOST_UNANSWERED_DATA: Final = 12
 """How often data are repeated, or the window is probed, without an answer: R2 is several minutes."""
@@ -29,7 +29,7 @@ def next_ns(connection: Connection) -> int | None:
 def arm(connection: Connection, now_ns: int) -> None:
     """Start and stop the timers, after everything that could be sent was sent."""
     outgoing, state = connection.outgoing, connection.state
-    if state is State.CLOSED:
+    if state is TcpState.CLOSED:
         connection.retransmit_ns = connection.ack_ns = connection.wait_ns = None
     elif state not in SENDING and state not in OPENING:
         connection.retransmit_ns = None
@@ -42,7 +42,7 @@ def arm(connection: Connection, now_ns: int) -> None:
         connection.retransmit_ns = now_ns + min(
             connection.round_trip.timeout_ns << min(connection.timeouts, 6), MOST_NS
         )
-    if state is State.FIN_WAIT_2 and connection.is_detached and connection.wait_ns is None:
+    if state is TcpState.FIN_WAIT_2 and connection.is_detached and connection.wait_ns is None:
         connection.wait_ns = now_ns + DETACHED_NS
 
 

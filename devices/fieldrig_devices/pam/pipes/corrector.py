@@ -10,7 +10,7 @@ from typing import Literal
 from fieldrig_devices.motion.profile import Limits, Profile, change_speed, keep, move
 from fieldrig_devices.pam.pipes.block import Block, is_same, nearest
 
-State = Literal["standby", "wait event", "wait correction", "in correction"]
+CorrectorState = Literal["standby", "wait event", "wait correction", "in correction"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class Corrector(Block):
         super().__init__()
         self.settings = settings
         self.slope, self.level, self.delay_s = slope, level, delay_s
-        self.state: State = "standby"
+        self.state: CorrectorState = "standby"
         self.triggered = False
         self.correction = 0.0
         """The signed value of the present or last correction."""

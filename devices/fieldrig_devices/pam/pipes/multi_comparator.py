@@ -8,7 +8,7 @@ from fieldrig_devices.pam.pipes.block import Block, is_same, nearest
 
 Slope = Literal["POSITIVE", "NEGATIVE", "ZERO_MAXIMUM", "ZERO_MINIMUM"]
 Mode = Literal["IMMEDIATE", "NEXT_PERIOD"]
-State = Literal["deactivated", "wait origin", "tracing"]
+ComparatorState = Literal["deactivated", "wait origin", "tracing"]
 
 MOST_REFERENCES: Final = 8
 """References of a trace in one cycle (PAML-553)."""
@@ -107,7 +107,7 @@ class MultiComparator(Block):
         self.origin, self.value_period = origin, value_period
         self.origin_routine: Callable[[], None] = lambda: None
         self.traces: list[Trace] = []
-        self.state: State = "deactivated"
+        self.state: ComparatorState = "deactivated"
         self.is_executing = False
         self._origin_watch = Watch(origin, value_period)
         self._last: float | None = None

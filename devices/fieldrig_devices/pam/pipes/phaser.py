@@ -4,7 +4,7 @@ from typing import Literal
 
 from fieldrig_devices.pam.pipes.block import Block, Slewed, nearest, wrapped
 
-State = Literal["started", "stopping", "stopped", "starting"]
+PhaserState = Literal["started", "stopping", "stopped", "starting"]
 
 
 class Phaser(Block):
@@ -15,7 +15,7 @@ class Phaser(Block):
         self.phase = Slewed(phase, phase_slope)
         self.value_period = value_period
         self._standby_value = standby_value
-        self.state: State = "started"
+        self.state: PhaserState = "started"
         self._computed: float | None = None
 
     @property

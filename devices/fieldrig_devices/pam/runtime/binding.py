@@ -58,36 +58,36 @@ class Binding:
         if use.arguments.count(None) == len(use.arguments):
             return self._order(use, lambda item: lambda *values: item.do(use.word, values))
 
-        def of(item: Item) -> Function:
+        def order(item: Item) -> Function:
             return lambda *values: item.do(use.word, self._arguments(use.arguments, values))
 
-        return self._order(use, of)
+        return self._order(use, order)
 
     def put(self, use: Use) -> Function:
-        def of(item: Item) -> Function:
+        def order(item: Item) -> Function:
             if use.routine is not None:
                 name = use.routine
                 return lambda *values: item.set_parameter(use.word, RoutineRef(name, values))
             return lambda *values: item.set_parameter(use.word, self._arguments(use.arguments, values)[0])
 
-        return self._order(use, of)
+        return self._order(use, order)
 
     def connect(self, use: Use) -> Function:
         blocks = self._arguments(use.arguments, ())
         return partial(self._kernel.connect, blocks)
 
-    def _order(self, use: Use, of: Callable[[Item], Function]) -> Function:
+    def _order(self, use: Use, order: Callable[[Item], Function]) -> Function:
         """Return a function that gives an order to the item, or to each of them."""
         if use.index is None:
-            return of(self._one(use))
+            return order(self._one(use))
         if use.index == "i":
-            each = [of(item) for item in self.items(use.name)]
+            each = [order(item) for item in self.items(use.name)]
             return lambda base, *values: each[base](*values)
-        all_of_them = [of(item) for item in self._addressed(use)]
+        all_of_them = [order(item) for item in self._addressed(use)]
 
         def give(*values: Value) -> None:
-            for one in all_of_them:
-                one(*values)
+            for give_one in all_of_them:
+                give_one(*values)
 
         return give
 

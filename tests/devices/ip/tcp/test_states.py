@@ -5,7 +5,7 @@ from ip_line import CALLER, CONTROLLER, PORT, Line, Peer, User
 
 from fieldrig_devices.ip.tcp.connection import Ending
 from fieldrig_devices.ip.tcp.segment import ACK, FIN, PSH, RST, SYN, Flags, Segment
-from fieldrig_devices.ip.tcp.states import State
+from fieldrig_devices.ip.tcp.states import TcpState
 
 OUR_END = "our user ends"
 FIN_ARRIVES = "a FIN arrives"
@@ -13,14 +13,14 @@ ACK_ARRIVES = "our FIN is acknowledged"
 
 # The ways through figure 5 from ESTABLISHED: events, and the state after each of them.
 WAYS = [
-    ([OUR_END, ACK_ARRIVES, FIN_ARRIVES], [State.FIN_WAIT_1, State.FIN_WAIT_2, State.TIME_WAIT]),
-    ([OUR_END, FIN_ARRIVES, ACK_ARRIVES], [State.FIN_WAIT_1, State.CLOSING, State.TIME_WAIT]),
-    ([FIN_ARRIVES, OUR_END, ACK_ARRIVES], [State.CLOSE_WAIT, State.LAST_ACK, State.CLOSED]),
+    ([OUR_END, ACK_ARRIVES, FIN_ARRIVES], [TcpState.FIN_WAIT_1, TcpState.FIN_WAIT_2, TcpState.TIME_WAIT]),
+    ([OUR_END, FIN_ARRIVES, ACK_ARRIVES], [TcpState.FIN_WAIT_1, TcpState.CLOSING, TcpState.TIME_WAIT]),
+    ([FIN_ARRIVES, OUR_END, ACK_ARRIVES], [TcpState.CLOSE_WAIT, TcpState.LAST_ACK, TcpState.CLOSED]),
 ]
 
 
 @pytest.mark.parametrize(("events", "states"), WAYS)
-def test_every_way_to_the_end(events: list[str], states: list[State]) -> None:
+def test_every_way_to_the_end(events: list[str], states: list[TcpState]) -> None:
     peer = Peer()
     user = peer.connect()
     ours, theirs = 101, peer.theirs + 1
@@ -47,7 +47,7 @@ def test_a_fin_that_acknowledges_ours_ends_at_once() -> None:
     user.connection.end()
     peer.act()
     peer.send(FIN | ACK, 101, peer.theirs + 2)
-    assert user.connection.state is State.TIME_WAIT
+    assert user.connection.state is TcpState.TIME_WAIT
 
 
 def test_time_wait_is_two_segment_lifetimes_and_acknowledges_a_repeated_fin() -> None:
@@ -101,7 +101,7 @@ def test_both_ends_may_open_at_once() -> None:
     peer.give(Segment(1000, port, 100, syn.sequence + 1, SYN | ACK, 8192))
     assert [segment.flags for segment in peer.take()] == [ACK]
     peer.give(Segment(1000, port, 101, syn.sequence + 1, ACK, 8192))
-    assert user.connection.state is State.ESTABLISHED
+    assert user.connection.state is TcpState.ESTABLISHED
 
 
 @pytest.mark.parametrize("sequence", [100, 5000])
@@ -184,7 +184,7 @@ def test_a_closed_connection_does_not_wait_for_the_peer_without_end() -> None:
     user.connection.close()
     peer.act()
     peer.send(ACK, 101, peer.theirs + 2)
-    assert user.connection.state is State.FIN_WAIT_2
+    assert user.connection.state is TcpState.FIN_WAIT_2
     peer.wait(60)
     assert peer.stack.connections == []
 

@@ -10,7 +10,7 @@ from ip_line import CALLER, Line, Quality
 
 from fieldrig.clock import MS, S
 from fieldrig_devices.ip.tcp.connection import Ending
-from fieldrig_devices.ip.tcp.states import State
+from fieldrig_devices.ip.tcp.states import TcpState
 
 QUALITIES = st.builds(
     Quality,
@@ -119,7 +119,7 @@ def test_a_line_that_is_dead_ends_the_connection() -> None:
     caller.connection.send(b"x")
     line.run()
     assert caller.endings == [Ending.TIMED_OUT]
-    assert caller.connection.state is State.CLOSED
+    assert caller.connection.state is TcpState.CLOSED
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -8,7 +8,7 @@ from dial_in_bench import LOGIN, DialInBench
 from fieldrig_bus.tcp.message import Connected, Data, TcpMessage
 from fieldrig_bus.tcp.model import PORT
 from fieldrig_devices.ip.tcp.connection import Connection
-from fieldrig_devices.ip.tcp.states import State
+from fieldrig_devices.ip.tcp.states import TcpState
 from fieldrig_devices.ppp.phases import End, Phase
 from fieldrig_devices.ppp.settings import Login, PppSettings
 
@@ -65,7 +65,7 @@ def test_a_tool_that_calls_another_address_gets_no_answer() -> None:
     assert bench.stack is not None
     wrong = bench.stack.connect(IPv4Address("190.200.100.99"), 80)
     bench.go(20_000)
-    assert wrong.state is State.SYN_SENT
+    assert wrong.state is TcpState.SYN_SENT
     assert bench.page("/INDEX.HTM").startswith(b"HTTP/1.1 200 ")
 
 

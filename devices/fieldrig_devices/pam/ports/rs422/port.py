@@ -25,7 +25,7 @@ ROOM_NS: Final = 1_000_000_000
 _DISCONNECTED, _NO_ACTIVITY, _REFUSED = "039", "035", "036"
 
 
-class State(Enum):
+class Rs422State(Enum):
     WAIT_REQUEST = "waiting for a request"
     CONFIGURING = "configuring"
     RUNNING = "running"
@@ -48,7 +48,7 @@ class Rs422Port:
         self._plan, self._kernel = plan, kernel
         self.status = PortStatus("RS422Port", plan, kernel)
         self.items: Mapping[str, Sequence[PortItem]] = items_of(plan.variables, kernel, is_active, self._changed)
-        self.state = State.WAIT_REQUEST
+        self.state = Rs422State.WAIT_REQUEST
         self._codec = codec or FramedCodec()
         self._queue = SendQueue(send, baud)
         self._period = plan.numbers("PERIOD")[0]
@@ -69,7 +69,7 @@ class Rs422Port:
 
     @property
     def may_run(self) -> bool:
-        return self.state is not State.FATAL
+        return self.state is not Rs422State.FATAL
 
     @property
     def state_text(self) -> str:
@@ -92,13 +92,13 @@ class Rs422Port:
         """Take bytes from the line; they are looked at in the next basic cycle."""
         room = RECEIVE_BUFFER - len(self._received)
         self._received += data[:room]
-        if len(data) > room and self.state is not State.FATAL:
+        if len(data) > room and self.state is not Rs422State.FATAL:
             self._on_fault(LineFault.BUFFER_FULL)
 
     def poll(self, now_ns: int) -> None:
         """Answer what has arrived, and look at the time-outs."""
         self._now_ns = now_ns
-        if self.state is State.FATAL:
+        if self.state is Rs422State.FATAL:
             return
         if self._received:
             data = bytes(self._received)
@@ -110,13 +110,13 @@ class Rs422Port:
                     self._on_message(event)
         if self._deadline_ns is not None and now_ns >= self._deadline_ns:
             self._on_timeout()
-        if self.state is State.RUNNING:
+        if self.state is Rs422State.RUNNING:
             self._stay_alive()
         self._queue.pump(now_ns)
 
     def fail(self) -> None:
         """Stop for a fatal error; only `begin` leads on."""
-        self.state = State.FATAL
+        self.state = Rs422State.FATAL
         self._deadline_ns = None
 
     def take(self) -> None:
@@ -138,12 +138,12 @@ class Rs422Port:
         return Session(self._plan, self._kernel, self._on_value)
 
     def _wait_for_request(self, timeout: str = "") -> None:
-        self._enter(State.WAIT_REQUEST, timeout)
+        self._enter(Rs422State.WAIT_REQUEST, timeout)
         self._waiting.clear()
         self._queue.clear()
         self._kernel.report("07..M024")
 
-    def _enter(self, state: State, timeout: str) -> None:
+    def _enter(self, state: Rs422State, timeout: str) -> None:
         self.state = state
         duration_ns = self.status.duration_ns(timeout)
         self._deadline_ns = None if duration_ns is None else self._now_ns + duration_ns
@@ -155,10 +155,10 @@ class Rs422Port:
             self._answer(acknowledge(message, Result.BAD_COMMAND))
         elif message.code == Code.REQUEST:
             self._on_request(message)
-        elif self.state is State.CONFIGURING:
+        elif self.state is Rs422State.CONFIGURING:
             self._configure(message)
-        elif self.state is State.RUNNING:
-            self._enter(State.RUNNING, "MASTER_INACTIVITY_TIMEOUT")
+        elif self.state is Rs422State.RUNNING:
+            self._enter(Rs422State.RUNNING, "MASTER_INACTIVITY_TIMEOUT")
             if message.code in CLASS_OF:
                 self._session.value(message)
             elif message.code != Code.ALIVE:
@@ -171,11 +171,11 @@ class Rs422Port:
         self._waiting.clear()
         self._queue.clear()
         self._kernel.report("07..M021")
-        self._enter(State.CONFIGURING, "MASTER_CONFIGURATION_TIMEOUT")
+        self._enter(Rs422State.CONFIGURING, "MASTER_CONFIGURATION_TIMEOUT")
         self._answer(acknowledge(message, Result.OK))
 
     def _configure(self, message: Message) -> None:
-        self._enter(State.CONFIGURING, "MASTER_CONFIGURATION_TIMEOUT")
+        self._enter(Rs422State.CONFIGURING, "MASTER_CONFIGURATION_TIMEOUT")
         if message.code == Code.ALIVE:
             return
         if message.code == Code.START and self._session.phase is Phase.READY:
@@ -201,7 +201,7 @@ class Rs422Port:
         self.status.set_error(False)
         self._kernel.report("07..M023")
         self._sent_ns = self._now_ns
-        self._enter(State.RUNNING, "MASTER_INACTIVITY_TIMEOUT")
+        self._enter(Rs422State.RUNNING, "MASTER_INACTIVITY_TIMEOUT")
         for variable in self._plan.outputs:
             for item in self.items[variable.name]:
                 if item.value():  # the master begins with 0
@@ -225,19 +225,19 @@ class Rs422Port:
 
     def _on_fault(self, fault: LineFault) -> None:
         self._fault = fault
-        if self.state is not State.WAIT_REQUEST:
+        if self.state is not Rs422State.WAIT_REQUEST:
             self._kernel.report("07..E03A", (fault, 0, 0))
 
     def _on_timeout(self) -> None:
         if self._fault is not None:
             self._kernel.report("07..W03A", (self._fault, 0, 0))
         self._deadline_ns = None
-        if self.state is State.RUNNING:
+        if self.state is Rs422State.RUNNING:
             self._show(_NO_ACTIVITY)
             self.status.set_error(True)
         else:
             self._show(_DISCONNECTED)
-        if self.state is not State.WAIT_REQUEST:
+        if self.state is not Rs422State.WAIT_REQUEST:
             self._wait_for_request()
 
     def _stay_alive(self) -> None:
@@ -254,7 +254,7 @@ class Rs422Port:
     def _changed(self, item: PortItem) -> None:
         """Send a change of an output that the master knows, as soon as there is room."""
         key = self._session.keys.get(item.variable.name)
-        if self.state is not State.RUNNING or key is None or not item.is_served:
+        if self.state is not Rs422State.RUNNING or key is None or not item.is_served:
             return
         frame = self._codec.encode(exchange(item.variable.kind, key, item.index, item.value()))
         self._sent_ns = self._now_ns

@@ -8,8 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from fieldrig_devices.pam.language.ports import PortPlan
-from fieldrig_devices.pam.ports.dual_port import MASTER_CONFIGURATION, MASTER_READY, DualPort
-from fieldrig_devices.pam.ports.dual_port import DualPortState as State
+from fieldrig_devices.pam.ports.dual_port import MASTER_CONFIGURATION, MASTER_READY, DualPort, DualPortState
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.panel import BEFORE_WATCH_DOG
@@ -79,31 +78,31 @@ class SimaticPort(DualPort):
             self._write(item)
         if self._options.without_master:
             self._kernel.report("07..M01E")
-            self.enter(State.RUN_ALONE)
+            self.enter(DualPortState.RUN_ALONE)
             return
         if self._options.pam_ready == "set_first":
             set_flag(self._words, self._pam_ready, True)
         self._kernel.report("07..M01B")
-        self.enter(State.SYNC, MASTER_READY)
+        self.enter(DualPortState.SYNC, MASTER_READY)
 
     def poll(self, now_ns: int) -> None:
         """Take the steps of this basic cycle: start-up and watchdog."""
         self._now_ns = now_ns
         if self.may_run:
             self._cycles += 1
-            is_due = self._cycles % WATCHDOG_CYCLES == 0 and self.state is not State.RUN_ALONE
+            is_due = self._cycles % WATCHDOG_CYCLES == 0 and self.state is not DualPortState.RUN_ALONE
             if is_due:
                 self._look_for_master()
-        elif self.state is State.SYNC and not flag_of(self._words, self._pam_ready):
+        elif self.state is DualPortState.SYNC and not flag_of(self._words, self._pam_ready):
             self._synchronise()
-        elif self.state is State.WAIT_HOST and flag_of(self._words, self._host_ready):
+        elif self.state is DualPortState.WAIT_HOST and flag_of(self._words, self._host_ready):
             self._run()
         else:
             self._fail_if_late()
 
     def take(self) -> None:
         """Scan input flags, read the input FIFO, and update the input words that are due."""
-        if self.state is not State.RUN:
+        if self.state is not DualPortState.RUN:
             return
         cycle_number = self._kernel.cycle_number
         for item, value in self._scan.changes(cycle_number):
@@ -121,10 +120,10 @@ class SimaticPort(DualPort):
         set_flag(self._words, self._pam_ready, True)
         self._round += 1
         if self._round < _ROUNDS:
-            self.enter(State.SYNC, MASTER_READY)
+            self.enter(DualPortState.SYNC, MASTER_READY)
             return
         self._kernel.report("07..M01D")
-        self.enter(State.WAIT_HOST, MASTER_CONFIGURATION)
+        self.enter(DualPortState.WAIT_HOST, MASTER_CONFIGURATION)
 
     def _run(self) -> None:
         """Read the initial inputs, which the host has written without the FIFO, and begin."""
@@ -138,7 +137,7 @@ class SimaticPort(DualPort):
         self._kernel.report("07..M006")
         self._kernel.report("07..M011")
         self._watchdog.begin(self._now_ns)
-        self.enter(State.RUN)
+        self.enter(DualPortState.RUN)
 
     # ---- variables
 
@@ -155,7 +154,7 @@ class SimaticPort(DualPort):
 
     def _push(self, item: PortItem) -> None:
         """Write a change of an output to its cell, and announce the cell."""
-        if not self.may_run or self.state is State.RUN_ALONE or not item.is_served:
+        if not self.may_run or self.state is DualPortState.RUN_ALONE or not item.is_served:
             return
         self._write(item)
         self._changes.add(item)

@@ -8,8 +8,7 @@ from dataclasses import replace
 from typing import Final
 
 from fieldrig_devices.pam.language.ports import ALL_ITEMS, PortPlan, PortVariable
-from fieldrig_devices.pam.ports.dual_port import MASTER_CONFIGURATION, MASTER_READY, DualPort
-from fieldrig_devices.pam.ports.dual_port import DualPortState as State
+from fieldrig_devices.pam.ports.dual_port import MASTER_CONFIGURATION, MASTER_READY, DualPort, DualPortState
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.panel import VME_PANEL
@@ -34,16 +33,18 @@ WATCHDOG_NS: Final = 10_000_000
 
 MOST_QUEUED: Final = BLOCKS
 """Changes of inputs that wait for one PERIOD; the manual gives no number (E02B)."""
-_MESSAGES: Final[Mapping[State, str]] = {
-    State.SYNC: "07..M01C",
-    State.CONFIG_IN: "07..M007",
-    State.INIT: "07..M012",
-    State.WAIT_START: "07..M011",
+_MESSAGES: Final[Mapping[DualPortState, str]] = {
+    DualPortState.SYNC: "07..M01C",
+    DualPortState.CONFIG_IN: "07..M007",
+    DualPortState.INIT: "07..M012",
+    DualPortState.WAIT_START: "07..M011",
 }
-_CONFIGURING: Final = frozenset({State.CONFIG_IN, State.CONFIG_OUT, State.INIT, State.WAIT_START})
+_CONFIGURING: Final = frozenset(
+    {DualPortState.CONFIG_IN, DualPortState.CONFIG_OUT, DualPortState.INIT, DualPortState.WAIT_START}
+)
 """The states in which MASTER_CONFIGURATION_TIMEOUT counts."""
-_SENDING: Final = frozenset({State.RUN, State.RUN_NO_MASTER})
-_TIMEOUTS: Final = {State.SYNC: MASTER_READY, **dict.fromkeys(_CONFIGURING, MASTER_CONFIGURATION)}
+_SENDING: Final = frozenset({DualPortState.RUN, DualPortState.RUN_NO_MASTER})
+_TIMEOUTS: Final = {DualPortState.SYNC: MASTER_READY, **dict.fromkeys(_CONFIGURING, MASTER_CONFIGURATION)}
 
 
 class VmePort(DualPort):
@@ -85,9 +86,9 @@ class VmePort(DualPort):
         self._start_up.begin()
         if self._options.without_master:
             self._kernel.report("07..M01F")
-            self.enter(State.RUN_ALONE)
+            self.enter(DualPortState.RUN_ALONE)
         else:
-            self.enter(State.SYNC)
+            self.enter(DualPortState.SYNC)
 
     def poll(self, now_ns: int) -> None:
         """Take the steps of this basic cycle: start-up, commands and watchdog."""
@@ -97,11 +98,11 @@ class VmePort(DualPort):
             if now_ns >= self._watchdog_ns and self.state in _SENDING:
                 self._watchdog_ns = max(self._watchdog_ns + WATCHDOG_NS, now_ns)
                 self._look_for_master()
-        elif self.state is State.SYNC:
-            if self._start_up.synchronise() and self.state is State.SYNC:
+        elif self.state is DualPortState.SYNC:
+            if self._start_up.synchronise() and self.state is DualPortState.SYNC:
                 self._wait(MASTER_READY)
         elif self.state in _CONFIGURING:
-            if self.state is State.INIT and self._start_up.is_reading:
+            if self.state is DualPortState.INIT and self._start_up.is_reading:
                 self._initialise()
             if self._start_up.poll() and self.state in _CONFIGURING:
                 self._wait(MASTER_CONFIGURATION)
@@ -109,7 +110,7 @@ class VmePort(DualPort):
 
     def take(self) -> None:
         """Read the input FIFO, and update the inputs that are due."""
-        if self.state is not State.RUN:
+        if self.state is not DualPortState.RUN:
             return
         for _ in range(BLOCKS):
             number = self._in.index
@@ -128,12 +129,12 @@ class VmePort(DualPort):
     def is_in_empty(self) -> bool:
         return self._in.is_empty
 
-    def enter(self, state: State, timeout: str = "") -> None:
+    def enter(self, state: DualPortState, timeout: str = "") -> None:
         super().enter(state, timeout or _TIMEOUTS.get(state, ""))
         self._is_sending = state in _SENDING
         if state in _MESSAGES:
             self._kernel.report(_MESSAGES[state])
-        if state is State.RUN:
+        if state is DualPortState.RUN:
             self._watchdog_ns = self._now_ns + WATCHDOG_NS
             self._watchdog.begin(self._now_ns)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Final, Protocol
 
 from fieldrig_devices.pam.language.ports import PortVariable
-from fieldrig_devices.pam.ports.dual_port import DualPortState as State
+from fieldrig_devices.pam.ports.dual_port import DualPortState
 from fieldrig_devices.pam.ports.memory import Memory
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.vme.layout import (
@@ -33,7 +33,7 @@ _NOP: Final = int(Command.NOP)
 class Owner(Protocol):
     """The port, as its start-up sees it."""
 
-    state: State
+    state: DualPortState
     may_run: bool
 
     @property
@@ -44,7 +44,7 @@ class Owner(Protocol):
     def is_in_empty(self) -> bool:
         """True if the input FIFO is empty."""
 
-    def enter(self, state: State) -> None: ...
+    def enter(self, state: DualPortState) -> None: ...
 
     def configure(self, crc: int, key: int) -> PortVariable | None:
         """Give an output the master's key; None if no output has this CRC."""
@@ -82,7 +82,7 @@ class StartUp:
         self._words[SYNCHRO] = 1
         self._round += 1
         if self._round == _ROUNDS:
-            self._owner.enter(State.CONFIG_IN)
+            self._owner.enter(DualPortState.CONFIG_IN)
         return True
 
     def poll(self) -> bool:
@@ -129,7 +129,7 @@ class StartUp:
         """Leave the configuration of the inputs with the first command about outputs."""
         if self._sent < len(self._owner.inputs):
             return Answer.CDE_REJECTED
-        self._owner.enter(State.CONFIG_OUT)
+        self._owner.enter(DualPortState.CONFIG_OUT)
         answer = self._answer(self._words[COMMAND])
         assert answer is not None
         return answer
@@ -144,7 +144,7 @@ class StartUp:
         return Answer.ACK_OK
 
     def _end_def_out(self) -> Answer:
-        self._owner.enter(State.INIT)
+        self._owner.enter(DualPortState.INIT)
         return Answer.ACK_OK
 
     def _init_in(self) -> Answer:
@@ -156,15 +156,15 @@ class StartUp:
             return Answer.CDE_REJECTED
         if not self._owner.is_in_empty:
             return None
-        self._owner.enter(State.WAIT_START)
+        self._owner.enter(DualPortState.WAIT_START)
         return Answer.ACK_OK
 
     def _start(self) -> Answer:
         """Start the application, even if the configuration is not complete (PAMS-076); its port is served then too."""
         if self._owner.may_run:
             return Answer.CDE_REJECTED
-        is_complete = self._owner.state is State.WAIT_START
-        self._owner.enter(State.RUN)
+        is_complete = self._owner.state is DualPortState.WAIT_START
+        self._owner.enter(DualPortState.RUN)
         return Answer.ACK_OK if is_complete else Answer.CDE_REJECTED
 
     def _give(self, *values: int) -> None:
@@ -174,12 +174,12 @@ class StartUp:
 
 _CODES: Final = frozenset(Command)
 # Section 11.5, steps 6 to 15.  A command that is not listed for a state is rejected.
-_HANDLERS: Final[Mapping[tuple[State, Command], Callable[[StartUp], Answer | None]]] = {
-    (State.CONFIG_IN, Command.ASK_DEF_IN): StartUp._ask_def_in,
-    (State.CONFIG_IN, Command.DEF_OUT): StartUp._first_output,
-    (State.CONFIG_IN, Command.END_DEF_OUT): StartUp._first_output,
-    (State.CONFIG_OUT, Command.DEF_OUT): StartUp._def_out,
-    (State.CONFIG_OUT, Command.END_DEF_OUT): StartUp._end_def_out,
-    (State.INIT, Command.INIT_IN): StartUp._init_in,
-    (State.INIT, Command.END_INIT_IN): StartUp._end_init_in,
+_HANDLERS: Final[Mapping[tuple[DualPortState, Command], Callable[[StartUp], Answer | None]]] = {
+    (DualPortState.CONFIG_IN, Command.ASK_DEF_IN): StartUp._ask_def_in,
+    (DualPortState.CONFIG_IN, Command.DEF_OUT): StartUp._first_output,
+    (DualPortState.CONFIG_IN, Command.END_DEF_OUT): StartUp._first_output,
+    (DualPortState.CONFIG_OUT, Command.DEF_OUT): StartUp._def_out,
+    (DualPortState.CONFIG_OUT, Command.END_DEF_OUT): StartUp._end_def_out,
+    (DualPortState.INIT, Command.INIT_IN): StartUp._init_in,
+    (DualPortState.INIT, Command.END_INIT_IN): StartUp._end_init_in,
 }
