@@ -165,9 +165,7 @@ def _needed_in_vain(
                 continue
             what, value = need.claim.what, need.claim.value
             if not entry.bus.settings.leads_to(what, value):
-                known = sorted(
-                    str(key[2]) for key, owners in there.items() if key[:2] == need.key[:2] and owners - {name}
-                )
+                others = {key[2] for key, owners in there.items() if key[:2] == need.key[:2] and owners - {name}}
                 yield WrongKey(
                     need.path,
                     f"nothing on {need.bus} has {what} {value}",
