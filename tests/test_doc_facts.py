@@ -26,9 +26,12 @@ from fieldrig.settings import Settings
 from fieldrig.system.exits import ABOUT, Exit
 from fieldrig_bus.can.faults import CanFault
 from fieldrig_bus.can.member import Controller
+from fieldrig_bus.modbus import faults as modbus_faults
 from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.ring.pam.faults import RingFault as PamRingFault
 from fieldrig_bus.ring.sercos.faults import RingFault
+from fieldrig_bus.serial import faults as serial_faults
+from fieldrig_bus.signals import faults as wire_faults
 from fieldrig_bus.telephone.exchange import IncomingSettings, OutgoingSettings
 from fieldrig_bus.telephone.faults import TelephoneFault
 from fieldrig_devices.arp.can.exchange import ExchangeSettings, Received, Sent
@@ -99,6 +102,9 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of every device": {"device": DeviceKeys},
     "Keys of a controller": {"controller": Controller},
     "Keys of a fault": faults.models_of(CanFault),
+    "Keys of a Modbus fault": modbus_faults.MODELS,
+    "Keys of a serial fault": serial_faults.MODELS,
+    "Keys of a fault of wires": wire_faults.MODELS,
     "Keys of a ring fault": faults.models_of(RingFault),
     "Keys of a PAM ring fault": faults.models_of(PamRingFault),
     "Keys of a telephone fault": faults.models_of(TelephoneFault),
@@ -279,7 +285,12 @@ def test_every_fault_is_explained() -> None:
 
 
 def test_the_page_of_faults_has_all_faults_of_all_kinds() -> None:
-    said = {kind: code_in(row.cells[1]) for row in rows(DOCS / "faults.md") for kind in code_in(row.cells[0])}
+    said = {
+        kind: code_in(row.cells[1])
+        for row in rows(DOCS / "faults.md")
+        if row.columns[0] == "kind"
+        for kind in code_in(row.cells[0])
+    }
     own = {kind: kinds.find_bus(kind).fault_models for kind in names_in("fieldrig.buses")}
     own |= {kind: kinds.find_device(kind).fault_models for kind in names_in("fieldrig.devices")}
     assert said == {kind: list(models) for kind, models in own.items() if models}
@@ -292,6 +303,8 @@ def test_the_readme_counts_the_kinds_that_take_faults() -> None:
 
 def kinds_on_the_page_of_faults() -> Iterator[str]:
     for row in rows(DOCS / "faults.md"):
+        if row.columns[0] != "kind":
+            continue
         yield from code_in(row.cells[0])
 
 

@@ -15,7 +15,9 @@ from pydantic import Field
 from fieldrig.bus import Bus, BusModel, Delivery, ModelBus, Time, words_of
 from fieldrig.settings import Settings
 from fieldrig_bus.net import HubSettings
-from fieldrig_bus.signals.codec import LONGEST_NAME, check_sent, check_text, decode, encode, show
+from fieldrig_bus.signals import traced
+from fieldrig_bus.signals.codec import LONGEST_NAME, check_sent, check_text
+from fieldrig_bus.signals.faults import MODELS, WireEffects, WireFault
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm
 from fieldrig_bus.signals.signal import Motion, Signal
@@ -61,6 +63,14 @@ class WiresModel(BusModel[Signal]):
         self._told_full.discard(member)
         self._orphans |= self._driven.pop(member, {})
 
+    def power_lost(self, now_ns: int, member: str) -> None:
+        """Switch its digital outputs off; everything else keeps its value."""
+        for name in list(self._driven.get(member, ())):
+            signal = self._present[name][1]
+            if signal.value is True:
+                self.submit(now_ns, member, Signal(name, False, signal.unit))
+        self.leave(member)
+
     def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
         names = None if interest is None else frozenset(map(str, interest))
         self._interests[member] = names
@@ -73,12 +83,18 @@ class WiresModel(BusModel[Signal]):
         if (driven is None or message.name not in driven) and not self._is_taken_on(message.name, member):
             return
         self._present[message.name] = (member, message)
-        receivers = [
-            name
-            for name, names in self._interests.items()
-            if name != member and (names is None or message.name in names)
-        ]
-        self._due.append(Delivery(now_ns, member, message, receivers))
+        self._due.append(Delivery(now_ns, member, message, self.receivers_of(message.name, member)))
+
+    def receivers_of(self, wire: str, driver: str) -> list[str]:
+        """Return the members that listen to a wire, in the order of joining."""
+        return [name for name, names in self._interests.items() if name != driver and (names is None or wire in names)]
+
+    def present(self, now_ns: int, wire: str) -> Delivery[Signal] | None:
+        """Return the present value of a wire as a delivery to all that listen to it; None if nothing drives it."""
+        if wire not in self._present:
+            return None
+        driver, signal = self._present[wire]
+        return Delivery(now_ns, driver, signal, self.receivers_of(wire, driver))
 
     def _is_taken_on(self, name: str, member: str) -> bool:
         """True if there is room for this wire among those of its new driver."""
@@ -130,11 +146,16 @@ def raised(alarms: Mapping[str, Alarm], signals: Mapping[str, Signal], now_ns: i
     }
 
 
+FAULTS: Final = "faults from the start"
+
+
 class WiresSettings(Settings):
+    faults: list[WireFault] = Field(default_factory=list, description=FAULTS)
     alarms: dict[str, Alarm] = Field(default_factory=dict, description=ALARMS)
 
 
 class WiresHubSettings(HubSettings):
+    faults: list[WireFault] = Field(default_factory=list, description=FAULTS)
     alarms: dict[str, Alarm] = Field(default_factory=dict, description=ALARMS)
 
 
@@ -144,21 +165,26 @@ class WiresFamily(Bus[Signal]):
     family: ClassVar[str] = "wires"
     messages: ClassVar[tuple[type, ...]] = (Signal,)
 
-    encode = staticmethod(encode)
-    decode = staticmethod(decode)
-    show = staticmethod(show)
+    encode = staticmethod(traced.encode)
+    decode = staticmethod(traced.decode)
+    show = staticmethod(traced.show)
     check = staticmethod(check_sent)
     check_interest = staticmethod(check_interest)
 
 
 class _Wires(WiresFamily, ModelBus[Signal]):
+    fault_models = MODELS
+
     def model(self) -> WiresModel:
         return WiresModel(self.settings.alarms)
 
+    def effects(self) -> WireEffects:
+        return WireEffects(self.settings.faults)
+
     @staticmethod
-    def standing_of(message: Signal) -> str:
-        """The name of the wire, as every wire keeps its value."""
-        return message.name
+    def standing_of(message: Any) -> str | None:
+        """The name of the wire, as every wire keeps its value; None for the note of a fault."""
+        return message.name if isinstance(message, Signal) else None
 
 
 class WiresVirtual(_Wires):

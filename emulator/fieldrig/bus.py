@@ -18,6 +18,7 @@ from fieldrig.link import Link
 if TYPE_CHECKING:
     from fieldrig.control.subject import Subject
     from fieldrig.device import Tool, WayIn
+    from fieldrig.faults.disturbed import Effects
     from fieldrig.loop.pace import Pace
 
 M = TypeVar("M")
@@ -57,6 +58,10 @@ class BusModel(ABC, Generic[M]):
     @abstractmethod
     def leave(self, member: str) -> None:
         """Remove a member, with its messages that are not yet sent."""
+
+    def power_lost(self, now_ns: int, member: str) -> None:
+        """Remove a member whose device has lost its power.  It joins again when power is back."""
+        self.leave(member)
 
     @abstractmethod
     def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
@@ -219,6 +224,8 @@ class Bus(ABC, Generic[M]):
     """One line for `fieldrig devices`."""
     fault_models: ClassVar[Mapping[str, type[Any]]] = {}
     """The settings models of the faults that can be added while the rig runs, by their `what`."""
+    no_faults: ClassVar[str] = ""
+    """Why there is nothing that can fail, for a kind without faults."""
     times: ClassVar[frozenset[Time]]
     family: ClassVar[str]
     """The kind of its messages in traces: can, modbus, serial, wires, ring."""
@@ -304,6 +311,10 @@ class ModelBus(Bus[M]):
     @abstractmethod
     def model(self) -> BusModel[M]:
         """Return a new model without traffic."""
+
+    def effects(self) -> "Effects[M] | None":
+        """Return what faults do to the messages of this bus; None if its model has its own faults, or none."""
+        return None
 
     def ports(self) -> Sequence[Port]:
         """Return the ports for outside clients that the settings ask for.  Real time only."""

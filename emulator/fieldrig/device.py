@@ -74,7 +74,9 @@ class Device:
     about: ClassVar[str] = ""
     """One line for `fieldrig devices`."""
     fault_models: ClassVar[Mapping[str, type[Any]]] = {}
-    """Settings models of the faults that it takes while the rig runs, by their `what`."""
+    """Settings models of the faults that it takes while the rig runs, by their `what`, beside the loss of power."""
+    no_faults: ClassVar[str] = ""
+    """Why nothing but its power can fail, for a kind without further faults."""
     trouble_keys: ClassVar[Collection[str]] = ()
     """Keys of points by which the device itself reports that something is wrong; 0, False and "" are no trouble."""
     injected: "InjectedFaults[Any] | None" = None

@@ -164,7 +164,7 @@ def test_devices_that_answer_each_other_for_ever_are_named() -> None:
 
 
 def test_a_bus_takes_faults_at_run_time_or_says_that_it_takes_none() -> None:
-    buses = {"can0": {"kind": "can.virtual", "bitrate": 1_000_000}, "wires": {"kind": "wires.virtual"}}
+    buses = {"can0": {"kind": "can.virtual", "bitrate": 1_000_000}, "relay": {"kind": "ip.relay"}}
     with Rig(from_dict({"time": "virtual", "seed": 7, "buses": buses})) as rig:
         number = rig.add_fault("can0", {"what": "drop"})
         assert rig.faults("can0")[number]["what"] == "drop"
@@ -172,8 +172,8 @@ def test_a_bus_takes_faults_at_run_time_or_says_that_it_takes_none() -> None:
         assert rig.faults("can0") == {}
         with pytest.raises(ControlError, match="can0: there is no fault 1"):
             rig.clear_fault("can0", number)
-        with pytest.raises(ControlError, match="wires: this bus takes no faults"):
-            rig.add_fault("wires", {"what": "drop"})
+        with pytest.raises(ControlError, match="relay: this bus takes no faults"):
+            rig.add_fault("relay", {"what": "drop"})
         with pytest.raises(ControlError, match="no bus or device 'can1'"):
             rig.faults("can1")
 

@@ -33,6 +33,10 @@ EITHER: Final[Mapping[str, Mapping[str, Any]]] = {"replace": {"xor": "FF"}, "dis
 """A key of faults that require one of two, which their models cannot say."""
 
 
+OF_MESSAGES: Final = frozenset({"modbus", "serial", "wires"})
+"""Families whose faults spoil any message, and so are tried with their buses (`tests/bus`), not with each machine."""
+
+
 class Injected(NamedTuple):
     """A fault, and the bus or device that it is given to."""
 
@@ -78,6 +82,8 @@ def faults_of(config: RigConfig | str, wheres: Sequence[str] | None = None) -> l
         models[device.cls, *device.cls.fault_models] = device.cls.fault_models
     for name, bus in config.buses.items():
         cls = type(bus.bus)
+        if cls.family in OF_MESSAGES:
+            continue
         groups.setdefault((cls, *cls.fault_models), []).append((name, bus.kind, _stations(config, name)))
         models[cls, *cls.fault_models] = cls.fault_models
     found = []

@@ -9,35 +9,23 @@ from dataclasses import replace
 from random import Random
 from typing import Annotated, Final, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from fieldrig.clock import MS
 from fieldrig.faults import faults
-from fieldrig.faults.faults import LONGEST_MS, Timed
+from fieldrig.faults.faults import LONGEST_MS, Repeated, Timed
+from fieldrig.faults.hex_bytes import Hex, flipped, replaced
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame
 from fieldrig_bus.can.notices import FASTEST, SLOWEST
 
 
-def _hex(text: str) -> str:
-    try:
-        bytes.fromhex(text)
-    except ValueError as cause:
-        raise ValueError(f"{text!r} are not bytes: expected hex digits, such as '01 A0'") from cause
-    return text
-
-
-Hex = Annotated[str, AfterValidator(_hex)]
-
-
-class _FrameFault(Timed):
+class _FrameFault(Repeated):
     identifier: int | None = Field(
         default=None, ge=0, le=EXTENDED_MASK, description="identifier of the frames; left out: any"
     )
     mask: int | None = Field(default=None, ge=0, le=EXTENDED_MASK, description="bits of the identifier that count")
     extended: bool | None = Field(default=None, description="29 bits or 11; left out: as the identifier needs, or both")
     node: str | None = Field(default=None, description="the sender; left out: any")
-    count: int | None = Field(default=None, ge=1, description="number of frames; left out: any number")
-    probability: float = Field(default=1.0, gt=0, le=1, description="probability for each frame")
 
     @model_validator(mode="after")
     def _check_mask(self) -> "_FrameFault":
@@ -70,7 +58,7 @@ class Delay(_FrameFault):
     """The frame takes part in arbitration later, and so do the frames that its sender asks for after it."""
 
     what: Literal["delay"]
-    delay_ms: float = Field(gt=0, le=LONGEST_MS)
+    delay_ms: float = Field(gt=0, le=LONGEST_MS, description="length of the delay")
 
     @property
     def delay_ns(self) -> int:
@@ -102,10 +90,7 @@ class Replace(_FrameFault):
         return replace(frame, data=self._replaced(frame.data))
 
     def _replaced(self, data: bytes) -> bytes:
-        given = bytes.fromhex(self.data if self.data is not None else self.xor or "")
-        if self.data is not None:
-            return given[: len(data)] + data[len(given) :]
-        return bytes(byte ^ flipped for byte, flipped in zip(data, given.ljust(len(data), b"\0"), strict=False))
+        return replaced(data, self.data) if self.data is not None else flipped(data, self.xor or "")
 
 
 class Corrupt(_FrameFault):

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, ClassVar, Final
 
+from fieldrig.faults.note import FaultNote as FaultNote
 from fieldrig.link import Link
 from fieldrig_bus.can.bits import Place
 
@@ -74,15 +75,6 @@ class BusState:
     state: CanState
     tec: int
     rec: int
-
-
-@dataclass(frozen=True, slots=True)
-class FaultNote:
-    """An injected fault was applied; the sender of its line in the trace is the member that was affected."""
-
-    WIRE: ClassVar = struct.Struct("<I")
-    fault: int
-    what: str
 
 
 @dataclass(frozen=True, slots=True)

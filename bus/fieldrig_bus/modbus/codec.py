@@ -3,26 +3,32 @@
 Bytes, little endian: kind (1), unit (1), exchange (4), state of the serial line if there is one (8), PDU.  The PDU is
 bytes throughout: the PDU classes of pymodbus would cost 40 us per request and answer wrong quantities with function
 code 0x80, so pymodbus is the foreign client of the tests and not the codec.  A connection has unit and exchange 0, and
-its address as text.
+its address as text.  A damaged answer has, after the exchange, whether the connection is cut (1), the size of the PDU
+(1) and the PDU, then for each of its pieces the delay in ns (8), the size (2) and the bytes.
 """
 
 import ipaddress
 import struct
 from typing import Final
 
+from fieldrig.faults import note
+from fieldrig.faults.note import FaultNote
 from fieldrig_bus.modbus.message import (
     LONGEST_PDU,
     ClientConnected,
+    DamagedAnswer,
     LineState,
-    ModbusEvent,
     ModbusRequest,
     ModbusResponse,
+    OnModbus,
 )
 
-RESPONSE, REQUEST, REQUEST_ON_RTU, REQUEST_ON_ASCII, CONNECTED = range(5)
+RESPONSE, REQUEST, REQUEST_ON_RTU, REQUEST_ON_ASCII, CONNECTED, DAMAGED = range(6)
 
 _HEAD: Final = struct.Struct("<BBI")
 _LINE: Final = struct.Struct("<BBIII")
+_DAMAGED: Final = struct.Struct("<BB")
+_PIECE: Final = struct.Struct("<QH")
 _COUNT_MASK: Final = 0xFFFF_FFFF
 
 FUNCTIONS: Final = {
@@ -55,11 +61,15 @@ EXCEPTIONS: Final = {
 _LONGEST_SHOWN: Final = 24
 
 
-def encode(message: ModbusEvent) -> bytes:
+def encode(message: OnModbus) -> bytes:
     if isinstance(message, ModbusResponse):
         return _HEAD.pack(RESPONSE, message.unit, message.exchange) + message.pdu
     if isinstance(message, ClientConnected):
         return _HEAD.pack(CONNECTED, 0, 0) + message.peer.encode()
+    if isinstance(message, DamagedAnswer):
+        return _encode_damaged(message)
+    if isinstance(message, FaultNote):
+        return note.encode(message)
     line = message.line
     if line is None:
         return _HEAD.pack(REQUEST, message.unit, message.exchange) + message.pdu
@@ -68,7 +78,7 @@ def encode(message: ModbusEvent) -> bytes:
     return _LINE.pack(kind, message.unit, message.exchange, messages, errors) + message.pdu
 
 
-def decode(data: bytes) -> ModbusEvent:
+def decode(data: bytes) -> OnModbus:
     """The inverse of `encode`.  ValueError for anything else."""
     try:
         kind, unit, exchange = _HEAD.unpack_from(data)
@@ -78,6 +88,10 @@ def decode(data: bytes) -> ModbusEvent:
             return ModbusRequest(unit, _pdu(data, _HEAD.size), exchange)
         if kind == CONNECTED and unit == exchange == 0:
             return ClientConnected(_address(data[_HEAD.size :]))
+        if kind == DAMAGED:
+            return _decode_damaged(unit, exchange, data[_HEAD.size :])
+        if data.startswith(note.LEAD):
+            return note.decode(data)
         kind, unit, exchange, messages, errors = _LINE.unpack_from(data)
     except struct.error as cause:
         raise ValueError(f"not a Modbus message: {data.hex(' ')}") from cause
@@ -86,10 +100,15 @@ def decode(data: bytes) -> ModbusEvent:
     return ModbusRequest(unit, _pdu(data, _LINE.size), exchange, LineState(messages, errors, kind == REQUEST_ON_ASCII))
 
 
-def show(message: ModbusEvent) -> str:
+def show(message: OnModbus) -> str:
     """A message as one line, such as `unit 1 ask  read holding registers 03 00 6b 00 03`."""
     if isinstance(message, ClientConnected):
         return f"connection from {message.peer}"
+    if isinstance(message, FaultNote):
+        return note.show(message)
+    if isinstance(message, DamagedAnswer):
+        pieces = " | ".join(piece[:_LONGEST_SHOWN].hex(" ") for _, piece in message.pieces)
+        return f"unit {message.unit} answers in wrong bytes  {pieces or 'none'}{', cut' if message.is_cut else ''}"
     pdu = message.pdu
     word = "ask" if isinstance(message, ModbusRequest) else "answer"
     function = FUNCTIONS.get(pdu[0] & 0x7F, f"function {pdu[0] & 0x7F}")
@@ -98,6 +117,25 @@ def show(message: ModbusEvent) -> str:
         function += f": {EXCEPTIONS.get(code, f'exception {code}')}"
     rest = f" … {len(pdu)} bytes" if len(pdu) > _LONGEST_SHOWN else ""
     return f"unit {message.unit} {word} {function}  {pdu[:_LONGEST_SHOWN].hex(' ')}{rest}"
+
+
+def _encode_damaged(message: DamagedAnswer) -> bytes:
+    head = _HEAD.pack(DAMAGED, message.unit, message.exchange) + _DAMAGED.pack(message.is_cut, len(message.pdu))
+    return head + message.pdu + b"".join(_PIECE.pack(after_ns, len(data)) + data for after_ns, data in message.pieces)
+
+
+def _decode_damaged(unit: int, exchange: int, body: bytes) -> DamagedAnswer:
+    is_cut, size = _DAMAGED.unpack_from(body)
+    at, pieces = _DAMAGED.size + size, list[tuple[int, bytes]]()
+    pdu = body[_DAMAGED.size : at]
+    while at < len(body):
+        after_ns, length = _PIECE.unpack_from(body, at)
+        at += _PIECE.size
+        pieces.append((after_ns, body[at : at + length]))
+        at += length
+    if at != len(body) or is_cut > 1 or size > LONGEST_PDU:
+        raise ValueError(f"not a damaged answer: {body[:_LONGEST_SHOWN].hex(' ')}")
+    return DamagedAnswer(unit, pdu, exchange, tuple(pieces), bool(is_cut))
 
 
 def _address(data: bytes) -> str:

@@ -1,16 +1,20 @@
 """Base of all kinds of Modbus buses, and the settings of a serial line."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Final, Literal
 
 from fieldrig.bus import ModelBus
 from fieldrig.settings import Settings
 from fieldrig_bus.modbus import codec, message
+from fieldrig_bus.modbus.effects import ModbusEffects
 from fieldrig_bus.modbus.framing import LineTiming, Mode
-from fieldrig_bus.modbus.message import ClientConnected, ModbusEvent, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import ClientConnected, ModbusRequest, ModbusResponse, OnModbus
+from fieldrig_bus.serial.message import Format
+
+FAULTS: Final = "faults from the start"
 
 
-class ModbusBus(ModelBus[ModbusEvent]):
+class ModbusBus(ModelBus[OnModbus]):
     family: ClassVar[str] = "modbus"
     messages: ClassVar[tuple[type, ...]] = (ModbusRequest, ModbusResponse, ClientConnected)
     settings: Any
@@ -20,6 +24,15 @@ class ModbusBus(ModelBus[ModbusEvent]):
     show = staticmethod(codec.show)
     check = staticmethod(message.check_sent)
     check_interest = staticmethod(message.check_interest)
+
+    @property
+    def line(self) -> tuple[LineTiming, Format] | None:
+        """Timing and format of the serial line; None on TCP."""
+        return None
+
+    def effects(self) -> ModbusEffects:
+        timing, form = self.line or (None, None)
+        return ModbusEffects(self.settings.faults, timing, form)
 
     def mbpoll(self) -> tuple[Sequence[str], str] | None:
         """Options and target of mbpoll as a master outside the rig; None where it cannot be one."""
@@ -43,3 +56,6 @@ class CharacterSettings(Settings):
 
     def timing(self, mode: Mode, baud: int) -> LineTiming:
         return LineTiming(mode, baud, self.bits_per_character)
+
+    def format(self, baud: int) -> Format:
+        return Format(baud, self.data_bits, self.parity, self.stop_bits)

@@ -21,6 +21,7 @@ from fieldrig.clock import MS
 from fieldrig.device import RUN, WayIn
 from fieldrig.link import Link
 from fieldrig.outside.addresses import split_address
+from fieldrig_bus.modbus.faults import LINE_MODELS
 from fieldrig_bus.modbus.framing import LineFramer, LineTiming, Mode
 from fieldrig_bus.modbus.framing_ascii import AsciiFramer
 from fieldrig_bus.modbus.framing_rtu import FRAME_TIMEOUT_NS, RtuFramer, request_size, response_size
@@ -32,6 +33,7 @@ from fieldrig_bus.modbus.line_ports import DiallingPort, PtyPort, TcpLinePort
 from fieldrig_bus.modbus.line_session import LineSession
 from fieldrig_bus.modbus.line_uart import UartPort
 from fieldrig_bus.modbus.model import ModbusModel
+from fieldrig_bus.serial.message import Format
 
 
 class ModbusRtuSettings(ModbusLineSettings):
@@ -65,7 +67,13 @@ class ModbusAsciiSettings(ModbusLineSettings):
 
 class _ModbusLine(ModbusBus):
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    fault_models = LINE_MODELS
     mode: ClassVar[Mode]
+
+    @property
+    def line(self) -> tuple[LineTiming, Format]:
+        settings: ModbusLineSettings = self.settings
+        return settings.timing(self.mode, settings.baud), settings.format(settings.baud)
 
     def model(self) -> BusModel[Any]:
         settings: ModbusLineSettings = self.settings

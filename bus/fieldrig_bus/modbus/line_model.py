@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from fieldrig.bus import BusModel, Delivery
 from fieldrig_bus.modbus.framing import LineTiming
-from fieldrig_bus.modbus.message import BROADCAST, LineState, ModbusEvent, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import BROADCAST, LineState, ModbusRequest, ModbusResponse, OnModbus
 from fieldrig_bus.modbus.routing import Routing, is_server_outside
 
 log = logging.getLogger(__name__)
@@ -32,7 +32,7 @@ class _Wanted(NamedTuple):
     message: ModbusRequest | ModbusResponse
 
 
-class LineModel(BusModel[ModbusEvent]):
+class LineModel(BusModel[OnModbus]):
     def __init__(
         self, timing: LineTiming, response_timeout_ns: int, turnaround_ns: int = 0, is_paced: bool = True
     ) -> None:
@@ -61,7 +61,7 @@ class LineModel(BusModel[ModbusEvent]):
     def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
         self._routing.listen(member, interest)
 
-    def submit(self, now_ns: int, member: str, message: ModbusEvent) -> None:
+    def submit(self, now_ns: int, member: str, message: OnModbus) -> None:
         if not isinstance(message, ModbusRequest | ModbusResponse):
             return
         if len(self._wanted) >= MOST_WANTED:
@@ -79,7 +79,7 @@ class LineModel(BusModel[ModbusEvent]):
         following = self._next()
         return None if following is None else self._arrival_ns(*following)
 
-    def collect(self, now_ns: int) -> list[Delivery[ModbusEvent]]:
+    def collect(self, now_ns: int) -> list[Delivery[OnModbus]]:
         arrived = []
         while (following := self._next()) is not None and self._arrival_ns(*following) <= now_ns:
             delivery = self._carry(*following)
@@ -117,7 +117,7 @@ class LineModel(BusModel[ModbusEvent]):
             return start_ns
         return start_ns + self._timing.frame_ns(len(wanted.message.pdu)) + self._timing.silence_ns
 
-    def _carry(self, start_ns: int, wanted: _Wanted) -> Delivery[ModbusEvent] | None:
+    def _carry(self, start_ns: int, wanted: _Wanted) -> Delivery[OnModbus] | None:
         self._wanted.remove(wanted)
         message, arrival_ns = wanted.message, self._arrival_ns(start_ns, wanted)
         over_ns = self._over_ns(start_ns, wanted)

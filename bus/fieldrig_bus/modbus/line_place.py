@@ -8,7 +8,8 @@ from pydantic import Field, model_validator
 from fieldrig.bus import Hub
 from fieldrig.link import Link
 from fieldrig.settings import RunPath
-from fieldrig_bus.modbus.kind import CharacterSettings
+from fieldrig_bus.modbus.faults import LineFault
+from fieldrig_bus.modbus.kind import FAULTS, CharacterSettings
 from fieldrig_bus.modbus.outside import ServerAddress, UnitId
 from fieldrig_bus.modbus.routing import SERVER
 from fieldrig_bus.net import Address, HubSettings
@@ -50,6 +51,7 @@ class ModbusLineSettings(HubSettings, CharacterSettings):
         default=1000, ge=1, le=600_000, description="response timeout for `servers` (V1.02, 2.4.1)"
     )
     turnaround_ms: int = Field(default=100, ge=0, le=10_000, description="silence after a broadcast to them")
+    faults: list[LineFault] = Field(default_factory=list, description=FAULTS)
 
     def leads_to(self, what: str, value: Hashable) -> bool:
         return value in self.servers

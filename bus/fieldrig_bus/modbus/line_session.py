@@ -6,9 +6,10 @@ from typing import Any
 
 from fieldrig.clock import Alarm, Clock
 from fieldrig.link import Link
+from fieldrig_bus.modbus.damaged import write_damaged
 from fieldrig_bus.modbus.framing import LineFramer, LineTiming
 from fieldrig_bus.modbus.framing_ascii import AsciiFramer
-from fieldrig_bus.modbus.message import LineState, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import DamagedAnswer, LineState, ModbusRequest, ModbusResponse
 
 SET_DELIMITER = b"\x08\x00\x03"
 
@@ -27,7 +28,7 @@ class LineSession:
     ) -> None:
         self._clock, self._link, self._write = clock, link, write
         self._framer, self._timing, self._is_paced = framer, timing, is_paced
-        self._outbound: deque[tuple[int, bytes]] = deque()
+        self._outbound: deque[tuple[int, bytes | DamagedAnswer]] = deque()
         self._free_ns = 0  # the instant at which the last written frame is over
         self._wake = Alarm(self._clock)
         self._send = Alarm(self._clock)
@@ -54,13 +55,13 @@ class LineSession:
         next_ns = framer.next_ns()
         self._wake.at(next_ns, self._take)
 
-    def _on_response(self, response: ModbusResponse) -> None:
+    def _on_response(self, response: ModbusResponse | DamagedAnswer) -> None:
         pdu = response.pdu
-        frame = self._framer.frame(response.unit, pdu)
+        frame = response if isinstance(response, DamagedAnswer) else self._framer.frame(response.unit, pdu)
         if isinstance(self._framer, AsciiFramer) and len(pdu) == 5 and pdu.startswith(SET_DELIMITER):
             self._framer.delimiter = pdu[3]
         if not self._is_paced:
-            self._write(frame)
+            self._write_out(frame)
             return
         begin_ns = max(self._clock.now_ns(), self._free_ns)
         end_ns = begin_ns + self._timing.frame_ns(len(pdu))
@@ -71,6 +72,12 @@ class LineSession:
 
     def _on_sent(self) -> None:
         _, frame = self._outbound.popleft()
-        self._write(frame)
+        self._write_out(frame)
         if self._outbound:
             self._send.at(self._outbound[0][0], self._on_sent)
+
+    def _write_out(self, frame: bytes | DamagedAnswer) -> None:
+        if isinstance(frame, DamagedAnswer):
+            write_damaged(self._clock, self._write, frame)
+        else:
+            self._write(frame)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from fieldrig.bus import words_of
+from fieldrig.faults.note import FaultNote
 
 BROADCAST = 0
 """Unit id of a broadcast on a serial line: every server executes it and none answers."""
@@ -60,6 +61,21 @@ class ClientConnected:
     """IP address of the client."""
 
 
+@dataclass(slots=True, unsafe_hash=True)
+class DamagedAnswer:
+    """The bytes of an answer that an injected fault has damaged, for a client outside.
+
+    `pdu` is what the device has answered, and empty if nothing was asked.  `pieces` are the bytes that come instead,
+    each with its delay after the first one in nanoseconds; with `is_cut` the connection is closed after them.
+    """
+
+    unit: int
+    pdu: bytes
+    exchange: int
+    pieces: tuple[tuple[int, bytes], ...] = ()
+    is_cut: bool = False
+
+
 CONNECTIONS = "connections"
 """The word in the interest of a member that wants to know of TCP connections."""
 
@@ -70,7 +86,9 @@ _HIGHEST_EXCHANGE = 0xFFFF_FFFF
 ModbusMessage = ModbusRequest | ModbusResponse
 """A request or a response."""
 ModbusEvent = ModbusMessage | ClientConnected
-"""Every message that a Modbus bus carries."""
+"""Every message that a device may get from a Modbus bus."""
+OnModbus = ModbusEvent | DamagedAnswer | FaultNote
+"""Every message of a Modbus bus, also those that only clients outside and the trace get."""
 
 
 def check_sent(message: Any) -> None:

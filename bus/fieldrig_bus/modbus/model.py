@@ -10,7 +10,7 @@ from operator import attrgetter
 from typing import Any
 
 from fieldrig.bus import BusModel, Delivery
-from fieldrig_bus.modbus.message import ClientConnected, ModbusEvent, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import ClientConnected, ModbusRequest, ModbusResponse, OnModbus
 from fieldrig_bus.modbus.routing import Routing
 
 GATEWAY = "gateway"
@@ -21,13 +21,13 @@ GATEWAY_TARGET_FAILED = 0x0B
 _time_ns = attrgetter("time_ns")
 
 
-class ModbusModel(BusModel[ModbusEvent]):
+class ModbusModel(BusModel[OnModbus]):
     def __init__(
         self, is_line: bool = False, direct_unit: int | None = None, answers_for_unknown_units: bool = False
     ) -> None:
         self._routing = Routing(is_line, direct_unit)
         self._answers_for_unknown = answers_for_unknown_units and not is_line
-        self._due: list[Delivery[ModbusEvent]] = []  # in order of time
+        self._due: list[Delivery[OnModbus]] = []  # in order of time
         self._collected_ns = 0
         self._requests = self._responses = self._unasked = 0
 
@@ -41,7 +41,7 @@ class ModbusModel(BusModel[ModbusEvent]):
     def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
         self._routing.listen(member, interest)
 
-    def submit(self, now_ns: int, member: str, message: ModbusEvent) -> None:
+    def submit(self, now_ns: int, member: str, message: OnModbus) -> None:
         if now_ns < self._collected_ns:
             now_ns = self._collected_ns
         if isinstance(message, ModbusRequest):
@@ -53,7 +53,7 @@ class ModbusModel(BusModel[ModbusEvent]):
                 self._add(Delivery(now_ns, GATEWAY, ModbusResponse(message.unit, pdu, message.exchange), (member,)))
         elif isinstance(message, ClientConnected):
             self._add(Delivery(now_ns, member, message, self._routing.listeners))
-        elif (answer := self._routing.answer(message)) is not None:
+        elif isinstance(message, ModbusResponse) and (answer := self._routing.answer(message)) is not None:
             self._responses += 1
             self._add(Delivery(now_ns, member, *answer))
         else:
@@ -62,7 +62,7 @@ class ModbusModel(BusModel[ModbusEvent]):
     def next_ns(self) -> int | None:
         return self._due[0].time_ns if self._due else None
 
-    def collect(self, now_ns: int) -> list[Delivery[ModbusEvent]]:
+    def collect(self, now_ns: int) -> list[Delivery[OnModbus]]:
         due = self._due
         if not due or due[0].time_ns > now_ns:
             return []
@@ -81,7 +81,7 @@ class ModbusModel(BusModel[ModbusEvent]):
             "responses without a request": float(self._unasked),
         }
 
-    def _add(self, delivery: Delivery[ModbusEvent]) -> None:
+    def _add(self, delivery: Delivery[OnModbus]) -> None:
         due = self._due
         if not due or due[-1].time_ns <= delivery.time_ns:
             due.append(delivery)

@@ -10,6 +10,8 @@ from fieldrig.loop.pace import Pace
 from fieldrig.outside.addresses import split_address
 from fieldrig.outside.limits import Limits
 from fieldrig.outside.portions import MOST_AT_ONCE
+from fieldrig_bus.modbus.damaged import write_damaged
+from fieldrig_bus.modbus.message import DamagedAnswer
 from fieldrig_bus.modbus.turns import Turns
 from fieldrig_bus.net import Connection, ServingPort, TcpServer, join_as_client
 
@@ -68,6 +70,16 @@ class Master(Connection):
 
     def on_close(self) -> None:
         """Called when the connection is closed."""
+
+    def _write_damaged(self, answer: DamagedAnswer) -> None:
+        """Write the bytes of a damaged answer at their instants, and cut the connection if it says so."""
+        write_damaged(self.hub.clock, self._write_open, answer)
+        if answer.is_cut:
+            self.transport.close()
+
+    def _write_open(self, data: bytes) -> None:
+        if not self.transport.is_closing():
+            self.transport.write(data)
 
 
 class Masters(TcpServer):

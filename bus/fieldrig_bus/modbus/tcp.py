@@ -27,9 +27,10 @@ from fieldrig.clock import Alarm, S
 from fieldrig.device import WayIn
 from fieldrig.link import Link
 from fieldrig.outside.addresses import split_address
+from fieldrig_bus.modbus.faults import TCP_MODELS, TcpFault
 from fieldrig_bus.modbus.framing_mbap import HEADER, MbapFramer
-from fieldrig_bus.modbus.kind import ModbusBus
-from fieldrig_bus.modbus.message import ClientConnected, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.kind import FAULTS, ModbusBus
+from fieldrig_bus.modbus.message import ClientConnected, DamagedAnswer, ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.model import ModbusModel
 from fieldrig_bus.modbus.outside import Servers, by_address, listens_at, ports_of
 from fieldrig_bus.modbus.sockets import Master, MastersPort
@@ -66,6 +67,7 @@ class ModbusTcpSettings(HubSettings):
         default_factory=dict, description="outside units that devices of the rig use: 7: host:port"
     )
     response_timeout_ms: int = Field(default=1000, ge=1, le=600_000, description="response timeout for `servers`")
+    faults: list[TcpFault] = Field(default_factory=list, description=FAULTS)
 
     def leads_to(self, what: str, value: Hashable) -> bool:
         return value in self.servers
@@ -81,6 +83,7 @@ class ModbusTcpSettings(HubSettings):
 class ModbusTcp(ModbusBus):
     about: ClassVar[str] = "Modbus TCP: any client can reach the devices of this bus"
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    fault_models = TCP_MODELS
     serves_outsiders: ClassVar[bool] = True
 
     def __init__(self, name: str, settings: ModbusTcpSettings) -> None:
@@ -182,9 +185,12 @@ class TcpMaster(Master):
             self._timer.at(asked[0][0] + PATIENCE_NS, self.go_on)
         return False
 
-    def _on_response(self, response: ModbusResponse) -> None:
+    def _on_response(self, response: ModbusResponse | DamagedAnswer) -> None:
         pdu, exchange = response.pdu, response.exchange
-        self._write(_pack(exchange & 0xFFFF, 0, len(pdu) + 1, exchange >> 16) + pdu)
+        if type(response) is DamagedAnswer:
+            self._write_damaged(response)
+        else:
+            self._write(_pack(exchange & 0xFFFF, 0, len(pdu) + 1, exchange >> 16) + pdu)
         unit = exchange >> 16
         for place, (asked_ns, asked) in enumerate(self._asked):
             if asked == unit:  # there is none if it was given up

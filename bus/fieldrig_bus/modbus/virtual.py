@@ -7,11 +7,13 @@ from pydantic import Field
 
 from fieldrig.bus import BusModel, Time
 from fieldrig.clock import MS
-from fieldrig_bus.modbus.framing import Mode
-from fieldrig_bus.modbus.kind import CharacterSettings, ModbusBus
+from fieldrig_bus.modbus.faults import MODELS, ModbusFault
+from fieldrig_bus.modbus.framing import LineTiming, Mode
+from fieldrig_bus.modbus.kind import FAULTS, CharacterSettings, ModbusBus
 from fieldrig_bus.modbus.line_model import LineModel
 from fieldrig_bus.modbus.model import ModbusModel
 from fieldrig_bus.modbus.outside import UnitId
+from fieldrig_bus.serial.message import Format
 
 
 class ModbusVirtualSettings(CharacterSettings):
@@ -26,6 +28,7 @@ class ModbusVirtualSettings(CharacterSettings):
         default_factory=list,
         description="units that devices of the rig use and an attached member, such as a test, serves",
     )
+    faults: list[ModbusFault] = Field(default_factory=list, description=FAULTS)
 
     def leads_to(self, what: str, value: Hashable) -> bool:
         return value in self.servers
@@ -34,6 +37,7 @@ class ModbusVirtualSettings(CharacterSettings):
 class ModbusVirtual(ModbusBus):
     about: ClassVar[str] = "Modbus between devices, in virtual time"
     times: ClassVar[frozenset[Time]] = frozenset({"virtual"})
+    fault_models = MODELS
 
     def __init__(self, name: str, settings: ModbusVirtualSettings) -> None:
         super().__init__(name, settings)
@@ -43,3 +47,9 @@ class ModbusVirtual(ModbusBus):
         if settings.baud is None:
             return ModbusModel()
         return LineModel(settings.timing(settings.mode, settings.baud), settings.response_timeout_ms * MS)
+
+    @property
+    def line(self) -> tuple[LineTiming, Format] | None:
+        settings: ModbusVirtualSettings = self.settings
+        baud = settings.baud
+        return None if baud is None else (settings.timing(settings.mode, baud), settings.format(baud))

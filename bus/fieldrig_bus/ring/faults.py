@@ -1,7 +1,7 @@
 """Faults of a ring, whatever its telegrams are: a segment that is cut, and a station without power.
 
 A fault says where (a segment, by the station that it leaves; or a station), what, when and for how long (`start_ms`,
-`duration_ms`) and how often (`count`, `probability`).  It ends when it is cleared, or after its duration.
+`duration_ms`) and how often (`nth`, `count`, `probability`).  It ends when it is cleared, or after its duration.
 """
 
 from typing import Final, Literal
@@ -26,13 +26,6 @@ class Off(Timed):
 
     what: Literal["off"]
     station: str
-
-
-class TelegramFault(Timed):
-    """A fault that concerns some of the telegrams only."""
-
-    count: int | None = Field(default=None, ge=1, description="number of telegrams; left out: any number")
-    probability: float = Field(default=1.0, gt=0, le=1, description="probability for each telegram")
 
 
 def place_of(fault: Timed) -> tuple[str, str]:

@@ -32,6 +32,8 @@ class Medium(Generic[N]):
         self.stations: dict[str, N] = self._topology.stations
         self._models = models
         self._given = tuple(faults)
+        self._unpowered: set[str] = set()
+        """Stations that have joined and have lost their power."""
         self.observers: list[str] = []
         """Members that hear everything without being a station."""
         self._layout: Layout[N] | None = None
@@ -66,16 +68,26 @@ class Medium(Generic[N]):
         return self._topology.station_count
 
     def join(self, name: str) -> None:
-        """Add a member to the ring."""
+        """Add a member to the ring, or one whose power is back."""
+        self._unpowered.discard(name)
         self._topology.join(name)
         self._layout = None
 
     def leave(self, name: str) -> None:
         """Remove a member from the ring."""
+        self._unpowered.discard(name)
         self._topology.leave(name)
         if name in self.observers:
             self.observers.remove(name)
         self._layout = None
+
+    def power_lost(self, name: str) -> None:
+        """Note that a member has lost its power: the ring is open at a station, unless it has an optical bypass."""
+        if name == self.master:
+            self.leave(name)
+        else:
+            self._unpowered.add(name)
+            self._layout = None
 
     def listen(self, name: str, interest: Sequence[Any] | None) -> None:
         """An interest is `["master"]`, `[[WORD, ADDRESS], ...]`, or None to observe without being a station."""
@@ -111,7 +123,9 @@ class Medium(Generic[N]):
     def _layout_with(self, now_ns: int, lost: Iterable[str] = ()) -> Layout[N]:
         """The layout while the stations `lost` have no power, besides those with a fault."""
         broken = {fault.settings.after for fault in self._on(now_ns, Break)}
-        return self._topology.layout(broken, {*lost, *(fault.settings.station for fault in self._on(now_ns, Off))})
+        return self._topology.layout(
+            broken, {*lost, *self._unpowered, *(fault.settings.station for fault in self._on(now_ns, Off))}
+        )
 
     def _on(self, now_ns: int, *kinds: type[Any]) -> Iterator[Fault[Any]]:
         return (fault for fault in self.faults.of(*kinds) if fault.is_on(now_ns))

@@ -30,6 +30,9 @@ class MediumModel(BusModel[M], Generic[M]):
     def leave(self, member: str) -> None:
         self._medium.leave(member)
 
+    def power_lost(self, now_ns: int, member: str) -> None:
+        self._medium.power_lost(member)
+
     def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
         self._medium.listen(member, interest)
 

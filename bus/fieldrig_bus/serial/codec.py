@@ -7,6 +7,8 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
+from fieldrig.faults import note
+from fieldrig.faults.note import FaultNote
 from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
 
 DATA, LINES, FORMAT, BREAK = range(4)
@@ -23,9 +25,11 @@ def encode(message: SerialMessage) -> bytes:
     return _ENCODERS[type(message)](message)
 
 
-def decode(data: bytes) -> SerialMessage:
-    """The inverse of `encode`.  ValueError for anything else."""
+def decode(data: bytes) -> Any:
+    """The inverse of `encode`, or the note of a fault, from a trace.  ValueError for anything else."""
     if not data or data[0] > BREAK:
+        if data.startswith(note.LEAD):
+            return note.decode(data)
         raise ValueError(f"not a serial message: {data.hex(' ')}")
     if data[0] == DATA:
         return data[1:]
@@ -35,7 +39,7 @@ def decode(data: bytes) -> SerialMessage:
         raise ValueError(f"not a serial message: {data.hex(' ')}") from cause
 
 
-def show(message: SerialMessage) -> str:
+def show(message: SerialMessage | FaultNote) -> str:
     match message:
         case bytes():
             shown = message[:_LONGEST_SHOWN]
@@ -48,6 +52,8 @@ def show(message: SerialMessage) -> str:
             return f"{baud} {data_bits}{parity}{stop_bits}"
         case Break(duration_ms=duration_ms):
             return f"break {duration_ms} ms"
+        case FaultNote():
+            return note.show(message)
 
 
 def _encode_lines(lines: ControlLines) -> bytes:
@@ -90,6 +96,7 @@ _ENCODERS: dict[type, Callable[[Any], bytes]] = {
     ControlLines: _encode_lines,
     Format: _encode_format,
     Break: lambda message: bytes((BREAK,)) + _BREAK.pack(message.duration_ms),
+    FaultNote: note.encode,
 }
 _DECODERS: dict[int, Callable[[bytes], SerialMessage]] = {
     LINES: _decode_lines,

@@ -12,6 +12,7 @@ from fieldrig.clock import US
 from fieldrig.settings import Settings
 from fieldrig_bus.net import HubSettings
 from fieldrig_bus.serial import codec
+from fieldrig_bus.serial.faults import MODELS, SerialEffects, SerialFault
 from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage, check_interest, check_sent
 from fieldrig_bus.serial.model import SerialModel
 
@@ -29,6 +30,7 @@ class SerialSettings(Settings):
     chunk_us: int = Field(
         default=2000, ge=1, description="longest duration of a chunk in which bytes arrive; a longer byte arrives alone"
     )
+    faults: list[SerialFault] = Field(default_factory=list, description="faults from the start")
     garbling: bool = Field(default=False, description="an end whose format differs from the sender's receives garbage")
 
     @property
@@ -46,6 +48,7 @@ class SerialBus(ModelBus[SerialMessage]):
     family: ClassVar[str] = "serial"
     messages: ClassVar[tuple[type, ...]] = (bytes, ControlLines, Format, Break)
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    fault_models = MODELS
     settings: Any
 
     encode = staticmethod(codec.encode)
@@ -57,6 +60,9 @@ class SerialBus(ModelBus[SerialMessage]):
     def model(self) -> SerialModel:
         settings: SerialSettings = self.settings
         return SerialModel(settings.format, settings.chunk_us * US, settings.paced, settings.garbling)
+
+    def effects(self) -> SerialEffects:
+        return SerialEffects(self.settings.faults)
 
 
 class SerialVirtual(SerialBus):

@@ -18,7 +18,7 @@ from typing import Any
 from fieldrig.bus import BusModel, Delivery
 from fieldrig.clock import MS, S
 from fieldrig_bus.serial.garble import garbled
-from fieldrig_bus.serial.message import KINDS, Break, Format, SerialMessage, check_interest
+from fieldrig_bus.serial.message import KINDS, Break, ControlLines, Format, SerialMessage, check_interest
 
 log = logging.getLogger(__name__)
 
@@ -50,6 +50,21 @@ class SerialModel(BusModel[SerialMessage]):
         self._collected_ns = 0
         self._receivers: dict[tuple[str, str], tuple[str, ...]] = {}  # by sender and kind of message
         self._characters = self._breaks = 0
+
+    @property
+    def members(self) -> tuple[str, ...]:
+        """The ends, in the order of joining."""
+        return tuple(self._ends)
+
+    def format_of(self, member: str) -> Format:
+        """Return the format in which an end sends."""
+        return self._ends[member].form if member in self._ends else self._form
+
+    def lines_of(self, member: str) -> ControlLines:
+        """Return the control lines as an end has set them."""
+        lines = self._ends[member].said.get(KINDS[ControlLines], ControlLines())
+        assert isinstance(lines, ControlLines)
+        return lines
 
     def join(self, member: str) -> None:
         self._ends[member] = _End(self._form)
@@ -95,7 +110,7 @@ class SerialModel(BusModel[SerialMessage]):
         under_way, arrived = self._under_way, []
         while under_way and under_way[0][0] <= now_ns:
             time_ns, _, sender, message, only = heapq.heappop(under_way)
-            receivers = (only,) if only else self._receivers_of(sender, KINDS[type(message)])
+            receivers = (only,) if only else self.receivers_of(sender, KINDS[type(message)])
             if self._is_garbling and type(message) is bytes:
                 arrived += self._garbled(time_ns, sender, message, receivers)
             else:
@@ -124,7 +139,8 @@ class SerialModel(BusModel[SerialMessage]):
         when_ns = max(when_ns, self._collected_ns)
         heapq.heappush(self._under_way, (when_ns, self._asked, sender, message, only))
 
-    def _receivers_of(self, sender: str, kind: str) -> tuple[str, ...]:
+    def receivers_of(self, sender: str, kind: str) -> tuple[str, ...]:
+        """Return the ends that hear messages of this kind from the sender."""
         receivers = self._receivers.get((sender, kind))
         if receivers is None:
             receivers = tuple(name for name, end in self._ends.items() if name != sender and kind in end.interest)

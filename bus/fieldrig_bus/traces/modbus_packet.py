@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from fieldrig_bus.modbus.message import ClientConnected, ModbusEvent, ModbusRequest, ModbusResponse
+from fieldrig.faults.note import FaultNote
+from fieldrig_bus.modbus.message import ClientConnected, DamagedAnswer, ModbusRequest, ModbusResponse, OnModbus
 
 PORT = 502
 _IP = struct.Struct("!BBHHHBBH4s4s")  # RFC 791, 3.1
@@ -50,8 +51,11 @@ class PacketMaker:
         self._open: dict[tuple[str, int], _Open] = {}
         self._packets = 0
 
-    def make(self, sender: str, message: ModbusEvent) -> bytes:
-        """The message as an IPv4 packet."""
+    def make(self, sender: str, message: OnModbus) -> bytes:
+        """The message as an IPv4 packet; an empty one for the note of a fault."""
+        if isinstance(message, FaultNote):
+            connection = self._connection(sender, 0)
+            return self._packet(connection.client, connection.server, connection.port, PORT, 0, 0, b"")
         if isinstance(message, ClientConnected):
             connection = self._connection(sender, 0)
             return self._packet(connection.client, connection.server, connection.port, PORT, 0, 0, b"", _SYN)
@@ -61,6 +65,8 @@ class PacketMaker:
         else:
             client, unit, transaction = self._asked(message)
         adu = _MBAP.pack(transaction, 0, 1 + len(message.pdu), message.unit) + message.pdu
+        if isinstance(message, DamagedAnswer):
+            adu = b"".join(data for _, data in message.pieces)
         connection = self._connection(client, unit)
         if isinstance(message, ModbusRequest):
             sequence, acknowledged = connection.client_sequence, connection.server_sequence
@@ -72,9 +78,9 @@ class PacketMaker:
         connection.server_sequence = sequence + len(adu) & 0xFFFF_FFFF
         return self._packet(connection.server, connection.client, PORT, connection.port, sequence, acknowledged, adu)
 
-    def _asked(self, response: ModbusResponse) -> tuple[str, int, int]:
+    def _asked(self, response: ModbusResponse | DamagedAnswer) -> tuple[str, int, int]:
         """Client, unit and transaction of the oldest request that this response may answer."""
-        function = response.pdu[0] & 0x7F
+        function = response.pdu[0] & 0x7F if response.pdu else 0
         fitting = [asked for asked in self._open.values() if asked.function == function]
         # a server identified by its address may answer as unit 0 or 255 (guide, chapter 4): then any unit fits
         asked = next((asked for asked in fitting if asked.unit == response.unit), next(iter(fitting), None))

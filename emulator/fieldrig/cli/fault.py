@@ -7,6 +7,7 @@ import typer
 
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, argument, echo_json, echo_table
+from fieldrig.cli.fault_kinds import show_kinds
 from fieldrig.cli.names import check_name
 from fieldrig.control.fault_questions import STANDING, TIMES, in_words
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
@@ -17,9 +18,9 @@ NAMING: Final = ("node", "receivers")
 
 def fault(
     where: Annotated[
-        str,
-        argument("BUS|DEVICE", "A bus or a device of the rig.", completion.faulty),
-    ],
+        str | None,
+        argument("BUS|DEVICE", "A bus or a device of the rig; with --kinds, a kind.", completion.faulty),
+    ] = None,
     words: Annotated[
         list[str] | None,
         argument("WHAT|KEY=VALUE", "The fault to add, and its keys.", completion.fault_word),
@@ -28,6 +29,7 @@ def fault(
         str | None,
         typer.Option("--clear", metavar="NUMBER", help="Clear the fault of this number, or all.", show_default=False),
     ] = None,
+    kinds: Annotated[bool, typer.Option("--kinds", help="List the faults of all kinds, without a rig.")] = False,
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
@@ -40,6 +42,9 @@ def fault(
         fieldrig fault can0 --clear 1
         fieldrig fault can0 --clear all
         fieldrig fault ring0 break after=belt duration_ms=500
+        fieldrig fault io power_off duration_ms=2000
+        fieldrig fault --kinds
+        fieldrig fault --kinds modbus.tcp
 
     Adding a fault prints its number. Faults and their keys are the same as under `faults` in a rig file.
     `fieldrig watch BUS` shows each time that one is applied. Faults added here are lost when the process of the bus or
@@ -47,6 +52,11 @@ def fault(
     """
     from fieldrig.control.messages import Client
 
+    if kinds:
+        show_kinds(where, as_json)
+        return
+    if where is None:
+        raise typer.BadParameter("name a bus or a device of the rig, or list all faults by --kinds")
     if words and clear is not None:
         raise typer.BadParameter("either add a fault or clear some, not both at once")
     given, number = _fault(words or []), _number(where, clear)

@@ -166,6 +166,7 @@ def _facts(kind: str) -> dict[str, Any]:
 
     from fieldrig.config import kinds
     from fieldrig.errors import RigError
+    from fieldrig.faults.power import models_of_device
     from fieldrig.text.nearest import closest
 
     sys.path.insert(0, str(Path.cwd()))
@@ -188,7 +189,8 @@ def _facts(kind: str) -> dict[str, Any]:
                 kinds.bus_kinds_of(link),
                 f"{'one bus or several' if link.many else ''}{'' if link.required else ' (may be left out)'}",
             )
-    faults = {what: _fault_keys(of) for what, of in (device if sort == "device" else cls).fault_models.items()}
+    models = models_of_device(device) if sort == "device" else cls.fault_models
+    faults = {what: _fault_keys(of) for what, of in models.items()}
     return {"sort": sort, "kind": kind, "about": about, "links": links, "settings": _settings(model), "faults": faults}
 
 

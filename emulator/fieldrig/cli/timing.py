@@ -65,13 +65,13 @@ def stop(endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
 def restart(
     name: Annotated[
         str,
-        argument("NAME", "The process, or a device or bus in it.", completion.part),
+        argument("NAME", "The process, or a device or bus in it; in virtual time the device.", completion.part),
     ],
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Restart one process of a rig in real time.
+    """Restart one process of a rig in real time, or one device of a rig in virtual time.
 
-    For its devices this is a power cycle.
+    For the devices this is a power cycle. `fieldrig fault io power_off` leaves a device without power for a while.
 
     \b
         fieldrig restart io

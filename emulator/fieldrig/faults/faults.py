@@ -32,6 +32,7 @@ from fieldrig.settings import Settings
 from fieldrig.text.nearest import closest
 
 LONGEST_MS: Final = 1_000_000_000  # eleven days
+MOST_MESSAGES: Final = 1_000_000_000
 _64: Final = (1 << 64) - 1
 
 
@@ -42,6 +43,16 @@ class Timed(Settings):
         default=0, ge=0, le=LONGEST_MS, description="after it was given; in a rig file, after the rig's start"
     )
     duration_ms: float | None = Field(default=None, gt=0, le=LONGEST_MS, description="left out: until it is cleared")
+
+
+class Repeated(Timed):
+    """A fault of single messages, which says how often it applies."""
+
+    nth: int = Field(
+        default=1, ge=1, le=MOST_MESSAGES, description="the first message that it affects, of those that match"
+    )
+    count: int | None = Field(default=None, ge=1, description="number of messages; left out: any number")
+    probability: float = Field(default=1.0, gt=0, le=1, description="probability for each message")
 
 
 @runtime_checkable
@@ -66,7 +77,18 @@ S = TypeVar("S", bound=Timed, covariant=True)
 class Fault(Generic[S]):
     """One fault that was added, with its state."""
 
-    __slots__ = ("_count", "_probability", "_salt", "applied", "number", "settings", "start_ns", "until_ns")
+    __slots__ = (
+        "_count",
+        "_last_key",
+        "_probability",
+        "_salt",
+        "_to_come",
+        "applied",
+        "number",
+        "settings",
+        "start_ns",
+        "until_ns",
+    )
 
     def __init__(self, number: int, settings: S, now_ns: int, salt: int) -> None:
         self.number, self.settings, self._salt = number, settings, salt
@@ -75,6 +97,8 @@ class Fault(Generic[S]):
         self.until_ns = None if duration_ms is None else self.start_ns + round(duration_ms * MS)
         self._count: int | None = settings.count if isinstance(settings, Counted) else None
         self._probability = settings.probability if isinstance(settings, Chancy) else 1.0
+        self._to_come = settings.nth if isinstance(settings, Repeated) else 1
+        self._last_key: int | None = None
         self.applied = 0
 
     def is_over(self, now_ns: int) -> bool:
@@ -85,7 +109,17 @@ class Fault(Generic[S]):
         return now_ns >= self.start_ns and not self.is_over(now_ns)
 
     def happens(self, key: int) -> bool:
-        """Return whether the fault applies to the message that `key` stands for, given its probability."""
+        """Return whether the fault applies to the message that `key` stands for, given its number and probability.
+
+        Call it for messages that match only; a message that is asked about twice in a row counts once.
+        """
+        if self._to_come > 1:
+            if key != self._last_key:
+                self._to_come -= 1
+                self._last_key = key
+            return False
+        if key == self._last_key:
+            return False
         return self._probability >= 1 or self.chance(key) < self._probability * (1 << 64)
 
     def chance(self, key: int) -> int:
@@ -125,6 +159,16 @@ class Faults(Generic[F]):
         fault = self._make(number, settings, now_ns, self._random.getrandbits(64))
         self._live[fault.number] = fault
         return fault
+
+    def reserve(self, number: int) -> None:
+        """Give numbers above this one from now on."""
+        self._given = max(self._given, number)
+
+    def adopt(self, faults: "Faults[F]") -> None:
+        """Have the faults of `faults` instead of the present ones."""
+        self._live.clear()
+        self._live.update(faults._live)
+        self._given = faults._given
 
     def clear(self, number: int) -> F:
         try:

@@ -36,6 +36,12 @@ class InjectedFaults(Generic[F]):
         self.records = faults
         """The faults as records, for a device that counts what each of them did."""
 
+    def adopt(self, faults: "InjectedFaults[F]") -> None:
+        """Take over the faults of the same device before it was switched off, instead of those from its start."""
+        self.records.adopt(faults.records)
+        for fault in self.records:
+            self._call_at_turns(fault)
+
     @property
     def given(self) -> int:
         """The highest number of a fault so far."""
@@ -45,14 +51,17 @@ class InjectedFaults(Generic[F]):
         """Add a fault that has been read already, such as one of a rig file, and return its number."""
         if self._check is not None:
             self._check(settings)
-        now_ns, on_change = self._clock.now_ns(), self._on_change
-        fault = self.records.add(now_ns, settings, number)
-        if on_change is not None:
-            for when_ns in (fault.start_ns, fault.until_ns):
-                if when_ns is not None and when_ns > now_ns:
-                    self._clock.call_at(when_ns, on_change)
-            on_change()
+        fault = self.records.add(self._clock.now_ns(), settings, number)
+        self._call_at_turns(fault)
+        if self._on_change is not None:
+            self._on_change()
         return fault.number
+
+    def _call_at_turns(self, fault: F) -> None:
+        """Call `on_change` when the fault begins, and when its time is over."""
+        for when_ns in (fault.start_ns, fault.until_ns):
+            if self._on_change is not None and when_ns is not None and when_ns > self._clock.now_ns():
+                self._clock.call_at(when_ns, self._on_change)
 
     def add_fault(self, fault: Mapping[str, Any], number: int | None = None) -> int:
         """Add a fault whose values may be texts, as people type them, and return its number.

@@ -14,6 +14,7 @@ from typing import Any
 from fieldrig.bus import Delivery, ModelBus
 from fieldrig.clock import MS, Alarm
 from fieldrig.errors import refusals
+from fieldrig.faults.disturbed import medium_of
 from fieldrig.hub.checked_link import uninteresting, unsendable
 from fieldrig.hub.server import HubServer
 from fieldrig.link import Link
@@ -70,7 +71,7 @@ class LocalHub:
     ) -> None:
         """`pace` is that of this process for what outsiders send."""
         self.bus, self.clock, self.on_delivery = bus, clock, on_delivery
-        self.model = bus.model()
+        self.model = medium_of(bus)
         self.model.begin(clock.now_ns(), Random(f"{seed}/{bus.name}"))
         self._run = run
         self._members: dict[str, Callable[[Delivery[Any]], None]] = {}

@@ -21,6 +21,7 @@ from fieldrig.outside.addresses import ENDPOINT_VARIABLE
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
 from fieldrig.testing import free_port
+from fieldrig.text.nearest import closest
 
 FIELDRIG: Final = (sys.executable, "-m", "fieldrig")
 POLL_S: Final = 0.05
@@ -134,6 +135,34 @@ class LiveRig(UpProcess):
         """
         device, key, value = written_point(point, *key_and_value)
         self.ask(f"device/{device}/set", {"values": {key: value}})
+
+    def restart(self, name: str) -> None:
+        """Restart the process of a device or a bus, a power cycle for its devices.  ControlError for any other name."""
+        self.ask("rig/restart", {"name": name})
+
+    def add_fault(self, where: str, fault: Mapping[str, Any]) -> int:
+        """Add a fault of a bus or a device from now on, and return its number.
+
+        ControlError for one that it refuses.
+        """
+        number: int = self.ask(f"{self._sort(where)}/{where}/add_fault", {"fault": dict(fault)})["number"]
+        return number
+
+    def clear_fault(self, where: str, number: int) -> None:
+        """Remove a fault of a bus or a device.  ControlError if there is none of this number."""
+        self.ask(f"{self._sort(where)}/{where}/clear_fault", {"number": number})
+
+    def faults(self, where: str) -> Mapping[int, Mapping[str, Any]]:
+        """Return the faults of a bus or a device that were added and not cleared, by number."""
+        found: Mapping[str, Mapping[str, Any]] = self.ask(f"{self._sort(where)}/{where}/faults")
+        return {int(number): fault for number, fault in found.items()}
+
+    def _sort(self, where: str) -> str:
+        status = self.status()
+        sorts = {**dict.fromkeys(status["devices"], "device"), **dict.fromkeys(status["buses"], "bus")}
+        if where not in sorts:
+            raise ControlError(f"the rig has no bus or device {where!r}", closest(where, list(sorts)))
+        return sorts[where]
 
     def _wait_until_ready(self) -> None:
         """Wait as long as the process lives; a rig that cannot start ends by its own `start_timeout_s`."""

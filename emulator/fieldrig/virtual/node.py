@@ -12,7 +12,7 @@ from fieldrig.clock import VirtualClock
 from fieldrig.config.build import build_device
 from fieldrig.config.entries import DeviceEntry
 from fieldrig.device import Device, Value
-from fieldrig.errors import RigError, refusals
+from fieldrig.errors import ControlError, RigError, refusals
 from fieldrig.hub.checked_link import uninteresting, unsendable
 from fieldrig.link import Link
 from fieldrig.points.access import read_point, write_point
@@ -51,8 +51,8 @@ class Node(Protocol):
     def answer(self, question: str, message: Any) -> Any:
         """Answer a question of this kind of device.  ControlError if the device refuses."""
 
-    def add_fault(self, fault: Mapping[str, Any]) -> int:
-        """Add a fault.  ControlError for a fault that the device refuses."""
+    def add_fault(self, fault: Mapping[str, Any], above: int = 0) -> int:
+        """Add a fault, and return its number, which is above `above`.  ControlError for one that the device refuses."""
 
     def clear_fault(self, number: int) -> None:
         """Remove a fault.  ControlError if there is none of this number."""
@@ -68,6 +68,9 @@ class Node(Protocol):
 
     def changes(self) -> list[Change]:
         """Return the changes of watched points since the last call, in their order."""
+
+    def switch(self, now_ns: int, is_on: bool) -> None:
+        """Switch the power off or on.  The caller steps the node at `now_ns` afterwards."""
 
     def stop(self) -> None: ...
 
@@ -166,33 +169,62 @@ class LocalNode(EventNode):
 
     def __init__(self, entry: DeviceEntry, seed: int, store: Store, outbox: Outbox | None = None) -> None:
         super().__init__(entry.name, outbox=outbox)
+        self._entry, self._seed, self._store = entry, seed, store
+        self._is_on = True
+        with blamed(self.name, 0):
+            self.device = self._built()
+            self.device.start()
+        self._watched = WatchedPoints(self.device)
+
+    def switch(self, now_ns: int, is_on: bool) -> None:
+        """Switch the power off or on.  A device without power has no timers, hears nothing, and keeps its store."""
+        self.clock = VirtualClock(now_ns)
+        self._handlers.clear()
+        self._is_on = is_on
+        if not is_on:
+            return
+        with blamed(self.name, now_ns):
+            former, self.device = self.device, self._built()
+            if former.injected is not None and self.device.injected is not None:
+                self.device.injected.adopt(former.injected)
+            self._watched.move_to(self.device)
+            self.device.start()
+
+    def _built(self) -> Device:
+        entry = self._entry
         links: dict[str, Link[Any] | list[Link[Any]]] = {
             parameter: [self.link(bus) for bus in buses] if parameter in entry.many else self.link(buses[0])
             for parameter, buses in entry.links.items()
         }
-        with blamed(self.name, 0):
-            self.device: Device = build_device(entry, clock=self.clock, links=links, store=store, seed=seed)
-            self.device.start()
-        self._watched = WatchedPoints(self.device)
+        return build_device(entry, clock=self.clock, links=links, store=self._store, seed=self._seed)
+
+    def _check_on(self) -> None:
+        if not self._is_on:
+            raise ControlError(f"{self.name} is switched off", "it answers when the fault that did it ends")
 
     def keys(self) -> dict[str, str]:
         return {key: point.unit for key, point in self.device.points().items()}
 
     def get(self, now_ns: int, key: str) -> Value:
+        self._check_on()
         self._look_at(now_ns)
         with blamed(self.name, now_ns):
             return read_point(self.name, self.device.points(), key)
 
     def set(self, key: str, value: Value) -> None:
+        self._check_on()
         with blamed(self.name, self.clock.now_ns()):
             write_point(self.name, self.device.points(), key, value)
 
     def answer(self, question: str, message: Any) -> Any:
+        self._check_on()
         with refusals(self.name):
             return self.device.answer(question, message)
 
-    def add_fault(self, fault: Mapping[str, Any]) -> int:
+    def add_fault(self, fault: Mapping[str, Any], above: int = 0) -> int:
         with refusals(self.name):
+            if self.device.injected is not None:
+                self.device.injected.records.reserve(above)
             return self.device.add_fault(fault)
 
     def clear_fault(self, number: int) -> None:
@@ -211,6 +243,8 @@ class LocalNode(EventNode):
         self._watched.unwatch(key)
 
     def changes(self) -> list[Change]:
+        if not self._is_on:
+            return []
         with blamed(self.name, self.clock.now_ns()):
             return self._watched.take()
 

@@ -62,8 +62,8 @@ class RemoteNode:
     def answer(self, question: str, message: Any) -> Any:
         return self._ask("answer", question, message)
 
-    def add_fault(self, fault: Mapping[str, Any]) -> int:
-        number: int = self._ask("add_fault", dict(fault))
+    def add_fault(self, fault: Mapping[str, Any], above: int = 0) -> int:
+        number: int = self._ask("add_fault", dict(fault), above)
         return number
 
     def clear_fault(self, number: int) -> None:
@@ -80,6 +80,9 @@ class RemoteNode:
 
     def changes(self) -> list[Change]:
         return list(self._ask("changes"))
+
+    def switch(self, now_ns: int, is_on: bool) -> None:
+        self._ask("switch", now_ns, is_on)
 
     def stop(self) -> None:
         if self._process.is_alive():
@@ -141,6 +144,7 @@ def _serve(pipe: Connection, entry: DeviceEntry, seed: int, store: Store, buses:
         "watch": node.watch,
         "unwatch": node.unwatch,
         "changes": node.changes,
+        "switch": node.switch,
         "stop": node.stop,
     }
     while True:

@@ -17,11 +17,15 @@ from fieldrig.clock import MS, NEVER_NS, whole_ns
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.device import Value
 from fieldrig.errors import ArgumentError, ControlError, RigError, UnmetError, refusals
+from fieldrig.faults.disturbed import medium_of
+from fieldrig.faults.power import POWER_OFF
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
 from fieldrig.shortcuts import Shortcut
 from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.text.nearest import closest
+from fieldrig.virtual.mains import NAME as MAINS
+from fieldrig.virtual.mains import Mains
 from fieldrig.virtual.node import Deliveries, EventNode, LocalNode, Node, Outbox
 from fieldrig.virtual.readings import Readings, seconds
 from fieldrig.virtual.remote_node import RemoteNode
@@ -62,7 +66,7 @@ class Rig:
             if not isinstance(bus_entry.bus, ModelBus):
                 raise RigError(f"{name}: {bus_entry.kind} has no model to run under virtual time")
             self.buses[name] = bus_entry.bus
-            self._models[name] = bus_entry.bus.model()
+            self._models[name] = medium_of(bus_entry.bus)
             self._models[name].begin(0, Random(f"{config.seed}/{name}"))
         self._nodes: dict[str, Node] = {}
         self._outbox = Outbox(self.buses)
@@ -77,6 +81,8 @@ class Rig:
         """The instant at which each member acts next, or `NEVER_NS`."""
         self._earliest_ns = NEVER_NS
         """The earliest of these instants."""
+        self._mains: Mains | None = None
+        """The power of the devices, once it has been switched."""
         self._watches: dict[str, dict[str, list[OnChange]]] = {}
         """The calls for changes of points, by device and key."""
         self._is_telling = False
@@ -286,8 +292,24 @@ class Rig:
         if where in self._models:
             with refusals(where):
                 return self._models[where].add_fault(self.now_ns, fault)
+        if fault.get("what") == POWER_OFF and POWER_OFF not in self.config.devices[where].cls.fault_models:
+            above = max(self._nodes[where].faults(self.now_ns), default=0)
+            mains = self._mains_of_all()
+            with refusals(where):
+                number = mains.add(self.now_ns, where, fault, above)
+            self._next_of[MAINS] = mains.next_ns()
+            self._earliest_ns = min(self._next_of.values())
+            return number
         with self._present(where) as node:
-            return node.add_fault(fault)
+            return node.add_fault(fault, 0 if self._mains is None else self._mains.given(where))
+
+    def restart(self, device: str) -> None:
+        """Switch a device off and on again at the present instant; it keeps its non-volatile memory and its faults."""
+        self._node(device)
+        if self._mains is not None and self._mains.is_off(device):
+            raise ControlError(f"{device} is switched off", "clear the fault that has switched it off")
+        self._switch(device, False)
+        self._switch(device, True)
 
     def clear_fault(self, where: str, number: int) -> None:
         """Remove a fault of a bus or a device.  ControlError if there is none of this number."""
@@ -298,6 +320,9 @@ class Rig:
             with refusals(where):
                 self._models[where].clear_fault(self.now_ns, number)
             return
+        if self._mains is not None and self._mains.has(where, number):
+            self._mains.clear(self.now_ns, where, number)
+            return
         with self._present(where) as node:
             node.clear_fault(number)
 
@@ -306,7 +331,8 @@ class Rig:
         self._check_part(where)
         if where in self._models:
             return self._models[where].all_faults(self.now_ns)
-        return self._node(where).faults(self.now_ns)
+        own = self._node(where).faults(self.now_ns)
+        return own if self._mains is None else dict(sorted({**own, **self._mains.about(self.now_ns, where)}.items()))
 
     def close(self) -> None:
         """Stop every device; the last one started is the first to stop.  Closing twice does no harm."""
@@ -331,6 +357,22 @@ class Rig:
             for bus in dict.fromkeys(bus for buses in entry.links.values() for bus in buses):
                 self._models[bus].join(name)
         self._step(self._nodes, 0, {})
+
+    def _mains_of_all(self) -> Mains:
+        if self._mains is None:
+            self._mains = Mains(self.now_ns, self._switch)
+        return self._mains
+
+    def _switch(self, device: str, is_on: bool) -> None:
+        """Switch a device off or on now."""
+        entry, now_ns = self.config.devices[device], self.now_ns
+        for bus in dict.fromkeys(bus for buses in entry.links.values() for bus in buses):
+            if is_on:
+                self._models[bus].join(device)
+            else:
+                self._models[bus].power_lost(now_ns, device)
+        self._nodes[device].switch(now_ns, is_on)
+        self._step([device], now_ns, {})
 
     def _looked_at(self, condition: Callable[[], T], readings: Readings) -> T:
         self._readings = readings
@@ -439,6 +481,8 @@ class Rig:
 
     def _run_instant(self, now_ns: int) -> None:
         self.now_ns = now_ns
+        if self._mains is not None:
+            self._next_of[MAINS] = self._mains.advance_to(now_ns)
         inbox = self._arrivals(now_ns)
         active = self._active(now_ns, inbox)
         for _ in range(LONGEST_INSTANT):

@@ -151,8 +151,11 @@ class VirtualService:
             case "step", {"ns": int(duration_ns)} if 0 <= duration_ns < NEVER_NS - self._rig.now_ns:
                 self._may_run.clear()
                 await self._run_until(self._rig.now_ns + duration_ns)
+            case "restart", {"name": str(name)}:
+                self._rig.restart(name)
             case _:
-                raise ControlError(f"this rig cannot {asked(verb, message)}", "it can: status, stop, pause, run, step")
+                remedy = "it can: status, stop, pause, run, step, restart"
+                raise ControlError(f"this rig cannot {asked(verb, message)}", remedy)
         return {"now_ns": self._rig.now_ns, "is_paused": not self._may_run.is_set()}
 
     async def _pace(self) -> None:

@@ -31,6 +31,12 @@ class WatchedPoints:
         if not self._last:
             self._device.look = None
 
+    def move_to(self, device: Device) -> None:
+        """Watch the same points of the same device after it was switched on again."""
+        self._device = device
+        if self._last:
+            device.look = self._look
+
     def take(self) -> list[Change]:
         """Return the changes since the last call."""
         if self._last:

@@ -5,11 +5,11 @@ from typing import Annotated, Final, Literal
 from pydantic import Field
 
 from fieldrig.faults import faults
-from fieldrig.faults.faults import Timed
-from fieldrig_bus.ring.faults import Break, Off, TelegramFault
+from fieldrig.faults.faults import Repeated, Timed
+from fieldrig_bus.ring.faults import Break, Off
 
 
-class Distort(TelegramFault):
+class Distort(Repeated):
     """A segment damages the frames of a cycle: nodes behind it see a wrong CRC, and reports from before it are lost."""
 
     what: Literal["distort"]

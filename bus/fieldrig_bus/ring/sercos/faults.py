@@ -5,10 +5,11 @@ from typing import Annotated, Final, Literal
 from pydantic import Field, model_validator
 
 from fieldrig.faults import faults
-from fieldrig_bus.ring.faults import Break, Off, TelegramFault
+from fieldrig.faults.faults import Repeated
+from fieldrig_bus.ring.faults import Break, Off
 
 
-class Distort(TelegramFault):
+class Distort(Repeated):
     """Telegrams have a wrong FCS, so they do not arrive."""
 
     what: Literal["distort"]
@@ -25,7 +26,7 @@ class Distort(TelegramFault):
         return self
 
 
-class Late(TelegramFault):
+class Late(Repeated):
     """A station's AT is not ready when its slot comes."""
 
     what: Literal["late"]

@@ -1,0 +1,66 @@
+"""The power of the devices of a rig in virtual time, and the faults that switch it off."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from fieldrig.clock import NEVER_NS, VirtualClock
+from fieldrig.faults.faults import Fault, Faults, fault_of
+from fieldrig.faults.power import MODELS
+
+NAME = "fieldrig:mains"
+"""The name of this among the members that act; no device has a colon in its name."""
+
+
+class Mains:
+    """Switches devices off and on by faults.  A device is off while it has one that is on."""
+
+    def __init__(self, now_ns: int, switch: Callable[[str, bool], None]) -> None:
+        self._clock, self._switch = VirtualClock(now_ns), switch
+        self._faults: dict[str, Faults[Fault[Any]]] = {}
+        self._off: set[str] = set()
+
+    def advance_to(self, now_ns: int) -> int:
+        """Switch what is due, and return the instant of the next time, or `NEVER_NS`."""
+        return self._clock.advance_to(now_ns)
+
+    def next_ns(self) -> int:
+        next_ns = self._clock.next_ns()
+        return NEVER_NS if next_ns is None else next_ns
+
+    def given(self, device: str) -> int:
+        """Return the highest number of such a fault of the device."""
+        return self._faults[device].given if device in self._faults else 0
+
+    def add(self, now_ns: int, device: str, fault: Mapping[str, Any], above: int) -> int:
+        """Add a fault under a number above `above`.  ValueError for anything but a loss of power."""
+        settings = fault_of(fault, MODELS)
+        faults = self._faults.setdefault(device, Faults(Fault))
+        faults.reserve(above)
+        added = faults.add(now_ns, settings)
+        for when_ns in (added.start_ns, added.until_ns):
+            if when_ns is not None and when_ns > now_ns:
+                self._clock.call_at(when_ns, lambda: self._look_at(self._clock.now_ns(), device))
+        self._look_at(now_ns, device)
+        return added.number
+
+    def has(self, device: str, number: int) -> bool:
+        return any(fault.number == number for fault in self._faults.get(device, ()))
+
+    def clear(self, now_ns: int, device: str, number: int) -> None:
+        self._faults[device].clear(number)
+        self._look_at(now_ns, device)
+
+    def about(self, now_ns: int, device: str) -> dict[int, dict[str, Any]]:
+        return self._faults[device].about(now_ns) if device in self._faults else {}
+
+    def is_off(self, device: str) -> bool:
+        return device in self._off
+
+    def _look_at(self, now_ns: int, device: str) -> None:
+        """Switch the device if its faults say so, and count each that does it."""
+        active = [fault for fault in self._faults[device] if fault.is_on(now_ns)]
+        for fault in active:
+            fault.applied = 1
+        if bool(active) is not (device in self._off):
+            (self._off.add if active else self._off.remove)(device)
+            self._switch(device, not active)

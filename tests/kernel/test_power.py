@@ -1,0 +1,96 @@
+"""Devices without power: off and on again by a fault and by `restart`, with devices in one process and in several."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fieldrig.clock import MS
+from fieldrig.config.rig_file import from_dict
+from fieldrig.errors import ControlError
+from fieldrig.virtual.rig import Rig
+from fieldrig_bus.can.frame import CanFrame
+
+ROOT = Path(__file__).parents[2]
+LAB: dict[str, Any] = {
+    "time": "virtual",
+    "buses": {"can0": {"kind": "can.virtual", "bitrate": 125_000}, "wires": {"kind": "wires.virtual"}},
+    "devices": {
+        "io": {
+            "kind": "canopen.node",
+            "node_id": 5,
+            "eds": str(ROOT / "configs/eds/io32.eds"),
+            "objects": {"1017:00": 100},
+            "links": {"can": "can0", "wires": "wires"},
+        },
+    },
+}
+HEARTBEAT, BOOT_UP = 0x705, b"\x00"
+
+
+def heard(rig: Rig) -> list[tuple[int, bytes]]:
+    """The milliseconds and data of the heartbeats from now on."""
+    found: list[tuple[int, bytes]] = []
+    node = rig.attach("master")
+
+    def on_frame(frame: Any) -> None:
+        if isinstance(frame, CanFrame):
+            found.append((node.clock.now_ns() // MS, frame.data))
+
+    node.link("can0").on_receive(on_frame, [(HEARTBEAT, 0x7FF)])
+    return found
+
+
+@pytest.fixture(params=["one", "each"])
+def rig(request: pytest.FixtureRequest) -> Any:
+    with Rig(from_dict({**LAB, "processes": request.param})) as rig:
+        yield rig
+
+
+def test_a_device_without_power_is_silent_and_boots_when_it_is_back(rig: Rig) -> None:
+    found = heard(rig)
+    rig.run_until(250 * MS)
+    number = rig.add_fault("io", {"what": "power_off", "duration_ms": 300})
+    assert rig.faults("io")[number] == {"what": "power_off", "duration_ms": 300, "state": "on", "applied": 1}
+    rig.run_until(700 * MS)
+    assert found == [(0, BOOT_UP), (100, b"\x7f"), (200, b"\x7f"), (550, BOOT_UP), (650, b"\x7f")]
+    assert rig.faults("io")[number]["state"] == "over"
+
+
+def test_a_loss_of_power_that_begins_later_and_is_cleared(rig: Rig) -> None:
+    found = heard(rig)
+    number = rig.add_fault("io", {"what": "power_off", "start_ms": "150"})
+    rig.run_until(400 * MS)
+    assert [data for _, data in found] == [BOOT_UP, b"\x7f"]
+    with pytest.raises(ControlError, match="io is switched off"):
+        rig.get("io/nmt_state")
+    with pytest.raises(ControlError, match="clear the fault"):
+        rig.restart("io")
+    rig.clear_fault("io", number)
+    rig.run_until(450 * MS)
+    assert [data for _, data in found[2:]] == [BOOT_UP]
+    assert rig.faults("io") == {}
+
+
+def test_restart_is_a_power_cycle_at_one_instant(rig: Rig) -> None:
+    found = heard(rig)
+    rig.run_until(150 * MS)
+    rig.restart("io")
+    rig.run_until(160 * MS)
+    assert [data for _, data in found] == [BOOT_UP, b"\x7f", BOOT_UP]
+
+
+def test_two_faults_of_power_end_with_the_last_one() -> None:
+    with Rig(from_dict(LAB)) as rig:
+        rig.add_fault("io", {"what": "power_off", "duration_ms": 100})
+        rig.add_fault("io", {"what": "power_off", "start_ms": 50, "duration_ms": 100})
+        found = heard(rig)
+        rig.run_until(149 * MS)
+        assert found == []
+        rig.run_until(152 * MS)
+        assert [data for _, data in found] == [BOOT_UP]
+
+
+def test_a_fault_of_power_has_only_its_keys() -> None:
+    with Rig(from_dict(LAB)) as rig, pytest.raises(ControlError, match="days"):
+        rig.add_fault("io", {"what": "power_off", "days": 7})
