@@ -102,7 +102,7 @@ def test_what_a_fault_does_is_in_the_trace(real: RunningRig) -> None:
         ("can0 delay", 6, "can0: delay_ms: this key is missing", "expected a number"),
         ("can0 --clear 99", 6, "can0: there is no fault 99", "there are "),
         ("free short", 6, "free: short: only on a bus with a bitrate", "give the bus one"),
-        ("wires drop", 6, "wires: this bus takes no faults", "fieldrig devices"),
+        ("wires drop", 6, "wires: there is no fault 'drop'", "did you mean drop_out?"),
         (
             "soil drop",
             6,

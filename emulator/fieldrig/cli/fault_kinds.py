@@ -79,7 +79,9 @@ def _reason(kind: str) -> str:
 
 
 def _all_of(models: Mapping[str, Any]) -> Iterable[FaultKind]:
+    from fieldrig.faults.faults import keys_of
+
     for what, model in models.items():
-        fields = {key: field for key, field in model.model_fields.items() if key not in COMMON}
+        fields = {key: model.model_fields[key] for key in keys_of(model) if key not in COMMON}
         keys = tuple(f"{key}{REQUIRED}" if field.is_required() else key for key, field in fields.items())
         yield FaultKind(what, (model.__doc__ or "").strip().partition("\n")[0], keys)

@@ -196,7 +196,9 @@ def _facts(kind: str) -> dict[str, Any]:
 
 def _fault_keys(model: Any) -> str:
     """Return the keys of a fault beside its `what` and its times, in a line."""
-    return " ".join(f"{key}=" for key in model.model_fields if key not in ("what", "start_ms", "duration_ms"))
+    from fieldrig.faults.faults import keys_of
+
+    return " ".join(f"{key}=" for key in keys_of(model) if key not in ("what", "start_ms", "duration_ms"))
 
 
 def _settings(model: Any) -> dict[str, dict[str, Any]]:

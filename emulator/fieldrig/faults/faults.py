@@ -32,6 +32,7 @@ from fieldrig.settings import Settings
 from fieldrig.text.nearest import closest
 
 LONGEST_MS: Final = 1_000_000_000  # eleven days
+HOW_OFTEN: Final = ("nth", "count", "probability")
 MOST_MESSAGES: Final = 1_000_000_000
 _64: Final = (1 << 64) - 1
 
@@ -131,7 +132,9 @@ class Fault(Generic[S]):
 
     def about(self, now_ns: int) -> dict[str, Any]:
         state = "over" if self.is_over(now_ns) else "on" if self.is_on(now_ns) else "waiting"
-        return {**self.settings.model_dump(exclude_unset=True), "state": state, "applied": self.applied}
+        given = self.settings.model_dump(exclude_unset=True)
+        ordered = {key: given[key] for key in keys_of(type(self.settings)) if key in given}
+        return {**ordered, "state": state, "applied": self.applied}
 
 
 F = TypeVar("F", bound=Fault[Any])
@@ -189,6 +192,12 @@ class Faults(Generic[F]):
 
     def about(self, now_ns: int) -> dict[int, dict[str, Any]]:
         return {number: fault.about(now_ns) for number, fault in self._live.items()}
+
+
+def keys_of(model: type[Timed]) -> list[str]:
+    """Return the keys of a fault in the order of its form: what, where, how often, when and how long."""
+    own = [key for key in model.model_fields if key not in HOW_OFTEN and key not in Timed.model_fields]
+    return [*own, *(key for key in (*HOW_OFTEN, *Timed.model_fields) if key in model.model_fields)]
 
 
 def models_of(union: Any) -> dict[str, type[Timed]]:
