@@ -18,7 +18,6 @@ from fieldrig.link import Link
 if TYPE_CHECKING:
     from fieldrig.control.subject import Subject
     from fieldrig.device import Tool, WayIn
-    from fieldrig.faults.disturbed import Effects
     from fieldrig.loop.pace import Pace
 
 M = TypeVar("M")
@@ -312,8 +311,11 @@ class ModelBus(Bus[M]):
     def model(self) -> BusModel[M]:
         """Return a new model without traffic."""
 
-    def effects(self) -> "Effects[M] | None":
-        """Return what faults do to the messages of this bus; None if its model has its own faults, or none."""
+    def effects(self) -> Any:
+        """Return the `faults.disturbed.Effects` of the faults on messages of this bus.
+
+        None if its model has its own faults, or none.
+        """
         return None
 
     def ports(self) -> Sequence[Port]:

@@ -228,5 +228,5 @@ class Disturbed(BusModel[M]):
 
 def medium_of(bus: ModelBus[M]) -> BusModel[M]:
     """Return a new model of the bus, which takes the faults that its kind has."""
-    effects = bus.effects()
+    effects: Effects[M] | None = bus.effects()
     return bus.model() if effects is None else Disturbed(bus.model(), effects)
