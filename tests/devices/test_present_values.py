@@ -43,6 +43,7 @@ about: shaft and tank
 input_registers:
   - {address: 0, name: position, type: s32, unit: count, wire: motor.encoder}
   - {address: 2, name: level, type: f32, unit: m, wire: tank.level}
+  - {address: 4, name: runs, type: u32, source: {kind: uptime, unit_ms: 1}}
 """
 IO32 = str(CONFIGS / "eds/io32.eds")
 SENSOR = str(CONFIGS / "eds/level-sensor.eds")
@@ -122,6 +123,13 @@ DEVICES: dict[str, dict[str, Any]] = {
         "terminals": {
             "AI0": {"wire": "tank.level", "unit": "m", "low": 0.0, "high": 2.0},
             "TI0": {"wire": "motor.encoder", "unit": "count"}, "FQ0": "scu.pulse",
+        },
+    },
+    "weather": {
+        "kind": "plant.signals", "links": WIRES,
+        "signals": {
+            "rain": {"source": {"kind": "random_walk", "low": 0.0, "high": 9.0, "step": 1.0, "step_ms": 3.0}},
+            "sun": {"source": {"kind": "sine", "low": 0.0, "high": 9.0, "period_ms": 97.0, "every_ms": 1.0}},
         },
     },
     "cams": {
