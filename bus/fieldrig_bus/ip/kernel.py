@@ -7,18 +7,18 @@ the link pass, so a caller reaches nothing else of the host, and no other client
 
 import asyncio
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from socket import socket
-from typing import Any, Final
+from typing import Final
 
-from fieldrig.bus import Hub, Port
+from fieldrig.bus import Hub
 from fieldrig.errors import BusError
 from fieldrig_bus.ip.channel import Channel
 from fieldrig_bus.ip.channels import Channels
 from fieldrig_bus.ip.message import IpPacket, KernelOffered, LinkDown, LinkUp, Opened, RelayMessage
 from fieldrig_bus.ip.tun import DEVICE, Tun, is_of_this_host
-from fieldrig_bus.ip.tunnel import Tunnelled
-from fieldrig_bus.net import TcpServer
+from fieldrig_bus.ip.tunnel import Tunnelled, held_connections
+from fieldrig_bus.net import ServingPort, TcpServer
 
 log = logging.getLogger(__name__)
 
@@ -29,17 +29,19 @@ _HEADER: Final = 20
 _SOURCE, _DESTINATION = slice(12, 16), slice(16, 20)
 
 
-class KernelPort(Port):
+class KernelPort(ServingPort):
     def __init__(self, bus: str, *, is_required: bool) -> None:
         """If TUN is not allowed, devices end IP in their own stacks, or `open` raises BusError if it `is_required`."""
         self._bus, self._is_required = bus, is_required
-        # It holds them and is never opened; which protocol they speak, and to whom, is for the device to judge.
-        self._connections = TcpServer(bus, lambda _: never(), speaks_http=True)
+        self._connections = held_connections(bus)
         self._channels = Channels()
         self._last_number = 0
         self._tun: Tun | None = None
         self._link: LinkUp | None = None
         self._servers: dict[int, TcpListener] = {}
+
+    def servers(self) -> Sequence[TcpServer]:
+        return (self._connections,)
 
     async def open(self, hub: Hub) -> None:
         try:
@@ -139,6 +141,7 @@ class KernelPort(Port):
             client = client_end.transport.get_extra_info("peername")
             if self._link is None or client[0] != str(self._link.peer):
                 raise ConnectionError(f"it is at {client[0]}, and not at the other end of the link")
+            client_end.enter(client[0])
             self._channels.add(key, channel)
             channel.pause()  # the device may answer at once
             self._relay.send(Opened(*key, port))
@@ -169,7 +172,3 @@ class TcpListener:
 def _is_between(packet: bytes, source: bytes, destination: bytes) -> bool:
     is_ipv4 = len(packet) >= _HEADER and packet[0] >> 4 == 4
     return is_ipv4 and packet[_SOURCE] == source and packet[_DESTINATION] == destination
-
-
-def never() -> Any:
-    raise AssertionError("this server never listens")

@@ -18,7 +18,7 @@ from fieldrig.outside.addresses import split_address
 from fieldrig_bus.ip import codec
 from fieldrig_bus.ip.channel import Channel
 from fieldrig_bus.ip.channels import Channels
-from fieldrig_bus.ip.kernel import KernelPort, never
+from fieldrig_bus.ip.kernel import KernelPort
 from fieldrig_bus.ip.message import (
     MOST_PORTS,
     Closed,
@@ -35,8 +35,8 @@ from fieldrig_bus.ip.message import (
     check_sent,
 )
 from fieldrig_bus.ip.model import RelayModel
-from fieldrig_bus.ip.tunnel import Tunnelled
-from fieldrig_bus.net import Address, HubSettings, TcpServer, cancel
+from fieldrig_bus.ip.tunnel import Tunnelled, held_connections
+from fieldrig_bus.net import Address, HubSettings, ServingPort, TcpServer, cancel
 
 log = logging.getLogger(__name__)
 
@@ -101,14 +101,17 @@ class IpRelay(ModelBus[RelayMessage]):
         return *relay, *kernel
 
 
-class RelayPort(Port):
+class RelayPort(ServingPort):
     """Connects each channel to a listener of this host."""
 
     def __init__(self, bus: str, services: dict[int, str]) -> None:
         self._services = services
-        self._sockets = TcpServer(bus, lambda _: never(), speaks_http=True)  # holds the connections; never opened
+        self._sockets = held_connections(bus)
         self._channels = Channels()
         self._tasks: set[asyncio.Task[None]] = set()
+
+    def servers(self) -> Sequence[TcpServer]:
+        return (self._sockets,)
 
     async def open(self, hub: Hub) -> None:
         self._hub, self._link = hub, hub.join(SERVICES)
@@ -135,25 +138,29 @@ class RelayPort(Port):
         channel = Channel(*key, True, self._link.send)
         channel.pause()  # until the listener is connected
         self._channels.add(key, channel)
-        task = asyncio.get_running_loop().create_task(self._connect(channel, self._services[message.port], key))
+        way = Tunnelled(self._sockets, lambda: _open(channel), lambda: self._channels.forget_if_over(channel, key))
+        try:
+            way.enter(message.opener)
+        except ConnectionError:  # the door has logged it
+            self._give_up(channel, key)
+            return
+        task = asyncio.get_running_loop().create_task(self._connect(way, channel, self._services[message.port], key))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _connect(self, channel: Channel, address: str, key: tuple[str, int]) -> None:
+    async def _connect(self, way: Tunnelled, channel: Channel, address: str, key: tuple[str, int]) -> None:
         host, port = split_address(address)
         try:
             async with asyncio.timeout(CONNECT_S):
-                await asyncio.get_running_loop().create_connection(
-                    lambda: Tunnelled(
-                        self._sockets, lambda: _open(channel), lambda: self._channels.forget_if_over(channel, key)
-                    ),
-                    host,
-                    port,
-                )
+                await asyncio.get_running_loop().create_connection(lambda: way, host, port)
         except OSError as cause:  # includes TimeoutError
             log.debug("%s cannot be reached: %s", address, cause)
-            channel.abort()
-            self._channels.forget_if_over(channel, key)
+            self._sockets.door.leave(way)
+            self._give_up(channel, key)
+
+    def _give_up(self, channel: Channel, key: tuple[str, int]) -> None:
+        channel.abort()
+        self._channels.forget_if_over(channel, key)
 
 
 def _open(channel: Channel) -> Channel:

@@ -7,11 +7,28 @@ import asyncio
 import logging
 from collections.abc import Callable
 from contextlib import suppress
+from typing import Final
 
+from fieldrig.outside.limits import Limits
 from fieldrig_bus.ip.stream import Stream
 from fieldrig_bus.net import Connection, TcpServer
 
 log = logging.getLogger(__name__)
+
+LIMITS: Final = Limits(first_message_s=None)
+"""Limits of the connections that lead to a device, or from it to the host: a caller of it is an outsider as well.
+
+Either end may speak first, so none has to say anything.
+"""
+
+
+def held_connections(bus: str) -> TcpServer:
+    """Return a server that holds such connections and is never opened; which protocol they speak is not its matter."""
+    return TcpServer(bus, _never, LIMITS, speaks_http=True)
+
+
+def _never(_server: TcpServer) -> Connection:
+    raise AssertionError("this server never listens")
 
 
 class Tunnelled(Connection):
@@ -29,6 +46,12 @@ class Tunnelled(Connection):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
         self.begin()
+
+    def enter(self, peer: str) -> None:
+        """Take a place among the connections, until this one is lost.  ConnectionError if this peer gets none."""
+        if not self.server.door.is_open_to(peer):
+            raise ConnectionError(f"{peer} has too many connections")
+        self.server.door.enter(self, peer)
 
     def begin(self) -> None:
         """Open the stream."""
