@@ -5,7 +5,7 @@ tree, and printing that again gives the same text.
 """
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.printer import declarations
+from fieldrig_devices.iec.printer import bodies, declarations
 from fieldrig_devices.iec.printer.expressions import expression_text
 from fieldrig_devices.iec.printer.lines import Lines
 
@@ -27,5 +27,5 @@ def print_unit(unit: tree.Unit) -> str:
 def print_body(body: tree.Body) -> str:
     """Return the text of a body alone."""
     lines = Lines()
-    declarations.body(lines, body)
+    bodies.body(lines, body)
     return lines.text()
