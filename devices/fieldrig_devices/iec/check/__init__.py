@@ -4,8 +4,8 @@
     declarations.py                 the order of work for declarations
       type_specs.py, variables.py, initials.py, located.py, sizes.py, configured.py, tasks.py
     checker.py, expressions.py      what the bodies of all languages stand on, as a protocol and as the class
-      places.py (elements.py, writing.py), operators.py, times.py, calls.py, arguments.py, assignable.py, implicit.py,
-      constants.py, untyped.py
+      places.py (elements.py, writing.py), operators.py, times.py, calls.py (standard.py, special.py), arguments.py,
+      assignable.py, implicit.py, constants.py, untyped.py
     statements.py, blocks.py        Structured Text; il.py and sfc.py are beside it
     whole.py                        the whole project: limits, recursion, final sizes
 

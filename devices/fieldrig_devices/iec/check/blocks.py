@@ -3,7 +3,17 @@
 from collections.abc import Callable
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import access, calls, dispatch, enable, inheritance, methods, open_arrays, places
+from fieldrig_devices.iec.check import (
+    access,
+    calls,
+    dispatch,
+    enable,
+    inheritance,
+    methods,
+    open_arrays,
+    places,
+    special,
+)
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.project import UNKNOWN
@@ -115,7 +125,7 @@ def _say_class(checker: Checker, called: tree.Expression, pou: Pou) -> None:
 def _say_unknown(checker: Checker, node: tree.Call, called: tree.Name) -> None:
     context, name = checker.context, called.text
     is_bound = name.upper() in open_arrays.FUNCTIONS and context.project.dialect.has_open_arrays
-    if is_bound or intrinsics.is_standard(name) or name.upper() in calls.SPECIAL:
+    if is_bound or intrinsics.is_standard(name) or name.upper() in special.SPECIAL:
         context.say(
             called,
             f"the result of {name.upper()} is not used",

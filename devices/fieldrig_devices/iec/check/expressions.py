@@ -21,6 +21,7 @@ from fieldrig_devices.iec.check import (
     places,
     properties,
     references,
+    standard,
     writing,
 )
 from fieldrig_devices.iec.check.checker import Checker, Meaning
@@ -249,7 +250,7 @@ def _with_right_side(
     if left is None or right is None:
         return None
     if node.operator == "**":
-        return calls.standard(checker, "EXPT", [left, right], node, wanted)
+        return standard.of_values(checker, "EXPT", [left, right], node, wanted)
     return operators.binary(checker.context, _OPERATORS[node.operator], left, right, node)
 
 

@@ -9,7 +9,7 @@ from copy import copy
 from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import calls
+from fieldrig_devices.iec.check import standard
 from fieldrig_devices.iec.check.constants import narrowed
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.elementary import ALIASES, LONG_ALIASES, Elementary
@@ -109,7 +109,7 @@ class Kinds(Declarations):
         return found if found is None or cut_to is None else narrowed(found, cut_to)
 
     def _wanted_inside(self, name: str, wanted: tree.TypeSpec | None) -> tree.TypeSpec | None:
-        inner = calls.wanted_inside(name.upper(), self.type(wanted))
+        inner = standard.wanted_inside(name.upper(), self.type(wanted))
         return self.spec(inner) if inner is not None else None
 
     def value_of(self, spec: tree.TypeSpec | None) -> Expression | None:

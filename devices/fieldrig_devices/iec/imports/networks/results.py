@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from fieldrig.clock import VirtualClock
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import calls, constants, operators, untyped
+from fieldrig_devices.iec.check import constants, operators, standard, untyped
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import LITERAL_TYPES, Expressions
 from fieldrig_devices.iec.check.project import Project
@@ -68,7 +68,7 @@ class Results:
             wanted = Elementary.DINT
         if not intrinsics.is_standard(key):
             return None
-        return calls.standard(self._expressions, key, values, _SOMEWHERE, wanted)
+        return standard.of_values(self._expressions, key, values, _SOMEWHERE, wanted)
 
 
 def result_by_name(name: str) -> Type | None:

@@ -1,0 +1,96 @@
+"""ADR, SIZEOF, INDEXOF and the functions of references, whose arguments are no values."""
+
+from collections.abc import Callable
+from typing import Final
+
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import (
+    references,
+    writing,
+)
+from fieldrig_devices.iec.check.checker import Checker
+from fieldrig_devices.iec.check.sizes import Sizes
+from fieldrig_devices.iec.check.texts import text
+from fieldrig_devices.iec.check.untyped import integer
+from fieldrig_devices.iec.elementary import Elementary
+from fieldrig_devices.iec.program import (
+    AddressOf,
+    Cell,
+    Expression,
+    Place,
+    Pou,
+    Variable,
+)
+from fieldrig_devices.iec.types import Type
+
+
+def _one_argument(checker: Checker, node: tree.Call) -> tree.Expression | None:
+    if len(node.arguments) == 1 and node.arguments[0].value is not None:
+        return node.arguments[0].value
+    checker.context.say(node, f"{text(node.called)} with {len(node.arguments)} arguments", "one argument")
+    return None
+
+
+def address_of(checker: Checker, place: Place, at: tree.Node) -> Expression | None:
+    """Return the address of a checked place, as a DWORD (PD-358)."""
+    if not writing.has_cell(place):
+        checker.context.say(
+            at,
+            f"{text(at)} has no address of its own",
+            "a variable",
+            "copy it into a variable first",
+        )
+        return None
+    return AddressOf(place, Elementary.DWORD)
+
+
+def _adr(checker: Checker, node: tree.Call) -> Expression | None:
+    given = _one_argument(checker, node)
+    place = _cell_of(checker, given) if given is not None else None
+    return address_of(checker, place, given) if place is not None and given is not None else None
+
+
+def _cell_of(checker: Checker, node: tree.Expression) -> Place | None:
+    """The place of an argument, also of a constant, which has a cell too."""
+    entity = checker.context.find(node.text) if isinstance(node, tree.Name) else None
+    if isinstance(entity, Variable) and entity.is_constant:
+        return Cell(entity, entity.type)
+    return checker.place(node)
+
+
+def _sizeof(checker: Checker, node: tree.Call) -> Expression | None:
+    given = _one_argument(checker, node)
+    if given is None:
+        return None
+    if isinstance(given, tree.Name) and checker.context.find(given.text) is None:
+        kind = checker.context.project.named_type(given.text)
+        if kind is not None:
+            return _size(checker, given, kind)
+    value = checker.expression(given)
+    return _size(checker, given, value.type) if value is not None else None
+
+
+def _size(checker: Checker, at: tree.Node, kind: Type) -> Expression | None:
+    if kind in checker.context.project.unfinished:
+        checker.context.say(at, f"the size of {kind} depends on itself", "the size of another type")
+        return None
+    return integer(Sizes(checker.context.project).of(kind))
+
+
+def _indexof(checker: Checker, node: tree.Call) -> Expression | None:
+    given = _one_argument(checker, node)
+    meaning = checker.meaning(given) if given is not None else None
+    if meaning is None or given is None:
+        return None
+    if not isinstance(meaning, Pou):
+        checker.context.say(given, f"{text(given)} is not a POU", "a program, function or function block")
+        return None
+    return integer(list(checker.context.project.pous.values()).index(meaning))
+
+
+SPECIAL: Final[dict[str, Callable[[Checker, tree.Call], Expression | None]]] = {
+    "ADR": _adr,
+    "SIZEOF": _sizeof,
+    "INDEXOF": _indexof,
+    **references.FUNCTIONS,
+}
