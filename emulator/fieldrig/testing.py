@@ -58,14 +58,14 @@ def plain_forms(*names: str) -> Iterator[None]:
     if unknown:
         raise ArgumentError(f"there is no shortcut {shown(unknown[0])}", closest(unknown[0], list(SHORTCUTS)))
     places = [SHORTCUTS[name] for name in names]
-    before = [place.is_taken for place in places]
+    before = [shortcut.is_taken for shortcut in places]
     try:
-        for place in places:
-            place.is_taken = False
+        for shortcut in places:
+            shortcut.is_taken = False
         yield
     finally:
-        for place, is_taken in zip(places, before, strict=True):
-            place.is_taken = is_taken
+        for shortcut, is_taken in zip(places, before, strict=True):
+            shortcut.is_taken = is_taken
 
 
 _kept: dict[int, IO[bytes]] = {}

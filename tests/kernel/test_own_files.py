@@ -178,7 +178,7 @@ def test_a_store_follows_no_link_and_is_readable_by_its_user_only(tmp_path: Path
         store.save(b"password")
     store.save(b"password")  # the link itself was removed, as what is left of a save that failed
     assert mode_of(tmp_path / "state/max4.bin") == 0o600
-    (tmp_path / "state/max4.memory.ram").symlink_to(precious)
+    (tmp_path / "state/max4.ram").symlink_to(precious)
     with pytest.raises(StoreError):
         store.buffered_ram(16)
     (tmp_path / "state/max4.bin").unlink()
@@ -188,7 +188,7 @@ def test_a_store_follows_no_link_and_is_readable_by_its_user_only(tmp_path: Path
 
 
 def test_a_file_of_an_earlier_version_is_no_longer_readable_by_all(tmp_path: Path) -> None:
-    file = tmp_path / "max4.memory.ram"
+    file = tmp_path / "max4.ram"
     file.write_bytes(bytes(4))
     file.chmod(0o644)
     open_file(file, "r+b").close()

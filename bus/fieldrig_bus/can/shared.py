@@ -129,9 +129,9 @@ class SharedLink:
     def _sender_of(self, frame: CanFrame) -> Share | None:
         """The end whose frame has come back; None if it is another device's.  Frames sent before it were lost."""
         under_way = self._under_way
-        for place, (sender, sent) in enumerate(under_way):
+        for index, (sender, sent) in enumerate(under_way):
             if sent == frame:
-                for _ in range(place + 1):
+                for _ in range(index + 1):
                     under_way.popleft()
                 return sender
         return None

@@ -34,11 +34,11 @@ class SharedMemory:
         self.words: SharedWords = self._view
 
     def read(self, word: int, count: int) -> list[int]:
-        return [self.words[place] for place in range(word, word + count)]
+        return [self.words[cell] for cell in range(word, word + count)]
 
     def write(self, word: int, values: Sequence[int]) -> None:
-        for place, value in enumerate(values, word):
-            self.words[place] = value
+        for cell, value in enumerate(values, word):
+            self.words[cell] = value
 
     def close(self) -> None:
         self._view.release()

@@ -40,7 +40,7 @@ class Handlers:
 class Dialler:
     def __init__(self, bus: str, address: str, handlers: Handlers) -> None:
         self._name, self._address, self.handlers = f"{bus}: {address}", address, handlers
-        self._place = TcpServer(address, lambda place: _Outgoing(place, self))  # holds the connection; never opened
+        self._place = TcpServer(address, lambda server: _Outgoing(server, self))  # holds the connection; never opened
         self._connection: _Outgoing | None = None
         self._dialling: asyncio.Task[None] | None = None
         self._failures = 0
@@ -127,8 +127,8 @@ class Dialler:
 
 
 class _Outgoing(Connection):
-    def __init__(self, place: TcpServer, dialler: Dialler) -> None:
-        super().__init__(place)
+    def __init__(self, server: TcpServer, dialler: Dialler) -> None:
+        super().__init__(server)
         self._dialler = dialler
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:

@@ -81,8 +81,8 @@ def by_address(servers: Servers) -> dict[str, dict[int, int]]:
     """Unit ids in the rig, with the unit ids at their server, by address."""
     units: dict[str, dict[int, int]] = {}
     for unit, server in servers.items():
-        place = OutsideServer(address=server) if isinstance(server, str) else server
-        units.setdefault(place.address, {})[unit] = unit if place.unit is None else place.unit
+        outside = OutsideServer(address=server) if isinstance(server, str) else server
+        units.setdefault(outside.address, {})[unit] = unit if outside.unit is None else outside.unit
     return units
 
 

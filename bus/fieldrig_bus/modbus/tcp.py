@@ -192,9 +192,9 @@ class TcpMaster(Master):
         else:
             self._write(_pack(exchange & 0xFFFF, 0, len(pdu) + 1, exchange >> 16) + pdu)
         unit = exchange >> 16
-        for place, (asked_ns, asked) in enumerate(self._asked):
+        for index, (asked_ns, asked) in enumerate(self._asked):
             if asked == unit:  # there is none if it was given up
-                del self._asked[place]
+                del self._asked[index]
                 if self.pace is not None and not self._is_going_on:  # otherwise what goes on measures it
                     self.pace.answered(asked_ns)
                 self.server.turns.end(unit)

@@ -42,12 +42,12 @@ class AddressSpace:
 
     def __contains__(self, node_id: ua.NodeId) -> bool:
         """True for nodes that belong to a device, whether they have been added or not."""
-        place = node_id.NamespaceIndex - FIRST_NAMESPACE
-        return bool(0 <= place < len(self._names))
+        index = node_id.NamespaceIndex - FIRST_NAMESPACE
+        return bool(0 <= index < len(self._names))
 
     def device(self, node_id: ua.NodeId) -> str:
-        place: int = node_id.NamespaceIndex - FIRST_NAMESPACE
-        return self._names[place]
+        index: int = node_id.NamespaceIndex - FIRST_NAMESPACE
+        return self._names[index]
 
     def node(self, node_id: ua.NodeId) -> Node | None:
         return self._nodes.get(node_id)

@@ -48,7 +48,7 @@ class LimitedServer(Server):  # type: ignore[misc]
 
     def listener(self, address: str) -> TcpServer:
         """Return a listener for the clients of this server."""
-        return TcpServer(address, lambda place: Client(place, self.iserver, self._processor), LIMITS, "OPC UA")
+        return TcpServer(address, lambda server: Client(server, self.iserver, self._processor), LIMITS, "OPC UA")
 
     def _processor(self, transport: asyncio.Transport) -> UaProcessor:
         processor = Processor(self.iserver, transport, self.limits)

@@ -63,9 +63,9 @@ class OpcUaSettings(HubSettings):
     )
 
     def wrong_for(self, members: Sequence[str], masters: Collection[str]) -> Iterator[WrongKey]:
-        for place, device in enumerate(self.order):
+        for index, device in enumerate(self.order):
             if device not in members:
-                yield WrongKey(("order", place), f"{device} has no link to this bus", closest(device, list(members)))
+                yield WrongKey(("order", index), f"{device} has no link to this bus", closest(device, list(members)))
 
     @property
     def is_secure(self) -> bool:

@@ -138,19 +138,19 @@ class Session(InternalSession):  # type: ignore[misc]
             await self._space.ensure(asked.NodeId)
         results: list[ua.DataValue] = await super().read(params)
         ours = [
-            place
-            for place, asked in enumerate(params.NodesToRead)
+            index
+            for index, asked in enumerate(params.NodesToRead)
             if asked.AttributeId == _VALUE and self._is_variable(asked.NodeId)
         ]
-        values = await self.iserver.values([params.NodesToRead[place].NodeId for place in ours])
-        for place, value in zip(ours, values, strict=True):
-            results[place] = value
+        values = await self.iserver.values([params.NodesToRead[index].NodeId for index in ours])
+        for index, value in zip(ours, values, strict=True):
+            results[index] = value
         if not self.may_write:
             self._hide_rights(params, results)
-        for place, asked in enumerate(params.NodesToRead):
+        for index, asked in enumerate(params.NodesToRead):
             wrong = wrong_read(asked)
-            value = _data_value(wrong) if wrong else part_of(asked, results[place])
-            results[place] = stamped(value, params.TimestampsToReturn)
+            value = _data_value(wrong) if wrong else part_of(asked, results[index])
+            results[index] = stamped(value, params.TimestampsToReturn)
         return results
 
     async def write(self, params: ua.WriteParameters) -> list[ua.StatusCode]:
@@ -253,14 +253,14 @@ class Session(InternalSession):  # type: ignore[misc]
 
     def _hide_rights(self, params: ua.ReadParameters, results: list[ua.DataValue]) -> None:
         """Show users without write access that they have none."""
-        for place, asked in enumerate(params.NodesToRead):
+        for index, asked in enumerate(params.NodesToRead):
             node = self._space.node(asked.NodeId)
             if node is None:
                 continue
             if asked.AttributeId == ua.AttributeIds.UserAccessLevel and node.kind is Kind.VARIABLE:
-                results[place] = ua.DataValue(ua.Variant(1 << ua.AccessLevel.CurrentRead, ua.VariantType.Byte))
+                results[index] = ua.DataValue(ua.Variant(1 << ua.AccessLevel.CurrentRead, ua.VariantType.Byte))
             if asked.AttributeId == ua.AttributeIds.UserExecutable and node.kind is Kind.METHOD and node.is_writable:
-                results[place] = ua.DataValue(ua.Variant(False, ua.VariantType.Boolean))
+                results[index] = ua.DataValue(ua.Variant(False, ua.VariantType.Boolean))
 
     async def _walk(self, path: ua.BrowsePath) -> None:
         """Add the nodes along a path of names."""

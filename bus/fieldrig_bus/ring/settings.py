@@ -27,18 +27,18 @@ class OrderSettings(Settings):
 
     def wrong_for(self, members: Sequence[str], masters: Collection[str]) -> Iterator[WrongKey]:
         stations = [name for name in members if name not in masters]
-        for place, name in enumerate(self.order):
-            yield from _wrong_name(("order", place), name, stations)
-            if name in self.order[:place]:
+        for index, name in enumerate(self.order):
+            yield from _wrong_name(("order", index), name, stations)
+            if name in self.order[:index]:
                 yield WrongKey(
-                    ("order", place), f"{name} is in the order already", "a station has one place in the ring"
+                    ("order", index), f"{name} is in the order already", "a station has one place in the ring"
                 )
-        for place, name in enumerate(self.bypassed):
-            yield from _wrong_name(("bypassed", place), name, stations)
-        for place, fault in enumerate(self.faults):
+        for index, name in enumerate(self.bypassed):
+            yield from _wrong_name(("bypassed", index), name, stations)
+        for index, fault in enumerate(self.faults):
             key, name = place_of(fault)
             known = [*stations, MASTER, *masters] if key == "after" else stations
-            yield from _wrong_name(("faults", place, key), name, known)
+            yield from _wrong_name(("faults", index, key), name, known)
 
 
 def _wrong_name(path: tuple[str | int, ...], name: str, known: Sequence[str]) -> Iterator[WrongKey]:

@@ -85,8 +85,8 @@ class Topology(Generic[N]):
     def layout(self, broken: Collection[str], off: Collection[str]) -> Layout[N]:
         """The ring with these segments cut (by the station that each one leaves) and these stations without power."""
         ring = self.ring()
-        for place, node in enumerate(ring):
-            node.place = place
+        for position, node in enumerate(ring):
+            node.place = position
         self.station_count = sum(bool(node.addresses) for node in ring)
         hearing: list[N] = []
         deaf: list[N] = []

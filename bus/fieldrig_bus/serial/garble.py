@@ -16,7 +16,7 @@ def _levels(data: bytes, form: Format) -> list[int]:
     """Levels of the line, one per bit time, least significant data bit first, with an idle character at the end."""
     levels: list[int] = []
     for character in data:
-        bits = [character >> place & 1 for place in range(form.data_bits)]
+        bits = [character >> bit & 1 for bit in range(form.data_bits)]
         parity = {"N": [], "E": [sum(bits) & 1], "O": [1 - (sum(bits) & 1)]}[form.parity]
         levels += [0, *bits, *parity, *[1] * form.stop_bits]
     return levels
@@ -35,8 +35,8 @@ def _sampled(levels: list[int], baud: int, form: Format) -> bytes:
     while position < end:
         now = level(position)
         if before and not now:
-            middles = [position + half_bit * (3 + 2 * place) for place in range(form.data_bits)]
-            received.append(sum(level(middle) << place for place, middle in enumerate(middles)))
+            middles = [position + half_bit * (3 + 2 * bit) for bit in range(form.data_bits)]
+            received.append(sum(level(middle) << bit for bit, middle in enumerate(middles)))
             stop = position + half_bit * (1 + 2 * (form.bits_per_character - form.stop_bits))
             position, before = stop, level(stop)
         else:

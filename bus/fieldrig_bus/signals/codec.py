@@ -134,7 +134,7 @@ def _read(fields: Any) -> Signal | None:
             return Motion(name, value, unit, time_ns, speed, acceleration)
         case [str(name), str(kind), int() | float() as value, str(unit), *rest] if kind == _PULSES and len(rest) == 11:
             start_ns, frequency, _, rate, _, count, direction, phase, _, sent, epoch_ns = rest
-            frequency, rate, phase = (_exact(*rest[place : place + 2]) for place in (1, 3, 7))
+            frequency, rate, phase = (_exact(*rest[field : field + 2]) for field in (1, 3, 7))
             return PulseTrain(name, value, unit, start_ns, frequency, rate, count, direction, phase, sent, epoch_ns)
         case [str(name), str(kind), int() | float() as value, str(unit), start_ns, top, bottom] if kind == _PWM:
             return Pwm(name, value, unit, start_ns, _exact(top, bottom))

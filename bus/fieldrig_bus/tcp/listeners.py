@@ -226,8 +226,8 @@ class _Client(Connection):
 
     def end_of_first(self, data: bytes) -> int:
         end = ENDS.get(self._service)
-        place = -1 if end is None else data.find(end)
-        return len(data) if end is None or place < 0 else place + len(end)
+        end_at = -1 if end is None else data.find(end)
+        return len(data) if end is None or end_at < 0 else end_at + len(end)
 
     def data_received(self, data: bytes) -> None:
         self._has_spoken = True

@@ -65,10 +65,10 @@ class TelephoneSettings(Settings):
         for name in self.numbers:
             if name not in members:
                 yield WrongKey(("numbers", name), f'this network has no member "{name}"', closest(name, list(members)))
-        for place, fault in enumerate(self.faults):
+        for index, fault in enumerate(self.faults):
             if fault.line is not None and fault.line not in (*members, *self.outside_lines()):
                 yield WrongKey(
-                    ("faults", place, "line"),
+                    ("faults", index, "line"),
                     f'this network has no member "{fault.line}"',
                     closest(fault.line, list(members)),
                 )
@@ -76,9 +76,9 @@ class TelephoneSettings(Settings):
 
 def check_apart(numbers: Sequence[tuple[str, str]]) -> None:
     """Raise ValueError for a number that another one begins with: it would be complete before its last digit."""
-    for place, (name, number) in enumerate(numbers):
+    for index, (name, number) in enumerate(numbers):
         for other_place, (other, longer) in enumerate(numbers):
-            if place != other_place and longer.startswith(number):
+            if index != other_place and longer.startswith(number):
                 raise ValueError(f"number {longer} of {other} begins with {number} of {name}: expected other digits")
 
 

@@ -79,7 +79,7 @@ def _encode_offer(offer: Offer) -> bytes:
 def _decode_offer(body: bytes) -> Offer:
     correction, line_bps = _OFFER.unpack_from(body)
     modulations = tuple(
-        Modulation(_NAMES[place], low, high) for place, low, high in _MODULATION.iter_unpack(body[_OFFER.size :])
+        Modulation(_NAMES[name], low, high) for name, low, high in _MODULATION.iter_unpack(body[_OFFER.size :])
     )
     return Offer(modulations, correction, line_bps)
 

@@ -43,10 +43,10 @@ class TelephoneExchangeSettings(HubSettings, TelephoneSettings):
         entries = [*self.numbers.items(), *((member_of(entry), entry.number) for entry in self.outgoing)]
         check_apart(entries)
         known = [number for _, number in entries]
-        for place, entry in enumerate(self.incoming):
+        for index, entry in enumerate(self.incoming):
             if entry.number not in known:
                 expected = ", ".join(known) or "numbers for members first"
-                raise ValueError(f"incoming.{place}.number: {entry.number} leads nowhere: expected {expected}")
+                raise ValueError(f"incoming.{index}.number: {entry.number} leads nowhere: expected {expected}")
         return self
 
 

@@ -118,7 +118,7 @@ class LineFaults(faults.Faults[faults.Fault[Any]]):
         rate = max((noise.bit_error_rate for noise in self.active(now_ns, Noise, *members)), default=0.0)
         if not rate:
             return data
-        flips = [sum((self._chance.random() < rate) << place for place in range(8)) for _ in data]
+        flips = [sum((self._chance.random() < rate) << bit for bit in range(8)) for _ in data]
         return bytes(byte ^ flip for byte, flip in zip(data, flips, strict=True))
 
     def next_change_ns(self, now_ns: int) -> int | None:

@@ -64,7 +64,7 @@ class OutgoingPort(Port):
 
     def __init__(self, member: str, address: str, is_telnet: bool) -> None:
         self._member, self._address, self._is_telnet = member, address, is_telnet
-        self._place = TcpServer(address, lambda place: Talk(place, is_telnet, is_server=False))  # never opened
+        self._place = TcpServer(address, lambda server: Talk(server, is_telnet, is_server=False))  # never opened
         self._connecting: asyncio.Task[None] | None = None
         self._talk: Talk | None = None
         self._modem: OutsideModem | None = None

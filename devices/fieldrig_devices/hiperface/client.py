@@ -178,17 +178,17 @@ def _prepare(code: int) -> Script[None]:
     yield Request(Command.CREATE_FIELD, bytes((FIELD, wanted, code)))
 
 
-def _store(place: int, data: bytes, code: int) -> Script[None]:
+def _store(address: int, data: bytes, code: int) -> Script[None]:
     for start in range(0, len(data), PORTION):
         portion = data[start : start + PORTION]
-        yield Request(Command.STORE_DATA, bytes((FIELD, place + start, len(portion), code)) + portion)
+        yield Request(Command.STORE_DATA, bytes((FIELD, address + start, len(portion), code)) + portion)
 
 
-def _read(place: int, count: int, code: int) -> Script[bytes]:
+def _read(address: int, count: int, code: int) -> Script[bytes]:
     data = b""
     while len(data) < count:
         portion = min(PORTION, count - len(data))
-        answer = yield Request(Command.READ_DATA, bytes((FIELD, place + len(data), portion, code)))
+        answer = yield Request(Command.READ_DATA, bytes((FIELD, address + len(data), portion, code)))
         data += answer[3:]
     return data
 

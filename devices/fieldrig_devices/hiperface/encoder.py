@@ -90,13 +90,13 @@ class HiperfaceEncoder:
         if self._is_waiting_for_silence and silence_ns < self._silence_ns:
             return
         self._is_waiting_for_silence = False
-        for place, byte in enumerate(data):
+        for index, byte in enumerate(data):
             self._request.append(byte)
             if self._request[0] not in (self.eeprom.address, BROADCAST):
                 self._drop()
                 return
             if request_length(self._request) == len(self._request):
-                self._is_waiting_for_silence = place + 1 < len(data)
+                self._is_waiting_for_silence = index + 1 < len(data)
                 self._take(now_ns)
                 return
 

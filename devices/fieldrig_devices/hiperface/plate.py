@@ -145,11 +145,11 @@ class NamePlate(Settings):
             or CRC.pack(binascii.crc_hqx(data[: length - CRC.size], 0xFFFF)) != data[length - CRC.size : length]
         ):
             raise PlateError(Wrong.CHECKSUM)
-        values, place = dict[str, Any](), HEAD.size
+        values, offset = dict[str, Any](), HEAD.size
         for entry in LAYOUT:
-            (raw,) = struct.unpack_from(">" + entry.form, data, place)
+            (raw,) = struct.unpack_from(">" + entry.form, data, offset)
             values[entry.name] = entry.value(raw)
-            place += struct.calcsize(">" + entry.form)
+            offset += struct.calcsize(">" + entry.form)
         try:
             return cls.model_validate(values)
         except ValidationError as cause:

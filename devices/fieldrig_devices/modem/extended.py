@@ -75,13 +75,13 @@ def with_fields(name: str, present: tuple[Value, ...], given: Sequence[str]) -> 
     if len(given) > len(fields):
         return None
     values = list(present)
-    for place, text in enumerate(given):
+    for index, text in enumerate(given):
         if text == "":
             continue
-        value = _value(fields[place], text)
+        value = _value(fields[index], text)
         if value is None:
             return None
-        values[place] = value
+        values[index] = value
     return tuple(values) if name != "+MS" or _has_rates(values) else None
 
 

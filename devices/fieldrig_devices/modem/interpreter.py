@@ -151,10 +151,10 @@ class Interpreter:
         if string.startswith("L"):
             string = self._last_number
         elif string.startswith("S"):
-            place = string[1:].removeprefix("=") or "0"
-            if not (place.isascii() and place.isdigit() and int(place) < NUMBERS):
+            stored = string[1:].removeprefix("=") or "0"
+            if not (stored.isascii() and stored.isdigit() and int(stored) < NUMBERS):
                 return results.ERROR
-            string = self.memory.numbers[int(place)]
+            string = self.memory.numbers[int(stored)]
         self._last_number = string
         return self._actions.dial(string, stays)
 

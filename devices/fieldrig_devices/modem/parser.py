@@ -75,7 +75,7 @@ def parse(body: str) -> list[Item]:
 def _tidied(body: str) -> str:
     """Return the line in capitals without spaces; strings in quotes stay as they are."""
     parts = body.split('"')
-    return '"'.join(part if place % 2 else part.replace(" ", "").upper() for place, part in enumerate(parts))
+    return '"'.join(part if index % 2 else part.replace(" ", "").upper() for index, part in enumerate(parts))
 
 
 def _item(text: str, at: int) -> tuple[Item, int]:

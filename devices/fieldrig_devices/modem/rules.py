@@ -70,7 +70,7 @@ def correction_of(profile: Profile, *, is_answering: bool) -> int:
 def offer_of(profile: Profile, highest_bps: int, *, is_answering: bool) -> Offer:
     """Return the offer of a modem that can do `highest_bps`."""
     carrier, automode, lowest, *_ = profile.parameters["+MS"]
-    limits = [int(profile.parameters["+MS"][place]) for place in (3, 5)]
+    limits = [int(profile.parameters["+MS"][field]) for field in (3, 5)]
     highest = min([highest_bps, *(limit for limit in limits if limit)])
     lowest = max(int(lowest), int(profile.parameters["+MS"][4]))
     names = list(RATES)[list(RATES).index(str(carrier)) :]

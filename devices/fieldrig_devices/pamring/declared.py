@@ -38,13 +38,16 @@ def types_of(nodes: Iterable[DeclaredNode]) -> dict[int, NodeType]:
 def active_addresses(nodes: Sequence[DeclaredNode], present: Collection[int]) -> frozenset[int]:
     """The declared addresses that are on the ring, without those of components that lack a node."""
     lacking = {
-        (node.group, place) for node in nodes for place, address in enumerate(node.addresses) if address not in present
+        (node.group, component)
+        for node in nodes
+        for component, address in enumerate(node.addresses)
+        if address not in present
     }
     return frozenset(
         address
         for node in nodes
-        for place, address in enumerate(node.addresses)
-        if address in present and (node.group, place) not in lacking
+        for component, address in enumerate(node.addresses)
+        if address in present and (node.group, component) not in lacking
     )
 
 

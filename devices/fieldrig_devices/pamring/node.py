@@ -196,10 +196,10 @@ _OWN: Final = ITEMS | {Identify, Run, frames.Group}
 def _buffers(reports: list[bytes]) -> Iterator[bytes]:
     """The reports of a cycle in pieces that the chip takes."""
     first = length = 0
-    for place, report in enumerate(reports):
+    for index, report in enumerate(reports):
         length += len(report) + 1
         if length > LONGEST_BUFFER:
-            yield codec.join(reports[first:place])
-            first, length = place, len(report) + 1
+            yield codec.join(reports[first:index])
+            first, length = index, len(report) + 1
     if reports:
         yield codec.join(reports[first:])

@@ -255,7 +255,7 @@ class ServiceClient:
     def _write(self, data: bytes, is_list: bool) -> Generator[_Step, int, bytes]:
         if is_list:
             data = len(data).to_bytes(2, "little") * 2 + data
-        for place in range(0, len(data), 2):
-            info = int.from_bytes(data[place : place + 2], "little")
-            yield _Step(Element.DATA, is_write=True, is_last=place + 2 >= len(data), info=info)
+        for offset in range(0, len(data), 2):
+            info = int.from_bytes(data[offset : offset + 2], "little")
+            yield _Step(Element.DATA, is_write=True, is_last=offset + 2 >= len(data), info=info)
         return b""

@@ -74,17 +74,17 @@ class Alone:
     def _on_scan(self, module: int) -> None:
         value = self._scans[module].value
         changed, self._before[module] = value ^ self._before[module], value
-        for place, address in enumerate(addresses_of(module)):
-            if changed >> place & 1:
+        for bit, address in enumerate(addresses_of(module)):
+            if changed >> bit & 1:
                 self._on_change(f"scan{address}")
 
     # ---- points
 
     def points(self) -> Iterator[tuple[str, Point]]:
         for module in sorted(self._scans):
-            for place, address in enumerate(addresses_of(module)):
+            for bit, address in enumerate(addresses_of(module)):
                 yield f"in{address}", self._input(f"in{address}", "level of the input")
-                yield f"scan{address}", Point(partial(self._scanned, module, place), about="accepted by the scan")
+                yield f"scan{address}", Point(partial(self._scanned, module, bit), about="accepted by the scan")
             for address in addresses_of(module):
                 yield f"out{address}", self._output(f"out{address}")
         for key in self._settings.keys:
@@ -122,8 +122,8 @@ class Alone:
 
         return Point(partial(terminals.level, terminal), None if terminals.has_wire(terminal) else write, about=about)
 
-    def _scanned(self, module: int, place: int) -> bool:
-        return bool(self._scans[module].value >> place & 1)
+    def _scanned(self, module: int, bit: int) -> bool:
+        return bool(self._scans[module].value >> bit & 1)
 
     def _output(self, terminal: str) -> Point:
         terminals = self._board.terminals
@@ -224,9 +224,9 @@ class LocalMotor:
         self, guarded: Callable[[Callable[[Value], None]], Callable[[Value], None]]
     ) -> Iterator[tuple[str, Point]]:
         name = self.name
-        for place, key in enumerate(("value", "second")):
-            write = guarded(partial(self._put, place))
-            yield f"{name}.{key}", Point(partial(self._values.__getitem__, place), write, about="for the next order")
+        for index, key in enumerate(("value", "second")):
+            write = guarded(partial(self._put, index))
+            yield f"{name}.{key}", Point(partial(self._values.__getitem__, index), write, about="for the next order")
         yield (
             f"{name}.order",
             Point(lambda: self._last, guarded(self._order), about="order that is written: 1 to 8; 0 is none"),
@@ -238,8 +238,8 @@ class LocalMotor:
     def _read(self, what: str) -> int:
         return 0 if self._drive is None else int(getattr(self._drive.motor, what))
 
-    def _put(self, place: int, value: Value) -> None:
-        self._values[place] = whole_in(value, _LOWEST, _HIGHEST)
+    def _put(self, index: int, value: Value) -> None:
+        self._values[index] = whole_in(value, _LOWEST, _HIGHEST)
 
     def _order(self, value: Value) -> None:
         number = whole_in(value, 0, max(Motor))

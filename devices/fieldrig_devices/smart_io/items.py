@@ -187,8 +187,8 @@ class Outputs(NodeItem):
         self._put(self._inactive ^ int(on))
 
     def _put(self, bits: int) -> None:
-        for place, name in enumerate(self._names):
-            self._terminals.drive(name, bool(bits >> place & 1))
+        for bit, name in enumerate(self._names):
+            self._terminals.drive(name, bool(bits >> bit & 1))
 
 
 class Analog(NodeItem):

@@ -192,7 +192,7 @@ class SmartIoProgram:
         terminals, readings = board.terminals, self._settings.readings
         match item:
             case InputItem(address=address, bits=bits) if self._are_there(address, bits) and _is_scan(item):
-                names = [f"in{address + place}" for place in range(bits)]
+                names = [f"in{address + bit}" for bit in range(bits)]
                 return Inputs(clock, terminals, item, names, self.send, is_stamped=readings.time_stamps)
             case CounterItem(address=address) if self._are_there(address, 1) and _is_scan(item):
                 return PulseCounter(clock, terminals, item, f"in{address}", self.send)
@@ -202,7 +202,7 @@ class SmartIoProgram:
                 is_pulsed = readings.autorepeat == "pulses"
                 return KeyInput(clock, terminals, item, name, self.send, is_pulsed=is_pulsed) if is_there else None
             case OutputItem(address=address, bits=bits) if self._are_there(address, bits):
-                return Outputs(terminals, item, [f"out{address + place}" for place in range(bits)])
+                return Outputs(terminals, item, [f"out{address + bit}" for bit in range(bits)])
             case AnalogItem(address=1) if not self._has(Analog):
                 return Analog(board.put_analog)
             case LedItem(address=address) if address in board.lamps:

@@ -31,7 +31,7 @@ class InputScan:
         self._clock, self._terminals, self._inputs = clock, terminals, inputs
         self._period_ns, self._debounce, self._on_change = period_ns, debounce, on_change
         self._counts = [0] * len(inputs)
-        self._watchers = [partial(self._on_edge, place) for place in range(len(inputs))]
+        self._watchers = [partial(self._on_edge, bit) for bit in range(len(inputs))]
         self._changing: set[int] = set()
         """The inputs that are sampled, by their bits."""
         self._origin_ns = self._sampled_ns = self._due_ns = 0
@@ -44,10 +44,10 @@ class InputScan:
     def start(self) -> None:
         """Accept the present levels, and scan from now on."""
         self._origin_ns = self._sampled_ns = self._clock.now_ns()
-        self.value = sum(self._terminals.level(name) << place for place, name in enumerate(self._inputs))
-        for place, name in enumerate(self._inputs):
-            self._terminals.watch(name, self._watchers[place])
-            self._on_edge(place)
+        self.value = sum(self._terminals.level(name) << bit for bit, name in enumerate(self._inputs))
+        for bit, name in enumerate(self._inputs):
+            self._terminals.watch(name, self._watchers[bit])
+            self._on_edge(bit)
 
     def stop(self) -> None:
         """Scan no longer."""
@@ -57,15 +57,15 @@ class InputScan:
         self._counts = [0] * len(self._inputs)
         self._timer.stop()
 
-    def _on_edge(self, place: int) -> None:
-        self.edge_ns = max(self._terminals.began_ns(self._inputs[place]), self._origin_ns)
-        if place not in self._changing and self._is_changing(place, self.edge_ns):
-            self._changing.add(place)
+    def _on_edge(self, bit: int) -> None:
+        self.edge_ns = max(self._terminals.began_ns(self._inputs[bit]), self._origin_ns)
+        if bit not in self._changing and self._is_changing(bit, self.edge_ns):
+            self._changing.add(bit)
             if not self._timer.is_set:
                 self._go_on(self.edge_ns)
 
-    def _is_changing(self, place: int, now_ns: int) -> bool:
-        name, accepted = self._inputs[place], bool(self.value >> place & 1)
+    def _is_changing(self, bit: int, now_ns: int) -> bool:
+        name, accepted = self._inputs[bit], bool(self.value >> bit & 1)
         return self._terminals.level_at(name, now_ns) is not accepted or self._terminals.is_moving_at(name, now_ns)
 
     def _go_on(self, from_ns: int) -> None:
@@ -82,7 +82,7 @@ class InputScan:
 
     def _on_sample(self) -> None:
         """Take the sample that is due; that of a level which does not say since when it holds is one of now."""
-        has_instants = all(self._terminals.has_instants(self._inputs[place]) for place in self._changing)
+        has_instants = all(self._terminals.has_instants(self._inputs[bit]) for bit in self._changing)
         self._take(self._due_ns if has_instants else self._clock.now_ns())
         self._go_on(self._sampled_ns)
 
@@ -90,18 +90,18 @@ class InputScan:
         """Take a sample of the inputs that change."""
         self._sampled_ns = now_ns
         before = self.value
-        for place in tuple(self._changing):
-            self._sample(place, now_ns)
-            if not self._is_changing(place, now_ns):
-                self._changing.remove(place)
+        for bit in tuple(self._changing):
+            self._sample(bit, now_ns)
+            if not self._is_changing(bit, now_ns):
+                self._changing.remove(bit)
         if self.value != before:
             self._on_change()
 
-    def _sample(self, place: int, now_ns: int) -> None:
-        if self._terminals.level_at(self._inputs[place], now_ns) is bool(self.value >> place & 1):
-            self._counts[place] = 0
+    def _sample(self, bit: int, now_ns: int) -> None:
+        if self._terminals.level_at(self._inputs[bit], now_ns) is bool(self.value >> bit & 1):
+            self._counts[bit] = 0
             return
-        self._counts[place] += 1
-        if self._counts[place] >= self._debounce:
-            self._counts[place] = 0
-            self.value ^= 1 << place
+        self._counts[bit] += 1
+        if self._counts[bit] >= self._debounce:
+            self._counts[bit] = 0
+            self.value ^= 1 << bit

@@ -81,16 +81,16 @@ class Shaft:
         """Do nothing: this shaft has its own resolver."""
 
     def power(self, now_ns: int, is_on: bool) -> None:
-        place, speed = self.position_at(now_ns), self.speed_at(now_ns)
+        position, speed = self.position_at(now_ns), self.speed_at(now_ns)
         self._is_powered, self.is_following = is_on, is_on and not speed
-        self._begin(now_ns, place, speed)
+        self._begin(now_ns, position, speed)
 
     def block(self, now_ns: int, is_on: bool) -> None:
         """Jam the shaft, or release it."""
-        place, speed = self.position_at(now_ns), self.speed_at(now_ns)
+        position, speed = self.position_at(now_ns), self.speed_at(now_ns)
         self.is_blocked = is_on
         self.is_following = False
-        self._begin(now_ns, place, 0.0 if is_on else speed)
+        self._begin(now_ns, position, 0.0 if is_on else speed)
 
     def leave(self, now_ns: int) -> None:
         """Go on without the set position, which is about to jump."""
@@ -102,15 +102,15 @@ class Shaft:
         if self.is_following:
             speed = self._set.speed_at(now_ns) if speed_before is None else speed_before
             if not self._can_follow(now_ns, speed):
-                place = self._set.motor_at(now_ns)
+                position = self._set.motor_at(now_ns)
                 self.is_following = False
-                self._begin(now_ns, place, speed)
+                self._begin(now_ns, position, speed)
             return
-        place, speed = self.position_at(now_ns), self.speed_at(now_ns)
-        if self._is_powered and abs(self._set.motor_at(now_ns) - place) <= NEAR and self._can_follow(now_ns, speed):
+        position, speed = self.position_at(now_ns), self.speed_at(now_ns)
+        if self._is_powered and abs(self._set.motor_at(now_ns) - position) <= NEAR and self._can_follow(now_ns, speed):
             self.is_following, self.next_ns = True, NEVER_NS
         else:
-            self._begin(now_ns, place, speed)
+            self._begin(now_ns, position, speed)
 
     def keeps_up(self, before: float, speed: float, interval_ns: int) -> bool:
         """True if a shaft that follows can take this step of the speed between two set-points, with no other motion."""
@@ -128,9 +128,9 @@ class Shaft:
         later = wanted + rate * (self._set.next_change_ns(now_ns) - now_ns) / S if rate else wanted
         return max(abs(wanted), abs(later)) <= self._speed_limit + _SLACK
 
-    def _begin(self, now_ns: int, place: int, speed: float) -> None:
-        self._since_ns, self._place = now_ns, place
-        self._frame, self._rel = self._plan(now_ns, place, speed)
+    def _begin(self, now_ns: int, position: int, speed: float) -> None:
+        self._since_ns, self._place = now_ns, position
+        self._frame, self._rel = self._plan(now_ns, position, speed)
         self.next_ns = NEVER_NS
         if self.is_following:
             return
@@ -138,7 +138,7 @@ class Shaft:
         end_ns = now_ns + max(SHORTEST_NS, ceil(seconds * S)) if seconds < inf else NEVER_NS
         self.next_ns = min(now_ns + LOOP_NS, end_ns) if self._is_powered else end_ns
 
-    def _plan(self, now_ns: int, place: int, speed: float) -> tuple[float, Profile]:
+    def _plan(self, now_ns: int, position: int, speed: float) -> tuple[float, Profile]:
         """Return the speed of the frame in which the motion is planned, and the motion within it."""
         rate, highest = self.acceleration, self._speed_limit
         if self.is_blocked:
@@ -149,5 +149,5 @@ class Shaft:
         wanted = self._set.speed_at(now_ns)
         if abs(wanted) >= highest:
             return 0.0, change_speed(speed, copysign(highest, wanted), Limits(highest, rate, rate))
-        distance = float(self._set.motor_at(now_ns) - place)
+        distance = float(self._set.motor_at(now_ns) - position)
         return wanted, move(distance, speed - wanted, Limits(max(highest - abs(wanted), _SLACK), rate, rate))

@@ -93,8 +93,8 @@ def _check_place(path: Path) -> None:
         is_lock_taken = lock.is_symlink() or (lock.exists() and not (lock.is_file() and lock.stat().st_size == 0))
     except OSError as cause:
         raise RigError(f"{path} cannot be a socket: {cause.strerror}", OTHER_ENDPOINT) from cause
-    for place in [path] * is_taken + [lock] * is_lock_taken:
-        raise RigError(f"{place} is there, and does not belong to a socket of a rig", f"remove it, or {OTHER_ENDPOINT}")
+    for file in [path] * is_taken + [lock] * is_lock_taken:
+        raise RigError(f"{file} is there, and does not belong to a socket of a rig", f"remove it, or {OTHER_ENDPOINT}")
 
 
 def check_free(endpoint: str) -> None:

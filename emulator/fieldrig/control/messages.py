@@ -92,10 +92,10 @@ class Control:
 
     def serve(self, path: str, answer: Answer) -> None:
         """Answer the queries to `path`, which ends in a verb, or in `*` for any verb."""
-        place = key(self.rig, path).rpartition("/")[0]  # the asker's key may have stars in it, an answer's may not
+        prefix = key(self.rig, path).rpartition("/")[0]  # the asker's key may have stars in it, an answer's may not
 
         def on_query(query: zenoh.Query) -> None:
-            if not self._questions.put((query, place, answer)):
+            if not self._questions.put((query, prefix, answer)):
                 with query:
                     _refuse(query, f"{MOST_QUESTIONS} questions wait for their answers", "ask again later")
 
@@ -198,12 +198,12 @@ class Control:
         self._samples -= 1
         handler(name, message)
 
-    def _start(self, query: zenoh.Query, place: str, answer: Answer) -> None:
+    def _start(self, query: zenoh.Query, prefix: str, answer: Answer) -> None:
         if len(self._tasks) >= MOST_QUERIES:
             with query:
                 _refuse(query, f"{MOST_QUERIES} questions wait for their answers", "ask again later")
             return
-        task = self._loop.create_task(_answer(query, place, answer, self._questions.pace))
+        task = self._loop.create_task(_answer(query, prefix, answer, self._questions.pace))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
@@ -229,16 +229,16 @@ class Stream:
         self._on_listeners(status.matching)
 
 
-async def _answer(query: zenoh.Query, place: str, answer: Answer, pace: Pace | None) -> None:
+async def _answer(query: zenoh.Query, prefix: str, answer: Answer, pace: Pace | None) -> None:
     asked_ns = time.monotonic_ns()
     try:
-        await _reply(query, place, answer)
+        await _reply(query, prefix, answer)
     finally:
         if pace is not None:
             pace.answered(asked_ns)
 
 
-async def _reply(query: zenoh.Query, place: str, answer: Answer) -> None:
+async def _reply(query: zenoh.Query, prefix: str, answer: Answer) -> None:
     verb = _last_part(query.key_expr)
     with query:
         try:
@@ -254,7 +254,7 @@ async def _reply(query: zenoh.Query, place: str, answer: Answer) -> None:
         except ValueError as cause:
             _refuse(query, f"not understood: {cause}")
         else:
-            query.reply(f"{place}/{verb}", json.dumps(reply))
+            query.reply(f"{prefix}/{verb}", json.dumps(reply))
 
 
 def _refuse(query: zenoh.Query, what: str, remedy: str = "") -> None:
@@ -306,8 +306,8 @@ class Client:
 
 
 def _by_star(path: str, replies: Iterable[zenoh.Reply]) -> dict[str, Any]:
-    place = key("*", path).split("/").index("*", 2)
-    return {str(reply.ok.key_expr).split("/")[place]: _answer_of(reply.ok) for reply in replies if reply.ok is not None}
+    index = key("*", path).split("/").index("*", 2)
+    return {str(reply.ok.key_expr).split("/")[index]: _answer_of(reply.ok) for reply in replies if reply.ok is not None}
 
 
 def _answer_of(sample: zenoh.Sample) -> Any:

@@ -87,14 +87,14 @@ def is_proof(given: str, token: str, nonce: str, bus: str, member: str) -> bool:
     return hmac.compare_digest(given.encode(), proof(token, nonce, bus, member).encode())
 
 
-def _checked(text: str, place: str) -> str:
+def _checked(text: str, source: str) -> str:
     token_ = text.strip()
     if not token_:
-        raise _wrong(place, "the token is empty", _REMEDY)
+        raise _wrong(source, "the token is empty", _REMEDY)
     if len(token_) > LONGEST or not token_.isprintable():
-        raise _wrong(place, f"expected a token of at most {LONGEST} printable characters", _REMEDY)
+        raise _wrong(source, f"expected a token of at most {LONGEST} printable characters", _REMEDY)
     return token_
 
 
-def _wrong(place: str, what: str, remedy: str) -> ConfigError:
-    return ConfigError([Mistake(place, None, "", what, remedy)])
+def _wrong(source: str, what: str, remedy: str) -> ConfigError:
+    return ConfigError([Mistake(source, None, "", what, remedy)])

@@ -225,11 +225,11 @@ def _read(stream: IO[bytes], size: int) -> bytearray:
     """Read exactly `size` bytes.  EOFError if the stream ends before."""
     data = bytearray(size)
     view = memoryview(data)
-    place = 0
-    while place < size:
-        count = stream.readinto(view[place : place + _PIECE])  # type: ignore[attr-defined]
+    offset = 0
+    while offset < size:
+        count = stream.readinto(view[offset : offset + _PIECE])  # type: ignore[attr-defined]
         if not count:
             raise EOFError
-        place += count
+        offset += count
     view.release()
     return data

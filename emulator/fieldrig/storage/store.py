@@ -127,7 +127,7 @@ class MemoryStore:
         return self._saved[0] if self._saved else None
 
     def versions(self) -> Sequence[Version]:
-        return [Version(place, data) for place, data in zip(("memory", "memory" + PREVIOUS), self._saved, strict=False)]
+        return [Version(name, data) for name, data in zip(("memory", "memory" + PREVIOUS), self._saved, strict=False)]
 
     def save(self, data: bytes) -> None:
         self._saved = [data, *self._saved[:1]]

@@ -66,8 +66,8 @@ class Drawing:
         self._shapes: list[str] = []
 
     def rect(self, style: str, x: float, y: float, width: float, height: float, radius: int = 4) -> None:
-        place = f'x="{_px(x)}" y="{_px(y)}" width="{_px(width)}" height="{_px(height)}"'
-        self._shapes.append(f'<rect class="{style}" {place} rx="{radius}"/>')
+        at = f'x="{_px(x)}" y="{_px(y)}" width="{_px(width)}" height="{_px(height)}"'
+        self._shapes.append(f'<rect class="{style}" {at} rx="{radius}"/>')
 
     def dot(self, x: float, y: float, radius: float = 4) -> None:
         self._shapes.append(f'<circle class="dot" cx="{_px(x)}" cy="{_px(y)}" r="{_px(radius)}"/>')
@@ -81,8 +81,8 @@ class Drawing:
     def text(self, x: float, y: float, text: str, style: str = "", anchor: str = "start") -> None:
         """`anchor` is start, middle or end; `y` is the base line."""
         classes = f' class="{style}"' if style else ""
-        place = f'x="{_px(x)}" y="{_px(y)}"' + (' xml:space="preserve"' if "mono" in style else "")
-        self._shapes.append(f'<text {place} text-anchor="{anchor}"{classes}>{escape(text)}</text>')
+        at = f'x="{_px(x)}" y="{_px(y)}"' + (' xml:space="preserve"' if "mono" in style else "")
+        self._shapes.append(f'<text {at} text-anchor="{anchor}"{classes}>{escape(text)}</text>')
 
     def render(self, height: float) -> str:
         """The whole file, cut at this height."""

@@ -207,8 +207,8 @@ class Centre(ABC):
             self._awaited.pop(process_name, None)
             process.late_ns = None
         stations = process.stations
-        for place, telegram in telegrams:
-            station = stations[place] if place < len(stations) else None
+        for number, telegram in telegrams:
+            station = stations[number] if number < len(stations) else None
             if station is not None:
                 station.lay(telegram)
                 if self._patience_ns:

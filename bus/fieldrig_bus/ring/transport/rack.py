@@ -136,7 +136,7 @@ class Rack(ABC, Generic[C]):
 
     def _announce_stations(self) -> None:
         self.answering = tuple(station for station in self.stations.values() if station.addresses is not None)
-        for place, station in enumerate(self.stations.values()):
-            station.place = place
+        for number, station in enumerate(self.stations.values()):
+            station.place = number
         if self._announce is not None:
             self._announce([(name, station.addresses) for name, station in self.stations.items()])

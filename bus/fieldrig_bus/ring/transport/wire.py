@@ -25,8 +25,8 @@ with the places of the stations in their process."""
 def encode_back(sequence: int, instant_ns: int, telegrams: Iterable[tuple[int, bytes]]) -> bytes:
     """The answer of a process, as bytes."""
     message = _BACK.pack(sequence, instant_ns)
-    for place, telegram in telegrams:
-        message += _TELEGRAM.pack(place, len(telegram)) + telegram
+    for number, telegram in telegrams:
+        message += _TELEGRAM.pack(number, len(telegram)) + telegram
     return message
 
 
@@ -37,10 +37,10 @@ def decode_back(data: bytes) -> Back:
         telegrams: list[tuple[int, bytes]] = []
         end, length = _BACK.size, len(data)
         while end < length:
-            place, size = _TELEGRAM.unpack_from(data, end)
+            number, size = _TELEGRAM.unpack_from(data, end)
             start = end + _TELEGRAM.size
             end = start + size
-            telegrams.append((place, data[start:end]))
+            telegrams.append((number, data[start:end]))
     except struct.error as cause:
         raise ValueError("an answer is cut short") from cause
     if end > length:

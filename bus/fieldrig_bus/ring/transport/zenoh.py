@@ -190,19 +190,19 @@ class ZenohCarrier:
         return ZenohLine(endpoint.open_session({"mode": "peer", **places, **PATIENT, **TUNED}), at.process, rack)
 
     def hold(self, at: Attachment, centre: Centre) -> ZenohSpokes:
-        place = self._place(at)
-        if not endpoint.is_guarded(place):
+        address = self._place(at)
+        if not endpoint.is_guarded(address):
             remedy = f"set a token in the environment variable {TOKEN_VARIABLE}, or listen on 127.0.0.1"
-            raise BusError(f"{self.name}: {place} can be reached from other machines", remedy)
-        if endpoint.is_answered(place):
-            raise BusError(f"{self.name}: another program listens on {place}", "a ring has one master")
+            raise BusError(f"{self.name}: {address} can be reached from other machines", remedy)
+        if endpoint.is_answered(address):
+            raise BusError(f"{self.name}: another program listens on {address}", "a ring has one master")
         if self._endpoint is None:  # the rig's lock says that no living rig owns the folder
             remove_socket(at.path(f"{self.name}.zenoh"))
         try:
-            session = endpoint.open_session({"mode": "peer", "listen/endpoints": [place], **TUNED})
+            session = endpoint.open_session({"mode": "peer", "listen/endpoints": [address], **TUNED})
         except zenoh.ZError as cause:
             reason = str(cause).partition(" at /")[0]
-            raise BusError(f"{self.name}: cannot listen on {place}: {reason}", "choose another `endpoint`") from cause
+            raise BusError(f"{self.name}: cannot listen on {address}: {reason}", "choose another `endpoint`") from cause
         return ZenohSpokes(session, centre)
 
     def _place(self, at: Attachment) -> str:

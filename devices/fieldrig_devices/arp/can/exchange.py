@@ -132,8 +132,8 @@ class ExchangeSettings(Settings):
             log.warning("node-ID %d: only cards with node-IDs up to %d can send exchange channels", node_id, LAST_NODE)
         for sent in self.send if node_id <= LAST_NODE else ():
             values.update(_sending(sent, node_id))
-        for place, received in enumerate(self.receive):
-            values.update(_receiving(received, place))
+        for index, received in enumerate(self.receive):
+            values.update(_receiving(received, index))
         if self.starts_itself and (self.send or self.receive):
             values["1F80:00"] = 0
         if self.sync_ms:
@@ -153,8 +153,8 @@ def _sending(sent: Sent, node_id: int) -> Objects:
     }
 
 
-def _receiving(received: Received, place: int) -> Objects:
-    pdo = FIRST_PDO + place
+def _receiving(received: Received, index: int) -> Objects:
+    pdo = FIRST_PDO + index
     communication = f"{0x1400 + pdo:04X}"
     return {
         f"{communication}:01": CHANNEL_IDS[received.channel - 1] + received.node,

@@ -165,9 +165,9 @@ class ArpSettings(Settings):
     def claims(self, device: str) -> Iterator[Claim]:
         """Claims of the card.  `master of node-ID` is one of them, because a node answers only one master."""
         yield Claim("can", "node-ID", self.can_node_id, ("parameters", "general", int(Par.CAN_NODE_ID)))
-        for place, node_id in enumerate(self.io_nodes):
+        for index, node_id in enumerate(self.io_nodes):
             if node_id is not None:
-                yield Claim("can", "master of node-ID", node_id, ("io_nodes", place))
+                yield Claim("can", "master of node-ID", node_id, ("io_nodes", index))
         if self.terminal:
             node_id = self._general(Par.TERMINAL_NODE_ID)
             yield Claim("can", "master of node-ID", node_id, ("parameters", "general", int(Par.TERMINAL_NODE_ID)))

@@ -89,8 +89,8 @@ class _Checker:
             case tree.OnEvent():
                 self._on_event(node)
             case tree.Command():
-                for place, argument in enumerate(node.arguments):
-                    self._argument(argument, SIGNATURES[node.word].values[place])
+                for index, argument in enumerate(node.arguments):
+                    self._argument(argument, SIGNATURES[node.word].values[index])
 
     def _system(self, node: tree.System) -> None:
         if node.word == "@PAR":

@@ -76,8 +76,8 @@ def decode(data: bytes, report: Report = lambda _what, _done, _steps: None) -> A
 
 
 def _numbered(lines: list[str], report: Report) -> Iterator[tuple[int, str]]:
-    for place, line in enumerate(lines):
-        report("reading", place, len(lines))
+    for index, line in enumerate(lines):
+        report("reading", index, len(lines))
         match = _LINE.fullmatch(line)
         if match is None:
             raise ObjectError(f"a line of the object has no number: {line[:60]!r}")

@@ -159,11 +159,11 @@ class LineReader(ExpressionReader):
             raise LineError(self._token.column, what, str(signature))
         return Command(signature.word, tuple(arguments), number, column=column)
 
-    def _argument(self, signature: Signature, place: int) -> Argument:
+    def _argument(self, signature: Signature, index: int) -> Argument:
         token = self._token
-        if place >= len(signature.values):
+        if index >= len(signature.values):
             raise LineError(token.column, f"{token} is not expected here", str(signature))
-        value = signature.values[place]
+        value = signature.values[index]
         if value is Value.TEXT:
             if token.kind is not Kind.STRING:
                 raise LineError(token.column, f"{token} is no string", value.value)

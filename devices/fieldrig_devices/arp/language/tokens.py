@@ -56,25 +56,25 @@ _KINDS = {"system": Kind.SYSTEM, "word": Kind.WORD, "number": Kind.NUMBER, "stri
 def tokens(line: str) -> list[Token]:
     """The tokens of a line, the last of which is always END.  Raises LineError for an unexpected character."""
     words = []
-    place = 0
-    while place < len(line):
-        match = _TOKEN.match(line, place)
+    at = 0
+    while at < len(line):
+        match = _TOKEN.match(line, at)
         if match is None:
-            raise _unexpected(line, place)
+            raise _unexpected(line, at)
         if match.lastgroup == "end":
             break
         if match.lastgroup in _KINDS:
-            words.append(_token(_KINDS[match.lastgroup], match[0], place + 1))
-        place = match.end()
-    return [*words, Token(Kind.END, "", place + 1)]
+            words.append(_token(_KINDS[match.lastgroup], match[0], at + 1))
+        at = match.end()
+    return [*words, Token(Kind.END, "", at + 1)]
 
 
 def _token(kind: Kind, text: str, column: int) -> Token:
     return Token(kind, text[1:-1] if kind is Kind.STRING else text.upper(), column)
 
 
-def _unexpected(line: str, place: int) -> LineError:
-    if line[place] in '"“”„':
-        return LineError(place + 1, "the string has no end", "a closing quote on the same line")
-    shown = line[place] if line[place].isprintable() else f"U+{ord(line[place]):04X}"
-    return LineError(place + 1, f'"{shown}" has no meaning here', "printable ASCII; comments begin with ;")
+def _unexpected(line: str, at: int) -> LineError:
+    if line[at] in '"“”„':
+        return LineError(at + 1, "the string has no end", "a closing quote on the same line")
+    shown = line[at] if line[at].isprintable() else f"U+{ord(line[at]):04X}"
+    return LineError(at + 1, f'"{shown}" has no meaning here', "printable ASCII; comments begin with ;")

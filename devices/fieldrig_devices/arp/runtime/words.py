@@ -13,4 +13,4 @@ def packed(bits: Sequence[int]) -> int:
 
 
 def unpacked(raw: int) -> list[int]:
-    return [raw >> place & 1 for place in range(32)]
+    return [raw >> bit & 1 for bit in range(32)]

@@ -31,12 +31,12 @@ class Listing:
         Raises ValueError, which says what was expected, if there is none.
         """
         if text.isdecimal() and len(text) < 9:
-            place = bisect_left(self._executable, int(text))
-            if place == len(self._executable):
+            index = bisect_left(self._executable, int(text))
+            if index == len(self._executable):
                 raise ValueError(
                     f"there is no instruction at or after line {text}\nexpected a line up to {self._executable[-1]}"
                 )
-            return self._executable[place]
+            return self._executable[index]
         instructions = self._compiled.lowered.routines.get(text.upper())
         if instructions is None:
             known = ", ".join(self._compiled.lowered.routines)

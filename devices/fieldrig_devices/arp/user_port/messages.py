@@ -207,8 +207,8 @@ def values_in(data: bytes) -> list[int]:
 def packed_bits(bits: Sequence[int]) -> bytes:
     """Pack bits; the first is bit 0 of the first octet."""
     octets = (bits[first : first + 8] for first in range(0, len(bits), 8))
-    return bytes(sum(bit << place for place, bit in enumerate(octet)) for octet in octets)
+    return bytes(sum(bit << index for index, bit in enumerate(octet)) for octet in octets)
 
 
 def bits_in(data: bytes, count: int) -> list[int]:
-    return [data[place >> 3] >> (place & 7) & 1 for place in range(count)]
+    return [data[index >> 3] >> (index & 7) & 1 for index in range(count)]

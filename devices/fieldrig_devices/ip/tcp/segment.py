@@ -84,15 +84,15 @@ class Segment:
 
 def _mss(options: bytes) -> int | None:
     """Return the segment size in the options; None where there is none before their end or the first damaged one."""
-    place = 0
-    while place < len(options) and options[place] != _END:
-        if options[place] == _NO_OPERATION:
-            place += 1
+    offset = 0
+    while offset < len(options) and options[offset] != _END:
+        if options[offset] == _NO_OPERATION:
+            offset += 1
             continue
-        length = options[place + 1] if place + 1 < len(options) else 0
-        if length < 2 or place + length > len(options):
+        length = options[offset + 1] if offset + 1 < len(options) else 0
+        if length < 2 or offset + length > len(options):
             return None
-        if options[place] == _MSS and length == 4:
-            return int.from_bytes(options[place + 2 : place + 4], "big")
-        place += length
+        if options[offset] == _MSS and length == 4:
+            return int.from_bytes(options[offset + 2 : offset + 4], "big")
+        offset += length
     return None

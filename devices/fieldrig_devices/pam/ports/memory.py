@@ -24,13 +24,13 @@ class Memory:
     def read(self, word: int, count: int) -> list[int]:
         """Return words from number `word` on.  IndexError if one of them does not exist."""
         _check(word, count)
-        return [self.words[place] for place in range(word, word + count)]
+        return [self.words[cell] for cell in range(word, word + count)]
 
     def write(self, word: int, values: Sequence[int]) -> None:
         """Write words one after another.  IndexError, with nothing written, if one of them does not exist."""
         _check(word, len(values))
-        for place, value in enumerate(values, word):
-            self.words[place] = value
+        for cell, value in enumerate(values, word):
+            self.words[cell] = value
 
     def read_bytes(self, address: int, count: int, order: ByteOrder) -> bytes:
         """Return bytes from a byte address on.  IndexError if one of them does not exist."""

@@ -41,12 +41,12 @@ class Watches:
 
     def add(self, formula: Formula, item: int, on_change: OnChange) -> None:
         """Call `on_change` at each change of what the formula depends on."""
-        for place in self._of(formula, item):
-            place.append(on_change)
+        for waiting in self._of(formula, item):
+            waiting.append(on_change)
 
     def remove(self, formula: Formula, item: int, on_change: OnChange) -> None:
-        for place in self._of(formula, item):
-            place.remove(on_change)
+        for waiting in self._of(formula, item):
+            waiting.remove(on_change)
 
     def _of(self, formula: Formula, item: int) -> tuple[list[OnChange], ...]:
         known = self._places.get((formula.number, item))

@@ -57,13 +57,13 @@ def table(settings: SmartIoSettings) -> Table:
 
 def _places(terminal: str, modules: Iterable[int]) -> Iterator[Entry]:
     for module in modules:
-        for place, address in enumerate(addresses_of(module)):
-            yield {"address": POSITIONS * (module - 1) + place, "name": f"{terminal}{address}"}
+        for bit, address in enumerate(addresses_of(module)):
+            yield {"address": POSITIONS * (module - 1) + bit, "name": f"{terminal}{address}"}
 
 
 def _row(name: str, first: int, numbers: range) -> Iterator[Entry]:
-    for place, number in enumerate(numbers):
-        yield {"address": first + place, "name": name.format(number)}
+    for bit, number in enumerate(numbers):
+        yield {"address": first + bit, "name": name.format(number)}
 
 
 def _motors(count: int, *points: tuple[str, int, str]) -> Iterator[Entry]:

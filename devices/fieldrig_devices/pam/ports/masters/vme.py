@@ -102,8 +102,8 @@ class VmeMaster:
         """Give a command and return its acknowledge."""
         if not self._clears_command:
             yield Write(ACKNOWLEDGE, (Answer.NO_ACK,))
-        for place, value in enumerate(parameters, VME_PARAMETERS):
-            yield Write(place, (value,))
+        for word, value in enumerate(parameters, VME_PARAMETERS):
+            yield Write(word, (value,))
         yield Write(COMMAND, (command,))
         name = f"the acknowledge of {command.name}"
         answer = yield from wait_for(ACKNOWLEDGE, lambda value: value != Answer.NO_ACK, name, self._patience_ns)
@@ -152,8 +152,8 @@ class VmeMaster:
         if following == tail:
             return False
         block = input_block(key, index_on_wire(variable, index, self._first_item), variable.kind, value)
-        for place, word in enumerate(block, header.body + self._head * header.size):
-            yield Write(place, (word,))
+        for cell, word in enumerate(block, header.body + self._head * header.size):
+            yield Write(cell, (word,))
         yield Write(IN_HEADER + HEAD, (following,))
         self._head = following
         self._known.keep(variable, index, value)

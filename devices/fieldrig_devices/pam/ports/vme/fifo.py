@@ -42,8 +42,8 @@ class Fifo:
         if following == tail or tail >= BLOCKS:
             return False
         first = self._body + self.index * BLOCK_WORDS
-        for place, word in enumerate(block, first):
-            self._words[place] = word
+        for cell, word in enumerate(block, first):
+            self._words[cell] = word
         self._words[self._header + HEAD] = self.index = following
         return True
 
@@ -53,7 +53,7 @@ class Fifo:
         if head == self.index or head >= BLOCKS:
             return None
         first = self._body + self.index * BLOCK_WORDS
-        block = tuple(self._words[place] for place in range(first, first + BLOCK_WORDS))
+        block = tuple(self._words[cell] for cell in range(first, first + BLOCK_WORDS))
         self._words[self._header + TAIL] = self.index = (self.index + 1) % BLOCKS
         return block
 

@@ -50,7 +50,7 @@ def _memory() -> str:
         "\n".join(["typedef struct {", *(f"    short {field};" for field in fields), f"}} {name};"])
         for name, fields in _STRUCTURES.items()
     ]
-    cells = {name: str(VME_PANEL + 2 * place) for place, name in enumerate(_CELLS)}
+    cells = {name: str(VME_PANEL + 2 * index) for index, name in enumerate(_CELLS)}
     return "\n".join(
         (
             "/* Memory of the VME DualPort: every field has 16 bits. */\n",

@@ -135,7 +135,7 @@ class StartUp:
         return answer
 
     def _def_out(self) -> Answer:
-        crc, low, high = (self._words[VME_PARAMETERS + place] for place in range(3))
+        crc, low, high = (self._words[VME_PARAMETERS + word] for word in range(3))
         variable = self._owner.configure(crc, high << 16 | low)
         if variable is None:
             return Answer.BAD_CRC
@@ -168,8 +168,8 @@ class StartUp:
         return Answer.ACK_OK if is_complete else Answer.CDE_REJECTED
 
     def _give(self, *values: int) -> None:
-        for place, value in enumerate(values, PAM_PARAMETERS):
-            self._words[place] = value
+        for cell, value in enumerate(values, PAM_PARAMETERS):
+            self._words[cell] = value
 
 
 _CODES: Final = frozenset(Command)
