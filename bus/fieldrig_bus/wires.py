@@ -197,7 +197,7 @@ class WiresVirtual(_Wires):
 
 class WiresHub(_Wires):
     about: ClassVar[str] = "signals between devices and plants, in real time through a hub"
-    times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
 
     def __init__(self, name: str, settings: WiresHubSettings) -> None:
         super().__init__(name, settings)

@@ -128,6 +128,7 @@ class WiresZenohSettings(Settings):
 class WiresZenoh(WiresFamily, DirectBus[Signal]):
     about: ClassVar[str] = "signals between devices and plants, in real time over Zenoh, without a hub"
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    virtual_kind: ClassVar[str | None] = "wires.virtual"
 
     def __init__(self, name: str, settings: WiresZenohSettings) -> None:
         super().__init__(name, settings)

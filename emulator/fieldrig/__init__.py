@@ -29,6 +29,7 @@ __all__ = [
     "Link",
     "LiveRig",
     "LiveRigMaker",
+    "MasterRigMaker",
     "MemoryStore",
     "Mistake",
     "ModelBus",
@@ -63,7 +64,7 @@ if TYPE_CHECKING:
     from fieldrig.loop.background import Background
     from fieldrig.master_time.block import virtual_time
     from fieldrig.master_time.errors import VirtualTimeError
-    from fieldrig.pytest_plugin import LiveRigMaker, RigMaker
+    from fieldrig.pytest_plugin import LiveRigMaker, MasterRigMaker, RigMaker
     from fieldrig.real.live_rig import LiveRig
     from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey
     from fieldrig.storage.store import MemoryStore, Store, StoreError, restore
@@ -84,7 +85,7 @@ else:
             "fieldrig.master_time.errors": "VirtualTimeError",
             "fieldrig.real.live_rig": "LiveRig",
             "fieldrig.virtual.node": "EventNode",
-            "fieldrig.pytest_plugin": "LiveRigMaker RigMaker",
+            "fieldrig.pytest_plugin": "LiveRigMaker MasterRigMaker RigMaker",
             "fieldrig.virtual.rig": "Rig",
             "fieldrig.settings": "Claim ConfigFile Settings WrongKey",
             "fieldrig.storage.store": "MemoryStore Store StoreError restore",

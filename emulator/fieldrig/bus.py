@@ -226,6 +226,8 @@ class Bus(ABC, Generic[M]):
     no_faults: ClassVar[str] = ""
     """Why there is nothing that can fail, for a kind without faults."""
     times: ClassVar[frozenset[Time]]
+    virtual_kind: ClassVar[str | None] = None
+    """The kind that models this medium with `time: virtual`, where this kind has no model; it takes the same keys."""
     family: ClassVar[str]
     """The kind of its messages in traces: can, modbus, serial, wires, ring."""
     environment: ClassVar[Mapping[str, str]] = {}

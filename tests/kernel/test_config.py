@@ -99,24 +99,24 @@ FIVE_MISTAKES = """\
 time: virtual
 buses:
   can0: {kind: "config_kinds:CanLine", bitrat: 250000}
-  com1: {kind: serial.tcp, listen: "127.0.0.1:5000"}
+  can1: {kind: can.udp}
 devices:
   io:
     kind: "config_kinds:Node"
     node_id: 200
-    links: {can: can1}
+    links: {can: can2}
   press: {kind: canopen.nod, links: {can: can0}}
 """
 
 FIVE_MESSAGES = """\
 five.yaml:4: buses.can0.bitrat: there is no such key
     did you mean bitrate?
-five.yaml:5: buses.com1.kind: serial.tcp doesn't run with time: virtual
-    kinds that do: serial.virtual
+five.yaml:5: buses.can1.kind: can.udp doesn't run with time: virtual
+    kinds that do: can.hub, can.virtual
 five.yaml:9: devices.io.node_id: 200 doesn't fit
     expected a whole number from 1 to 127 (number on the bus)
-five.yaml:10: devices.io.links.can: there is no bus "can1"
-    did you mean can0?
+five.yaml:10: devices.io.links.can: there is no bus "can2"
+    did you mean can1?
 five.yaml:11: devices.press.kind: there is no kind "canopen.nod"
     did you mean canopen.node?"""
 

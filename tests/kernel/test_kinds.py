@@ -120,4 +120,4 @@ def test_every_installed_kind_is_listed_with_a_line_about_it() -> None:
 
 
 def test_buses_are_found_by_time_and_family() -> None:
-    assert kinds.bus_kinds_for("virtual", "wires") == ["wires.virtual"]
+    assert kinds.bus_kinds_for("virtual", "wires") == ["wires.hub", "wires.virtual"]

@@ -41,6 +41,7 @@ DURATION = "expected a duration in whole nanoseconds, such as 10 \\* MS"
 WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
     "run_until": [
         ((5 * MS,), (r"run_until cannot go back to 0.005 s: the rig is at 0.02 s", r"run_for\(10 \* MS\)")),
+        ((30 * MS, 5), (r"run_until cannot call 5", "expected a function without arguments")),
         ((-1,), (r"run_until cannot go back to -0.000000001 s", r"run_for\(10 \* MS\)")),
         ((1.5,), ("time is a whole number of nanoseconds, not 1.5", r"round\(seconds")),
         (("10",), ("time is a whole number of nanoseconds, not '10'", r"round\(seconds")),
@@ -61,6 +62,10 @@ WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
         (("dice",), ("the rig already has a member 'dice'", "choose another name")),
         ((5,), (r"a member cannot be called 5", "expected a name")),
         (("",), (r"a member cannot be called ''", "expected a name")),
+    ],
+    "detach": [
+        (("dice",), ("'dice' is not attached", "")),
+        ((5,), (r"5 is not attached", "")),
     ],
     "keys": [
         (("dise",), NO_DEVICE),
@@ -124,7 +129,7 @@ def test_every_call_of_a_rig_has_its_mistakes() -> None:
 def test_a_wrong_argument_is_answered(rig: Rig, call: str, arguments: tuple[Any, ...], what: str, remedy: str) -> None:
     with pytest.raises(RigError, match=f"(?s){what}.*{remedy}") as wrong:
         getattr(rig, call)(*arguments)
-    assert isinstance(wrong.value, ArgumentError | ControlError) or call == "attach"
+    assert isinstance(wrong.value, ArgumentError | ControlError) or call in ("attach", "detach")
     assert (rig.now_ns, rig.get("dice/throws"), rig.faults("can0"), rig.faults("dice")) == (20 * MS, 3, {}, {})
 
 
@@ -138,7 +143,7 @@ def test_a_closed_rig_does_nothing_any_more(call: str) -> None:
         pass
     right: dict[str, tuple[Any, ...]] = {
         "run_until": (S,), "run_for": (S,), "until": (lambda: False, S), "attach": ("bench",), "keys": ("dice",),
-        "on_change": ("dice/throws", print),
+        "on_change": ("dice/throws", print), "detach": ("bench",),
         "get": ("dice/throws",), "set": ("dice/throws", 1), "answer": ("dice", "rethrow", {"times": 1}),
         "statistics": ("can0",), "conditions": ("can0",), "add_fault": ("can0", {"what": "drop"}),
         "clear_fault": ("can0", 1), "faults": ("can0",),

@@ -66,7 +66,7 @@ class ModbusAsciiSettings(ModbusLineSettings):
 
 
 class _ModbusLine(ModbusBus):
-    times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
     fault_models = LINE_MODELS
     mode: ClassVar[Mode]
 

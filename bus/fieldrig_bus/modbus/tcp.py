@@ -82,7 +82,7 @@ class ModbusTcpSettings(HubSettings):
 
 class ModbusTcp(ModbusBus):
     about: ClassVar[str] = "Modbus TCP: any client can reach the devices of this bus"
-    times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
     fault_models = TCP_MODELS
     serves_outsiders: ClassVar[bool] = True
 

@@ -47,7 +47,7 @@ class SerialBus(ModelBus[SerialMessage]):
 
     family: ClassVar[str] = "serial"
     messages: ClassVar[tuple[type, ...]] = (bytes, ControlLines, Format, Break)
-    times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
     fault_models = MODELS
     settings: Any
 

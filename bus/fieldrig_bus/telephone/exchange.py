@@ -57,7 +57,7 @@ def member_of(entry: OutgoingSettings) -> str:
 
 class TelephoneExchange(TelephoneBus):
     about: ClassVar[str] = "a telephone network for modems, with calls over TCP"
-    times: ClassVar[frozenset[Time]] = frozenset({"real"})
+    times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
     settings: TelephoneExchangeSettings
 
     def __init__(self, name: str, settings: TelephoneExchangeSettings) -> None:

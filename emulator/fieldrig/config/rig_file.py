@@ -229,7 +229,8 @@ class _Loader:
         cls = self._found(path, keys.kind, lambda: kinds.find_bus(keys.kind))
         if cls is None:
             return None
-        if self._time is not None and self._time not in cls.times:
+        is_replaced = self._time == "virtual" and cls.virtual_kind is not None
+        if self._time is not None and self._time not in cls.times and not is_replaced:
             remedy = _fitting_kinds(self._time, cls.family)
             self._mistake((*path, "kind"), f"{keys.kind} doesn't run with time: {self._time}", remedy)
         model = self._found(path, keys.kind, lambda: kinds.settings_model(cls))
@@ -237,7 +238,8 @@ class _Loader:
         if settings is None:
             return None
         try:
-            return BusEntry(name, keys.kind, cls(name, settings), keys.process, members)
+            bus = _in_virtual_time(cls, name, settings) if is_replaced else cls(name, settings)
+            return BusEntry(name, keys.kind, bus, keys.process, members)
         except (RigError, ValueError) as wrong:
             self._mistake(path, *described(wrong))
             return None
@@ -351,6 +353,15 @@ def _rig_name(keys: RigKeys, path: Path) -> str:
 
 def _run_folder(keys: RigKeys, path: Path) -> Path:
     return Path(keys.run) if keys.run is not None else Path("run") / _rig_name(keys, path)
+
+
+def _in_virtual_time(cls: type[Bus[Any]], name: str, settings: Settings) -> Bus[Any]:
+    """Return a bus of the kind that models this one in virtual time, with those of the settings that it knows."""
+    assert cls.virtual_kind is not None
+    stand_in = kinds.find_bus(cls.virtual_kind)
+    model = kinds.settings_model(stand_in)
+    known = {key: getattr(settings, key) for key in settings.model_fields_set if key in model.model_fields}
+    return stand_in(name, model.model_construct(**known))
 
 
 def described(wrong: Exception) -> tuple[str, str]:

@@ -17,7 +17,7 @@ def activate(scheduler: Scheduler | None) -> None:
 
 
 def any_scheduler() -> Scheduler | None:
-    """Return the scheduler of the block, whoever asks; None outside of a block."""
+    """Return the scheduler of the block, also to threads that are no members; None outside of a block."""
     return _active
 
 

@@ -12,6 +12,7 @@ from typing import Any, Final
 from fieldrig.master_time.active import activate, any_scheduler
 from fieldrig.master_time.clocks import clock_swaps
 from fieldrig.master_time.descriptors import descriptor_swaps, selector_methods
+from fieldrig.master_time.doors import RigDoors, addresses_of
 from fieldrig.master_time.errors import VirtualTimeError
 from fieldrig.master_time.locks import Lock
 from fieldrig.master_time.network import Network, SocketStandIns
@@ -34,8 +35,8 @@ def virtual_time(
 ) -> Iterator[Rig]:
     """Run the body, and all threads that it starts, in the virtual time of the rig.
 
-    Waiting takes no real time, and each run gives the same bytes.  With `jitter`, wake-ups are late by up to so many
-    seconds, by chance from `seed`, as on a busy host.  VirtualTimeError for what cannot be in virtual time: at once,
+    Waiting takes no real time, and each run gives the same bytes.  With `jitter`, wake-ups are late by up to this time,
+    in seconds, by chance from `seed`, as on a busy host.  VirtualTimeError for what cannot be in virtual time: at once,
     after `limit_s` seconds of virtual time, or when a thread has computed for `patience_s` seconds of real time.
     """
     if threading.current_thread() is not threading.main_thread():
@@ -43,14 +44,19 @@ def virtual_time(
     if any_scheduler() is not None:
         raise VirtualTimeError("this process is in virtual time already")
     scheduler, swaps, network = Scheduler(rig, limit_s, jitter, seed), Swaps(), Network()
-    watchdog = Watchdog(scheduler, patience_s)
+    watchdog, doors = Watchdog(scheduler, patience_s), None
     try:
         _swap(swaps, network)
         activate(scheduler)
+        doors = scheduler.doors = RigDoors(scheduler)
+        network.rig_addresses = addresses_of(rig)
+        doors.open()
         yield rig
     finally:
         try:
             scheduler.end()
+            if doors is not None:
+                doors.close()
         finally:
             watchdog.close()
             activate(None)

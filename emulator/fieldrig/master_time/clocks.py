@@ -21,7 +21,7 @@ SHIFTS_NS: Final = {
     "monotonic": MONOTONIC_NS,
     "perf_counter": MONOTONIC_NS,
 }
-"""What the clocks show at the instant 0 of the rig."""
+"""The readings of the clocks at the instant 0 of the rig."""
 CLOCK_IDS: Final = {
     getattr(time, name): shift_ns
     for name, shift_ns in {

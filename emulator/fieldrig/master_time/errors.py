@@ -1,4 +1,4 @@
-"""What ends a master in virtual time."""
+"""The errors that end a master in virtual time."""
 
 from fieldrig.errors import RigError
 

@@ -80,7 +80,7 @@ def _wait_outside(lock: "_thread.LockType") -> None:
 def _check(blocking: bool, timeout: float) -> None:
     """Raise what the lock of the system raises for wrong arguments."""
     if not blocking and timeout != -1:
-        raise ValueError("can't specify a timeout for a non-blocking call")
+        raise ValueError("cannot specify a timeout for a non-blocking call")
     if timeout < 0 and timeout != -1:
         raise ValueError("timeout value must be a non-negative number")
     if timeout > _thread.TIMEOUT_MAX:

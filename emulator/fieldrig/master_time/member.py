@@ -13,8 +13,8 @@ class Member:
     """A thread that runs only while it has the baton."""
 
     __slots__ = (
-        "baton", "error", "ident", "is_done", "is_lost", "is_notified", "is_waiting", "joiners", "name", "native",
-        "reads", "ready", "refused", "turn",
+        "baton", "error", "ident", "is_delayed", "is_done", "is_lost", "is_notified", "is_waiting", "joiners", "name",
+        "native", "reads", "ready", "refused", "turn",
     )  # fmt: skip
 
     def __init__(self, name: str) -> None:
@@ -27,6 +27,8 @@ class Member:
         self.is_lost = False
         """True if it was given up, because it would not hand on the baton; it has no turn any more."""
         self.is_waiting = self.is_notified = False
+        self.is_delayed = False
+        """True from when it was woken until it wakes up late, by jitter."""
         self.turn = 0
         """Counts its waits, so that an old timer does not end a new wait."""
         self.ready: Callable[[], bool] | None = None
@@ -36,6 +38,6 @@ class Member:
         self.reads = 0
         """Looks at the clock since it last waited."""
         self.refused = 0
-        """How often it was told that the block is over."""
+        """The number of waits that the end of the block has refused."""
         self.error: BaseException | None = None
-        """What it has to raise when it has the baton again."""
+        """The error that it has to raise when it has the baton again."""

@@ -47,7 +47,7 @@ class Network:
 
     def __init__(self) -> None:
         self._listening: dict[Address, tuple[ref[socket.socket], bytes]] = {}
-        """Who listens at an address, and the name of the socket behind it."""
+        """The socket that listens at each address, and the name of the socket behind it."""
         self._addresses: WeakKeyDictionary[socket.socket, tuple[Any, Any]] = WeakKeyDictionary()
         """The own address of each socket, and that of its peer."""
         self._free = itertools.cycle(range(FIRST_FREE, LAST_FREE + 1))

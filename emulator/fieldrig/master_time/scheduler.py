@@ -125,11 +125,23 @@ class Scheduler:
             self._wait(self._at_turn(), self.rig.now_ns + READ_NS, None, None)
 
     def wake(self, member: Member, is_notified: bool = True) -> None:
-        """Let a member that waits run on, after all others that can run already."""
-        if not member.is_waiting:
+        """Let a member that waits run on, after all others that can run already.
+
+        With jitter, what comes from outside the master wakes it late.
+        """
+        if not member.is_waiting or member.is_delayed:
             return
-        member.is_waiting, member.is_notified = False, is_notified
+        member.is_notified = is_notified
         self._forget_descriptors(member)
+        if self._jitter_ns and self.place is not Place.MEMBER:
+            member.is_delayed = True
+            member.turn += 1
+            self._set_timer(member, self.rig.now_ns)
+        else:
+            self._run(member)
+
+    def _run(self, member: Member) -> None:
+        member.is_waiting = member.is_delayed = False
         self._runnable.append(member)
 
     def wake_one(self, queue: deque[Member]) -> None:
@@ -159,7 +171,7 @@ class Scheduler:
         return me.is_notified
 
     def _set_timer(self, me: Member, until_ns: int) -> None:
-        if self._jitter_ns and until_ns > self.rig.now_ns:
+        if self._jitter_ns:
             until_ns += self._random.randrange(self._jitter_ns + 1)
         self._orders += 1
         heapq.heappush(self._timers, (until_ns, self._orders, me, me.turn))
@@ -231,7 +243,7 @@ class Scheduler:
         if isinstance(error, VirtualTimeError) and self.failure is None:
             self.failure = error
         main.error = error
-        main.is_waiting = False
+        main.is_waiting = main.is_delayed = False
         main.turn += 1
         self._forget_descriptors(main)
         if main in self._runnable:
@@ -245,7 +257,9 @@ class Scheduler:
             if not self._runnable:
                 self._pass_time()
         if self._is_main_wanted:
-            self.wake(self.main, False)
+            if self.main.is_waiting:
+                self._forget_descriptors(self.main)
+                self._run(self.main)
             if self.main in self._runnable:
                 self._runnable.remove(self.main)
                 return self.main
@@ -259,9 +273,11 @@ class Scheduler:
                 self.doors.look()
             finally:
                 self.place = Place.MEMBER
+        self.place = Place.RIG
         for member in list(self._polled):
             if member.ready is not None and member.ready():
                 self.wake(member)
+        self.place = Place.MEMBER
 
     def _pass_time(self) -> None:
         rig, wake_ns, doors_ns = self.rig, self._wake_ns(), self.doors.next_ns() if self.doors is not None else None
@@ -286,7 +302,7 @@ class Scheduler:
         rig = self.rig
         if rig.next_ns() is None:
             raise self._standstill("all threads wait forever, and nothing is left to happen in the rig")
-        if not self._polled and not rig.is_heard:
+        if not self._polled and rig.clients.are_alone:
             raise self._standstill("all threads wait forever, and nothing in the rig can wake one of them")
         return rig.now_ns + FOREVER_NS
 
@@ -301,7 +317,8 @@ class Scheduler:
         while timers and timers[0][0] <= now_ns:
             _, _, member, turn = heapq.heappop(timers)
             if _is_current(member, turn):
-                self.wake(member, False)
+                self._forget_descriptors(member)
+                self._run(member)
 
     def _forget_descriptors(self, member: Member) -> None:
         if member.ready is not None:
@@ -357,8 +374,9 @@ class Scheduler:
             if len(self.alive) == 1:
                 return
             for member in list(self.alive):
-                if member is not self.main:
-                    self.wake(member, False)
+                if member is not self.main and member.is_waiting:
+                    self._forget_descriptors(member)
+                    self._run(member)
             self.give_way()
 
     def report(self) -> str:

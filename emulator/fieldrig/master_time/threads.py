@@ -11,7 +11,7 @@ from fieldrig.master_time.active import seeing_scheduler, waiting_scheduler
 from fieldrig.master_time.errors import EndedError, VirtualTimeError
 from fieldrig.master_time.member import Member
 from fieldrig.master_time.places import where
-from fieldrig.master_time.scheduler import Scheduler
+from fieldrig.master_time.scheduler import Place, Scheduler
 
 _members: WeakKeyDictionary[threading.Thread, tuple[Scheduler, Member]] = WeakKeyDictionary()
 """The members that threads are."""
@@ -49,6 +49,8 @@ class ThreadStandIns:
         return made
 
     def _member(self, scheduler: Scheduler, function: Callable[..., Any]) -> Member:
+        if scheduler.place is Place.DOORS:
+            raise refused(scheduler, "this port of the rig needs a thread of real time")
         self._count += 1
         owner = getattr(function, "__self__", None)
         if not isinstance(owner, threading.Thread):

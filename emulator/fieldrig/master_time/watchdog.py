@@ -58,9 +58,11 @@ class Watchdog:
         while not self._is_over.wait(LOOK_S):
             scheduler, now_s = self._scheduler, _real_monotonic()
             at, member = (scheduler.switches, scheduler.rig.now_ns), scheduler.running
+            if scheduler.place is Place.DOORS:
+                member = scheduler.members.get(scheduler.worker, member)
             is_asleep, ticks_now = _state(member.native)
             frame = sys._current_frames().get(member.ident)
-            if at != seen or scheduler.place is not Place.MEMBER or is_debugged(frame):
+            if at != seen or scheduler.place is Place.RIG or is_debugged(frame):
                 seen, since_s, asleep_s, ticks = at, now_s, now_s, ticks_now
                 continue
             if not is_asleep or ticks_now != ticks:

@@ -72,8 +72,8 @@ class Rig:
         self._outbox = Outbox(self.buses)
         """The outbox of all nodes in this process."""
         self._outside: dict[str, EventNode] = {}
-        self._clients: dict[str, list[str]] = {}
-        """The members from outside that came in by a port, with their buses."""
+        self.clients = Clients(self)
+        """The clients of ports, in a block of `virtual_time`."""
         self._here: dict[str, EventNode] = {}
         """The devices and outside members that react in this process."""
         self._elsewhere: dict[str, RemoteNode] = {}
@@ -164,48 +164,10 @@ class Rig:
             raise ArgumentError(f"a member cannot be called {shown(member)}", 'expected a name, such as "master"')
         if member in self._nodes or member in self._outside:
             raise RigError(f"the rig already has a member {member!r}", "choose another name")
-        node = EventNode(member, self.now_ns, Outbox(self.buses))
-        self._outside[member] = self._here[member] = node
-        self._next_of[member] = NEVER_NS
+        node = self._add(member)
         for model in self._models.values():
             model.join(member)
         return node
-
-    def join(self, member: str, bus: str) -> EventNode:
-        """Add a client from outside to one bus, and return its node; it is a member of no other bus.
-
-        ControlError for an unknown bus, and RigError if this bus has the member already.
-        """
-        model = self._model(bus)
-        node = self._outside.get(member)
-        if member in self._nodes or (
-            node is not None and (member not in self._clients or bus in self._clients[member])
-        ):
-            raise RigError(f"the bus {bus!r} already has a member {member!r}", "choose another name")
-        if node is None:
-            node = self._outside[member] = self._here[member] = EventNode(member, self.now_ns, Outbox(self.buses))
-            self._next_of[member], self._clients[member] = NEVER_NS, []
-        self._clients[member].append(bus)
-        model.join(member)
-        return node
-
-    def leave(self, member: str, bus: str) -> None:
-        """Remove a client from a bus, with what it has sent and waits for the bus."""
-        self._take_from_outside()
-        self._clients[member].remove(bus)
-        self._model(bus).leave(member)
-        if not self._clients[member]:
-            del self._outside[member], self._here[member], self._next_of[member], self._clients[member]
-            self._earliest_ns = min(self._next_of.values(), default=NEVER_NS)
-
-    @property
-    def is_heard(self) -> bool:
-        """True if what happens in the rig may call something outside, other than a port."""
-        return self.on_delivery is not None or bool(self._watches) or len(self._outside) > len(self._clients)
-
-    def waiting(self, member: str, bus: str) -> int:
-        """Return how many messages of a member wait on a bus to be sent."""
-        return self._model(bus).waiting(member)
 
     def detach(self, member: str) -> None:
         """Remove a member that was attached, with its timers and with what it has sent and waits for its bus."""
@@ -213,8 +175,7 @@ class Rig:
         if not isinstance(member, str) or member not in self._outside:
             raise RigError(f"{shown(member)} is not attached", closest(str(member), list(self._outside)))
         self._take_from_outside()
-        del self._outside[member], self._here[member], self._next_of[member]
-        self._earliest_ns = min(self._next_of.values(), default=NEVER_NS)
+        self._remove(member)
         for model in self._models.values():
             model.leave(member)
 
@@ -373,6 +334,15 @@ class Rig:
                 self._models[bus].power_lost(now_ns, device)
         self._nodes[device].switch(now_ns, is_on)
         self._step([device], now_ns, {})
+
+    def _add(self, member: str) -> EventNode:
+        node = self._outside[member] = self._here[member] = EventNode(member, self.now_ns, Outbox(self.buses))
+        self._next_of[member] = NEVER_NS
+        return node
+
+    def _remove(self, member: str) -> None:
+        del self._outside[member], self._here[member], self._next_of[member]
+        self._earliest_ns = min(self._next_of.values(), default=NEVER_NS)
 
     def _looked_at(self, condition: Callable[[], T], readings: Readings) -> T:
         self._readings = readings
@@ -579,6 +549,55 @@ class Rig:
                 self._gather(node.outbox)
             self._earliest_ns = min(self._next_of.values())
             self._hand_in(self.now_ns)
+
+
+class Clients:
+    """The clients of the ports of a rig: members from outside, each at one bus or several.
+
+    They have the names that they have in real time, such as `tcp:1`, so a name may be at several buses.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig = rig
+        self._buses: dict[str, list[str]] = {}
+        """The buses of each client."""
+
+    @property
+    def are_alone(self) -> bool:
+        """True if whatever happens in the rig calls nothing outside but these clients."""
+        rig = self._rig
+        return rig.on_delivery is None and not rig._watches and len(rig._outside) == len(self._buses)
+
+    def has(self, member: str, bus: str) -> bool:
+        """True if no client of this name can join the bus."""
+        rig = self._rig
+        is_other = member in rig._nodes or (member in rig._outside and member not in self._buses)
+        return is_other or bus in self._buses.get(member, ())
+
+    def join(self, member: str, bus: str) -> EventNode:
+        """Add a client to a bus.  ControlError for an unknown bus, RigError if it has a member of this name."""
+        rig = self._rig
+        model = rig._model(bus)
+        if self.has(member, bus):
+            raise RigError(f"the bus {bus!r} already has a member {member!r}", "choose another name")
+        node = rig._outside.get(member) or rig._add(member)
+        self._buses.setdefault(member, []).append(bus)
+        model.join(member)
+        return node
+
+    def leave(self, member: str, bus: str) -> None:
+        """Remove a client from a bus, with what it has sent and waits for the bus."""
+        rig, buses = self._rig, self._buses[member]
+        rig._take_from_outside()
+        buses.remove(bus)
+        rig._model(bus).leave(member)
+        if not buses:
+            del self._buses[member]
+            rig._remove(member)
+
+    def waiting(self, member: str, bus: str) -> int:
+        """Return how many messages of a client wait to be sent."""
+        return self._rig._model(bus).waiting(member)
 
 
 def _unknown(sort: str, name: str, known: Iterable[str], other_sort: str, others: Iterable[str]) -> ControlError:

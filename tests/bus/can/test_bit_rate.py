@@ -19,8 +19,8 @@ from fieldrig_bus.can.faulty_link import FaultyLink
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.hub import CanHub, CanHubSettings
 from fieldrig_bus.can.model import CanBusModel
-from fieldrig_bus.can.model_bus import CanSettings
 from fieldrig_bus.can.notices import BitRate, CanControl, CanError, CanState, use_bit_rate
+from fieldrig_bus.can.outsiders import OutsidersSettings
 from fieldrig_bus.can.virtual import CanVirtual
 
 FRAME = CanFrame(0x123, b"\x55")
@@ -28,7 +28,7 @@ WRONG = BitRate(250_000)
 
 
 def bus(bitrate: int | None = 1_000_000, **settings: Any) -> CanBusModel:
-    model = CanVirtual("can0", CanSettings.model_validate({"bitrate": bitrate, **settings})).model()
+    model = CanVirtual("can0", OutsidersSettings.model_validate({"bitrate": bitrate, **settings})).model()
     model.begin(0, Random(7))
     for member in ("a", "b", "c"):
         model.join(member)

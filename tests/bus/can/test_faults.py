@@ -13,8 +13,8 @@ from fieldrig_bus.can.codec import CanMessage
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.given_fault import MODELS
 from fieldrig_bus.can.model import CanBusModel
-from fieldrig_bus.can.model_bus import CanSettings
 from fieldrig_bus.can.notices import BusState, CanError, CanState, FaultNote
+from fieldrig_bus.can.outsiders import OutsidersSettings
 from fieldrig_bus.can.virtual import CanVirtual
 
 SHORT = CanFrame(0)
@@ -22,7 +22,7 @@ LATER = 10 * S
 
 
 def bus(*faults: dict[str, Any], bitrate: int | None = 1_000_000, seed: int = 7) -> CanBusModel:
-    model = CanVirtual("can0", CanSettings.model_validate({"bitrate": bitrate, "faults": list(faults)})).model()
+    model = CanVirtual("can0", OutsidersSettings.model_validate({"bitrate": bitrate, "faults": list(faults)})).model()
     model.begin(0, Random(f"{seed}/can0"))
     for member in ("a", "b", "c"):
         model.join(member)

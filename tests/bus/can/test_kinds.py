@@ -11,7 +11,7 @@ from fieldrig.clock import S
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.hub import CanHub, CanHubSettings
 from fieldrig_bus.can.lawicel import LawicelPort
-from fieldrig_bus.can.model_bus import CanSettings
+from fieldrig_bus.can.outsiders import OutsidersSettings
 from fieldrig_bus.can.socketcand import SocketcandPort
 from fieldrig_bus.can.virtual import CanVirtual
 
@@ -27,7 +27,7 @@ def lines(bus: CanHub) -> list[str]:
 
 
 def test_a_bus_has_500_kbit_s_by_default() -> None:
-    model = CanVirtual("can0", CanSettings()).model()
+    model = CanVirtual("can0", OutsidersSettings()).model()
     model.join("a")
     model.join("b")
     model.submit(0, "a", CanFrame(0))
@@ -86,7 +86,7 @@ def test_python_can_joins_by_slcan() -> None:
     }
 
 
-@pytest.mark.parametrize("bus", [hub(), hub(slcan={"path": "can0"}), CanVirtual("can0", CanSettings())])
+@pytest.mark.parametrize("bus", [hub(), hub(slcan={"path": "can0"}), CanVirtual("can0", OutsidersSettings())])
 def test_python_can_has_no_arguments_when_it_cannot_join(bus: CanHub | CanVirtual) -> None:
     assert bus.python_can() is None
 

@@ -17,7 +17,7 @@ from fieldrig.link import Link
 from fieldrig.testing import free_port
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.hub import CanHub, CanHubSettings
-from fieldrig_bus.can.model_bus import CanSettings
+from fieldrig_bus.can.outsiders import OutsidersSettings
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.can.udp import CanUdp, CanUdpSettings
 from fieldrig_bus.can.virtual import CanVirtual
@@ -42,7 +42,7 @@ class VirtualWire:
     carries_fd = True
 
     def __init__(self) -> None:
-        self.bus = CanVirtual("can0", CanSettings(bitrate=500_000, data_bitrate=2_000_000))
+        self.bus = CanVirtual("can0", OutsidersSettings(bitrate=500_000, data_bitrate=2_000_000))
         self.model, self.now_ns = self.bus.model(), 0
         self._links: dict[str, VirtualLink] = {}
         self.a, self.b, self.c = self._join("a"), self._join("b"), self._join("c")

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from fieldrig.bus import Attachment
 from fieldrig_bus.ring.pam.cycle_wire import decode_alike, decode_spread
@@ -27,6 +27,7 @@ class NodeRack(SpreadRack[Cycle]):
 class PamRingStar(PamRingFamily, StarBus[RingMessage]):
     """A PAM's ring in real time; a subclass says what carries it."""
 
+    virtual_kind: ClassVar[str | None] = "pamring.virtual"
     settings: PamRingStarSettings
 
     def make_centre(self, at: Attachment, handler: Callable[[Any], None], loop: asyncio.AbstractEventLoop) -> PamStar:

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from fieldrig.bus import Attachment
 from fieldrig_bus.ring.sercos.cycle_wire import CYCLE_HEAD, decode_spread
@@ -34,6 +34,7 @@ class DriveRack(SpreadRack[Cycle]):
 class RingStar(SercosFamily, StarBus[RingMessage]):
     """A SERCOS ring in real time; a subclass says what carries it."""
 
+    virtual_kind: ClassVar[str | None] = "ring.virtual"
     settings: RingStarSettings
 
     def make_centre(self, at: Attachment, handler: Callable[[Any], None], loop: asyncio.AbstractEventLoop) -> Star:

@@ -1,0 +1,57 @@
+"""The interface `fieldrig` of python-can: `can.Bus(interface="fieldrig", channel="can0")`, by the name in the rig file.
+
+In a block of `virtual_time` it is an end of the bus itself.  Otherwise it needs a rig that runs in real time.
+Source: python-can 4.6, "Developer's overview".  Left out: error frames, and echoes of own frames.
+"""
+
+from typing import Any
+
+import can
+
+from fieldrig.errors import RigError
+from fieldrig.master_time.clocks import EPOCH_NS
+from fieldrig.master_time.door import Door
+from fieldrig_bus.can.codec import CanMessage
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.python_can import from_python_can, to_python_can
+
+NS: float = 1e-9
+
+
+class FieldrigBus(can.BusABC):
+    """One end of a CAN bus of the rig."""
+
+    def __init__(self, channel: Any, can_filters: Any = None, **options: Any) -> None:
+        """`channel` is the name of a bus in the rig file.  CanInitializationError if there is no such CAN bus."""
+        try:
+            self._door: Door[CanMessage] = Door(str(channel), "python-can", is_wanted=_is_frame)
+        except RigError as wrong:
+            raise can.CanInitializationError(str(wrong)) from wrong
+        self.channel_info = f"fieldrig {channel}"
+        super().__init__(channel, can_filters)
+        self._can_protocol = can.CanProtocol.CAN_FD if options.get("fd") else can.CanProtocol.CAN_20
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Send a message.  CanOperationError for one that this bus cannot carry."""
+        try:
+            self._door.send(from_python_can(msg))
+        except (TypeError, ValueError) as wrong:
+            raise can.CanOperationError(str(wrong)) from wrong
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        received = self._door.receive(timeout)
+        if received is None:
+            return None, False
+        instant_ns, frame = received
+        assert isinstance(frame, CanFrame)
+        message = to_python_can(frame)
+        message.timestamp, message.channel = (EPOCH_NS + instant_ns) * NS, self.channel_info
+        return message, False
+
+    def shutdown(self) -> None:
+        super().shutdown()
+        self._door.close()
+
+
+def _is_frame(message: CanMessage) -> bool:
+    return isinstance(message, CanFrame)

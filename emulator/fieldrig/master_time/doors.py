@@ -1,0 +1,202 @@
+"""The ports of a rig, served in virtual time to the members of a block.
+
+A port is the same code as in real time.  It runs in an event loop of asyncio that never waits: the thread that lets
+time pass runs it until it has nothing left to do at this instant.  Messages from the bus are handled there as well, and
+not while the rig runs, because a port may use its loop.  What a port gives to other threads is done at once instead.
+"""
+
+import asyncio
+import selectors
+from collections import deque
+from collections.abc import Callable, Coroutine, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, Final
+
+from fieldrig.bus import Port
+from fieldrig.clock import S, Timer, VirtualClock, Watchdog
+from fieldrig.link import Link
+from fieldrig.loop.pace import Pace
+from fieldrig.master_time.errors import VirtualTimeError
+from fieldrig.master_time.scheduler import Scheduler
+from fieldrig.system.own_files import part_of
+from fieldrig.virtual.node import NodeLink
+from fieldrig.virtual.rig import Rig
+
+MOST_LOOKS: Final = 10_000
+"""Rounds at one instant after which ports and clients are taken for an endless exchange."""
+_select = selectors.DefaultSelector.select
+_get_running_loop, _set_running_loop = asyncio._get_running_loop, asyncio._set_running_loop
+
+
+class _IdleSelector(selectors.DefaultSelector):
+    """Never waits, and notes how long the loop would have waited."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.on_idle: Callable[[float | None], None] = lambda _: None
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        found = _select(self, 0)
+        if not found and timeout != 0:
+            self.on_idle(timeout)
+        return found
+
+    def has_events(self) -> bool:
+        return bool(_select(self, 0))
+
+
+class _AtOnce(ThreadPoolExecutor):
+    """Does its jobs in the thread that submits them."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        done: Future[Any] = Future()
+        try:
+            done.set_result(fn(*args, **kwargs))
+        except Exception as fault:  # noqa: BLE001  the caller gets it
+            done.set_exception(fault)
+        return done
+
+
+class DoorHub:
+    """One bus, as its ports see it."""
+
+    def __init__(self, doors: "RigDoors", bus: str) -> None:
+        self._doors, self._bus = doors, bus
+        self.clock = doors.clock
+        self.pace: Pace | None = None
+
+    def join(self, member: str) -> Link[Any]:
+        """ValueError if the bus has a member of this name."""
+        rig = self._doors.rig
+        if rig.clients.has(member, self._bus):
+            raise ValueError(f"{self._bus} already has a member {member!r}")
+        return _DoorLink(self._doors, rig.clients.join(member, self._bus).link(self._bus))
+
+    def leave(self, member: str) -> None:
+        self._doors.rig.clients.leave(member, self._bus)
+
+    def waiting(self, member: str) -> int:
+        return self._doors.rig.clients.waiting(member, self._bus)
+
+    def path(self, name: str) -> Path:
+        return part_of(self._doors.rig.config.run, name)
+
+
+class _DoorLink:
+    def __init__(self, doors: "RigDoors", link: NodeLink) -> None:
+        self._doors, self._link = doors, link
+
+    def send(self, message: Any) -> None:
+        self._link.send(message)
+
+    def on_receive(self, handler: Callable[[Any], None], interest: Sequence[object] | None = None) -> None:
+        arrived = self._doors.arrived.append
+        self._link.on_receive(lambda message: arrived((handler, message)), interest)
+
+
+class DoorClock:
+    """The clock of the ports: a virtual one that moves with the rig."""
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig, self.timers = rig, VirtualClock(rig.now_ns)
+
+    def now_ns(self) -> int:
+        return self._rig.now_ns
+
+    def call_at(self, when_ns: int, action: Callable[[], None]) -> Timer:
+        return self.timers.call_at(when_ns, action)
+
+    def watch(self, action: Callable[[], None]) -> Watchdog:
+        return self.timers.watch(action)
+
+    def late_ns(self) -> int:
+        return 0
+
+
+class RigDoors:
+    """All ports of a rig."""
+
+    def __init__(self, scheduler: Scheduler) -> None:
+        self.rig, self._scheduler = scheduler.rig, scheduler
+        self.clock = DoorClock(self.rig)
+        self.arrived: deque[tuple[Callable[[Any], None], Any]] = deque()
+        """The messages that have arrived at ports, with their handlers."""
+        self._selector = _IdleSelector()
+        self._selector.on_idle = self._on_idle
+        self._loop = asyncio.SelectorEventLoop(self._selector)
+        self._loop.set_default_executor(_AtOnce(1))
+        self._wake_ns: int | None = None
+        self._has_work = True
+        self._ports: list[Port] = []
+        self._fault: BaseException | None = None
+
+    @property
+    def have_written(self) -> bool:
+        return bool(self.arrived)
+
+    def next_ns(self) -> int | None:
+        known = [instant_ns for instant_ns in (self.clock.timers.next_ns(), self._wake_ns) if instant_ns is not None]
+        return min(known) if known else None
+
+    def open(self) -> None:
+        """Open the ports of all buses.  BusError if one is not available."""
+        for bus in self.rig.buses.values():
+            for port in bus.ports():
+                self._ports.append(port)
+                self._do(port.open(DoorHub(self, bus.name)))
+
+    def close(self) -> None:
+        """Close them, and the loop."""
+        try:
+            while self._ports:
+                self._do(self._ports.pop().close())
+        finally:
+            self._loop.close()
+
+    def look(self) -> None:
+        for _ in range(MOST_LOOKS):
+            if not self._is_due():
+                return
+            self._run()
+            if self._fault is not None:
+                fault, self._fault = self._fault, None
+                raise fault
+        raise VirtualTimeError("the ports of the rig and their clients answer each other without time passing")
+
+    def _is_due(self) -> bool:
+        if self._has_work or self.arrived:
+            return True
+        next_ns = self.next_ns()
+        return (next_ns is not None and next_ns <= self.rig.now_ns) or self._selector.has_events()
+
+    def _run(self) -> None:
+        """Run the loop until it would wait."""
+        loop, self._has_work = self._loop, False
+        while self.arrived:
+            handler, message = self.arrived.popleft()
+            loop.call_soon(handler, message)
+        loop.call_soon(self.clock.timers.advance_to, self.rig.now_ns)
+        outer = _get_running_loop()  # that of the member which lets time pass
+        _set_running_loop(None)
+        try:
+            loop.run_forever()
+        finally:
+            _set_running_loop(outer)
+
+    def _on_idle(self, timeout_s: float | None) -> None:
+        self._wake_ns = None if timeout_s is None else self.rig.now_ns + max(1, round(timeout_s * S))
+        self._loop.stop()
+
+    def _do(self, work: Coroutine[Any, Any, None]) -> None:
+        """Do this, while the rig and the members go on if it takes time."""
+        task = self._loop.create_task(work)
+        self._has_work = True
+        self._scheduler.wait(ready=task.done)
+        task.result()
+
+
+def addresses_of(rig: Rig) -> list[str]:
+    """Return the addresses of the rig file, each with its protocol, for a message."""
+    run = rig.config.run
+    return [f"{way.protocol} at {way.address}" for bus in rig.buses.values() for way in bus.ways_in(run)]
