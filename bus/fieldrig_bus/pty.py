@@ -18,8 +18,9 @@ import secrets
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
+from fieldrig.bus import Hub, TerminalHub
 from fieldrig.errors import BusError
 from fieldrig.system.own_files import open_own
 from fieldrig_bus.open_watch import OpenWatch
@@ -43,6 +44,32 @@ N_TTY = 0
 """The usual line discipline of Linux."""
 MOST_PENDING = 64 * 1024
 """Bytes kept for a client that reads slowly; data beyond that is lost, as on a line without a receiver."""
+
+
+class Terminal(Protocol):
+    """A serial port that programs open by its path: a pty, or its like in virtual time."""
+
+    def open(self, on_bytes: Callable[[bytes], None], on_presence: Callable[[bool], None] | None = None) -> None: ...
+
+    def read_on(self, is_wanted: bool) -> None: ...
+
+    def write(self, data: bytes) -> None: ...
+
+    def forget(self) -> None: ...
+
+    def baud(self) -> int | None: ...
+
+    def set_baud(self, baud: int) -> bool: ...
+
+    def close(self) -> None: ...
+
+
+def terminal(hub: Hub, name: str) -> Terminal:
+    """Return the serial port at a path in the run folder of the rig."""
+    if isinstance(hub, TerminalHub):
+        made: Terminal = hub.terminal(name)
+        return made
+    return Pty(hub.path(name))
 
 
 class _Slave(NamedTuple):

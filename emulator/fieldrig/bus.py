@@ -128,6 +128,14 @@ class Hub(Protocol):
         """Return a path in the rig's run folder, and make its folder."""
 
 
+@runtime_checkable
+class TerminalHub(Protocol):
+    """A hub that has serial ports of its own for programs, as in virtual time, instead of ptys of the system."""
+
+    def terminal(self, name: str) -> Any:
+        """Return the serial port at a path in the rig's run folder."""
+
+
 class Port(ABC):
     """An access for outside clients to a model bus: a TCP protocol, a pty, or a physical interface."""
 

@@ -28,7 +28,7 @@ from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame
 from fieldrig_bus.can.notices import BusState, CanControl, CanError, CanState, ErrorKind, Notice
 from fieldrig_bus.can.sja1000 import AcceptanceFilter
 from fieldrig_bus.net import Connection, ServingPort, TcpServer, join_as_client
-from fieldrig_bus.pty import Pty
+from fieldrig_bus.pty import Terminal, terminal
 
 log = logging.getLogger(__name__)
 
@@ -325,7 +325,7 @@ class LawicelPort(ServingPort):
     def __init__(self, bus_name: str, path: str | None = None, listen: str | None = None) -> None:
         self._bus_name, self._path, self._listen = bus_name, path, listen
         self._server: TcpServer | None = None
-        self._pty: Pty | None = None
+        self._pty: Terminal | None = None
         self._leave: Callable[[], None] | None = None
 
     @property
@@ -336,7 +336,7 @@ class LawicelPort(ServingPort):
 
     async def open(self, hub: Hub) -> None:
         if self._path is not None:
-            self._open_pty(hub, Pty(hub.path(self._path)))
+            self._open_pty(hub, terminal(hub, self._path))
         if self._listen is not None:
             self._server = TcpServer(
                 self._listen, lambda server: _Client(server, hub, self._bus_name), service="Lawicel"
@@ -346,7 +346,7 @@ class LawicelPort(ServingPort):
     def servers(self) -> Iterable[TcpServer]:
         return () if self._server is None else (self._server,)
 
-    def _open_pty(self, hub: Hub, pty: Pty) -> None:
+    def _open_pty(self, hub: Hub, pty: Terminal) -> None:
         member, link = join_as_client(hub, "lawicel")
         adapter = Adapter(hub.clock, link, pty.write, self._bus_name)
         backlog = Backlog(hub, member, pty.read_on, lambda: log.debug("%s: the pty's client waits", self._bus_name))

@@ -11,7 +11,7 @@ from fieldrig_bus.backlog import backlog_of
 from fieldrig_bus.modbus.dialler import Dialler, Handlers
 from fieldrig_bus.modbus.line_place import MakeSession, ModbusLineSettings, Session
 from fieldrig_bus.modbus.sockets import Master, Masters, MastersPort
-from fieldrig_bus.pty import Pty
+from fieldrig_bus.pty import Terminal, terminal
 
 MOST_WAITING: Final = 16
 """Requests of a master on TCP that may wait for the line."""
@@ -24,11 +24,11 @@ class PtyPort(Port):
         self._name, self._member, self._make_session = settings.pty or "", settings.member("pty"), make_session
         self._is_master = bool(settings.servers)
         self._hub: Hub | None = None
-        self._pty: Pty | None = None
+        self._pty: Terminal | None = None
         self._session: Session | None = None
 
     async def open(self, hub: Hub) -> None:
-        pty = Pty(hub.path(self._name))
+        pty = terminal(hub, self._name)
         session = self._make_session(hub, hub.join(self._member), self._ask if self._is_master else pty.write)
         self._hub, self._pty, self._session = hub, pty, session
         pty.open(session.on_bytes)

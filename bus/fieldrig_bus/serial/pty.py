@@ -24,7 +24,7 @@ from fieldrig.clock import MS, Alarm
 from fieldrig.device import Tool, WayIn
 from fieldrig.settings import RunPath
 from fieldrig_bus.net import join_as_client
-from fieldrig_bus.pty import Pty
+from fieldrig_bus.pty import Terminal, terminal
 from fieldrig_bus.serial.end import OFF, LineEnd
 from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
 
@@ -69,7 +69,7 @@ class SerialPty(SerialBus):
 class PtyPort(Port):
     def __init__(self, path: str, settings: SerialPtySettings) -> None:
         self._path, self._settings = path, settings
-        self._pty: Pty | None = None
+        self._pty: Terminal | None = None
         self._end: LineEnd | None = None
         self._is_following = False
         self._is_present = False
@@ -82,7 +82,7 @@ class PtyPort(Port):
         self._end = LineEnd(link, hub.clock, self._settings.format, self._settings.paced)
         self._end.on_room = self._on_room
         self._end.hang_up()
-        pty = Pty(hub.path(self._path))
+        pty = terminal(hub, self._path)
         pty.open(self._on_client, self._on_presence)
         self._pty = pty
         self._is_following = pty.set_baud(self._settings.baud)

@@ -18,6 +18,7 @@ from fieldrig.master_time.locks import Lock
 from fieldrig.master_time.network import Network, SocketStandIns
 from fieldrig.master_time.scheduler import Scheduler
 from fieldrig.master_time.swaps import Swaps
+from fieldrig.master_time.terminals import Terminals
 from fieldrig.master_time.threads import Refusal, hook_without_ends, is_alive, join, thread_swaps
 from fieldrig.master_time.watchdog import Watchdog
 from fieldrig.virtual.rig import Rig
@@ -46,9 +47,9 @@ def virtual_time(
     scheduler, swaps, network = Scheduler(rig, limit_s, jitter, seed), Swaps(), Network()
     watchdog, doors = Watchdog(scheduler, patience_s), None
     try:
-        _swap(swaps, network)
-        activate(scheduler)
         doors = scheduler.doors = RigDoors(scheduler)
+        _swap(swaps, network, doors.terminals)
+        activate(scheduler)
         network.rig_addresses = addresses_of(rig)
         doors.open()
         yield rig
@@ -67,11 +68,11 @@ def virtual_time(
         raise VirtualTimeError(f"these threads did not end with the block: {', '.join(scheduler.left)}")
 
 
-def _swap(swaps: Swaps, network: Network) -> None:
+def _swap(swaps: Swaps, network: Network, terminals: Terminals) -> None:
     sockets = SocketStandIns(network)
     swaps.everywhere(
         [
-            *clock_swaps(), *descriptor_swaps(), *thread_swaps(), *sockets.names(), *_refusals(),
+            *clock_swaps(), *descriptor_swaps(), *thread_swaps(), *sockets.names(), *terminals.swaps(), *_refusals(),
             (threading.Lock, Lock), (queue.SimpleQueue, queue._PySimpleQueue),  # type: ignore[attr-defined]
         ]
     )  # fmt: skip

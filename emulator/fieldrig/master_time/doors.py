@@ -19,6 +19,7 @@ from fieldrig.link import Link
 from fieldrig.loop.pace import Pace
 from fieldrig.master_time.errors import VirtualTimeError
 from fieldrig.master_time.scheduler import Scheduler
+from fieldrig.master_time.terminals import Terminal, Terminals
 from fieldrig.system.own_files import part_of
 from fieldrig.virtual.node import NodeLink
 from fieldrig.virtual.rig import Rig
@@ -79,6 +80,10 @@ class DoorHub:
     def waiting(self, member: str) -> int:
         return self._doors.rig.clients.waiting(member, self._bus)
 
+    def terminal(self, name: str) -> Terminal:
+        """Return a serial port that programs open by this path, instead of a pty."""
+        return Terminal(self._doors.terminals, self._doors.rig.config.run / name)
+
     def path(self, name: str) -> Path:
         return part_of(self._doors.rig.config.run, name)
 
@@ -128,6 +133,7 @@ class RigDoors:
         self._loop.set_default_executor(_AtOnce(1))
         self._wake_ns: int | None = None
         self._has_work = True
+        self.terminals = Terminals(self._call)
         self._ports: list[Port] = []
         self._fault: BaseException | None = None
 
@@ -163,6 +169,9 @@ class RigDoors:
                 fault, self._fault = self._fault, None
                 raise fault
         raise VirtualTimeError("the ports of the rig and their clients answer each other without time passing")
+
+    def _call(self, function: Callable[[Any], None], argument: Any) -> None:
+        self.arrived.append((function, argument))
 
     def _is_due(self) -> bool:
         if self._has_work or self.arrived:
