@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-from fieldrig.bus import Time
+from fieldrig.bus import Bus, Time
 from fieldrig.config import kinds
 from fieldrig.config.conflicts import conflicts
 from fieldrig.config.entries import BusEntry, DeviceEntry
