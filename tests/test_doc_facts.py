@@ -41,6 +41,8 @@ from fieldrig_devices.canopen.master_settings import CanMasterSettings, CanNodeS
 from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.point_slave import PointSlaveSettings
 from fieldrig_devices.canopen.signals import SignalSettings
+from fieldrig_devices.cia402.single import faults as single_drive_faults
+from fieldrig_devices.cia402.single import settings as single_drive
 from fieldrig_devices.drives.load import LoadSettings
 from fieldrig_devices.hiperface.faults import EncoderFault
 from fieldrig_devices.hiperface.plate import NamePlate
@@ -125,6 +127,12 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     },
     "Keys of the CAN axes": {"can_axes": CanFaceSettings, "terminals": AxisTerminals},
     "Keys of the CANopen master": {"can_master": CanMasterSettings, "node": CanNodeSettings},
+    "Keys of a servo drive fault": single_drive_faults.MODELS,
+    "Keys of motor, load, loops and switches": {
+        "motor": single_drive.MotorSettings,
+        "loops": single_drive.LoopSettings,
+        "switch": single_drive.CamSettings,
+    },
     "Keys of a drive fault": faults.models_of(DriveFault),
     "Keys of motor, load, amplifier, parameters, versions": {
         "motor": MotorSettings,

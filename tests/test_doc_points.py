@@ -31,6 +31,7 @@ DEVICES: dict[tuple[str, str], dict[str, Any]] = {
     ("max4-plc.md", "Points"): {
         "kind": "max4", "program": "programs/lamp.st", "outputs": {"O_bEquipmentOnIndicatorH1": ""}, "links": WIRES,
     },
+    ("cia402-drive.md", "Points"): {"kind": "cia402.drive", "node_id": 3, "links": {"can": "can"}},
     ("mc4.md", "Points"): {"kind": "mc4", "ring_address": 1, "motor": {"name_plate": PLATE}, "links": {"ring": "ring"}},
     ("st1.md", "Points"): {
         "kind": "st1", "ring_address": 1, "variables": {200: {"value": 0}}, "links": {"ring": "pamring"},

@@ -1,7 +1,7 @@
 """A CANopen node with one CiA 402 axis (or several) on a bench: frames and SDO, and a motor that obeys at once."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Self
 
 from canopen_bench import CanopenBench, parse, show
 
@@ -83,7 +83,43 @@ class FakeMotor:
             self.torque = round(value)
 
 
-class Cia402Bench(CanopenBench):
+class ByObject(CanopenBench):
+    """A bench whose objects are read and written by SDO."""
+
+    def put(self, index: int, value: int, sub: int = 0, axis: int = 0) -> Self:
+        """Write an object by SDO; AssertionError with the abort code if it is refused."""
+        answer = self.try_put(index, value, sub, axis)
+        assert answer == "", answer
+        return self
+
+    def try_put(self, index: int, value: int, sub: int = 0, axis: int = 0) -> str:
+        """The abort code, "" if it was taken."""
+        at = index + axis * 0x800
+        variable = self.node.dictionary.find(at, sub)
+        size = variable.type.size or 4
+        data = (value & ((1 << 8 * size) - 1)).to_bytes(4, "little").hex(" ")
+        head = {1: "2f", 2: "2b", 4: "23"}[size]
+        answer = self.sdo(f"{head} {at & 0xFF:02x} {at >> 8:02x} {sub:02x} {data}")
+        if answer[:2] == "80":
+            return bytes.fromhex(answer[12:])[::-1].hex()
+        assert answer[:2] == "60", answer
+        return ""
+
+    def get(self, index: int, sub: int = 0, axis: int = 0) -> int:
+        at = index + axis * 0x800
+        answer = bytes.fromhex(self.sdo(f"40 {at & 0xFF:02x} {at >> 8:02x} {sub:02x} 00 00 00 00"))
+        size = {0x4F: 1, 0x4B: 2, 0x43: 4}[answer[0]]
+        is_signed = self.node.dictionary.find(at, sub).type.low != 0
+        return int.from_bytes(answer[4 : 4 + size], "little", signed=is_signed)
+
+    def control(self, word: int, axis: int = 0) -> Self:
+        return self.put(0x6040, word, axis=axis)
+
+    def status(self, mask: int = 0xFFFF, axis: int = 0) -> int:
+        return self.get(0x6041, axis=axis) & mask
+
+
+class Cia402Bench(ByObject):
     """Node 5, operational, with as many axes as wanted."""
 
     def __init__(self, axes: int = 1, store: Store | None = None, **settings: Any) -> None:
@@ -124,38 +160,6 @@ class Cia402Bench(CanopenBench):
                 return count
             self.cycles(1)
         raise AssertionError("it doesn't come")
-
-    def put(self, index: int, value: int, sub: int = 0, axis: int = 0) -> "Cia402Bench":
-        """Write an object by SDO; AssertionError with the abort code if it is refused."""
-        answer = self.try_put(index, value, sub, axis)
-        assert answer == "", answer
-        return self
-
-    def try_put(self, index: int, value: int, sub: int = 0, axis: int = 0) -> str:
-        """The abort code, "" if it was taken."""
-        at = index + axis * 0x800
-        variable = self.node.dictionary.find(at, sub)
-        size = variable.type.size or 4
-        data = (value & ((1 << 8 * size) - 1)).to_bytes(4, "little").hex(" ")
-        head = {1: "2f", 2: "2b", 4: "23"}[size]
-        answer = self.sdo(f"{head} {at & 0xFF:02x} {at >> 8:02x} {sub:02x} {data}")
-        if answer[:2] == "80":
-            return bytes.fromhex(answer[12:])[::-1].hex()
-        assert answer[:2] == "60", answer
-        return ""
-
-    def get(self, index: int, sub: int = 0, axis: int = 0) -> int:
-        at = index + axis * 0x800
-        answer = bytes.fromhex(self.sdo(f"40 {at & 0xFF:02x} {at >> 8:02x} {sub:02x} 00 00 00 00"))
-        size = {0x4F: 1, 0x4B: 2, 0x43: 4}[answer[0]]
-        is_signed = self.node.dictionary.find(at, sub).type.low != 0
-        return int.from_bytes(answer[4 : 4 + size], "little", signed=is_signed)
-
-    def control(self, word: int, axis: int = 0) -> "Cia402Bench":
-        return self.put(0x6040, word, axis=axis)
-
-    def status(self, mask: int = 0xFFFF, axis: int = 0) -> int:
-        return self.get(0x6041, axis=axis) & mask
 
     def enabled(self, mode: int) -> "Cia402Bench":
         """Enable operation in this mode."""

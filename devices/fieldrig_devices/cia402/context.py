@@ -60,18 +60,23 @@ class Context:
         def pair(index: int) -> tuple[int, int]:
             return numbers[index, 1], numbers[index, 2]
 
+        encoder, feed = pair(objects.ENCODER_RESOLUTION), pair(objects.FEED_CONSTANT)
+        if feed == (1, 1) and not self.behaviour.has_feed_constant:
+            feed = encoder
         self.units = units_of(
-            pair(objects.ENCODER_RESOLUTION),
+            encoder,
             pair(objects.GEAR_RATIO),
-            pair(objects.FEED_CONSTANT),
+            feed,
             numbers[objects.POLARITY, 0],
             self.origin,
+            self._of_turns(self.behaviour.velocity_unit),
+            self._of_turns(self.behaviour.acceleration_unit),
         )
         self.turn = turn_of(*pair(objects.POSITION_RANGE))
-        self.threshold = self.scaled(numbers[objects.THRESHOLD, 0])
-        self.velocity_window = numbers[objects.VELOCITY_WINDOW, 0] * self.units.per_unit
+        self.threshold = self.speed(numbers[objects.THRESHOLD, 0])
+        self.velocity_window = numbers[objects.VELOCITY_WINDOW, 0] * self.units.per_speed_unit
         self._motor_speed = self._fastest()
-        self.largest_speed = min(self.scaled(numbers[objects.MAX_VELOCITY, 0]), self._motor_speed)
+        self.largest_speed = min(self.speed(numbers[objects.MAX_VELOCITY, 0]), self._motor_speed)
         self.has_following_window = numbers[objects.FOLLOWING_WINDOW, 0] != objects.NO_WINDOW
         self.travel.range = self._range()
 
@@ -89,17 +94,24 @@ class Context:
 
     # ---- limits, in increments
 
-    def scaled(self, length: float) -> float:
-        """A length, speed or acceleration in increments, without its sign."""
-        return max(length * self.units.per_unit, SMALLEST)
+    def speed(self, velocity: float) -> float:
+        """A velocity of the user in increments per second, without its sign."""
+        return max(velocity * self.units.per_speed_unit, SMALLEST)
+
+    def rate(self, acceleration: float) -> float:
+        """An acceleration of the user in increments per second squared, without its sign."""
+        return max(acceleration * self.units.per_rate_unit, SMALLEST)
+
+    def _of_turns(self, turns: float | None) -> float | None:
+        return None if turns is None else turns * self.motor.revolution
 
     def limits(self, speed: float, acceleration: float, deceleration: float) -> Limits:
         """Profile limits from values in user units, restricted by 607Fh, 60C5h and 60C6h."""
         numbers = self.objects
         return Limits(
-            min(self.scaled(min(speed, numbers[objects.MAX_VELOCITY])), self._motor_speed),
-            self.scaled(min(acceleration, numbers[objects.MAX_ACCELERATION])),
-            self.scaled(min(deceleration, numbers[objects.MAX_DECELERATION])),
+            min(self.speed(min(speed, numbers[objects.MAX_VELOCITY])), self._motor_speed),
+            self.rate(min(acceleration, numbers[objects.MAX_ACCELERATION])),
+            self.rate(min(deceleration, numbers[objects.MAX_DECELERATION])),
         )
 
     def _fastest(self) -> float:

@@ -34,12 +34,13 @@ class Table(NamedTuple):
     arrays: frozenset[int] = frozenset()
 
 
-def axis_objects(axis: int) -> Table:
-    """The objects of axis `axis`, counted from 0."""
+def axis_objects(axis: int, rows: Sequence[Row] = ROWS, *, is_only: bool = False) -> Table:
+    """The objects of axis `axis`, counted from 0.  Their names begin with its number, unless it is the only one."""
     up = axis * AXIS_STEP
+    prefix = "" if is_only else f"Axis {axis + 1}: "
     return Table(
-        [replace(row, index=row.index + up, name=f"Axis {axis + 1}: {row.name}") for row in ROWS],
-        {index + up: f"Axis {axis + 1}: {name}" for index, name in NAMES.items()},
+        [replace(row, index=row.index + up, name=f"{prefix}{row.name}") for row in rows],
+        {index + up: f"{prefix}{name}" for index, name in NAMES.items()},
         frozenset(index + up for index in ARRAYS),
     )
 

@@ -119,3 +119,16 @@ def communication(facts: NodeFacts, device_type: int, version: str, more: Sequen
         },
         frozenset({0x1003, 0x1010, 0x1011, 0x1016, 0x1029}),
     )
+
+
+MORE: Final = (
+    Row(0x1006, None, "Communication cycle period", U32, "rw"),
+    Row(0x1007, None, "Synchronous window length", U32, "rw"),
+    Row(0x1009, None, "Manufacturer hardware version", TEXT, "const", "1"),
+    Row(0x1010, 2, "Save communication parameters", U32, "rw", 1),
+    Row(0x1010, 3, "Save application parameters", U32, "rw", 1),
+    Row(0x1011, 2, "Restore communication default parameters", U32, "rw", 1),
+    Row(0x1011, 3, "Restore application default parameters", U32, "rw", 1),
+    Row(0x1019, None, "Synchronous counter overflow value", U8, "rw"),
+)
+"""Objects of CiA 301 besides those of every node."""

@@ -7,6 +7,7 @@ band.
 """
 
 import math
+from collections.abc import Callable
 from typing import Final
 
 from fieldrig.shortcuts import Shortcut
@@ -17,7 +18,7 @@ NO_BAND: Final = (math.inf, -math.inf)
 
 
 class Pace:
-    __slots__ = ("high", "is_always_whole", "is_awake", "low")
+    __slots__ = ("high", "is_always_whole", "is_awake", "low", "on_wake")
 
     def __init__(self) -> None:
         self.is_always_whole = not PACE.is_taken
@@ -25,10 +26,13 @@ class Pace:
         """True if the next cycle has to be a whole one."""
         self.low, self.high = NO_BAND
         """The limits of the band, which do not belong to it."""
+        self.on_wake: Callable[[], None] = lambda: None
+        """Called with each `wake`, for an owner that runs no cycles while nothing can change."""
 
     def wake(self) -> None:
         """Make the next cycle a whole one, which leaves the band."""
         self.is_awake = True
+        self.on_wake()
 
     def leave_band(self) -> None:
         """Let the mode take its whole step in the next cycle."""

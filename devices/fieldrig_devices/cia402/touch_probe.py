@@ -39,13 +39,23 @@ LOW_16: Final = 0xFFFF
 
 
 class Latch:
-    """What one edge of a probe has stored."""
+    """The values that one edge of a probe has stored."""
 
     __slots__ = ("count", "position", "time_ns")
 
     def __init__(self) -> None:
         self.position = self.time_ns = self.count = 0
         """The position in the user units at the time of the edge; the number of edges since the probe was enabled."""
+
+    def read_position(self) -> int:
+        return self.position
+
+    def read_time(self) -> int:
+        """The time stamp: the lower 32 bits of nanoseconds."""
+        return self.time_ns & LOW_32
+
+    def read_count(self) -> int:
+        return self.count & LOW_16
 
 
 class Probe:
@@ -57,7 +67,7 @@ class Probe:
         self._shown, self._source_in = shown, source_in
         self.function = self.status = 0
         self.latches = {True: Latch(), False: Latch()}
-        """What was stored, by edge."""
+        """The stored values by edge."""
 
     def order(self, function: int) -> None:
         if not function & ENABLE:
@@ -110,9 +120,9 @@ class TouchProbes:
         latches = [probe.latches[edge] for probe in self._probes for edge in (True, False)]
         places = zip(latches, objects.PROBE_VALUES, objects.PROBE_TIMES, objects.PROBE_COUNTERS, strict=True)
         for latch, value, time, counter in places:
-            numbers.read_by(value, lambda latch=latch: latch.position)
-            numbers.read_by(time, lambda latch=latch: latch.time_ns & LOW_32)
-            numbers.read_by(counter, lambda latch=latch: latch.count & LOW_16)
+            numbers.read_by(value, latch.read_position)
+            numbers.read_by(time, latch.read_time)
+            numbers.read_by(counter, latch.read_count)
 
     def restart(self) -> None:
         self.is_armed = False

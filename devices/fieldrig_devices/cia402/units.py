@@ -20,6 +20,10 @@ _WHOLE: Final = 1 << 32
 class Units:
     per_unit: float = 1.0
     """Increments per user unit."""
+    per_speed_unit: float = 1.0
+    """Increments per second of the user's unit of velocities."""
+    per_rate_unit: float = 1.0
+    """Increments per second squared of the user's unit of accelerations."""
     sign: int = 1
     velocity_sign: int = 1
     origin: float = 0.0
@@ -41,27 +45,41 @@ class Units:
         return round(self.sign * distance / self.per_unit)
 
     def velocity(self, increments_per_s: float) -> int:
-        return round(self.velocity_sign * increments_per_s / self.per_unit)
+        return round(self.velocity_sign * increments_per_s / self.per_speed_unit)
 
     def speed(self, velocity: float) -> float:
         """The signed speed in increments per second."""
-        return self.velocity_sign * velocity * self.per_unit
+        return self.velocity_sign * velocity * self.per_speed_unit
 
 
 def units_of(
-    encoder: tuple[int, int], gear: tuple[int, int], feed: tuple[int, int], polarity: int, origin: float
+    encoder: tuple[int, int],
+    gear: tuple[int, int],
+    feed: tuple[int, int],
+    polarity: int,
+    origin: float,
+    per_speed_unit: float | None = None,
+    per_rate_unit: float | None = None,
 ) -> Units:
     """The units from three ratios.  A 0 counts as 1, because division by it is not possible.
 
     `encoder`: increments to motor revolutions; `gear`: motor to shaft revolutions; `feed`: user units to shaft
-    revolutions.
+    revolutions.  Speeds and accelerations are in user units per second and per second squared, unless they have units
+    of their own.
     """
     (increments, turns), (motor, shaft), (length, shaft_turns) = (
         (max(a, 1), max(b, 1)) for a, b in (encoder, gear, feed)
     )
     per_unit = increments * motor * shaft_turns / (turns * shaft * length)
     sign = -1 if polarity & POSITION_IS_TURNED else 1
-    return Units(per_unit, sign, -1 if polarity & VELOCITY_IS_TURNED else 1, origin)
+    return Units(
+        per_unit,
+        per_unit if per_speed_unit is None else per_speed_unit,
+        per_unit if per_rate_unit is None else per_rate_unit,
+        sign,
+        -1 if polarity & VELOCITY_IS_TURNED else 1,
+        origin,
+    )
 
 
 class Direction(IntEnum):

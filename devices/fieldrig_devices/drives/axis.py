@@ -8,8 +8,8 @@ where it applies, and `go` where something is limited, the direction changes or 
 and without an elastic coupling follows the closed solution of `plants.axis_model`.  An axis at rest is not computed: it
 rests when another step would change nothing, to the last bit.
 
-Dry friction and brake decelerate the motor within a step, and hold it once it is at standstill.  Left out: cogging,
-current ripple, and the voltage limit at high speed.
+Dry friction and brake decelerate the motor within a step, and hold it once it is at standstill; a blocked shaft stands.
+Left out: cogging, current ripple, and the voltage limit at high speed.
 """
 
 from copy import copy
@@ -40,6 +40,8 @@ HALF: Final = RAD / 2
 """Half an increment, in rad: the encoder cannot resolve it."""
 CREEP: Final = RAD
 """Speed of one increment per second, in rad/s; less than that is a standstill."""
+JAM_NM: Final = 1e12
+"""Friction of a shaft that is blocked: more than any motor has torque."""
 FAR_RAD: Final = 1000 * tau
 """Following error beyond which the set position is moved to the motor, in modes without position control."""
 
@@ -70,10 +72,41 @@ class Axis:
     """Position, speed and current regulator with motor, brake and load."""
 
     __slots__ = (
-        "_brake_nm", "_cycle", "_cycle_steps", "_dry_nm", "_flow", "_gains", "_is_folded", "_lead_gain", "_limits",
-        "_may_fold", "_may_rest", "_mechanics", "_mode", "_most_way", "_plant", "_seconds", "_set_value",
-        "_speed_gains", "brake_is_on", "e", "heat", "i", "is_at_rest", "lead", "load_nm", "load_speed", "moved",
-        "set_increments", "slow_cycles", "t", "twist", "v", "way", "work",
+        "_brake_nm",
+        "_cycle",
+        "_cycle_steps",
+        "_dry_nm",
+        "_flow",
+        "_gains",
+        "_is_folded",
+        "_is_jammed",
+        "_lead_gain",
+        "_limits",
+        "_may_fold",
+        "_may_rest",
+        "_mechanics",
+        "_mode",
+        "_most_way",
+        "_plant",
+        "_seconds",
+        "_set_value",
+        "_speed_gains",
+        "brake_is_on",
+        "e",
+        "heat",
+        "i",
+        "is_at_rest",
+        "lead",
+        "load_nm",
+        "load_speed",
+        "moved",
+        "set_increments",
+        "slow_cycles",
+        "t",
+        "twist",
+        "v",
+        "way",
+        "work",
     )  # fmt: skip
 
     def __init__(
@@ -82,7 +115,7 @@ class Axis:
     ) -> None:  # fmt: skip
         """`dry_nm` is the constant dry friction; `brake_nm` is added while `brake_is_on`."""
         self._dry_nm, self._brake_nm = dry_nm, brake_nm
-        self.brake_is_on = brake_nm > 0
+        self.brake_is_on, self._is_jammed = brake_nm > 0, False
         self.load_nm = self.lead = self._set_value = 0.0
         self.way = self.moved = 0
         self._mode = Mode.FREE
@@ -158,7 +191,8 @@ class Axis:
     def _wake(self) -> None:
         """Call this when any state that the fast form depends on has changed."""
         self.is_at_rest = False
-        self._is_folded = self._may_fold and self._mode is Mode.POSITION and not self.brake_is_on
+        is_free = not self.brake_is_on and not self._is_jammed
+        self._is_folded = self._may_fold and self._mode is Mode.POSITION and is_free
 
     def hold_here(self) -> None:
         """Move the set position to the motor."""
@@ -182,6 +216,16 @@ class Axis:
     def brake(self, is_on: bool) -> None:
         if is_on is not self.brake_is_on:
             self.brake_is_on = is_on
+            self._wake()
+
+    def jam(self, is_on: bool, at: float | None = None) -> None:
+        """Block the shaft, at the position `at` in increments if it is given, or release it."""
+        if at is not None:
+            self.e = (self.set_increments - at) * RAD
+        if is_on:
+            self.v = 0.0
+        if is_on is not self._is_jammed:
+            self._is_jammed = is_on
             self._wake()
 
     def follow(self, increments: int) -> None:
@@ -264,6 +308,9 @@ class Axis:
 
     def _roll(self, seconds: float) -> None:
         """Advance without motor torque, by the closed solution."""
+        if self._is_jammed:
+            self.t, self.is_at_rest = 0.0, self._may_rest
+            return
         before = State(0.0, self.v, self.t)
         now = after(self._mechanics[self.brake_is_on], before, 0.0, -self.load_nm, seconds)
         self.e -= now.position
@@ -273,7 +320,7 @@ class Axis:
 
     def _steps(self, steps: int, gains: Gains | None, s: float) -> None:
         """Take steps with the set speed `s`, or with the set torque `s` if there are no gains."""
-        dry, u = self._dry_nm + self._brake_nm * self.brake_is_on, 0.0
+        dry, u = self._dry_nm + self._brake_nm * self.brake_is_on + JAM_NM * self._is_jammed, 0.0
         take = self._stiff_steps if self._plant.elastic is None else self._elastic_steps
         while steps > 0:
             count, before = min(steps, self._cycle_steps), self.v

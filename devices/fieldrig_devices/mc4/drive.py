@@ -17,10 +17,11 @@ from fieldrig.device import Device, Point
 from fieldrig.link import Link
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.serial.message import SerialMessage
-from fieldrig_bus.wires import Motion, Signal
+from fieldrig_bus.wires import Signal
 from fieldrig_devices.drives.fold import PublishedMotion
 from fieldrig_devices.drives.loops import RAD
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
+from fieldrig_devices.drives.position_wire import PositionWire
 from fieldrig_devices.hiperface.drive_end import EncoderEnd, built_in, motor_data
 from fieldrig_devices.hiperface.encoder import HiperfaceEncoder, eeprom_with
 from fieldrig_devices.hiperface.line import InternalLine
@@ -31,7 +32,7 @@ from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.energy import SLOW_NS
 from fieldrig_devices.mc4.faults import MODELS
 from fieldrig_devices.mc4.machine import Machine
-from fieldrig_devices.mc4.points import DECIMALS, POSITION_DECIMALS, limited_load, points_of
+from fieldrig_devices.mc4.points import limited_load, points_of
 from fieldrig_devices.mc4.probes import PROBES
 from fieldrig_devices.mc4.ring_side import RingSide
 from fieldrig_devices.mc4.settings import Mc4Settings
@@ -40,6 +41,7 @@ from fieldrig_devices.sercos.datum import IdnTable
 from fieldrig_devices.sercos.idn import idn_of
 
 INPUTS: Final = ("inverter_enable", "load_torque", "probe_1", "probe_2")
+SHAFTS: Final = ("position", "shaft")
 TICK_NS: Final = 4 * MS
 """Interval at which a drive that moves or waits updates itself while the ring is not in operation."""
 
@@ -72,11 +74,13 @@ class Mc4(Device):
         self._encoder = self._encoder_at(encoder, plate)
         self.machine.plate.encoder = self._encoder
         self._side = RingSide(clock, ring, settings.ring_address, table, self.machine)
-        self._names = {what: settings.wire_for(name, what) for what in (*INPUTS, "ready", "brake", "position", "shaft")}
+        self._names = {what: settings.wire_for(name, what) for what in (*INPUTS, "ready", "brake", *SHAFTS)}
         self._sent: dict[str, bool] = {}
-        self._motions: dict[str, Motion] = {}
+        self._positions: dict[str, PositionWire] = {}
         self._publishes_shaft = encoder is not None or settings.shaft_wire is not None
         if wires is not None:
+            tolerance = settings.position_tolerance
+            self._positions = {what: PositionWire(self._names[what], tolerance, wires.send) for what in SHAFTS}
             self._side.on_moved = self._publish_positions
             self._side.is_published = not self._publishes_shaft
             probes = self._side.probes
@@ -158,30 +162,18 @@ class Mc4(Device):
             self._wires.send(Signal(self._names[what], value))
 
     def _publish_positions(self) -> None:
-        axis, gear = self.machine.axis, self._settings.load.gear_ratio
+        axis, gear, now_ns = self.machine.axis, self._settings.load.gear_ratio, self._clock.now_ns()
         shaft = self.machine.shaft_increments * RAD
         if self._publishes_shaft:
-            self._publish_motion("shaft", shaft, axis.v)
+            self._positions["shaft"].publish(now_ns, shaft, axis.v)
         load_speed = axis.load_speed if axis.twist else axis.v
-        self._publish_motion("position", (shaft - axis.twist) / gear, load_speed / gear)
-        if self._side is not None and self._side.is_published:
-            motion, tolerance = self._motions["position"], self._settings.position_tolerance
+        self._positions["position"].publish(now_ns, (shaft - axis.twist) / gear, load_speed / gear)
+        motion = self._positions["position"].motion
+        if self._side is not None and self._side.is_published and motion is not None:
+            tolerance = self._settings.position_tolerance
             self._side.published = PublishedMotion(
                 motion.value, motion.speed, motion.time_ns, tolerance, gear, self.machine.shaft_offset
             )
-
-    def _publish_motion(self, what: str, position: float, speed: float) -> None:
-        """Publish a position again once the extrapolated one is off by more than the tolerance."""
-        now_ns, last = self._clock.now_ns(), self._motions.get(what)
-        if last is not None:
-            is_near = abs(last.at(now_ns) - position) <= self._settings.position_tolerance
-            if is_near and (speed or not last.speed):
-                return
-        motion = self._motions[what] = Motion(
-            self._names[what], round(position, POSITION_DECIMALS), "rad", now_ns, round(speed, DECIMALS)
-        )
-        assert self._wires is not None
-        self._wires.send(motion)
 
     def _on_inverter_enable(self, is_on: float) -> None:
         self.machine.catch_up()

@@ -1,22 +1,17 @@
 """The points of a drive: values to read, and inputs to write."""
 
 from collections.abc import Callable, Mapping
-from typing import Final
 
 from fieldrig.device import Point, Value
 from fieldrig.points.checks import number_in, truth_in
 from fieldrig_devices.drives.loops import INCREMENTS, RAD
+from fieldrig_devices.drives.position_wire import DECIMALS, POSITION_DECIMALS
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.ring_side import RingSide
 from fieldrig_devices.mc4.tuning import RPM
 from fieldrig_devices.mc4.values import GUARD
 
 LARGEST_LOAD_NM = 1e6
-DECIMALS: Final = 6
-"""Decimals of measured numbers outside the drive: far below what sensors show, and far above the last bits of the
-model, in which the fold and the steps may differ."""
-POSITION_DECIMALS: Final = 9
-"""The same for positions in rad."""
 
 
 def points_of(

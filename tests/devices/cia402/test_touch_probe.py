@@ -151,8 +151,8 @@ def test_a_captured_edge_has_its_own_position_and_time(bench: Cia402Bench) -> No
 
 def test_counters_count_all_edges_since_the_probe_was_enabled(bench: Cia402Bench) -> None:
     bench.put(0x60B8, 0x0031)
-    for level in (1, 0, 1):
-        bench.motor.switches = lambda position, level=level: level << 16
+    for levels in (1 << 16, 0, 1 << 16):
+        bench.motor.switches = dict.fromkeys((bench.motor.position,), levels).__getitem__
         bench.cycles(1)
     assert (bench.get(0x60D5), bench.get(0x60D6), bench.get(0x60B9)) == (2, 1, 0x0007)
     assert bench.put(0x60B8, 0).put(0x60B8, 0x0031).get(0x60D5) == 0

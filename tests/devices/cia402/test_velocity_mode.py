@@ -1,4 +1,7 @@
-"""Velocity mode (vl): the ramp function of CiA 402-2 with its bits, factors and limits; 1 000 000 increments per turn."""
+"""Velocity mode (vl): the ramp function of CiA 402-2 with its bits, factors and limits.
+
+A turn is 1 000 000 increments.
+"""
 
 import pytest
 from cia402_bench import Cia402Bench

@@ -7,7 +7,6 @@ digits.  A code that is not in the table becomes FF00h, which is manufacturer-sp
 
 from typing import Final
 
-from fieldrig_devices.canopen.emcy import COMMUNICATION
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.mc4.diagnosis import Code as DriveCode
 
@@ -42,10 +41,6 @@ ERRORS: Final[dict[int, int]] = {
     Code.RAM_LOST: 0x5530,  # EEPROM, here buffered memory
 }
 
-# Bits of the error register (1001h) by the first digits of the error code.
-_REGISTER: Final = {0x2: 0x02, 0x3: 0x04, 0x4: 0x08, 0xF: 0x80}
-_PROFILE: Final = 0x20
-
 
 def error_of(diag_code: int) -> int:
     """The error code of a diagnosis; 0 for 0."""
@@ -54,10 +49,3 @@ def error_of(diag_code: int) -> int:
     if diag_code in ERRORS:
         return ERRORS[diag_code]
     return next((error for code, error in ERRORS.items() if code % 1000 == diag_code % 1000), UNKNOWN)
-
-
-def register_of(error: int) -> int:
-    """The bit of the error register (1001h) for an error code."""
-    if error >> 8 in (0x75, 0x81):
-        return COMMUNICATION
-    return _REGISTER.get(error >> 12, _PROFILE)

@@ -17,11 +17,12 @@ from fieldrig_bus.can.shared import SharedLink
 from fieldrig_devices.canopen.node import CanopenNode, CanopenSettings
 from fieldrig_devices.cia402.axis import Cia402Axis
 from fieldrig_devices.cia402.axis_drive import AxisDrive
+from fieldrig_devices.cia402.error_register import register_of
 from fieldrig_devices.cia402.pace import Pace
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.axis_inputs import check_terminals, terminals_in
 from fieldrig_devices.max4.can import cells as can_face_cells
-from fieldrig_devices.max4.can.errors import error_of, register_of
+from fieldrig_devices.max4.can.errors import error_of
 from fieldrig_devices.max4.can.motor import AxisMotor
 from fieldrig_devices.max4.can.objects import EDS
 from fieldrig_devices.max4.can.origins import Origins

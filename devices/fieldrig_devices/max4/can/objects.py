@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from fieldrig_devices.cia402.eds_file import OCTETS, TEXT, Table, axis_objects, pdo_objects, write
-from fieldrig_devices.cia402.node_objects import NodeFacts, communication, head
+from fieldrig_devices.cia402.node_objects import MORE, NodeFacts, communication, head
 from fieldrig_devices.cia402.objects import AXES, EMPTY_PDOS, I32, RECEIVED, TRANSMITTED, U8, U16, U32, Row
 
 EDS: Final = Path(__file__).with_name("max4-axes.eds")
@@ -47,18 +47,6 @@ _FACTS: Final = NodeFacts(
         "Axes that a node has not show 0 in 67FFh + n x 800h and stay not ready to switch on.",
     ),
 )
-_MORE: Final = (
-    Row(0x1006, None, "Communication cycle period", U32, "rw"),
-    Row(0x1007, None, "Synchronous window length", U32, "rw"),
-    Row(0x1009, None, "Manufacturer hardware version", TEXT, "const", "1"),
-    Row(0x1010, 2, "Save communication parameters", U32, "rw", 1),
-    Row(0x1010, 3, "Save application parameters", U32, "rw", 1),
-    Row(0x1011, 2, "Restore communication default parameters", U32, "rw", 1),
-    Row(0x1011, 3, "Restore application default parameters", U32, "rw", 1),
-    Row(0x1019, None, "Synchronous counter overflow value", U8, "rw"),
-)
-"""Objects of CiA 301 besides those of every node."""
-
 _CONTROLLER: Final = Table(
     [
         Row(CONTROLLER, 1, "DiagCode", U16, "ro", is_mappable=True),
@@ -108,7 +96,7 @@ def _axis(axis: int) -> Table:
 
 def eds_text() -> str:
     axes = [table(axis) for axis in range(AXES) for table in (axis_objects, pdo_objects, _axis)]
-    communication_objects = communication(_FACTS, SEVERAL_AXES, "V00.15.00", _MORE)
+    communication_objects = communication(_FACTS, SEVERAL_AXES, "V00.15.00", MORE)
     return write(head(_FACTS), [communication_objects, _CONTROLLER, *axes])
 
 

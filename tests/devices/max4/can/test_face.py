@@ -21,10 +21,11 @@ from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.eds.check import check_eds
 from fieldrig_devices.canopen.eds.reader import load
+from fieldrig_devices.cia402.error_register import register_of
 from fieldrig_devices.conformance.description import Description
 from fieldrig_devices.conformance.run import choose, conform_virtual
 from fieldrig_devices.conformance.suite import Verdict
-from fieldrig_devices.max4.can.errors import error_of, register_of
+from fieldrig_devices.max4.can.errors import error_of
 from fieldrig_devices.max4.can.objects import EDS, eds_text
 
 pytestmark = pytest.mark.long

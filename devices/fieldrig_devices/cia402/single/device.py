@@ -1,0 +1,194 @@
+"""A CiA 402 drive alone on CAN: the profile engine of all axes, on a motor with its load.
+
+Source: CiA 402-2 and CiA 301.  The drive has cycles of its own, as long as something moves or may move; without torque
+and at rest it computes nothing.  A set value of a cycle is reached at its end.  Left out: the memory of an absolute
+encoder, so a drive is not homed after power-on.
+"""
+
+from collections.abc import Callable, Collection, Mapping
+from math import isfinite
+from typing import Any, ClassVar, Final
+
+from fieldrig.bus import Bus
+from fieldrig.clock import Alarm, Clock
+from fieldrig.device import Device, Point, Tool
+from fieldrig.link import Link
+from fieldrig.storage.store import Store
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.wires import Signal
+from fieldrig_devices.canopen.node import CanopenNode
+from fieldrig_devices.canopen.node_tools import lines
+from fieldrig_devices.canopen.service import Reset, Service
+from fieldrig_devices.cia402 import objects
+from fieldrig_devices.cia402.axis import Cia402Axis
+from fieldrig_devices.cia402.error_register import register_of
+from fieldrig_devices.cia402.motor import Kind
+from fieldrig_devices.cia402.single.faults import MODELS
+from fieldrig_devices.cia402.single.points import points_of
+from fieldrig_devices.cia402.single.servo import Servo
+from fieldrig_devices.cia402.single.settings import Cia402DriveSettings
+from fieldrig_devices.cia402.single.shared_wires import SharedWires
+from fieldrig_devices.cia402.single.terminals import Inputs
+from fieldrig_devices.drives.position_wire import PositionWire
+
+LARGEST_LOAD_NM: Final = 1e6
+MOST_CYCLES: Final = 1_000
+"""Most cycles to catch up with after a pause of the host; the rest is skipped."""
+CONSTANTS: Final = (objects.SUPPORTED_MODES, objects.RATED_TORQUE, objects.RATED_CURRENT, objects.DEVICE_TYPE)
+"""Objects whose value a file may give; otherwise the drive shows its own."""
+
+
+class _Awake(Service):
+    """Lets the drive run a cycle after a reset of its node."""
+
+    def __init__(self, go_on: Callable[[], None]) -> None:
+        self._go_on = go_on
+
+    def reset(self, scope: Reset) -> None:
+        self._go_on()
+
+
+class Cia402Drive(Device):
+    """A drive as a device of a rig."""
+
+    about = "a servo drive on CAN (CiA 402), with motor and load, from its own EDS or any other one"
+    trouble_keys: ClassVar[Collection[str]] = ("error_code", "emcy.code")
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
+
+    def __init__(
+        self,
+        clock: Clock,
+        name: str,
+        settings: Cia402DriveSettings,
+        can: Link[CanFrame],
+        store: Store,
+        wires: Link[Signal] | None = None,
+    ) -> None:
+        self._clock, self._settings = clock, settings
+        self._cycle_ns = settings.cycle_us * 1_000
+        shared = None if wires is None else SharedWires(wires)
+        own = None if shared is None else shared.share()
+        self.node = CanopenNode(clock, name, can, settings, store, None if shared is None else shared.share())
+        self.node.read_when_sent()
+        self._inputs = Inputs(settings, name, own)
+        self.motor = Servo(clock, settings, self._inputs)
+        self.injected = self.motor.faults
+        self._signalled = 0
+        """Error code of the present EMCY."""
+        self.axis = self._make_axis()
+        self._timer = Alarm(clock)
+        self._begin_ns = clock.now_ns()
+        self._wires = own
+        self._brake_wire, self._is_brake_shown = settings.wire_for(name, "brake"), False
+        self._position: PositionWire | None = None
+        if own is not None:
+            self._position = PositionWire(settings.wire_for(name, "position"), settings.position_tolerance, own.send)
+            self._connect(name, own)
+        self.motor.on_change = self._go_on
+        self.axis.pace.on_wake = self._go_on
+        for fault in settings.faults:
+            self.injected.add(fault)
+
+    def _make_axis(self) -> Cia402Axis:
+        settings, dictionary = self._settings, self.node.dictionary
+        declared = settings.declared
+        axis = Cia402Axis(
+            self._clock, dictionary, 0, self.motor, self._cycle_ns, settings.behaviour(), declared.defaults
+        )
+        axis.on_error = self._on_error
+        for index in CONSTANTS:
+            variable = dictionary.get(index)
+            if variable is not None and any(variable.start):
+                variable.reader = None
+        self.node.attach(axis)
+        self.node.attach(_Awake(self._go_on))
+        return axis
+
+    def _connect(self, name: str, wires: Link[Signal]) -> None:
+        settings = self._settings
+        handlers: dict[str, Callable[[float], None]] = {
+            settings.wire_for(name, "sto"): self._on_sto,
+            settings.wire_for(name, "load_torque"): self._on_load_torque,
+            settings.wire_for(name, "blocked"): self._on_blocked,
+        }
+
+        def on_signal(signal: Signal) -> None:
+            if not isfinite(signal.value):
+                return
+            if signal.name in handlers:
+                handlers[signal.name](signal.value)
+            else:
+                self._inputs.take(signal, self.motor.capture)
+                self.motor.on_input()
+
+        wires.on_receive(on_signal, [*handlers, *self._inputs.bits])
+
+    def start(self) -> None:
+        self._begin_ns = self.motor.at_ns = self._clock.now_ns()
+        self.node.start()
+        self._publish()
+        self._go_on()
+
+    def points(self) -> Mapping[str, Point]:
+        return {**self.node.points(), **points_of(self.motor, self.axis, self._inputs)}
+
+    def _on_sto(self, is_on: float) -> None:
+        self.motor.switch_sto(bool(is_on))
+
+    def _on_blocked(self, is_on: float) -> None:
+        self.motor.block(bool(is_on))
+
+    def _on_load_torque(self, torque_nm: float) -> None:
+        self.motor.set_load(min(max(torque_nm, -LARGEST_LOAD_NM), LARGEST_LOAD_NM))
+
+    def _on_error(self, code: int) -> None:
+        """Signal a new error by EMCY; 0 says that the last one was reset."""
+        emcy = self.node.emcy
+        if self._signalled and self._signalled != code:
+            emcy.clear_error(self._signalled, 1)
+        self._signalled = code
+        if code:
+            emcy.raise_error(code, register_of(code), source=1)
+
+    # ---- cycles
+
+    def _go_on(self) -> None:
+        """Run the next cycle at its instant, unless that is planned already."""
+        if not self._timer.is_set:
+            passed = (self._clock.now_ns() - self._begin_ns) // self._cycle_ns
+            self._timer.at(self._begin_ns + (passed + 1) * self._cycle_ns, self._on_cycle)
+
+    def _on_cycle(self) -> None:
+        motor, axis = self.motor, self.axis
+        drive = axis.drive
+        now_ns = self._clock.now_ns()
+        is_settled = motor.is_settled
+        passed = (now_ns - motor.at_ns) // self._cycle_ns
+        motor.advance(1 if is_settled else min(max(passed, 1), MOST_CYCLES))
+        if motor.is_changed or axis.pace.is_awake:
+            motor.is_changed = False
+            axis.step()
+        elif drive.is_moving:
+            drive.advance()
+        if motor.is_following:
+            motor.follow(drive.kind, drive.position_demand if drive.kind is Kind.POSITION else drive.set_value)
+        for variable, read in self.node.watched:
+            variable.set(read())
+        self._publish()
+        if not motor.is_settled or axis.pace.is_awake:
+            self._go_on()
+
+    def _publish(self) -> None:
+        motor, wires = self.motor, self._wires
+        if wires is None or self._position is None:
+            return
+        axis, gear = motor.axis, self._settings.load.gear_ratio
+        speed = (axis.load_speed if axis.twist else axis.v) / gear
+        self._position.publish(self._clock.now_ns(), motor.load_position, speed)
+        if motor.is_brake_lifted is not self._is_brake_shown:
+            self._is_brake_shown = motor.is_brake_lifted
+            wires.send(Signal(self._brake_wire, motor.is_brake_lifted))
+
+    @classmethod
+    def tools(cls, name: str, settings: Cia402DriveSettings, links: Mapping[str, Bus[Any]]) -> list[Tool]:
+        return lines(settings, links)

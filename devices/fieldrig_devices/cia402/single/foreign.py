@@ -1,0 +1,181 @@
+"""Reads what the EDS or DCF file of a drive says about it: its modes, homing methods, encoder and units.
+
+Source: CiA 402-2 for the objects; the units of 608Bh, 608Ch and 60A9h are those of the older and the newer edition.
+What the file declares is what exists.  An object that it lacks has no effect: the engine works with a default, in the
+units of the file.  Where the file gives 0 for a limit or a rate with which nothing could ever move, the engine works
+with the default too, though a master reads the 0, because real drives keep such values in a memory of their own.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.eds import reader
+from fieldrig_devices.cia402 import objects
+from fieldrig_devices.cia402.axis_objects import Key, find
+from fieldrig_devices.cia402.behaviour import Behaviour
+from fieldrig_devices.cia402.homing_methods import ALL_METHODS
+from fieldrig_devices.cia402.objects import ROWS, Row
+from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
+
+DEVICE_TYPE: Final = 0x1000
+DRIVE_PROFILE: Final = 402
+"""The number of CiA 402 in the low word of 1000h."""
+FEWEST_INCREMENTS: Final = 16
+"""A resolution of an encoder below this is a value that the file does not know."""
+
+TARGETS: Final = {
+    1: objects.TARGET_POSITION, 2: objects.VL_TARGET, 3: objects.TARGET_VELOCITY, 4: objects.TARGET_TORQUE,
+    6: objects.HOMING_METHOD, 7: objects.DATA_RECORD, 8: objects.TARGET_POSITION, 9: objects.TARGET_VELOCITY,
+    10: objects.TARGET_TORQUE,
+}  # fmt: skip
+"""The object without which there is no such mode, for a file that does not say its modes."""
+LENGTHS: Final = frozenset({objects.POSITION_WINDOW})
+SPEEDS: Final = frozenset({
+    objects.VELOCITY_WINDOW, objects.THRESHOLD, objects.MAX_VELOCITY, objects.PROFILE_VELOCITY, objects.HOMING_SPEED,
+})  # fmt: skip
+RATES: Final = frozenset({
+    objects.PROFILE_ACCELERATION, objects.PROFILE_DECELERATION, objects.QUICK_STOP_DECELERATION,
+    objects.HOMING_ACCELERATION, objects.MAX_ACCELERATION, objects.MAX_DECELERATION,
+})  # fmt: skip
+NEVER_0: Final = RATES | {
+    objects.VELOCITY_WINDOW, objects.THRESHOLD, objects.MAX_VELOCITY, objects.HOMING_SPEED, objects.MAX_MOTOR_SPEED,
+    objects.MAX_TORQUE, objects.MAX_CURRENT, objects.TORQUE_SLOPE, objects.FOLLOWING_WINDOW,
+    objects.VL_ACCELERATION, objects.VL_DECELERATION, objects.VL_QUICK_STOP,
+}  # fmt: skip
+"""Objects whose 0 means that the file does not know the value."""
+VL_MOST: Final = (objects.VL_AMOUNT, 2)
+
+UNIT_OF_VELOCITY: Final = 0x60A9
+VELOCITY_NOTATION, VELOCITY_DIMENSION = 0x608B, 0x608C
+RPM_DIMENSION: Final = 0xA4
+TURN_OF: Final = {0x00B4_4700: 1 / 60, 0x00B4_0300: 1.0}
+"""Turns per second of the units of 60A9h, without the prefix in the highest byte."""
+
+
+class Declared(NamedTuple):
+    """The description of a drive by its file."""
+
+    behaviour: Behaviour
+    defaults: Mapping[Key, int]
+    """The numbers to use where the file has no such object, or none that could be meant."""
+    increments: int
+    """Increments of the encoder per turn of the motor."""
+
+
+def declared(path: Path, increments: int | None = None) -> Declared:
+    """Return what the file says about a drive whose encoder has `increments` per turn, or as many as the file says.
+
+    Raises EdsError if the file is refused.
+    """
+    return _declared(path, increments, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=32)
+def _declared(path: Path, increments: int | None, mtime_ns: int) -> Declared:
+    description = reader.describe(path, reader.CHECKED_AS)
+    file = _File(Dictionary(description.variables), description.given, increments)
+    velocity_unit = file.velocity_unit()
+    behaviour = Behaviour(
+        modes=file.modes(),
+        homing_methods=file.homing_methods(),
+        velocity_unit=velocity_unit,
+        acceleration_unit=velocity_unit,
+        has_feed_constant=False,
+    )
+    return Declared(behaviour, file.defaults(velocity_unit), file.increments)
+
+
+class _File:
+    def __init__(self, dictionary: Dictionary, given: frozenset[tuple[int, int]], increments: int | None) -> None:
+        self._dictionary, self._given = dictionary, given
+        self._variables = {(row.index, row.subindex or 0): find(dictionary, row) for row in ROWS}
+        self.increments = increments or self._resolution() or INCREMENTS_PER_TURN
+
+    def _number(self, index: int, subindex: int = 0) -> int | None:
+        """The number that the file gives; None if it gives none."""
+        variable = self._dictionary.get(index, subindex)
+        if variable is None or (index, subindex) not in self._given:
+            return None
+        value = variable.value
+        return None if isinstance(value, str) else int(value)
+
+    def modes(self) -> frozenset[int]:
+        """Modes by 6502h, or by the objects that there are if it does not say any."""
+        bits = self._number(objects.SUPPORTED_MODES)
+        if bits:
+            return frozenset(mode for mode in TARGETS if bits >> (mode - 1) & 1)
+        return frozenset(mode for mode, index in TARGETS.items() if index in self._dictionary)
+
+    def homing_methods(self) -> frozenset[int]:
+        """Methods by 60E3h; without it, all, as far as the limits of 6098h permit."""
+        members = self._dictionary.members(objects.HOMING_METHODS)
+        listed = {self._number(objects.HOMING_METHODS, member.subindex) for member in members}
+        return (frozenset(number for number in listed if number) & ALL_METHODS.keys()) or frozenset(ALL_METHODS)
+
+    def _resolution(self) -> int | None:
+        counts, turns = (self._number(objects.ENCODER_RESOLUTION, subindex) for subindex in (1, 2))
+        per_turn = (counts or 0) // (turns or 1)
+        return per_turn if per_turn >= FEWEST_INCREMENTS else None
+
+    def velocity_unit(self) -> float | None:
+        """Turns of the motor per second of the unit of velocities; None for user units of positions per second."""
+        unit = self._number(UNIT_OF_VELOCITY)
+        if unit is not None and unit & 0xFF_FFFF in TURN_OF:
+            return float(TURN_OF[unit & 0xFF_FFFF] * 10.0 ** _signed(unit >> 24 & 0xFF))
+        if self._number(VELOCITY_DIMENSION) == RPM_DIMENSION:
+            return float(10.0 ** (self._number(VELOCITY_NOTATION) or 0) / 60)
+        return None
+
+    # ---- defaults
+
+    def defaults(self, velocity_unit: float | None) -> dict[Key, int]:
+        encoder = self._pair(objects.ENCODER_RESOLUTION, (self.increments, 1))
+        gear = self._pair(objects.GEAR_RATIO, (1, 1))
+        feed = self._pair(objects.FEED_CONSTANT, encoder)
+        if feed == (1, 1):  # as the engine takes it, without `has_feed_constant`
+            feed = encoder
+        units = self.increments * encoder[1] * gear[1] * feed[0] / (encoder[0] * gear[0] * feed[1])
+        scaled = self._scale(units, units if velocity_unit is None else 1 / velocity_unit)
+        found = {(row.index, row.subindex or 0): scaled(row) for row in ROWS}
+        for index, pair in ((objects.ENCODER_RESOLUTION, encoder), (objects.FEED_CONSTANT, feed)):
+            found |= {(index, subindex): number for subindex, number in enumerate(pair, 1)}
+        return {key: value for key, value in found.items() if self._is_unknown(key)}
+
+    def _pair(self, index: int, otherwise: tuple[int, int]) -> tuple[int, int]:
+        """The two numbers of a factor of the units; the engine takes a 0 as 1."""
+        first, second = (self._variables[index, subindex] for subindex in (1, 2))
+        if first is None:
+            return otherwise
+        return max(first.number, 1), 1 if second is None else max(second.number, 1)
+
+    def _is_unknown(self, key: Key) -> bool:
+        return self._variables[key] is None or key[0] in NEVER_0 or key == VL_MOST
+
+    def _scale(self, per_turn: float, speeds: float) -> Callable[[Row], int]:
+        """Return the function that gives the start value of our own drive, in the units of the file.
+
+        A turn of the motor is `per_turn` user units, and a turn per second is `speeds` units of velocities.
+        """
+
+        def scaled(row: Row) -> int:
+            start = row.start if isinstance(row.start, int) else 0
+            if row.index in LENGTHS:
+                return max(round(start * per_turn / INCREMENTS_PER_TURN), 1)
+            if row.index in SPEEDS or row.index in RATES:
+                return max(round(start * speeds / INCREMENTS_PER_TURN), 1)
+            return start
+
+        return scaled
+
+
+def _signed(byte: int) -> int:
+    return byte - 0x100 if byte & 0x80 else byte
+
+
+def is_drive(dictionary: Dictionary) -> bool:
+    """True if 1000h says CiA 402, or the objects are those of a drive whatever 1000h says."""
+    is_said = dictionary.number(DEVICE_TYPE, 0) & 0xFFFF == DRIVE_PROFILE
+    return is_said or (objects.CONTROL_WORD in dictionary and objects.STATUS_WORD in dictionary)

@@ -1,0 +1,285 @@
+"""A single drive with motor and load: modes of operation, faults, terminals; torques and times from physics."""
+
+from math import pi, tau
+from typing import Any
+
+import pytest
+from single_drive_bench import SingleDriveBench
+
+from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.canopen.eds.check import check_eds
+from fieldrig_devices.cia402.single.own_objects import EDS, eds_text
+
+pytestmark = pytest.mark.long
+
+PP, VL, PV, PT, HM, IP, CSP, CSV, CST = 1, 2, 3, 4, 6, 7, 8, 9, 10
+TURN = 1_000_000
+READY, ON, FAULT, DISABLED = 0x21, 0x23, 0x08, 0x40
+
+
+@pytest.fixture
+def bench() -> SingleDriveBench:
+    return SingleDriveBench()
+
+
+def test_the_eds_is_what_the_tables_say_and_has_no_fault() -> None:
+    assert EDS.read_text() == eds_text()
+    assert [mistake for mistake in check_eds(EDS) if "no clear mapping direction" not in mistake.what] == []
+
+
+def test_the_node_says_that_it_is_a_servo_drive_with_every_mode(bench: SingleDriveBench) -> None:
+    assert bench.get(0x1000) == 0x0002_0192
+    assert bench.get(0x6502) == 0b11_1110_1111  # pp, vl, pv, tq, hm, ip, csp, csv, cst
+    assert (bench.get(0x6075), bench.get(0x6076), bench.get(0x6079)) == (2_540, 1_270, 325_000)
+
+
+def test_a_drive_without_torque_computes_nothing(bench: SingleDriveBench) -> None:
+    bench.after(10)
+    before = bench.drive.motor.at_ns
+    bench.after(10_000)
+    assert bench.drive.motor.at_ns == before
+
+
+# ---- modes
+
+
+def test_profile_position_reaches_its_target_in_the_time_of_its_profile(bench: SingleDriveBench) -> None:
+    """Two turns at a turn per second, with ramps of 0.1 s: 2.1 s."""
+    bench.enabled(PP).put(0x607A, 2 * TURN).control(0x1F)
+    assert bench.until(lambda: bench.drive.axis.status_word & 0x0400 != 0) == pytest.approx(2_100, abs=30)
+    bench.after(200)
+    assert bench.get(0x6064) == pytest.approx(2 * TURN, abs=20)  # dry friction holds it there
+    assert bench.read("position") == pytest.approx(2 * tau, abs=1e-4)
+
+
+def test_a_second_set_point_waits_for_the_first(bench: SingleDriveBench) -> None:
+    bench.enabled(PP).put(0x607A, TURN).control(0x1F).control(0x0F).put(0x607A, 0).control(0x1F)
+    assert bench.status(0x1000) == 0x1000
+    bench.until(lambda: bench.read("position") > 0.99 * tau)
+    bench.until(lambda: abs(bench.read("position")) < 0.001)
+
+
+def test_profile_velocity_has_no_following_error_at_constant_speed(bench: SingleDriveBench) -> None:
+    bench.enabled(PV).put(0x60FF, 10 * TURN).after(1_500)
+    assert bench.get(0x606C) == pytest.approx(10 * TURN, rel=1e-3)
+    assert bench.read("speed") == pytest.approx(600, rel=1e-3)
+    assert bench.status(0x0400) == 0x0400
+    assert abs(bench.get(0x60F4)) < 3_000
+
+
+def test_velocity_mode_turns_the_motor_at_its_speed(bench: SingleDriveBench) -> None:
+    bench.put(0x6042, 1_200).enabled(VL).control(0x7F).after(3_000)
+    assert bench.read("speed") == pytest.approx(1_200, rel=1e-3)
+    assert bench.get(0x6044) == pytest.approx(1_200, abs=1)
+
+
+@pytest.mark.parametrize("mode", [PT, CST])
+def test_a_torque_accelerates_the_inertia(mode: int) -> None:
+    """20 % of 1.27 N m, less 0.02 N m of friction, on 8e-5 kg m2."""
+    bench = SingleDriveBench(load={"inertia_kg_m2": 5e-5, "coulomb_nm": 0.02, "viscous_nm_s_per_rad": 0.0})
+    bench.put(0x6087, 1_000_000).enabled(mode).put(0x6071, 200).after(11)
+    began = bench.drive.motor.axis.v
+    bench.after(20)
+    assert (bench.drive.motor.axis.v - began) / 0.020 == pytest.approx((0.254 - 0.02) / 8e-5, rel=0.02)
+    assert bench.get(0x6077) == 200
+
+
+def test_csp_at_1_ms_follows_the_sync(bench: SingleDriveBench) -> None:
+    """RPDO 3 with the SYNC, a turn per second; the drive is a cycle behind its set-points."""
+    bench.put(0x1402, 1, 2).put(0x60C2, 1, 1).enabled(CSP)
+    for place in range(0, 500_000, 1_000):
+        bench.send(f"405#0F 00 {place.to_bytes(4, 'little').hex(' ')}", "080#")
+        sent = bench.after(1)
+    assert bench.get(0x6064) == pytest.approx(499_000, abs=2_500)
+    assert [frame[:3] for frame in sent if frame[:3] == "385"] == []  # TPDO 3 answers the SYNC at once
+    assert any(frame.startswith("385#") for frame in bench.send("080#"))
+
+
+def test_csv_and_interpolated_position_move_too(bench: SingleDriveBench) -> None:
+    bench.enabled(CSV).put(0x60FF, TURN).after(200)
+    assert bench.read("speed") == pytest.approx(60, rel=0.02)
+    bench.put(0x60FF, 0).after(500)
+    begin = bench.get(0x6064)
+    bench.put(0x60C2, 10, 1).put(0x6060, IP).control(0x1F).after(100)
+    for step in range(1, 6):
+        bench.put(0x60C1, begin + step * 1_000, 1)
+    bench.after(200)
+    assert bench.get(0x6064) == pytest.approx(begin + 5_000, abs=50)
+
+
+# ---- homing on a machine with switches, an index and stops
+
+MACHINE: dict[str, Any] = {
+    "switches": {
+        "negative_limit": {"low": -100.0, "high": -3.0},
+        "positive_limit": {"low": 3.0, "high": 100.0},
+        "home": {"low": 0.5, "high": 1.0},
+    },
+    "low_stop_rad": -3.5,
+    "high_stop_rad": 3.5,
+}
+PER_RAD = TURN / tau
+
+
+@pytest.mark.parametrize(
+    ("method", "begin_rad", "home_rad"),
+    [
+        (17, 0.2, -3.0), (18, 0.2, 3.0), (19, 0.2, 0.5), (21, 2.0, 1.0), (1, 0.2, 0.0), (35, 0.2, 0.2),
+        (-3, 0.2, 3.5), (-4, 0.2, -3.5), (-2, 0.2, 0.0), (-1, 0.2, 0.0),
+    ],
+)  # fmt: skip
+def test_homing_finds_switch_index_or_stop(method: int, begin_rad: float, home_rad: float) -> None:
+    """The index is at each whole turn, so between the stops it is at 0."""
+    machine = MACHINE if method > 0 else {key: MACHINE[key] for key in ("low_stop_rad", "high_stop_rad")}
+    bench = SingleDriveBench(**machine, initial_position_rad=begin_rad)
+    bench.put(0x6098, method).put(0x6099, 200_000, 1).put(0x6099, 40_000, 2).enabled(HM).control(0x1F)
+    bench.until(lambda: bench.drive.axis.status_word & 0x3400 == 0x1400)
+    zero = bench.get(0x6063) - bench.get(0x6064)
+    assert zero == pytest.approx(home_rad * PER_RAD, abs=600)
+    assert bench.status(0x0008) == 0
+
+
+def test_a_limit_switch_stops_the_motor(bench: SingleDriveBench) -> None:
+    bench.enabled(PV).put(0x60FF, TURN).after(500)
+    bench.wire("axis.positive_limit", True).after(200)
+    assert bench.read("speed") == pytest.approx(0, abs=0.1)
+    assert bench.status(0x0800) == 0x0800
+    assert bench.get(0x60FD) == 2
+
+
+# ---- terminals
+
+
+def test_an_edge_of_a_probe_is_captured_between_two_cycles(bench: SingleDriveBench) -> None:
+    bench.enabled(PV).put(0x60FF, 10 * TURN).after(1_500)
+    bench.put(0x60B8, 0x0011).after(1)
+    bench.clock.advance_to(bench.clock.now_ns() + 300_000)
+    there = bench.drive.motor.present.position
+    edge_ns = bench.clock.now_ns()
+    bench.wire("axis.probe_1", True).after(2)
+    assert bench.get(0x60BA) == round(there)
+    assert bench.get(0x60D1) & 0xFFFF_FFFF == edge_ns & 0xFFFF_FFFF
+
+
+def test_sto_takes_the_torque_away_and_the_motor_coasts(bench: SingleDriveBench) -> None:
+    bench.enabled(PV).put(0x60FF, 10 * TURN).after(1_500)
+    bench.wire("axis.sto", False).after(2)
+    assert bench.status(0x6F) == DISABLED
+    assert 500 < bench.read("speed") < 600
+    bench.control(0x06).control(0x07).control(0x0F).after(5)
+    assert bench.status(0x6F) in (READY, DISABLED)
+    bench.wire("axis.sto", True).control(0x06).control(0x07).control(0x0F).after(5)
+    assert bench.status(0x6F) == 0x27
+
+
+def test_the_brake_lifts_before_operation_is_enabled() -> None:
+    bench = SingleDriveBench(motor={"brake_torque_nm": 2.0, "brake_lift_ms": 40.0})
+    bench.control(0x06).control(0x07).control(0x0F).after(30)
+    assert bench.status(0x6F) == ON
+    assert bench.until(lambda: bench.drive.axis.status_word & 0x6F == 0x27) == pytest.approx(10, abs=3)
+    assert bench.wires.sent[-1] == Signal("axis.brake", True)
+    bench.control(0x00).after(2)
+    assert bench.wires.sent[-1] == Signal("axis.brake", False)
+
+
+def test_inputs_and_outputs_are_bits_of_60fd_and_60fe() -> None:
+    bench = SingleDriveBench(input_wires=["door"], output_wires=["lamp"])
+    bench.wire("door", True).wire("axis.home", True)
+    assert bench.get(0x60FD) == 1 << 18 | 1 << 2
+    bench.put(0x60FE, 1 << 16, 2).put(0x60FE, 1 << 16, 1)
+    assert bench.wires.sent[-1] == Signal("lamp", True)
+
+
+def test_the_load_is_on_a_wire_as_a_motion() -> None:
+    bench = SingleDriveBench(load={"gear_ratio": 10.0, "inertia_kg_m2": 0.001})
+    bench.enabled(PV).put(0x60FF, 10 * TURN).after(2_000)
+    last = next(sent for sent in reversed(bench.wires.sent) if isinstance(sent, Motion))
+    assert (last.name, last.unit) == ("axis.position", "rad")
+    assert last.speed == pytest.approx(tau, rel=1e-3)
+    assert last.at(bench.clock.now_ns()) == pytest.approx(bench.read("position"), abs=2e-4)
+
+
+# ---- the world, and faults
+
+
+def test_a_load_torque_is_held_and_seen(bench: SingleDriveBench) -> None:
+    bench.enabled(PP).wire("axis.load_torque", 0.635).after(500)
+    assert bench.get(0x6077) == pytest.approx(500, abs=20)  # half of the rated torque, within dry friction
+    assert abs(bench.get(0x6064)) < 10
+
+
+def test_a_blocked_shaft_ends_in_a_following_error(bench: SingleDriveBench) -> None:
+    bench.put(0x6065, 50_000).put(0x6066, 10).enabled(PV).put(0x60FF, TURN).after(500)
+    number = bench.drive.add_fault({"what": "blocked"})
+    bench.until(lambda: bench.drive.axis.status_word & 0x6F == FAULT, 2_000)
+    assert bench.get(0x603F) == 0x8611
+    bench.drive.clear_fault(number)
+    bench.control(0x00).control(0x80).after(2)
+    assert bench.status(0x6F) == DISABLED
+
+
+def test_a_blocked_shaft_ends_in_an_overload_without_a_window(bench: SingleDriveBench) -> None:
+    """The peak torque is borne for 3 s."""
+    bench.enabled(PV).put(0x60FF, TURN).after(500)
+    bench.wire("axis.blocked", True)
+    assert bench.until(lambda: bench.get(0x603F) == 0x2350, 8_000) == pytest.approx(3_000, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("fault", "code", "register"),
+    [
+        ({"what": "overtemperature"}, 0x4310, 0x09),
+        ({"what": "overtemperature", "of": "drive"}, 0x4210, 0x09),
+        ({"what": "overcurrent"}, 0x2310, 0x03),
+        ({"what": "dc_link", "sort": "overvoltage"}, 0x3210, 0x05),
+        ({"what": "dc_link"}, 0x3220, 0x05),
+        ({"what": "encoder_signal"}, 0x7305, 0x21),
+        ({"what": "error", "code": 0xFF01}, 0xFF01, 0x81),
+    ],
+)
+def test_each_fault_has_its_code_emcy_and_register(
+    bench: SingleDriveBench, fault: dict[str, object], code: int, register: int
+) -> None:
+    bench.enabled(PP).take()
+    number = bench.drive.add_fault(fault)
+    sent = bench.after(20)
+    assert f"085#{code & 0xFF:02x} {code >> 8:02x} {register:02x} 00 00 00 00 00" in sent
+    assert (bench.get(0x603F), bench.status(0x4F), bench.get(0x1001)) == (code, FAULT, register)
+    bench.control(0x80).after(5)
+    assert bench.status(0x4F) == FAULT, "its cause is still there"
+    bench.drive.clear_fault(number)
+    bench.control(0x00).control(0x80).after(5)
+    assert (bench.status(0x4F), bench.get(0x1001)) == (DISABLED, 0)
+
+
+def test_without_mains_nothing_is_enabled(bench: SingleDriveBench) -> None:
+    bench.write_point("mains", False)
+    bench.control(0x06).control(0x07).control(0x0F).after(5)
+    assert bench.status(0x10) == 0
+    assert bench.status(0x6F) != 0x27
+    assert bench.get(0x6079) == 0
+
+
+def test_a_reset_of_the_node_takes_the_torque_away(bench: SingleDriveBench) -> None:
+    bench.enabled(PV).put(0x60FF, TURN).after(500)
+    bench.send("000#81 05")
+    bench.after(5)
+    assert bench.status(0x6F) == DISABLED
+    assert not bench.drive.motor.is_following
+
+
+def test_torques_are_limited_by_6072_and_6073(bench: SingleDriveBench) -> None:
+    bench.put(0x6073, 300).enabled(PV).wire("axis.blocked", True).put(0x60FF, TURN).after(1_000)
+    assert bench.get(0x6077) == 300
+    bench.put(0x6072, 100).after(50)
+    assert bench.get(0x6077) == 100
+
+
+def test_another_encoder_shows_in_608f_and_not_in_user_units() -> None:
+    bench = SingleDriveBench(encoder_increments=4_096)
+    assert bench.get(0x608F, 1) == 4_096
+    bench.enabled(PP).put(0x607A, TURN).control(0x1F)
+    bench.until(lambda: bench.drive.axis.status_word & 0x0400 != 0)
+    bench.after(300)
+    assert bench.read("position") == pytest.approx(2 * pi, abs=0.01)
+    assert bench.get(0x6063) == pytest.approx(4_096, abs=2)
