@@ -90,6 +90,7 @@ DEVICES: dict[str, dict[str, Any]] = {
         "kind": "canopen.node", "node_id": 6, "eds": SENSOR, "links": {**WIRES, "can": "can1"},
         "signals": {"6130:01": {"wire": "motor.encoder", "unit": "count"}},
     },
+    "drive": {"kind": "cia402.drive", "node_id": 8, "links": {**WIRES, "can": "can1"}},
     "bridge": {"kind": "can.bridge", "links": {"a": "can0", "b": "can1"}},
     "panel": {"kind": "modbus.device", "links": {**WIRES, "modbus": ["modbus"]}, "turnaround_ms": 0},
     "plate": {"kind": "sm.encoder", "name_plate": PLATE, "links": {**WIRES, "line": "line"}},
@@ -190,6 +191,7 @@ def set_going(rig: Rig) -> None:
     """Everything that a person could move by its points."""
     rig.set("motor", "load_torque", PULL_NM)
     rig.set("rolling", "load_torque", -1.5)
+    rig.set("drive", "load_torque", -0.5)
     rig.set("smart", "led1.blink", True)
     for pin, value in (("Velocity", 10_000), ("Acceleration", 500), ("Deceleration", 500), ("Execute", True)):
         rig.set("scu", f"MoveVelocity.{pin}", value)

@@ -14,6 +14,7 @@ from arp_terminal import TerminalBench
 from canopen_bench import CanopenBench
 from hiperface_bench import EncoderBench, telegram
 from modem_bench import ModemBench
+from single_drive_bench import SingleDriveBench
 from spoiling import spoilt
 from strangers import hub_of
 
@@ -87,13 +88,18 @@ def _node() -> tuple[Any, Callable[[], Any], int]:
     return bench.can, lambda: bench.after(1), 5
 
 
+def _drive() -> tuple[Any, Callable[[], Any], int]:
+    bench = SingleDriveBench()
+    return bench.can, lambda: bench.after(1), 5
+
+
 def _terminal() -> tuple[Any, Callable[[], Any], int]:
     bench = TerminalBench()
     return bench.can, lambda: bench.after(1), 20
 
 
 CAN_DEVICES: dict[str, Callable[[], tuple[Any, Callable[[], Any], int]]] = {
-    "arp": _card, "canopen.node": _node, "terminal.tr": _terminal
+    "arp": _card, "canopen.node": _node, "cia402.drive": _drive, "terminal.tr": _terminal
 }  # fmt: skip
 
 
@@ -107,6 +113,7 @@ def test_a_device_on_can_goes_on(kind: str, inputs_a_target: int) -> None:
     requests = [bytes.fromhex(text) for text in (
         "4000100000000000", "2b02200001000000", "2100200009000000", "c603200009000000", "a40020007f000000",
         "2310100173617665", "2300180185010040", "0401000000000000", "4000000000000000", "8100", "0100",
+        "2b4060000f000000", "2f60600003000000", "23ff600000000080", "237a6000ffffff7f",
     )]  # fmt: skip
     for number in range(inputs_a_target):
         identifier = chance.choice(services) if chance.random() < 0.9 else chance.randrange(EXTENDED_MASK + 1)

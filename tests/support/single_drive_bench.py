@@ -7,7 +7,7 @@ from canopen_bench import RecordedCan
 from cia402_bench import ENABLED, ByObject
 
 from fieldrig.clock import MS, VirtualClock
-from fieldrig.storage.store import MemoryStore
+from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.cia402.single.device import Cia402Drive
@@ -17,8 +17,8 @@ from fieldrig_devices.cia402.single.settings import Cia402DriveSettings
 class SingleDriveBench(ByObject):
     """The drive with these keys of its rig file."""
 
-    def __init__(self, **keys: Any) -> None:
-        self.clock, self.store = VirtualClock(), MemoryStore()
+    def __init__(self, store: Store | None = None, **keys: Any) -> None:
+        self.clock, self.store = VirtualClock(), store or MemoryStore()
         self.can, self.wires = RecordedCan(), RecordedLink[Signal]()
         settings = Cia402DriveSettings.model_validate({"node_id": 5, **keys})
         self.drive = Cia402Drive(self.clock, "axis", settings, self.can, self.store, self.wires)

@@ -19,6 +19,7 @@ from hmiscu_device_bench import DeviceBench
 from max4_bench import PLATE
 from max4_bench import Bench as Max4Bench
 from modem_bench import ModemBench
+from single_drive_bench import SingleDriveBench
 from smart_io_bench import SmartIoBench
 
 from fieldrig.clock import MS, VirtualClock
@@ -70,8 +71,14 @@ def _card(store: Store) -> Storing:
 
 
 def _node(store: Store) -> Storing:
-    bench = CanopenBench(store=store)
+    return _by_sdo(CanopenBench(store=store))
 
+
+def _drive(store: Store) -> Storing:
+    return _by_sdo(SingleDriveBench(store))
+
+
+def _by_sdo(bench: CanopenBench) -> Storing:
     def write(value: int) -> str:
         bench.write(f"2b 17 10 00 {value:02x} 00 00 00")
         return bench.sdo(SAVE)
@@ -184,6 +191,7 @@ def _modem(store: Store) -> Storing:
 KINDS: Final[Mapping[str, Callable[[Store], Storing]]] = {
     "arp": _card,
     "canopen.node": _node,
+    "cia402.drive": _drive,
     "hmiscu": _panel_controller,
     "max4": _controller,
     "modbus.device": _registers,

@@ -64,7 +64,7 @@ class Cia402Axis(Service):
         self._motor = motor
         self._context = Context(self._numbers, motor, cycle_ns, behaviour)
         self.drive = AxisDrive(self._numbers, motor, self._context)
-        self.machine = StateMachine(self.drive)
+        self.machine = StateMachine(self.drive, behaviour)
         self._probes = TouchProbes(clock, self._numbers, motor, self._context)
         self._was_lost = False
         self.pace = self._context.pace

@@ -1,6 +1,6 @@
 """How a drive behaves where CiA 402 leaves the choice to its maker, as one object that all parts of an axis read.
 
-The defaults are the baseline: one transition for each step, everything by the book.  A drive that differs gets another
+The defaults are the baseline: everything by the book.  A drive that differs gets another
 `Behaviour`, and no part of the engine asks which drive it is.
 """
 
@@ -20,6 +20,8 @@ class Behaviour:
     """Numbers of the homing methods that the drive has (6098h), besides 0, which is always accepted."""
     homing_torque: int = 500
     """Torque that tells a mechanical stop from a free way in the homing methods -1 to -4, in 0.1 % of the rated one."""
+    passes_switched_on: bool = True
+    """True if 'enable operation' (0Fh) in 'ready to switch on' takes transitions 3 and 4; otherwise it takes 3 only."""
     has_ramp_bits: bool = True
     """True if bits 4 to 6 of the control word act in velocity mode (vl); otherwise its ramp always follows 6042h."""
     velocity_unit: float | None = None

@@ -6,6 +6,7 @@ brake, and the axis stays in 'operation enabled' during the ramp of transition 5
 the next one, so after a power loss the last control word takes effect again.
 """
 
+from fieldrig_devices.cia402.behaviour import BASELINE, Behaviour
 from fieldrig_devices.cia402.drive import Drive
 from fieldrig_devices.cia402.options import (
     DISABLE_OPTIONS,
@@ -18,8 +19,8 @@ from fieldrig_devices.cia402.states import ENDS, FAULT_RESET, TRANSITIONS, Comma
 
 
 class StateMachine:
-    def __init__(self, drive: Drive) -> None:
-        self._drive = drive
+    def __init__(self, drive: Drive, behaviour: Behaviour = BASELINE) -> None:
+        self._drive, self._behaviour = drive, behaviour
         self.state = State.NOT_READY_TO_SWITCH_ON
         self.transition = 0
         """Number of the last transition."""
@@ -178,5 +179,8 @@ class StateMachine:
         self._order(self._command)
 
     def _order(self, command: Command | None) -> None:
+        is_passing = command is Command.ENABLE_OPERATION and self.state is State.READY_TO_SWITCH_ON
+        if is_passing and not self._behaviour.passes_switched_on:
+            command = Command.SWITCH_ON
         self._command = command
         self._wanted = None if command is None else TRANSITIONS.get((self.state, command))

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fieldrig_devices.cia402.behaviour import Behaviour
 from fieldrig_devices.cia402.options import Options, Ramp
 from fieldrig_devices.cia402.state_machine import StateMachine
 from fieldrig_devices.cia402.states import Command, State, command_of
@@ -351,3 +352,16 @@ def test_whatever_comes_power_is_on_in_two_states_only(course: list[tuple[int, i
         machine.step()
         if drive.is_following:
             assert machine.state in (ENABLED, QUICK_STOP, REACTION)
+
+
+def test_a_drive_may_count_enable_operation_as_switch_on() -> None:
+    drive = FakeDrive()
+    machine = StateMachine(drive, Behaviour(passes_switched_on=False))
+    machine.start()
+    machine.step()
+    machine.control(SHUTDOWN)
+    machine.control(ENABLE)
+    machine.step()
+    assert machine.state is ON
+    machine.control(ENABLE)
+    assert machine.state is ENABLED
