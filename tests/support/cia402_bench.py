@@ -105,6 +105,10 @@ class ByObject(CanopenBench):
         assert answer[:2] == "60", answer
         return ""
 
+    def try_get(self, index: int, sub: int = 0) -> int | None:
+        """The value; None if there is no such object."""
+        return None if self.node.dictionary.get(index, sub) is None else self.get(index, sub)
+
     def get(self, index: int, sub: int = 0, axis: int = 0) -> int:
         at = index + axis * 0x800
         answer = bytes.fromhex(self.sdo(f"40 {at & 0xFF:02x} {at >> 8:02x} {sub:02x} 00 00 00 00"))

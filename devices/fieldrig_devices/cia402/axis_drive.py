@@ -16,6 +16,7 @@ from fieldrig_devices.cia402.modes.interpolated import InterpolatedPosition
 from fieldrig_devices.cia402.modes.mode import BIT_13, Mode
 from fieldrig_devices.cia402.modes.profile_position import ProfilePosition
 from fieldrig_devices.cia402.modes.profile_velocity import ProfileVelocity
+from fieldrig_devices.cia402.modes.standing import Standing
 from fieldrig_devices.cia402.modes.torque import CyclicTorque, ProfileTorque
 from fieldrig_devices.cia402.modes.velocity import Velocity
 from fieldrig_devices.cia402.motor import Kind, Motor
@@ -39,6 +40,8 @@ class AxisDrive:
         self._numbers, self._motor, self._context = numbers, motor, context
         self._pace, self._motion = context.pace, context.motion
         self.modes = {mode.number: mode for mode in (kind(context) for kind in MODES)}
+        for number in (context.behaviour.modes or frozenset()) - self.modes.keys():
+            self.modes[number] = Standing(context)
         self.mode: Mode = self.modes[ProfilePosition.number]
         self.shown_mode = NO_MODE
         self.is_moving = False
@@ -57,7 +60,7 @@ class AxisDrive:
     def supported(self) -> set[int]:
         """Numbers of the modes that the drive has and whose set values the motor can follow."""
         kinds, numbers = self._motor.kinds, self._context.behaviour.modes
-        followed = {mode.number for mode in self.modes.values() if mode.kind in kinds}
+        followed = {number for number, mode in self.modes.items() if mode.kind in kinds}
         return followed if numbers is None else followed & numbers
 
     @property

@@ -15,7 +15,10 @@ class Behaviour:
     """The choices of one kind of drive."""
 
     modes: frozenset[int] | None = None
-    """Numbers of the modes of operation that the drive has (6060h); None for all that its motor can follow."""
+    """Numbers of the modes of operation that the drive has (6060h); None for all that its motor can follow.
+
+    A number that the standard does not know is a mode of the maker, in which the axis stands.
+    """
     homing_methods: frozenset[int] = STANDARD_METHODS
     """Numbers of the homing methods that the drive has (6098h), besides 0, which is always accepted."""
     homing_torque: int = 500

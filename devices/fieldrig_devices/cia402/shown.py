@@ -26,7 +26,7 @@ def show(numbers: AxisObjects, context: Context, motor: Motor, drive: AxisDrive)
         (objects.FOLLOWING_ERROR, lambda: context.units.length(drive.following_error)),
         (objects.DEMAND_INTERNAL, lambda: BITS_32.shown(round(drive.position_demand))),
         (objects.INPUTS, lambda: motor.inputs),
-        (objects.SUPPORTED_MODES, lambda: sum(1 << (number - 1) for number in drive.supported)),
+        (objects.SUPPORTED_MODES, lambda: sum(1 << (number - 1) for number in drive.supported if number > 0)),
         (objects.DEVICE_TYPE, lambda: objects.SERVO_DRIVE if motor.is_there else 0),
     ):
         numbers.read_by(index, read)

@@ -19,7 +19,6 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.canopen.node import CanopenNode
 from fieldrig_devices.canopen.node_tools import lines
 from fieldrig_devices.canopen.service import Reset, Service
-from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis import Cia402Axis
 from fieldrig_devices.cia402.error_register import register_of
 from fieldrig_devices.cia402.motor import Kind
@@ -34,8 +33,6 @@ from fieldrig_devices.drives.position_wire import PositionWire
 LARGEST_LOAD_NM: Final = 1e6
 MOST_CYCLES: Final = 1_000
 """Most cycles to catch up with after a pause of the host; the rest is skipped."""
-CONSTANTS: Final = (objects.SUPPORTED_MODES, objects.RATED_TORQUE, objects.RATED_CURRENT, objects.DEVICE_TYPE)
-"""Objects whose value a file may give; otherwise the drive shows its own."""
 
 
 class _Awake(Service):
@@ -96,10 +93,8 @@ class Cia402Drive(Device):
             self._clock, dictionary, 0, self.motor, self._cycle_ns, settings.behaviour(), declared.defaults
         )
         axis.on_error = self._on_error
-        for index in CONSTANTS:
-            variable = dictionary.get(index)
-            if variable is not None and any(variable.start):
-                variable.reader = None
+        for index in declared.constants:
+            dictionary.find(index, 0).reader = None
         self.node.attach(axis)
         self.node.attach(_Awake(self._go_on))
         return axis

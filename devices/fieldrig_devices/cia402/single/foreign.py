@@ -40,6 +40,8 @@ RATES: Final = frozenset({
     objects.PROFILE_ACCELERATION, objects.PROFILE_DECELERATION, objects.QUICK_STOP_DECELERATION,
     objects.HOMING_ACCELERATION, objects.MAX_ACCELERATION, objects.MAX_DECELERATION,
 })  # fmt: skip
+CONSTANTS: Final = (objects.SUPPORTED_MODES, objects.RATED_TORQUE, objects.RATED_CURRENT, objects.DEVICE_TYPE)
+"""Objects that describe drive and motor."""
 NEVER_0: Final = RATES | {
     objects.VELOCITY_WINDOW, objects.THRESHOLD, objects.MAX_VELOCITY, objects.HOMING_SPEED, objects.MAX_MOTOR_SPEED,
     objects.MAX_TORQUE, objects.MAX_CURRENT, objects.TORQUE_SLOPE, objects.FOLLOWING_WINDOW,
@@ -63,6 +65,8 @@ class Declared(NamedTuple):
     """The numbers to use where the file has no such object, or none that could be meant."""
     increments: int
     """Increments of the encoder per turn of the motor."""
+    constants: frozenset[int]
+    """The objects of `CONSTANTS` whose value file or master give; the drive shows its own in all others."""
 
 
 def declared(path: Path, increments: int | None = None) -> Declared:
@@ -85,7 +89,7 @@ def _declared(path: Path, increments: int | None, mtime_ns: int) -> Declared:
         acceleration_unit=velocity_unit,
         has_feed_constant=False,
     )
-    return Declared(behaviour, file.defaults(velocity_unit), file.increments)
+    return Declared(behaviour, file.defaults(velocity_unit), file.increments, file.constants())
 
 
 class _File:
@@ -103,11 +107,27 @@ class _File:
         return None if isinstance(value, str) else int(value)
 
     def modes(self) -> frozenset[int]:
-        """Modes by 6502h, or by the objects that there are if it does not say any."""
+        """Modes by 6502h, or by the objects that there are if it does not say any, and those of the maker by 6060h."""
         bits = self._number(objects.SUPPORTED_MODES)
         if bits:
-            return frozenset(mode for mode in TARGETS if bits >> (mode - 1) & 1)
-        return frozenset(mode for mode, index in TARGETS.items() if index in self._dictionary)
+            modes = frozenset(mode for mode in TARGETS if bits >> (mode - 1) & 1)
+        else:
+            modes = frozenset(mode for mode, index in TARGETS.items() if index in self._dictionary)
+        mode = self._variables[objects.MODE, 0]
+        return (
+            modes | frozenset(range(int(min(mode.low, 0)), 0)) if mode is not None and mode.low is not None else modes
+        )
+
+    def constants(self) -> frozenset[int]:
+        """Those with a value in the file, and those that a master writes."""
+        written = {index for index in (*CONSTANTS, objects.DC_LINK) if self._is_writable(index)}
+        given = {index for index in CONSTANTS if self._number(index) is not None}
+        unknown = set() if self._number(objects.SUPPORTED_MODES) else {objects.SUPPORTED_MODES}
+        return frozenset((written | given) - unknown)
+
+    def _is_writable(self, index: int) -> bool:
+        variable = self._dictionary.get(index)
+        return variable is not None and variable.access.is_writable
 
     def homing_methods(self) -> frozenset[int]:
         """Methods by 60E3h; without it, all, as far as the limits of 6098h permit."""
