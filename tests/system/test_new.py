@@ -12,7 +12,8 @@ from fieldrig_devices.begin.examples import menu
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
 
-EDS_FILES = ("configs/eds/io32.eds", "devices/fieldrig_devices/arp/can/arp-card.eds")
+DRIVE = "devices/fieldrig_devices/cia402/single/cia402-drive.eds"
+EDS_FILES = ("configs/eds/io32.eds", "devices/fieldrig_devices/arp/can/arp-card.eds", DRIVE)
 ROOT = Path(__file__).parents[2]
 OPTIONS = [["new", example] for example in menu()] + [["new", "--eds", str(ROOT / file)] for file in EDS_FILES]
 
@@ -34,15 +35,10 @@ def test_what_is_made_passes_check_and_its_own_test(tmp_path: Path, words: list[
     assert " passed" in tested.stdout
 
 
-def test_a_drive_s_eds_is_said_to_bring_no_drive(tmp_path: Path) -> None:
-    sensor = (ROOT / "configs/eds/level-sensor.eds").read_text(encoding="latin-1")
-    assert "0x00020194" in sensor.lower(), "its device type, which is replaced"
-    drive = tmp_path / "drive.eds"
-    drive.write_text(sensor.replace("0x00020194", "0x00020192"), encoding="latin-1")
-    assert (
-        "An EDS brings the objects of a drive, but no drive"
-        in run(tmp_path, *FIELDRIG, "new", "--eds", "drive.eds").stdout
-    )
+def test_the_eds_of_a_drive_makes_a_drive(tmp_path: Path) -> None:
+    made = run(tmp_path, *FIELDRIG, "new", "--eds", str(ROOT / DRIVE))
+    assert "a `cia402.drive` with a motor" in made.stdout
+    assert "kind: cia402.drive" in (tmp_path / "cia402-drive" / "cia402-drive.yaml").read_text()
     other = run(tmp_path, *FIELDRIG, "new", "--eds", str(ROOT / EDS_FILES[0]))
     assert (other.returncode, "drive" in other.stdout) == (0, False)
 

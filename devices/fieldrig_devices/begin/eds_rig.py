@@ -1,4 +1,4 @@
-"""Creates a rig with one CANopen node from an EDS or DCF file."""
+"""Creates a rig with one CANopen node or one drive from an EDS or DCF file."""
 
 import json
 import re
@@ -10,22 +10,21 @@ from fieldrig.cli.common import reading
 from fieldrig.errors import UsageError
 from fieldrig_devices.canopen.eds import reader as eds
 from fieldrig_devices.canopen.eds.source import parse_number
+from fieldrig_devices.cia402.single.foreign import is_drive
 
 BIT_RATES = (500_000, 250_000, 1_000_000, 125_000, 800_000, 50_000, 20_000, 10_000)
 """Bit rates in order of preference: the first that the file supports is used."""
 COMMISSIONING = re.compile(r"(?ims)^[ \t]*\[DeviceComm?issioning\](.*?)(?=^[ \t]*\[|\Z)")
 KEY = re.compile(r"(?m)^[ \t]*(\w+)[ \t]*=[ \t]*(\w+)")
 DEVICE_TYPE = 0x1000
-DRIVE_PROFILE = 402
-"""The profile of drives of CiA, in the low word of 1000h."""
 DRIVE_NOTE = """\
-note: the file describes a drive (CiA 402). An EDS brings the objects of a drive, but no drive: a master can read and
-write them, but no status word follows the control word, and nothing moves."""
+note: the file describes a drive (CiA 402), so the node is a `cia402.drive` with a motor and a load of its own, which
+docs/cia402-drive.md explains. `fieldrig check` says what is odd in the file."""
 NODE_ID = 1
 """The node-ID for an EDS file; a DCF file has its own."""
 
 RIG = Template("""\
-# One CANopen node from $eds, on a CAN bus that your own master can join.
+# $what from $eds, on a CAN bus that your own master can join.
 # `fieldrig up $name.yaml` starts it and prints its connections; `fieldrig check $name.yaml` explains mistakes.
 time: real                        # the clock of this host
 
@@ -37,7 +36,7 @@ buses:
 
 devices:
   $name:
-    kind: canopen.node
+    kind: $kind
     node_id: $node_id
     eds: $eds
     links: {can: can0}
@@ -105,12 +104,15 @@ def content_for(file: Path) -> Mapping[PurePosixPath, bytes]:
         raise UsageError(f"no node can be made from {file}:\n{cause}", remedy) from cause
     rates = dictionary.features.bit_rates
     name = name_for(file)
+    is_a_drive = is_drive(dictionary)
     words = {
+        "what": "One drive (CiA 402)" if is_a_drive else "One CANopen node",
+        "kind": "cia402.drive" if is_a_drive else "canopen.node",
         "name": name,
         "eds": json.dumps(f"eds/{file.name}", ensure_ascii=False),
         "node_id": node_id,
         "bit_rate": bit_rate or next((rate for rate in BIT_RATES if rate in rates), BIT_RATES[0]),
-        "device_type": dictionary.find(DEVICE_TYPE, 0).data.hex(" "),
+        "device_type": dictionary.number(DEVICE_TYPE, 0).to_bytes(4, "little").hex(" "),
     }
     return {
         PurePosixPath(f"{name}.yaml"): RIG.substitute(words).encode(),
@@ -121,9 +123,8 @@ def content_for(file: Path) -> Mapping[PurePosixPath, bytes]:
 
 
 def note_for(file: Path) -> str:
-    """Return what the node of the EDS file will not do; empty if there is nothing to say."""
-    device_type = eds.load(file, NODE_ID).find(DEVICE_TYPE, 0).data
-    return DRIVE_NOTE if int.from_bytes(device_type[:2], "little") == DRIVE_PROFILE else ""
+    """Return what else the user should know about the rig of the EDS file; empty if there is nothing to say."""
+    return DRIVE_NOTE if is_drive(eds.load(file, NODE_ID)) else ""
 
 
 def _commissioning(file: Path) -> tuple[int, int | None]:

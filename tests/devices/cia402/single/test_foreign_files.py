@@ -12,8 +12,9 @@ from typing import NamedTuple
 import pytest
 from single_drive_bench import SingleDriveBench
 
-from fieldrig.config.rig_file import from_dict
+from fieldrig.config.rig_file import from_dict, load
 from fieldrig.virtual.rig import Rig
+from fieldrig_devices.begin.eds_rig import content_for, name_for
 from fieldrig_devices.cia402.single.foreign import declared
 from fieldrig_devices.cia402.single.oddities import oddities
 from fieldrig_devices.conformance.description import Description
@@ -107,3 +108,16 @@ def test_the_drive_of_a_file_conforms(name: str) -> None:
     report = conform_virtual(rig, "can0", Description(path_of(name), 3), cases)
     assert {result.case.number for result in report.of(Verdict.FAILED)} == MEASURED.get(name, set())
     assert len(report.of(Verdict.PASSED)) > 40
+
+
+@EACH
+def test_a_rig_is_made_from_a_file_and_its_oddities_are_warned_of(name: str, tmp_path: Path) -> None:
+    for file, content in content_for(path_of(name)).items():
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / file).write_bytes(content)
+    rig = load(tmp_path / f"{name_for(path_of(name))}-virtual.yaml")
+    (device,) = rig.devices.values()
+    is_a_drive = FILES[name].device_type & 0xFFFF == 402 or FILES[name].modes
+    assert device.kind == ("cia402.drive" if is_a_drive else "canopen.node")
+    warned = {doubt.what for doubt in device.settings.doubts()}
+    assert not is_a_drive or warned >= {finding.what for finding in oddities(path_of(name))}
