@@ -8,11 +8,15 @@ from typing import Any
 
 from fieldrig.config.entries import DeviceEntry
 from fieldrig.config.rig_file import RigConfig
-from fieldrig.control.messages import VERSION
+from fieldrig.control.messages import VERSION, Control
+from fieldrig.control.silent_connections import silent_connections
 
 
-def rig_status(config: RigConfig, started_s: float, process_of: Callable[[DeviceEntry], str]) -> dict[str, Any]:
+def rig_status(
+    config: RigConfig, control: Control, started_s: float, process_of: Callable[[DeviceEntry], str]
+) -> dict[str, Any]:
     """Return the common facts.  `started_s` is a time of the monotonic clock."""
+    limits, silent = control.limits(), silent_connections(control.session, config.control)
     return {
         "version": VERSION,
         "fieldrig": version("fieldrig"),
@@ -21,6 +25,8 @@ def rig_status(config: RigConfig, started_s: float, process_of: Callable[[Device
         "time": config.time,
         "pid": os.getpid(),
         "uptime_s": round(time.monotonic() - started_s, 3),
+        **({"limits": {"rig": limits}} if limits else {}),
+        **({"silent_connections": silent} if silent else {}),
         "buses": {name: {"kind": entry.kind} for name, entry in config.buses.items()},
         "devices": {name: {"kind": entry.kind, "process": process_of(entry)} for name, entry in config.devices.items()},
     }

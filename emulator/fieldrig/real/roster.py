@@ -136,10 +136,9 @@ class Roster:
 
     def status(self) -> dict[str, Any]:
         return {
-            **rig_status(self._config, self._started_s, lambda device: device.process),
+            **rig_status(self._config, self._control, self._started_s, lambda device: device.process),
             "run": str(self._config.run.absolute()),
             "state": self._state(),
-            **({"limits": {"rig": limits}} if (limits := self._control.limits()) else {}),
             "late": dict(self._late),
             "processes": {name: _shown(member) for name, member in self.members.items()},
         }

@@ -216,7 +216,7 @@ class VirtualService:
 
     def _status(self) -> dict[str, Any]:
         return {
-            **rig_status(self._config, self._started_s, lambda _device: self._config.name),
+            **rig_status(self._config, self._control, self._started_s, lambda _device: self._config.name),
             "run": None,
             "state": "ready" if self._may_run.is_set() else "paused",
             "now_ns": self._rig.now_ns,
