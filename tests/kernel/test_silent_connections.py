@@ -62,6 +62,18 @@ def test_connections_to_a_unix_socket_are_counted(tmp_path: Path) -> None:
         assert counts(session, place, 3)
 
 
+@pytest.mark.parametrize("mode", ["router", "peer"])
+def test_connections_that_say_nothing_keep_no_process_out(mode: str) -> None:
+    """The endpoint of a rig is a router; a ring over Zenoh listens as a peer."""
+    port = free_port()
+    place = f"tcp/127.0.0.1:{port}"
+    with ExitStack() as stack:
+        stack.enter_context(closing(endpoint.open_session({"mode": mode, "listen/endpoints": [place]})))
+        for _ in range(300):
+            stack.enter_context(closing(socket.create_connection(("127.0.0.1", port))))
+        stack.enter_context(closing(endpoint.connect(place, patience_s=4)))
+
+
 @in_loop
 async def test_status_has_the_figure() -> None:
     port = free_port()

@@ -60,7 +60,7 @@ def listen(endpoint: str) -> zenoh.Session:
             f" or name a file for it in {FILE_VARIABLE}, or listen on {DEFAULT_ENDPOINT}",
         )
     try:
-        return open_session({"mode": "router", "listen/endpoints": [endpoint], **LIMITS})
+        return open_session({"mode": "router", "listen/endpoints": [endpoint]})
     except zenoh.ZError as cause:
         check_free(endpoint)
         reason = str(cause).partition(" at /")[0]
@@ -76,6 +76,8 @@ def open_session(settings: Mapping[str, Any]) -> zenoh.Session:
         protocol, _, path = endpoint.partition("/")
         if protocol == UNIX_SOCKET:
             _check_place(Path(path))
+    if settings.get("listen/endpoints"):
+        settings = {**LIMITS, **settings}
     password = _password()
     if password is None or not settings.get("listen/endpoints"):
         return _open(dict(settings))

@@ -82,7 +82,7 @@ def _refused(heard: list[RelayMessage]) -> list[RelayMessage]:
 
 
 class _Tun:
-    """A TUN device whose packets nobody sees; the test connects by loopback in place of its peer."""
+    """A TUN device without packets; the test connects by loopback instead of its peer."""
 
     name = "tun0"
 
