@@ -40,10 +40,8 @@ class BusOff:
 
     def enter(self, member: Member) -> None:
         """Put a controller in bus-off: it drops everything that waits in its queue."""
-        waiting = len(member.queue)
+        self._medium.lost += len(member.queue)
         member.queue.clear()
-        member.discarded += waiting
-        self._medium.lost += waiting
         member.attempts, member.copy = 0, False
         if self._is_automatic and not member.is_gone:
             self._recovering[member] = _Recovery(SEQUENCES - 1, 0)

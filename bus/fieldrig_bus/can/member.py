@@ -25,7 +25,7 @@ class Member:
     """One controller on the bus, with its queue and its error counters."""
 
     __slots__ = (
-        "asked", "attempts", "copy", "discarded", "error_frames", "filters", "frames", "is_classical",
+        "asked", "attempts", "copy", "error_frames", "filters", "frames", "is_classical",
         "is_gone", "is_listen_only", "is_one_shot", "name", "order", "queue", "rec", "receivers",
         "resume", "retransmissions", "skew", "state", "tec", "wants_errors", "wants_own", "wants_state",
     )  # fmt: skip
@@ -53,7 +53,7 @@ class Member:
         """Failed attempts at the first frame of the queue."""
         self.copy = False
         """The first frame was sent, and an injected fault sends it a second time."""
-        self.frames = self.error_frames = self.retransmissions = self.discarded = 0
+        self.frames = self.error_frames = self.retransmissions = 0
         self.asked = 0
         """Frames it has asked for while an injected fault may delay them."""
 
@@ -81,7 +81,6 @@ class Member:
     def give_up(self) -> None:
         """Drop the first frame of the queue without sending it."""
         self.queue.popleft()
-        self.discarded += 1
         self.attempts = 0
 
     def count_failed(self, attempts: int) -> None:

@@ -138,7 +138,6 @@ class CanBusModel(BusModel[CanMessage]):
         if not self._is_calm:
             if not sender.may_send:
                 self._medium.lost += 1
-                sender.discarded += 1
                 return
             asked += self._delayed(now_ns, sender, message)
             self._stepwise.replan()
