@@ -9,7 +9,7 @@ import pytest
 from fieldrig.clock import MS
 from fieldrig_bus.ring.pam.medium import MOST_WAITING
 from fieldrig_bus.ring.pam.message import Cycle, Frame, Frames, Reception, Reports, RingMessage
-from fieldrig_bus.ring.pam.model import PamRingModel
+from fieldrig_bus.ring.pam.virtual import PamRingModel
 
 NODES = {"feeder": 17, "lift": 18, "panel": 33}
 FRAME = (17, b"\x02")

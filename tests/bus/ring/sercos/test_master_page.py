@@ -5,7 +5,7 @@ import logging
 import pytest
 
 from fieldrig_bus.ring.sercos.message import Mst
-from fieldrig_bus.ring.sercos.model import RingModel
+from fieldrig_bus.ring.sercos.virtual import RingModel
 
 
 def test_a_member_that_sends_as_the_master_without_being_it_is_named_once(caplog: pytest.LogCaptureFixture) -> None:

@@ -8,8 +8,8 @@ import pytest
 
 from fieldrig.clock import MS
 from fieldrig_bus.ring.sercos.message import Answers, Cycle, Mdt, Mst, RingMessage
-from fieldrig_bus.ring.sercos.model import RingModel
 from fieldrig_bus.ring.sercos.timing import answers_ns, cycle_ns, telegram_ns
+from fieldrig_bus.ring.sercos.virtual import RingModel
 
 MST, MDT = bytes.fromhex("FF 04"), bytes.fromhex("FF 00 C0 00 00")
 STATIONS = {"belt": 3, "lift": 1, "knife": 2}

@@ -7,7 +7,7 @@ from tcp_client import ServedConnection
 
 from fieldrig_bus.modbus.message import ModbusRequest
 from fieldrig_bus.modbus.server import ModbusServer
-from fieldrig_devices.pam.ports.access.registers import MemoryUnit
+from fieldrig_devices.pam.ports.access.faces import MemoryUnit
 from fieldrig_devices.pam.ports.access.word_service import serving_words
 from fieldrig_devices.pam.ports.memory import ByteOrder, Memory
 

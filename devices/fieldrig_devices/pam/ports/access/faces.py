@@ -1,20 +1,67 @@
 """All ways to the memory of one PAM, over the links that it has."""
 
+import struct
 from collections.abc import Sequence
 
 from pydantic import Field
 
 from fieldrig.clock import Clock
 from fieldrig.link import Link
+from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, ModbusError
 from fieldrig_bus.modbus.message import ModbusMessage
 from fieldrig_bus.modbus.server import ModbusServer
 from fieldrig_bus.tcp.message import TcpMessage
 from fieldrig_devices.connections.face import TcpFace
 from fieldrig_devices.modbus.port import ModbusPort, PortSettings
-from fieldrig_devices.pam.ports.access.registers import MemoryUnit
 from fieldrig_devices.pam.ports.access.s7 import serving_s7
 from fieldrig_devices.pam.ports.access.word_service import serving_words
 from fieldrig_devices.pam.ports.memory import ByteOrder, Memory
+
+
+class MemoryRegisters:
+    """Implements `Registers` of fieldrig_bus.modbus.server."""
+
+    def __init__(self, memory: Memory) -> None:
+        self._memory = memory
+
+    def read(self, address: int, quantity: int) -> bytes:
+        try:
+            return struct.pack(f">{quantity}H", *self._memory.read(address, quantity))
+        except IndexError as cause:
+            raise ModbusError(ILLEGAL_DATA_ADDRESS) from cause
+
+    def write(self, address: int, data: bytes) -> None:
+        try:
+            self._memory.write(address, struct.unpack(f">{len(data) // 2}H", data))
+        except IndexError as cause:
+            raise ModbusError(ILLEGAL_DATA_ADDRESS) from cause
+
+
+class NoBits:
+    """Implements `Bits`: the memory has words only."""
+
+    def read(self, address: int, quantity: int) -> bytes:
+        raise ModbusError(ILLEGAL_DATA_ADDRESS)
+
+    def write(self, address: int, quantity: int, packed: bytes) -> None:
+        raise ModbusError(ILLEGAL_DATA_ADDRESS)
+
+
+class MemoryUnit:
+    """The memory as Modbus registers: register n is word n, as a holding register and as an input register.
+
+    Implements `DataModel`.
+    """
+
+    def __init__(self, memory: Memory) -> None:
+        self.holding_registers = self.input_registers = MemoryRegisters(memory)
+        self.coils = self.discrete_inputs = NoBits()
+
+    def fifo(self, address: int) -> list[int]:
+        raise ModbusError(ILLEGAL_DATA_ADDRESS)
+
+    def exception_status(self) -> int:
+        return 0
 
 
 class AccessSettings(PortSettings):
