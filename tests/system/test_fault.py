@@ -83,6 +83,17 @@ def test_a_device_takes_faults_too(real: RunningRig) -> None:
     assert real.tool("fault", "io").stdout == "none\n"
 
 
+def test_a_device_is_switched_off_and_on(real: RunningRig) -> None:
+    number = real.tool("fault", "io", "power_off").stdout.strip()
+    done = real.tool("get", "io")
+    assert (done.returncode, "io is switched off" in done.stderr) == (6, True)
+    assert real.json("fault", "io")[number] == {"what": "power_off", "state": "on", "applied": 1}
+    drop = str(real.json("fault", "can0", "drop", "node=io")["number"])
+    assert real.tool("fault", "io", "--clear", number).stdout == f"cleared: {number}\n"
+    until(lambda: faults(real)[drop]["applied"] > 0)
+    real.tool("fault", "can0", "--clear", "all")
+
+
 def test_what_a_fault_does_is_in_the_trace(real: RunningRig) -> None:
     number = real.json("fault", "can0", "replace", "xor=10", "node=io")["number"]
     until(lambda: faults(real)[str(number)]["applied"] > 0)

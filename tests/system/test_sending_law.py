@@ -50,7 +50,7 @@ def test_a_device_of_a_process_can_t_send_what_can_t_be(kind: str, tmp_path: Pat
             await process.open()
             await process.attach(60)
             process.start()
-            device = process.devices["io"]
+            device = process.devices["io"].present
             assert isinstance(device, cls)
             check(device.link, wrong)
             device.link.send(good)

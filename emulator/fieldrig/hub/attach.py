@@ -46,6 +46,7 @@ class RemoteLink(asyncio.Protocol):
         self._line: asyncio.Transport | None = None
         """The connection, even before the hub has accepted this member."""
         self._records = Records()
+        self._is_on = True
         self._offset_ns = 0  # our clock less the hub's: 0 on one machine
         self._challenge: asyncio.Future[str] | None = None
         self._welcome: asyncio.Future[None] | None = None
@@ -71,6 +72,16 @@ class RemoteLink(asyncio.Protocol):
             raise uninteresting(cause, self._member, self._bus.name, interest) from cause
         self._handler, self._interest = handler, interest
         self._listen()
+
+    def switch(self, is_on: bool) -> None:
+        """Tell the hub that the device of this end has no power, or has it again."""
+        self._is_on = is_on
+        self._standing.clear()
+        self._tell_power()
+
+    def _tell_power(self) -> None:
+        if self._transport is not None:
+            self._transport.write(pack(Kind.POWER, time.monotonic_ns(), json.dumps(self._is_on).encode()))
 
     async def connect(self) -> None:
         """Attach to the hub.  BusError if there is none, or if it refuses."""
@@ -99,6 +110,8 @@ class RemoteLink(asyncio.Protocol):
             transport.abort()
             raise
         self._transport = transport
+        if not self._is_on:
+            self._tell_power()
         if self._handler is not None:
             self._listen()
         for data in self._standing.values():

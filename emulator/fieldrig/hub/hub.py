@@ -50,6 +50,10 @@ class LocalLink:
         self.handler = handler
         self._hub.listen(self._member, interest)
 
+    def switch(self, is_on: bool) -> None:
+        """Tell the hub that the device of this end has no power, or has it again."""
+        self._hub.switch(self._member, is_on)
+
     def deliver(self, delivery: Delivery[Any]) -> None:
         if self.handler is not None:
             try:
@@ -74,6 +78,7 @@ class LocalHub:
         self.model = medium_of(bus)
         self.model.begin(clock.now_ns(), Random(f"{seed}/{bus.name}"))
         self._run = run
+        self._unpowered: set[str] = set()
         self._members: dict[str, Callable[[Delivery[Any]], None]] = {}
         self._ports: list[Any] = []
         self._server: HubServer | None = None
@@ -99,11 +104,24 @@ class LocalHub:
         self.model.join(member)
 
     def leave(self, member: str) -> None:
-        if self._members.pop(member, None) is not None:
+        if self._members.pop(member, None) is not None and member not in self._unpowered:
             self.model.leave(member)
+        self._unpowered.discard(member)
+
+    def switch(self, member: str, is_on: bool) -> None:
+        """Take a member off the medium while its device has no power; it keeps its connection to the hub."""
+        if is_on is not (member in self._unpowered):
+            return
+        if is_on:
+            self._unpowered.discard(member)
+            self.model.join(member)
+        else:
+            self._unpowered.add(member)
+            self.model.power_lost(self.clock.now_ns(), member)
+        self.carry()
 
     def waiting(self, member: str) -> int:
-        return self.model.waiting(member) if member in self._members else 0
+        return self.model.waiting(member) if member in self._members and member not in self._unpowered else 0
 
     def crowd(self, stream: object, is_crowded: bool) -> None:
         """Note that a member in another process reads more slowly than messages come, or that it has caught up.
@@ -122,6 +140,8 @@ class LocalHub:
                 port.hold(is_crowded)
 
     def listen(self, member: str, interest: Sequence[Any] | None) -> None:
+        if member in self._unpowered:
+            return
         self.model.listen(self.clock.now_ns(), member, interest)
         self.carry()
 
@@ -132,6 +152,8 @@ class LocalHub:
 
     def submit_late(self, asked_ns: int, member: str, message: Any) -> None:
         """Submit a message of a member whose clock is not trusted beyond `LAG_LIMIT_NS`.  Call `carry` afterwards."""
+        if member in self._unpowered:
+            return
         now_ns = self.clock.now_ns()
         self.model.submit(min(max(asked_ns, now_ns - LAG_LIMIT_NS), now_ns), member, message)
 

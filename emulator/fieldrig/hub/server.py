@@ -168,6 +168,8 @@ class MemberStream(asyncio.Protocol):
                     message = decode(body)
                 elif kind == Kind.LISTEN and member is not None:
                     interest = self._interest(body)
+                elif kind == Kind.POWER and member is not None:
+                    is_on = self._power(body)
                 elif kind == Kind.HELLO and member is None:
                     member = self._greet(body)
                 else:
@@ -181,6 +183,8 @@ class MemberStream(asyncio.Protocol):
                 hub.submit_late(instant_ns, member, message)
             elif kind == Kind.LISTEN:
                 hub.listen(member, interest)
+            elif kind == Kind.POWER:
+                hub.switch(member, is_on)
         hub.carry()
         self._server.stay_awake()
 
@@ -214,6 +218,12 @@ class MemberStream(asyncio.Protocol):
     def _write(self, kind: Kind, body: Any) -> None:
         if self._transport is not None:
             self._transport.write(pack(kind, time.monotonic_ns(), json.dumps(body).encode()))
+
+    def _power(self, body: bytes) -> bool:
+        is_on = read_json(body)
+        if not isinstance(is_on, bool):
+            raise ValueError(f"expected true or false for the power of a device, found {shown(is_on)}")
+        return is_on
 
     def _interest(self, body: bytes) -> Sequence[Any] | None:
         interest: Sequence[Any] | None = read_json(body)

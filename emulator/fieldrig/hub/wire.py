@@ -6,6 +6,7 @@ Records both ways: kind (1 byte), instant (8, ns of the sender's clock), length 
     CHALLENGE  -                                 JSON {"nonce"}: the first record, another text at every connection
     HELLO      JSON {"bus", "member", "proof"}   JSON {"now_ns"}: welcome, with the hub's clock
     LISTEN     JSON interest or null             -
+    POWER      JSON true or false: of its device     -
     MESSAGE    asked for at the instant          delivered at the instant
     REFUSED    -                                 JSON {"why"}: and the stream ends
 
@@ -35,6 +36,7 @@ class Kind(IntEnum):
     MESSAGE = 2
     REFUSED = 3
     CHALLENGE = 4
+    POWER = 5
 
 
 class Record(NamedTuple):

@@ -78,6 +78,12 @@ class RealClock:
             self._arm(when_ns)
         return timer
 
+    def cancel_timers_of(self, device: str) -> None:
+        """Cancel every timer of one device, which has lost its power."""
+        for _, _, timer in self._timers.heap:
+            if timer.owner == device:
+                timer.cancel()
+
     def watch(self, action: Callable[[], None]) -> Watchdog:
         return _RealWatchdog(self, action)
 

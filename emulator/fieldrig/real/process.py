@@ -32,6 +32,7 @@ from fieldrig.loop.real_clock import DeviceClock, RealClock
 from fieldrig.real.background_process import BackgroundProcesses
 from fieldrig.real.placement import ProcessPlan, linked_buses
 from fieldrig.real.progress import step
+from fieldrig.real.switched import Switched
 from fieldrig.storage.store import FileStore
 from fieldrig.system.own_files import part_of
 from fieldrig.text.exception_notes import blame, blamed
@@ -85,7 +86,7 @@ class DeviceProcess:
         self.hubs: dict[str, LocalHub] = {}
         self.served: dict[str, Subject] = {}
         """The buses that this process answers for: those of its hubs, and direct buses whose centre it hosts."""
-        self.devices: dict[str, Device] = {}
+        self.devices: dict[str, Switched] = {}
         self.stores: dict[str, FileStore] = {}
         self._listeners: dict[str, OnDelivery | None] = {}
         self._run = config.run.absolute()
@@ -168,19 +169,29 @@ class DeviceProcess:
             store = self.stores[entry.name] = FileStore(
                 self._run / "state" / f"{entry.name}.bin", entry.kind, partial(self._on_store, entry.name)
             )
+            ends = self._ends.get(entry.name, {})
             with blamed(entry.name, self.clock.now_ns()):
-                self.devices[entry.name] = build_device(
-                    entry,
-                    clock=DeviceClock(self.clock, entry.name),
-                    links=_links(entry, self._ends.get(entry.name, {})),
-                    store=store,
-                    seed=self.config.seed,
-                    background=self.background.of(entry.name),
+                self.devices[entry.name] = Switched(
+                    entry.name,
+                    self.clock,
+                    partial(self._built, entry, ends, store),
+                    tuple(ends.values()),
+                    partial(self.clock.cancel_timers_of, entry.name),
                 )
         for name, device in self.devices.items():
             step(f"starting {name}")
             with blamed(name, self.clock.now_ns()):
                 self.clock.handle(device.start)
+
+    def _built(self, entry: DeviceEntry, ends: dict[str, Link[Any]], store: FileStore) -> Device:
+        return build_device(
+            entry,
+            clock=DeviceClock(self.clock, entry.name),
+            links=_links(entry, ends),
+            store=store,
+            seed=self.config.seed,
+            background=self.background.of(entry.name),
+        )
 
     async def close(self) -> None:
         for wait in tuple(self._waits):

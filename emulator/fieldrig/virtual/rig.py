@@ -13,19 +13,18 @@ from types import TracebackType
 from typing import Any, Final, Self, TypeVar, overload
 
 from fieldrig.bus import Bus, BusModel, Delivery, ModelBus
-from fieldrig.clock import MS, NEVER_NS, whole_ns
+from fieldrig.clock import MS, NEVER_NS, VirtualClock, whole_ns
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.device import Value
 from fieldrig.errors import ArgumentError, ControlError, RigError, UnmetError, refusals
 from fieldrig.faults.disturbed import medium_of
+from fieldrig.faults.mains import Mains
 from fieldrig.faults.power import POWER_OFF
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
 from fieldrig.shortcuts import Shortcut
 from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.text.nearest import closest
-from fieldrig.virtual.mains import NAME as MAINS
-from fieldrig.virtual.mains import Mains
 from fieldrig.virtual.node import Deliveries, EventNode, LocalNode, Node, Outbox
 from fieldrig.virtual.readings import Readings, seconds
 from fieldrig.virtual.remote_node import RemoteNode
@@ -35,6 +34,8 @@ LONGEST_INSTANT = 10_000
 
 ALONE: Final = Shortcut("rig.alone", "the look at all members and buses while a single device acts")
 
+MAINS: Final = "fieldrig:mains"
+"""The power of the devices, among the members that act; no device has a colon in its name."""
 LOOK_NS: Final = 1 * MS
 """Longest time between two looks at a condition; values such as the level of a tank change without an event."""
 
@@ -81,6 +82,7 @@ class Rig:
         """The instant at which each member acts next, or `NEVER_NS`."""
         self._earliest_ns = NEVER_NS
         """The earliest of these instants."""
+        self._mains_clock = VirtualClock()
         self._mains: Mains | None = None
         """The power of the devices, once it has been switched."""
         self._watches: dict[str, dict[str, list[OnChange]]] = {}
@@ -258,7 +260,8 @@ class Rig:
             mains = self._mains_of_all()
             with refusals(where):
                 number = mains.add(self.now_ns, where, fault, above)
-            self._next_of[MAINS] = mains.next_ns()
+            next_ns = self._mains_clock.next_ns()
+            self._next_of[MAINS] = NEVER_NS if next_ns is None else next_ns
             self._earliest_ns = min(self._next_of.values())
             return number
         with self._present(where) as node:
@@ -321,7 +324,8 @@ class Rig:
 
     def _mains_of_all(self) -> Mains:
         if self._mains is None:
-            self._mains = Mains(self.now_ns, self._switch)
+            self._mains_clock = VirtualClock(self.now_ns)
+            self._mains = Mains(self._mains_clock, self._switch)
         return self._mains
 
     def _switch(self, device: str, is_on: bool) -> None:
@@ -452,7 +456,7 @@ class Rig:
     def _run_instant(self, now_ns: int) -> None:
         self.now_ns = now_ns
         if self._mains is not None:
-            self._next_of[MAINS] = self._mains.advance_to(now_ns)
+            self._next_of[MAINS] = self._mains_clock.advance_to(now_ns)
         inbox = self._arrivals(now_ns)
         active = self._active(now_ns, inbox)
         for _ in range(LONGEST_INSTANT):

@@ -1,31 +1,20 @@
-"""The power of the devices of a rig in virtual time, and the faults that switch it off."""
+"""The power of devices, and the faults that switch it off."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from fieldrig.clock import NEVER_NS, VirtualClock
+from fieldrig.clock import Clock
 from fieldrig.faults.faults import Fault, Faults, fault_of
 from fieldrig.faults.power import MODELS
-
-NAME = "fieldrig:mains"
-"""The name of this among the members that act; no device has a colon in its name."""
 
 
 class Mains:
     """Switches devices off and on by faults.  A device is off while it has one that is on."""
 
-    def __init__(self, now_ns: int, switch: Callable[[str, bool], None]) -> None:
-        self._clock, self._switch = VirtualClock(now_ns), switch
+    def __init__(self, clock: Clock, switch: Callable[[str, bool], None]) -> None:
+        self._clock, self._switch = clock, switch
         self._faults: dict[str, Faults[Fault[Any]]] = {}
         self._off: set[str] = set()
-
-    def advance_to(self, now_ns: int) -> int:
-        """Switch what is due, and return the instant of the next time, or `NEVER_NS`."""
-        return self._clock.advance_to(now_ns)
-
-    def next_ns(self) -> int:
-        next_ns = self._clock.next_ns()
-        return NEVER_NS if next_ns is None else next_ns
 
     def given(self, device: str) -> int:
         """Return the highest number of such a fault of the device."""

@@ -1,0 +1,100 @@
+"""A device in real time with a mains switch, which faults of power use.
+
+Without power a device has no timers and no handlers, so it does nothing; a hub treats its end as one that has gone.
+Work that it has given to the background before that still ends, and its result finds nothing.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol, runtime_checkable
+
+from fieldrig.clock import Clock
+from fieldrig.device import Device, Point, Value
+from fieldrig.errors import ControlError
+from fieldrig.faults.mains import Mains
+from fieldrig.faults.power import POWER_OFF
+from fieldrig.link import Link
+
+
+@runtime_checkable
+class Powered(Protocol):
+    """An end of a bus that can tell its hub that its device has no power."""
+
+    def switch(self, is_on: bool) -> None: ...
+
+
+def _deaf(_: Any) -> None:
+    """Hear nothing."""
+
+
+class Switched(Device):
+    """The device of a process, as it is between two losses of power."""
+
+    def __init__(
+        self,
+        name: str,
+        clock: Clock,
+        build: Callable[[], Device],
+        links: Sequence[Link[Any]],
+        cancel: Callable[[], None],
+    ) -> None:
+        """`build` returns a new device on these links, and `cancel` ends all timers of the former one."""
+        self._name, self._clock, self._build, self._links, self._cancel = name, clock, build, links, cancel
+        self._mains = Mains(clock, self._switch)
+        self.present = build()
+        """The device as it was built last."""
+        self._is_on = True
+
+    def start(self) -> None:
+        self.present.start()
+
+    def stop(self) -> None:
+        if self._is_on:
+            self.present.stop()
+
+    def points(self) -> Mapping[str, Point]:
+        self._check_on()
+        return self.present.points()
+
+    def troubles(self) -> Mapping[str, Value]:
+        return self.present.troubles() if self._is_on else {}
+
+    def answer(self, question: str, message: Any) -> Any:
+        self._check_on()
+        return self.present.answer(question, message)
+
+    def add_fault(self, fault: Mapping[str, Any]) -> int:
+        own = self.present.injected
+        if fault.get("what") == POWER_OFF and POWER_OFF not in self.present.fault_models:
+            return self._mains.add(self._clock.now_ns(), self._name, fault, 0 if own is None else own.given)
+        if own is not None:
+            own.records.reserve(self._mains.given(self._name))
+        return self.present.add_fault(fault)
+
+    def clear_fault(self, number: int) -> None:
+        if self._mains.has(self._name, number):
+            self._mains.clear(self._clock.now_ns(), self._name, number)
+        else:
+            self.present.clear_fault(number)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        power = self._mains.about(self._clock.now_ns(), self._name)
+        return dict(sorted({**self.present.faults(), **power}.items()))
+
+    def _check_on(self) -> None:
+        if not self._is_on:
+            raise ControlError(f"{self._name} is switched off", "it answers when the fault that did it ends")
+
+    def _switch(self, _: str, is_on: bool) -> None:
+        self._is_on = is_on
+        if not is_on:
+            self._cancel()
+            for link in self._links:
+                link.on_receive(_deaf, ())
+        for link in self._links:
+            if isinstance(link, Powered):
+                link.switch(is_on)
+        if is_on:
+            former, self.present = self.present, self._build()
+            if former.injected is not None and self.present.injected is not None:
+                self.present.injected.adopt(former.injected)
+            self.present.start()
