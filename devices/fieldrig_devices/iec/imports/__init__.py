@@ -35,17 +35,17 @@ def read_sources(
     with the number of each file.
     """
     given = [declaration for unit in libraries for declaration in unit.declarations]
-    found = []
+    read = []
     for number, file in enumerate(files):
         on_file(number)
-        found.append(read_source(file.name, file.text, dialect, given))
+        read.append(read_source(file.name, file.text, dialect, given))
     drawn = [number for number, file in enumerate(files) if _has_drawing(file.text)] if len(files) > 1 else []
-    units = [unit for unit, _ in found]
+    units = [unit for unit, _ in read]
     for number in drawn:
         others = (unit for place, unit in enumerate(units) if place != number)
         around = [*given, *(declaration for unit in others for declaration in unit.declarations)]
-        found[number] = read_source(files[number].name, files[number].text, dialect, around)
-    return found
+        read[number] = read_source(files[number].name, files[number].text, dialect, around)
+    return read
 
 
 def read_source(

@@ -38,14 +38,14 @@ def read_text(name: str, text: str, dialect: Dialect) -> tuple[tree.Unit, list[M
                     hint="Convert the POU to ST or IL in the programming system, and export it again.",
                 )
             ]
-        text = _CONFIGURATION.sub(lambda found: _left_out(found, text, name, notes), text)
+        text = _CONFIGURATION.sub(lambda match: _left_out(match, text, name, notes), text)
     unit, mistakes = parse(text, name, dialect)
     return unit, sorted([*notes, *mistakes])
 
 
-def _left_out(found: re.Match[str], text: str, name: str, notes: list[Mistake]) -> str:
-    line = text.count("\n", 0, found.start()) + 1
+def _left_out(match: re.Match[str], text: str, name: str, notes: list[Mistake]) -> str:
+    line = text.count("\n", 0, match.start()) + 1
     notes.append(
-        Mistake(line, 1, f"{found.group(1)} is left out; the rig file has the configuration", is_note=True, file=name)
+        Mistake(line, 1, f"{match.group(1)} is left out; the rig file has the configuration", is_note=True, file=name)
     )
-    return "\n" * found.group().count("\n")
+    return "\n" * match.group().count("\n")

@@ -46,11 +46,11 @@ class Fragments:
 
     def place(self, text: str, line: int) -> tree.Expression | None:
         """An expression that can be written to."""
-        found = self.expression(text, line)
-        if isinstance(found, tree.Literal | tree.Call | tree.Unary | tree.Binary):
+        expression = self.expression(text, line)
+        if isinstance(expression, tree.Literal | tree.Call | tree.Unary | tree.Binary):
             self.report.mistake(line, f"{_short(text.strip())} cannot be written to", "a variable")
             return None
-        return found
+        return expression
 
     def body(self, text: str, line: int, language: Literal["ST", "IL"]) -> tree.Body:
         body, mistakes = parse_body(text, self.report.file, language, self.dialect, line)
@@ -67,35 +67,39 @@ class Fragments:
         """A type that is given as text, such as `ARRAY[0..3] OF INT`."""
         if _NAME.fullmatch(text.strip()):
             return tree.NamedType(text.strip(), place=tree.Place(line, 1))
-        found = self._variable(f": {text.strip()}", line)
-        return found.type if found else tree.NamedType("", place=tree.Place(line, 1))
+        declared = self._variable(f": {text.strip()}", line)
+        return declared.type if declared else tree.NamedType("", place=tree.Place(line, 1))
 
     def initial(self, text: str, line: int) -> tree.Initial | None:
         """A start value: an expression, or a list of values for an array or a structure."""
-        found = self._variable(f": DINT := {text.strip()}", line)
-        return found.initial if found else None
+        declared = self._variable(f": DINT := {text.strip()}", line)
+        return declared.initial if declared else None
 
     def address(self, text: str, line: int) -> tree.Direct | None:
-        found = _ADDRESS.fullmatch(text.strip())
-        if found is None:
+        match = _ADDRESS.fullmatch(text.strip())
+        if match is None:
             self.report.mistake(line, f"{_short(text)} is not an address", "for example %IX5.0, %QB3 or %MD48")
             return None
-        area, size, numbers = found.groups()
+        area, size, numbers = match.groups()
         parts = () if numbers == "*" else tuple(map(int, numbers.split(".")))
         return tree.Direct(area.upper(), size.upper(), parts, place=tree.Place(line, 1))
 
-    def is_name(self, text: str, line: int, of: str) -> bool:
+    def is_name(self, text: str, line: int, node: str) -> bool:
         """Return whether the text may be a name (6.1.2); if not, report it as a mistake in the name `of` something."""
         if _NAME.fullmatch(text):
             return True
-        self.report.mistake(line, f"{_short(text)} cannot be the name of {of}", "a letter, then letters, digits and _")
+        self.report.mistake(
+            line, f"{_short(text)} cannot be the name of {node}", "a letter, then letters, digits and _"
+        )
         return False
 
     def _variable(self, text: str, line: int) -> tree.Variable | None:
         before = len(self.report.mistakes)
-        found = [variable for block in self.variables(f"VAR x {text}; END_VAR", line) for variable in block.variables]
-        if len(found) == 1:
-            return found[0]
+        variables = [
+            variable for block in self.variables(f"VAR x {text}; END_VAR", line) for variable in block.variables
+        ]
+        if len(variables) == 1:
+            return variables[0]
         if len(self.report.mistakes) == before:
             self.report.mistake(line, f"{_short(text)} cannot be read as a type or start value")
         return None

@@ -31,21 +31,21 @@ def read_object(root: Element, report: Report, dialect: Dialect) -> tree.Unit:
         return _READERS[name_of(inner)](inner, report, dialect)
 
 
-def _pou(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
+def _pou(node: Element, report: Report, dialect: Dialect) -> tree.Unit:
     pieces = Pieces()
-    _declaration(of, pieces, report)
+    _declaration(node, pieces, report)
     head = _HEAD.search(_without_comments(pieces.text()))
     if head is None:
-        report.mistake(line_of(of), "The declaration has no header", "PROGRAM, FUNCTION_BLOCK or FUNCTION and a name")
+        report.mistake(line_of(node), "The declaration has no header", "PROGRAM, FUNCTION_BLOCK or FUNCTION and a name")
         return tree.Unit(report.file, ())
-    _implementation(of, pieces, report)
+    _implementation(node, pieces, report)
     pieces.close(f"END_{head.group().upper()}")
-    for part in elements(of, "Action"):
+    for part in elements(node, "Action"):
         with report.inside(f"action {attribute(part, 'Name')[:60]}"):
             pieces.add(f"ACTION {attribute(part, 'Name')}:", line_of(part))
             _implementation(part, pieces, report)
             pieces.close("END_ACTION")
-    for part in elements(of, "Method"):
+    for part in elements(node, "Method"):
         with report.inside(f"method {attribute(part, 'Name')[:60]}"):
             if dialect.has_methods:
                 _declaration(part, pieces, report)
@@ -53,22 +53,22 @@ def _pou(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
                 pieces.close("END_METHOD")
             else:
                 report.mistake(line_of(part), "A method is not supported", "actions", "Choose the dialect codesys.")
-    for part in elements(of, "Property"):
+    for part in elements(node, "Property"):
         with report.inside(f"property {attribute(part, 'Name')[:60]}"):
             if dialect.has_methods:
                 _property(part, pieces, report)
             else:
                 report.mistake(line_of(part), "A property is not supported", "actions", "Choose the dialect codesys.")
-    for part in elements(of, "Transition"):
+    for part in elements(node, "Transition"):
         report.mistake(
             line_of(part), f"The transition {attribute(part, 'Name')[:60]} belongs to an SFC body", hint=_EXPORT
         )
     return _parsed(pieces, report, dialect)
 
 
-def _property(of: Element, pieces: Pieces, report: Report) -> None:
-    _declaration(of, pieces, report)
-    for part in elements(of):
+def _property(node: Element, pieces: Pieces, report: Report) -> None:
+    _declaration(node, pieces, report)
+    for part in elements(node):
         if name_of(part) in ("Get", "Set"):
             word = name_of(part).upper()
             pieces.add(word, line_of(part))
@@ -79,26 +79,26 @@ def _property(of: Element, pieces: Pieces, report: Report) -> None:
     pieces.close("END_PROPERTY")
 
 
-def _declared(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
+def _declared(node: Element, report: Report, dialect: Dialect) -> tree.Unit:
     """A type or a list of global variables."""
     pieces = Pieces()
-    _declaration(of, pieces, report)
+    _declaration(node, pieces, report)
     unit = _parsed(pieces, report, dialect)
-    if name_of(of) == "GVL":
+    if name_of(node) == "GVL":
         for declaration in unit.declarations:
             if isinstance(declaration, tree.Variables):
-                declaration.name = attribute(of, "Name")
+                declaration.name = attribute(node, "Name")
     return unit
 
 
-def _interface(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
+def _interface(node: Element, report: Report, dialect: Dialect) -> tree.Unit:
     if not dialect.has_methods:
-        name = attribute(of, "Name")[:60]
-        report.mistake(line_of(of), f"The interface {name} is not supported", hint="Choose the dialect codesys.")
+        name = attribute(node, "Name")[:60]
+        report.mistake(line_of(node), f"The interface {name} is not supported", hint="Choose the dialect codesys.")
         return tree.Unit(report.file, ())
     pieces = Pieces()
-    _declaration(of, pieces, report)
-    for part in elements(of):
+    _declaration(node, pieces, report)
+    for part in elements(node):
         if name_of(part) == "Method":
             _declaration(part, pieces, report)
             pieces.close("END_METHOD")
@@ -108,11 +108,11 @@ def _interface(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
     return _parsed(pieces, report, dialect)
 
 
-def _task(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
+def _task(node: Element, report: Report, dialect: Dialect) -> tree.Unit:
     """A task with its programs; its cycle time is in microseconds."""
-    place = tree.Place(line_of(of), 1)
-    cycle, priority = (_number(of, name, report) for name in ("CycleTime", "Priority"))
-    name = re.sub(r"\W", "_", attribute(of, "Name"), flags=re.ASCII) or "Task"
+    place = tree.Place(line_of(node), 1)
+    cycle, priority = (_number(node, name, report) for name in ("CycleTime", "Priority"))
+    name = re.sub(r"\W", "_", attribute(node, "Name"), flags=re.ASCII) or "Task"
     interval = None
     if cycle is not None:
         if cycle % _US_A_MS:
@@ -122,19 +122,19 @@ def _task(of: Element, report: Report, dialect: Dialect) -> tree.Unit:
     number = None
     if priority is not None:
         number = tree.Literal(tree.LiteralKind.INTEGER, priority, str(priority), place=place)
-    called = [text_of(element(call, "Name")).strip() for call in elements(of, "PouCall")]
+    called = [text_of(element(call, "Name")).strip() for call in elements(node, "PouCall")]
     programs = tuple(tree.ProgramInstance(called_name, name, called_name, place=place) for called_name in called)
     task = tree.TaskDeclaration(name, number, interval, place=place)
     return tree.Unit(report.file, (tree.Configuration(name, (), (task,), programs, place=place),))
 
 
-def _number(of: Element, name: str, report: Report) -> int | None:
-    found = element(of, name)
-    text = text_of(found).strip()
+def _number(node: Element, name: str, report: Report) -> int | None:
+    child = element(node, name)
+    text = text_of(child).strip()
     if text.isascii() and text.isdecimal() and len(text) < 10:
         return int(text)
-    if found is not None:
-        report.mistake(line_of(found), f"{name} is {text[:30]}", "a whole number")
+    if child is not None:
+        report.mistake(line_of(child), f"{name} is {text[:30]}", "a whole number")
     return None
 
 
@@ -144,16 +144,16 @@ _EXPORT: Final = (
 _READERS: Final = {"POU": _pou, "DUT": _declared, "GVL": _declared, "Itf": _interface, "Task": _task}
 
 
-def _declaration(of: Element, pieces: Pieces, report: Report) -> None:
-    declaration = element(of, "Declaration")
+def _declaration(node: Element, pieces: Pieces, report: Report) -> None:
+    declaration = element(node, "Declaration")
     if declaration is None:
-        report.mistake(line_of(of), "The <Declaration> is missing")
+        report.mistake(line_of(node), "The <Declaration> is missing")
     else:
         pieces.add(text_of(declaration), line_of(declaration))
 
 
-def _implementation(of: Element, pieces: Pieces, report: Report) -> None:
-    body = next(iter(elements(element(of, "Implementation"))), None)
+def _implementation(node: Element, pieces: Pieces, report: Report) -> None:
+    body = next(iter(elements(element(node, "Implementation"))), None)
     if body is None:
         return
     if name_of(body) == "ST":

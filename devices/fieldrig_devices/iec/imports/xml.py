@@ -29,7 +29,7 @@ def read_xml(text: str, report: Report) -> Element | None:
         report.mistake(1, "The document has a document type declaration", "a document without DOCTYPE and entities")
         return None
     # The text is decoded already, so its declaration must not name another encoding.
-    text = _DECLARATION.sub(lambda found: "\n" * found.group().count("\n"), text, count=1)
+    text = _DECLARATION.sub(lambda match: "\n" * match.group().count("\n"), text, count=1)
     parser = etree.XMLParser(
         encoding="utf-8",
         resolve_entities=False,
@@ -78,45 +78,45 @@ def element(parent: Element | None, *path: str) -> Element | None:
     return parent
 
 
-def attribute(of: Element | None, name: str, default: str = "") -> str:
+def attribute(node: Element | None, name: str, default: str = "") -> str:
     """An attribute by its name without namespace."""
-    if of is None:
+    if node is None:
         return default
-    plain = of.get(name)
+    plain = node.get(name)
     if plain is not None:
         return plain
-    return next((str(value) for key, value in of.attrib.items() if str(key).endswith(f"}}{name}")), default)
+    return next((str(value) for key, value in node.attrib.items() if str(key).endswith(f"}}{name}")), default)
 
 
-def is_set(of: Element | None, name: str) -> bool:
-    return attribute(of, name).strip().casefold() in ("true", "1")
+def is_set(node: Element | None, name: str) -> bool:
+    return attribute(node, name).strip().casefold() in ("true", "1")
 
 
-def number(of: Element | None, name: str) -> float | None:
+def number(node: Element | None, name: str) -> float | None:
     """A finite number from an attribute; None without one."""
     try:
-        value = float(attribute(of, name))
+        value = float(attribute(node, name))
     except ValueError:
         return None
     return value if -1e12 < value < 1e12 else None
 
 
-def text_of(of: Element | None) -> str:
+def text_of(node: Element | None) -> str:
     """All text in the element, in document order, unchanged: its first line is the line of the element."""
-    text = "" if of is None else "".join(map(str, of.itertext(with_tail=False)))
+    text = "" if node is None else "".join(map(str, node.itertext(with_tail=False)))
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def formatted_text(of: Element | None) -> tuple[str, int]:
+def formatted_text(node: Element | None) -> tuple[str, int]:
     """The text of an element with XHTML inside or without, and the line where it begins.
 
     A break or the end of a paragraph ends a line, if the document does not do so itself.
     """
-    if of is None:
+    if node is None:
         return "", 1
-    parts: list[str] = [of.text or ""]
-    for event, child in etree.iterwalk(of, events=("start", "end")):
-        if child is of:
+    parts: list[str] = [node.text or ""]
+    for event, child in etree.iterwalk(node, events=("start", "end")):
+        if child is node:
             continue
         if event == "start":
             parts.append(child.text or "")
@@ -125,11 +125,11 @@ def formatted_text(of: Element | None) -> tuple[str, int]:
         if is_line and not _ends_line(parts[-1]) and not _begins_line(child.tail):
             parts.append("\n")
         parts.append(child.tail or "")
-    first = next(iter(elements(of)), None)
-    if first is not None and not (of.text or "").strip():
+    first = next(iter(elements(node)), None)
+    if first is not None and not (node.text or "").strip():
         # The text begins in the paragraph; the line of an element is that of the end of its tag.
         return "".join(parts[1:]).replace("\r\n", "\n").replace("\r", "\n"), line_of(first)
-    return "".join(parts).replace("\r\n", "\n").replace("\r", "\n"), line_of(of)
+    return "".join(parts).replace("\r\n", "\n").replace("\r", "\n"), line_of(node)
 
 
 def _ends_line(text: str) -> bool:
@@ -140,7 +140,7 @@ def _begins_line(text: str | None) -> bool:
     return text is not None and "\n" in text[: len(text) - len(text.lstrip())]
 
 
-def comment_of(of: Element | None) -> tuple[str, ...]:
+def comment_of(node: Element | None) -> tuple[str, ...]:
     """Documentation as a comment of the program; () if it is empty."""
-    text = text_of(of).strip().replace("(*", "( *").replace("*)", "* )")
+    text = text_of(node).strip().replace("(*", "( *").replace("*)", "* )")
     return (f"(* {text} *)",) if text else ()

@@ -44,10 +44,10 @@ def section(list_: Element, read_type: TypeReader, fragments: Fragments) -> tree
         if elements(list_):
             fragments.report.note(line_of(list_), f"{name_of(list_)} is left out: the controller has no access paths")
         return None
-    variables = [variable(found, read_type, fragments) for found in elements(list_, "variable")]
+    variables = [variable(child, read_type, fragments) for child in elements(list_, "variable")]
     return tree.Variables(
         kind,
-        tuple(found for found in variables if found is not None),
+        tuple(child for child in variables if child is not None),
         is_retain=is_set(list_, "retain"),
         is_persistent=is_set(list_, "persistent"),
         is_constant=is_set(list_, "constant"),
@@ -57,30 +57,30 @@ def section(list_: Element, read_type: TypeReader, fragments: Fragments) -> tree
     )
 
 
-def variable(of: Element, read_type: TypeReader, fragments: Fragments) -> tree.Variable | None:
-    name, line = attribute(of, "name").strip(), line_of(of)
+def variable(node: Element, read_type: TypeReader, fragments: Fragments) -> tree.Variable | None:
+    name, line = attribute(node, "name").strip(), line_of(node)
     if not fragments.is_name(name, line, "a variable"):
         return None
     with fragments.report.inside(f"variable {name[:60]}"):
-        if attribute(of, "edgeDetection", "none").casefold() not in ("", "none"):
+        if attribute(node, "edgeDetection", "none").casefold() not in ("", "none"):
             fragments.report.mistake(
                 line, "The input detects edges", "an input without edge", "Call R_TRIG or F_TRIG in the body instead."
             )
-        spec = with_arguments(of, read_type(element(of, "type"), fragments), fragments)
-        at = attribute(of, "address") or attribute(element(of, "address"), "address")
+        spec = with_arguments(node, read_type(element(node, "type"), fragments), fragments)
+        at = attribute(node, "address") or attribute(element(node, "address"), "address")
         return tree.Variable(
             name,
             spec,
-            initial(element(of, "initialValue"), spec, fragments),
+            initial(element(node, "initialValue"), spec, fragments),
             fragments.address(at if at.startswith("%") else f"%{at}", line) if at.strip() else None,
-            remark=" ".join(comment_of(element(of, "documentation"))).replace("\n", " "),
+            remark=" ".join(comment_of(element(node, "documentation"))).replace("\n", " "),
             place=tree.Place(line, 1),
         )
 
 
-def initial(of: Element | None, spec: tree.TypeSpec, fragments: Fragments, depth: int = 0) -> tree.Initial | None:
+def initial(node: Element | None, spec: tree.TypeSpec, fragments: Fragments, depth: int = 0) -> tree.Initial | None:
     """A start value: simple, of an array, or of a structure."""
-    value = next(iter(elements(of)), None)
+    value = next(iter(elements(node)), None)
     if value is None:
         return None
     line = line_of(value)
@@ -92,8 +92,8 @@ def initial(of: Element | None, spec: tree.TypeSpec, fragments: Fragments, depth
             return _simple(attribute(value, "value"), line, spec, fragments)
         case "arrayvalue":
             of_element = spec.element if isinstance(spec, tree.ArraySpec) else tree.NamedType("INT")
-            found = [_repeated(part, of_element, fragments, depth + 1) for part in elements(value, "value")]
-            parts = tuple(part for part in found if part is not None)
+            values = [_repeated(part, of_element, fragments, depth + 1) for part in elements(value, "value")]
+            parts = tuple(part for part in values if part is not None)
             return tree.ArrayInitial(parts, place=tree.Place(line, 1))
         case "structvalue":
             fields: list[tree.FieldInitial] = []
@@ -131,11 +131,13 @@ def _repeated(
     return None if times is None else tree.Repeated(times, value, place=tree.Place(line_of(part), 1))
 
 
-def plain_text(of: Element | None, fragments: Fragments) -> tuple[tree.Variables, ...]:
+def plain_text(node: Element | None, fragments: Fragments) -> tuple[tree.Variables, ...]:
     """The declarations of an element that has them as text, as the tools of the CODESYS family add them."""
-    if of is None:
+    if node is None:
         return ()
-    holder = next((e for e in of.iter() if name_of(e).casefold() in ("interfaceasplaintext", "textdeclaration")), None)
+    holder = next(
+        (e for e in node.iter() if name_of(e).casefold() in ("interfaceasplaintext", "textdeclaration")), None
+    )
     if holder is None:
         return ()
     text, line = formatted_text(holder)
@@ -152,35 +154,35 @@ def array(dimensions: Sequence[Element], base: tree.TypeSpec, place: tree.Place,
             hint = "ARRAY[*] is known in the dialect edition-3."
             fragments.report.mistake(place.line, "An array has the limit *", "limits such as 1..10", hint)
         return tree.OpenArraySpec(len(dimensions), base, place=place)
-    ranges = (limits(found, fragments) for found in dimensions)
-    return tree.ArraySpec(tuple(found for found in ranges if found is not None), base, place=place)
+    ranges = (limits(limit, fragments) for limit in dimensions)
+    return tree.ArraySpec(tuple(limit for limit in ranges if limit is not None), base, place=place)
 
 
-def limits(of: Element, fragments: Fragments) -> tree.Range | None:
+def limits(node: Element, fragments: Fragments) -> tree.Range | None:
     """The range in the attributes `lower` and `upper`; None with a message."""
-    line = line_of(of)
-    low = fragments.expression(attribute(of, "lower"), line)
-    high = fragments.expression(attribute(of, "upper"), line)
+    line = line_of(node)
+    low = fragments.expression(attribute(node, "lower"), line)
+    high = fragments.expression(attribute(node, "upper"), line)
     return None if low is None or high is None else tree.Range(low, high, place=tree.Place(line, 1))
 
 
-def subrange(of: Element, base: tree.TypeSpec, found: tree.Range | None, fragments: Fragments) -> tree.TypeSpec:
+def subrange(node: Element, base: tree.TypeSpec, range_: tree.Range | None, fragments: Fragments) -> tree.TypeSpec:
     """Return the part of an integer type; the type itself after a message."""
-    if found is None or not isinstance(base, tree.NamedType):
-        fragments.report.mistake(line_of(of), "The subrange is incomplete", "a range and an integer type")
+    if range_ is None or not isinstance(base, tree.NamedType):
+        fragments.report.mistake(line_of(node), "The subrange is incomplete", "a range and an integer type")
         return base
-    return tree.SubrangeSpec(base, found.low, found.high, place=tree.Place(line_of(of), 1))
+    return tree.SubrangeSpec(base, range_.low, range_.high, place=tree.Place(line_of(node), 1))
 
 
-def enumeration(of: Element, values: Sequence[Element], fragments: Fragments) -> tree.EnumSpec:
-    found: list[tree.EnumValue] = []
+def enumeration(node: Element, values: Sequence[Element], fragments: Fragments) -> tree.EnumSpec:
+    named: list[tree.EnumValue] = []
     for value in values:
         line, name = line_of(value), attribute(value, "name").strip()
         if fragments.is_name(name, line, "a value of an enumeration"):
             number = attribute(value, "value").strip()
             given = fragments.expression(number, line) if number else None
-            found.append(tree.EnumValue(name, given, place=tree.Place(line, 1)))
-    return tree.EnumSpec(tuple(found), place=tree.Place(line_of(of), 1))
+            named.append(tree.EnumValue(name, given, place=tree.Place(line, 1)))
+    return tree.EnumSpec(tuple(named), place=tree.Place(line_of(node), 1))
 
 
 def plain_name(name: str) -> str:
@@ -192,10 +194,10 @@ def known_interfaces(
     word: str, names: Sequence[str], line: int, fragments: Fragments, known: frozenset[str]
 ) -> tuple[str, ...]:
     """Return the interfaces of the document without the names of libraries; others are left out with a note."""
-    found: list[str] = []
+    interfaces: list[str] = []
     for name in filter(str.strip, names):
         if plain_name(name).casefold() in known and fragments.dialect.has_methods:
-            found.append(plain_name(name))
+            interfaces.append(plain_name(name))
         else:
             fragments.report.note(line, f"{word} {name.strip()[:60]} is left out")
-    return tuple(found)
+    return tuple(interfaces)

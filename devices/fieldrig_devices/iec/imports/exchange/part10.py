@@ -50,9 +50,9 @@ def read_project(root: Element, fragments: Fragments) -> tuple[tree.Declaration,
     """Everything that a `Project` declares, or a single POU."""
     types = [d for e in root.iter("{*}DataTypeDecl") if (d := read_declaration(e, fragments)) is not None]
     globals_: list[tree.Variables] = []
-    for found in root.iter("{*}GlobalVars"):
-        if not any(name_of(parent) in _POUS for parent in found.iterancestors()):
-            block = section(found, read_type, fragments)
+    for list_ in root.iter("{*}GlobalVars"):
+        if not any(name_of(parent) in _POUS for parent in list_.iterancestors()):
+            block = section(list_, read_type, fragments)
             globals_ += [block] if block is not None else []
     known = frozenset(attribute(e, "name").strip().casefold() for e in root.iter("{*}Interface"))
     interfaces = [i for e in root.iter("{*}Interface") if (i := _interface(e, fragments, known)) is not None]
@@ -62,10 +62,10 @@ def read_project(root: Element, fragments: Fragments) -> tuple[tree.Declaration,
     return (*others, *assemble(raws, others, fragments), *configurations)
 
 
-def _refused(of: Element, fragments: Fragments, dialect: str) -> None:
+def _refused(node: Element, fragments: Fragments, dialect: str) -> None:
     fragments.report.mistake(
-        line_of(of),
-        f"The {name_of(of).lower()} {attribute(of, 'name')[:60]} is not supported",
+        line_of(node),
+        f"The {name_of(node).lower()} {attribute(node, 'name')[:60]} is not supported",
         "functions, function blocks and actions",
         f"Choose the dialect {dialect}.",
     )
@@ -74,39 +74,39 @@ def _refused(of: Element, fragments: Fragments, dialect: str) -> None:
 # ---- POUs
 
 
-def _pou(of: Element, fragments: Fragments, interfaces: frozenset[str]) -> Raw | None:
+def _pou(node: Element, fragments: Fragments, interfaces: frozenset[str]) -> Raw | None:
     """A POU; `interfaces` are those of the document in small letters."""
-    name, line, kind, report = attribute(of, "name").strip(), line_of(of), _POUS[name_of(of)], fragments.report
+    name, line, kind, report = attribute(node, "name").strip(), line_of(node), _POUS[name_of(node)], fragments.report
     if kind is tree.PouKind.CLASS and not fragments.dialect.has_classes:
-        _refused(of, fragments, "edition-3")
+        _refused(node, fragments, "edition-3")
         return None
     if not fragments.is_name(name, line, "a POU"):
         return None
     with report.inside(f"{kind.value} {name[:60]}"):
-        raw = Raw(kind, name, line, comments=comment_of(element(of, "Documentation")))
-        raw.blocks = _blocks(of, kind, fragments) or plain_text(element(of, "AddData"), fragments)
+        raw = Raw(kind, name, line, comments=comment_of(element(node, "Documentation")))
+        raw.blocks = _blocks(node, kind, fragments) or plain_text(element(node, "AddData"), fragments)
         if kind is tree.PouKind.FUNCTION:
-            result = element(of, "ResultType")
+            result = element(node, "ResultType")
             raw.result = read_type(result, fragments) if result is not None else None
             if result is None and not fragments.dialect.has_void_functions:
                 raw.result = tree.NamedType("BOOL")
                 report.note(line, "The function declares no result; BOOL is assumed")
-        body = element(of, "MainBody")
+        body = element(node, "MainBody")
         raw.bodies = [] if body is None else read_bodies(body, report)
-        raw.actions = [part for e in elements(of, "Action") for part in _part(e, fragments)]
-        raw.transitions = [part for e in elements(of, "Transition") for part in _part(e, fragments)]
-        raw.methods = _methods(of, fragments)
+        raw.actions = [part for e in elements(node, "Action") for part in _part(e, fragments)]
+        raw.transitions = [part for e in elements(node, "Transition") for part in _part(e, fragments)]
+        raw.methods = _methods(node, fragments)
         if fragments.dialect.has_methods:
-            raw.modifiers = tuple(word for word in _FLAGS if is_set(of, word.lower()))
-        raw.extends = _above(of, fragments)
-        names = _names(of, "Implements", fragments)
+            raw.modifiers = tuple(word for word in _FLAGS if is_set(node, word.lower()))
+        raw.extends = _above(node, fragments)
+        names = _names(node, "Implements", fragments)
         raw.implements = known_interfaces("IMPLEMENTS", names, line, fragments, interfaces)
         return raw
 
 
-def _blocks(of: Element, kind: tree.PouKind, fragments: Fragments) -> tuple[tree.Variables, ...]:
+def _blocks(node: Element, kind: tree.PouKind, fragments: Fragments) -> tuple[tree.Variables, ...]:
     blocks: list[tree.Variables] = []
-    for list_ in (*elements(element(of, "Parameters"), *_PARAMETERS), *elements(of, *_LISTS)):
+    for list_ in (*elements(element(node, "Parameters"), *_PARAMETERS), *elements(node, *_LISTS)):
         block = section(list_, read_type, fragments)
         if block is None or not block.variables:
             continue
@@ -121,96 +121,96 @@ def _blocks(of: Element, kind: tree.PouKind, fragments: Fragments) -> tuple[tree
 # ---- methods and interfaces
 
 
-def _methods(of: Element, fragments: Fragments) -> list[Raw]:
-    found: list[Raw] = []
-    for added in elements(of, "Method"):
+def _methods(node: Element, fragments: Fragments) -> list[Raw]:
+    methods: list[Raw] = []
+    for added in elements(node, "Method"):
         name = attribute(added, "name").strip()
         if not fragments.dialect.has_methods:
             _refused(added, fragments, "edition-3")
         elif fragments.is_name(name, line_of(added), "a method"):
             with fragments.report.inside(f"method {name[:60]}"):
-                found.append(_method(added, fragments))
-    return found
+                methods.append(_method(added, fragments))
+    return methods
 
 
-def _method(of: Element, fragments: Fragments) -> Raw:
-    for unknown in elements(of):
+def _method(node: Element, fragments: Fragments) -> Raw:
+    for unknown in elements(node):
         if name_of(unknown) not in _OF_METHODS:
             what = f"A method has the element {name_of(unknown)[:40]}, which is not known"
             fragments.report.mistake(line_of(unknown), what, "ResultType, Parameters, Vars, TempVars and MainBody")
-    result, body = element(of, "ResultType"), element(of, "MainBody")
-    raw = Raw(tree.PouKind.FUNCTION, attribute(of, "name").strip(), line_of(of))
-    raw.comments = comment_of(element(of, "Documentation"))
+    result, body = element(node, "ResultType"), element(node, "MainBody")
+    raw = Raw(tree.PouKind.FUNCTION, attribute(node, "name").strip(), line_of(node))
+    raw.comments = comment_of(element(node, "Documentation"))
     raw.result = read_type(result, fragments) if result is not None else None
-    raw.blocks = _blocks(of, raw.kind, fragments) or plain_text(element(of, "AddData"), fragments)
-    raw.bodies = read_bodies(of if body is None else body, fragments.report)
-    word = attribute(of, "accessSpecifier").strip().upper()
-    flags = (flag for flag in _FLAGS if is_set(of, flag.lower()))
+    raw.blocks = _blocks(node, raw.kind, fragments) or plain_text(element(node, "AddData"), fragments)
+    raw.bodies = read_bodies(node if body is None else body, fragments.report)
+    word = attribute(node, "accessSpecifier").strip().upper()
+    flags = (flag for flag in _FLAGS if is_set(node, flag.lower()))
     raw.modifiers = (*((word,) if word in tree.ACCESS else ()), *flags)
     return raw
 
 
-def _interface(of: Element, fragments: Fragments, known: frozenset[str]) -> tree.Interface | None:
-    name, line = attribute(of, "name").strip(), line_of(of)
+def _interface(node: Element, fragments: Fragments, known: frozenset[str]) -> tree.Interface | None:
+    name, line = attribute(node, "name").strip(), line_of(node)
     if not fragments.dialect.has_methods:
-        _refused(of, fragments, "edition-3")
+        _refused(node, fragments, "edition-3")
         return None
     if not fragments.is_name(name, line, "an interface"):
         return None
     with fragments.report.inside(f"INTERFACE {name[:60]}"):
-        methods = tuple(prototype(raw) for raw in _methods(of, fragments))
-        above = known_interfaces("EXTENDS", _names(of, "Extends", fragments), line, fragments, known)
-    comments = comment_of(element(of, "Documentation"))
+        methods = tuple(prototype(raw) for raw in _methods(node, fragments))
+        above = known_interfaces("EXTENDS", _names(node, "Extends", fragments), line, fragments, known)
+    comments = comment_of(element(node, "Documentation"))
     return tree.Interface(name, above, methods, comments=comments, place=tree.Place(line, 1))
 
 
-def _above(of: Element, fragments: Fragments) -> str:
+def _above(node: Element, fragments: Fragments) -> str:
     """The function block or class that a POU extends; empty for none."""
-    names = _names(of, "Extends", fragments)
+    names = _names(node, "Extends", fragments)
     if names and not fragments.dialect.has_methods:
-        fragments.report.mistake(line_of(of), "EXTENDS is not supported", hint="Choose the dialect edition-3.")
+        fragments.report.mistake(line_of(node), "EXTENDS is not supported", hint="Choose the dialect edition-3.")
         return ""
     return names[0] if names else ""
 
 
-def _names(of: Element, kind: str, fragments: Fragments) -> list[str]:
+def _names(node: Element, kind: str, fragments: Fragments) -> list[str]:
     """The names in the references `Extends` or `Implements`, without their name spaces."""
-    specs = [read_type(e, fragments) for e in elements(of, kind)]
+    specs = [read_type(e, fragments) for e in elements(node, kind)]
     return [spec.name for spec in specs if isinstance(spec, tree.NamedType) and spec is not NOTHING]
 
 
-def _part(of: Element, fragments: Fragments) -> list[Part]:
-    with fragments.report.inside(f"{name_of(of).lower()} {attribute(of, 'name')[:60]}"):
-        comments = comment_of(element(of, "Documentation"))
-        bodies = read_bodies(of, fragments.report)[:1]
-        return [Part(attribute(of, "name").strip(), line_of(of), drawn, comments) for drawn in bodies]
+def _part(node: Element, fragments: Fragments) -> list[Part]:
+    with fragments.report.inside(f"{name_of(node).lower()} {attribute(node, 'name')[:60]}"):
+        comments = comment_of(element(node, "Documentation"))
+        bodies = read_bodies(node, fragments.report)[:1]
+        return [Part(attribute(node, "name").strip(), line_of(node), drawn, comments) for drawn in bodies]
 
 
 # ---- tasks
 
 
-def _resource(of: Element, fragments: Fragments) -> tree.Configuration | None:
-    tasks = [_task(e, fragments) for e in elements(of, "Task")]
-    programs = [_instance(e) for e in elements(of, "ProgramInstance")]
+def _resource(node: Element, fragments: Fragments) -> tree.Configuration | None:
+    tasks = [_task(e, fragments) for e in elements(node, "Task")]
+    programs = [_instance(e) for e in elements(node, "ProgramInstance")]
     free = [program for program in programs if not program.task]
     programs = [program for program in programs if program.task]
     if free:
         program_without_task(tasks, programs, free)
-    return resource_of(of, tasks, programs) if tasks else None
+    return resource_of(node, tasks, programs) if tasks else None
 
 
-def _instance(of: Element) -> tree.ProgramInstance:
-    name = attribute(of, "name").strip()
-    kind = attribute(of, "typeName").strip() or name
+def _instance(node: Element) -> tree.ProgramInstance:
+    name = attribute(node, "name").strip()
+    kind = attribute(node, "typeName").strip() or name
     return tree.ProgramInstance(
-        name, attribute(of, "associatedTaskName").strip(), kind, place=tree.Place(line_of(of), 1)
+        name, attribute(node, "associatedTaskName").strip(), kind, place=tree.Place(line_of(node), 1)
     )
 
 
-def _task(of: Element, fragments: Fragments) -> tree.TaskDeclaration:
-    line, name = line_of(of), attribute(of, "name").strip()
+def _task(node: Element, fragments: Fragments) -> tree.TaskDeclaration:
+    line, name = line_of(node), attribute(node, "name").strip()
     fragments.is_name(name, line, "a task")
-    priority, interval, single = (attribute(of, key).strip() for key in ("priority", "interval", "single"))
+    priority, interval, single = (attribute(node, key).strip() for key in ("priority", "interval", "single"))
     with fragments.report.inside(f"task {name[:60]}"):
         return tree.TaskDeclaration(
             name,

@@ -53,38 +53,40 @@ _LATCHES: Final = {"set": Storage.SET, "reset": Storage.RESET}
 _OBJECTS: Final = ("CommonObject", "FbdObject", "LdObject", "SfcObject")
 
 
-def type_of(of: Element | None) -> str:
+def type_of(node: Element | None) -> str:
     """The local part of `xsi:type`, in small letters."""
-    found = "" if of is None else of.get("{http://www.w3.org/2001/XMLSchema-instance}type", "")
-    return found.rpartition(":")[2].strip().casefold()
+    name = "" if node is None else node.get("{http://www.w3.org/2001/XMLSchema-instance}type", "")
+    return name.rpartition(":")[2].strip().casefold()
 
 
-def read_bodies(of: Element, report: Report) -> list[Drawn]:
+def read_bodies(node: Element, report: Report) -> list[Drawn]:
     """The contents of a body, in the order in which they are evaluated."""
-    found = elements(of, "BodyContent") or [inner for child in elements(of) for inner in elements(child, "BodyContent")]
-    contents = sorted(found, key=lambda content: number(content, "evaluationOrder") or 0)
+    bodies = elements(node, "BodyContent") or [
+        inner for child in elements(node) for inner in elements(child, "BodyContent")
+    ]
+    contents = sorted(bodies, key=lambda content: number(content, "evaluationOrder") or 0)
     return [drawn for content in contents if (drawn := _content(content, report)) is not None]
 
 
-def _content(of: Element, report: Report) -> Drawn | None:
-    line, kind = line_of(of), type_of(of)
+def _content(node: Element, report: Report) -> Drawn | None:
+    line, kind = line_of(node), type_of(node)
     match kind:
         case "st" | "il":
-            inner = element(of, kind)
-            text, first = formatted_text(of if inner is None else inner)
+            inner = element(node, kind)
+            text, first = formatted_text(node if inner is None else inner)
             return Drawn(kind.upper(), first, text)
         case "ld" | "fbd" | "ldsection" | "fbdsection":
-            networks = [Reader(report).network(found) for found in _in_order(of)]
+            networks = [Reader(report).network(parts) for parts in _in_order(node)]
             return Drawn("LD" if kind.startswith("ld") else "FBD", line, networks=networks, is_divided=True)
         case "sfc":
-            found = _in_order(of)
-            return Drawn("SFC", line, networks=[Reader(report).network(found[0] if found else of)], is_divided=True)
+            parts = _in_order(node)
+            return Drawn("SFC", line, networks=[Reader(report).network(parts[0] if parts else node)], is_divided=True)
     report.mistake(line, f"The body has the type {kind[:40] or 'nothing'}", "ST, IL, LD, FBD or SFC")
     return None
 
 
-def _in_order(of: Element) -> list[Element]:
-    return sorted(elements(of, "Network", "Rung"), key=lambda network: number(network, "evaluationOrder") or 0)
+def _in_order(node: Element) -> list[Element]:
+    return sorted(elements(node, "Network", "Rung"), key=lambda network: number(network, "evaluationOrder") or 0)
 
 
 @dataclass(slots=True)
@@ -98,17 +100,17 @@ class Reader:
     items: list[Item] = field(default_factory=list)
     identifiers: set[str] = field(default_factory=set)
 
-    def network(self, of: Element) -> Network:
-        for found in elements(of, *_OBJECTS):
-            self._object(found)
+    def network(self, node: Element) -> Network:
+        for child in elements(node, *_OBJECTS):
+            self._object(child)
         for pin, point in self.points:
             pin.wires = tuple(dict.fromkeys(self._wires(pin, point)))
-        comments = text_of(element(of, "Documentation")).strip()
+        comments = text_of(element(node, "Documentation")).strip()
         texts = (f"(* {comments.replace('*)', '* )')} *)",) if comments else ()
-        return Network(self.items, attribute(of, "label").strip(), line_of(of), texts)
+        return Network(self.items, attribute(node, "label").strip(), line_of(node), texts)
 
     def _wires(self, pin: Pin, point: Element) -> list[Wire]:
-        found: list[Wire] = []
+        wires: list[Wire] = []
         for connection in elements(point, "Connection", "FeedbackConnection"):
             wire = self.outputs.get(attribute(connection, "refConnectionPointOutId").strip())
             variable = attribute(connection, "feedbackVariable").strip()
@@ -124,61 +126,61 @@ class Reader:
                 self.items.append(sink)
                 pin.expression = variable
             else:
-                found.append(wire)
-        return found
+                wires.append(wire)
+        return wires
 
-    def _object(self, of: Element) -> None:
-        kind, line = _KINDS.get(type_of(of)), line_of(of)
+    def _object(self, node: Element) -> None:
+        kind, line = _KINDS.get(type_of(node)), line_of(node)
         if kind is None:
-            if type_of(of) != "unconnected":
-                what = f"The object of type {type_of(of)[:40] or 'nothing'} is known only to the tool that wrote it"
+            if type_of(node) != "unconnected":
+                what = f"The object of type {type_of(node)[:40] or 'nothing'} is known only to the tool that wrote it"
                 self.report.mistake(line, what, hint="Replace it by standard elements in the tool, and export again.")
             return
         item = Item(
             kind,
-            self._unique(attribute(of, "globalId").strip() or f"of line {line}"),
+            self._unique(attribute(node, "globalId").strip() or f"of line {line}"),
             line,
-            self._text(of, kind),
-            is_negated=is_set(of, "negated") or self._is_negated_by_vendor(of),
-            edge=_EDGES.get(attribute(of, "edge"), Edge.NONE),
-            storage=_LATCHES.get(attribute(of, "latch"), Storage.NONE),
-            order=self._order(of),
-            x=number(element(of, "RelPosition"), "x") or 0.0,
-            y=number(element(of, "RelPosition"), "y") or 0.0,
-            inputs=[self._pin(point) for point in elements(of, "ConnectionPointIn")],
+            self._text(node, kind),
+            is_negated=is_set(node, "negated") or self._is_negated_by_vendor(node),
+            edge=_EDGES.get(attribute(node, "edge"), Edge.NONE),
+            storage=_LATCHES.get(attribute(node, "latch"), Storage.NONE),
+            order=self._order(node),
+            x=number(element(node, "RelPosition"), "x") or 0.0,
+            y=number(element(node, "RelPosition"), "y") or 0.0,
+            inputs=[self._pin(point) for point in elements(node, "ConnectionPointIn")],
         )
         self.items.append(item)
-        for point in elements(of, "ConnectionPointOut", "ConnectionPointOutAction"):
+        for point in elements(node, "ConnectionPointOut", "ConnectionPointOutAction"):
             self.outputs[attribute(point, "connectionPointOutId").strip()] = Wire(item.id)
         match kind:
             case Kind.BLOCK:
-                self._block(of, item)
+                self._block(node, item)
             case Kind.STEP:
-                item.is_initial = is_set(of, "initialStep")
+                item.is_initial = is_set(node, "initialStep")
             case Kind.TRANSITION:
-                self._transition(of, item)
+                self._transition(node, item)
             case Kind.ACTIONS:
-                item.uses = [self._use(action) for action in elements(of, "Action", "ActionAssociation")]
+                item.uses = [self._use(action) for action in elements(node, "Action", "ActionAssociation")]
 
     def _unique(self, identifier: str) -> str:
         """The identifier, with a number behind it if several elements have it."""
-        found = identifier if identifier not in self.identifiers else f"{identifier} #{len(self.items)}"
-        self.identifiers.add(found)
-        return found
+        unique = identifier if identifier not in self.identifiers else f"{identifier} #{len(self.items)}"
+        self.identifiers.add(unique)
+        return unique
 
-    def _text(self, of: Element, kind: Kind) -> str:
+    def _text(self, node: Element, kind: Kind) -> str:
         if kind is Kind.COMMENT:
-            return text_of(element(of, "Content")).strip()
-        return next((found.strip() for name in _TEXTS.get(kind, ()) if (found := attribute(of, name))), "")
+            return text_of(element(node, "Content")).strip()
+        return next((text.strip() for name in _TEXTS.get(kind, ()) if (text := attribute(node, name))), "")
 
-    def _order(self, of: Element) -> int:
+    def _order(self, node: Element) -> int:
         """The evaluation priority that one vendor adds, from 0."""
-        added = next((e for e in of.iter() if name_of(e) == "EvaluationPriority"), None)
+        added = next((e for e in node.iter() if name_of(e) == "EvaluationPriority"), None)
         priority = number(added, "priorityInNetwork")
         return 0 if priority is None or priority < 0 else int(priority) + 1
 
-    def _is_negated_by_vendor(self, of: Element) -> bool:
-        added = element(of, "AddData")
+    def _is_negated_by_vendor(self, node: Element) -> bool:
+        added = element(node, "AddData")
         return added is not None and any(name_of(e) == "negated" and is_set(e, "value") for e in added.iter())
 
     def _pin(self, point: Element) -> Pin:
@@ -186,17 +188,17 @@ class Reader:
         self.points.append((pin, point))
         return pin
 
-    def _block(self, of: Element, item: Item) -> None:
-        item.instance = attribute(of, "instanceName").strip()
-        item.inputs = self._parameters(of, item, "InputVariables", "InputVariable")
-        item.in_outs = self._parameters(of, item, "InOutVariables", "InOutVariable")
-        item.outputs = self._parameters(of, item, "OutputVariables", "OutputVariable")
+    def _block(self, node: Element, item: Item) -> None:
+        item.instance = attribute(node, "instanceName").strip()
+        item.inputs = self._parameters(node, item, "InputVariables", "InputVariable")
+        item.in_outs = self._parameters(node, item, "InOutVariables", "InOutVariable")
+        item.outputs = self._parameters(node, item, "OutputVariables", "OutputVariable")
         if not item.text:
             self.report.mistake(item.line, "The block has no type")
 
-    def _parameters(self, of: Element, item: Item, group: str, name: str) -> list[Pin]:
-        found: list[Pin] = []
-        for variable in elements(element(of, group), name):
+    def _parameters(self, node: Element, item: Item, group: str, name: str) -> list[Pin]:
+        pins: list[Pin] = []
+        for variable in elements(element(node, group), name):
             point = element(variable, "ConnectionPointIn")
             pin = Pin(line=line_of(variable)) if point is None else self._pin(point)
             pin.name = attribute(variable, "parameterName").strip()
@@ -204,13 +206,13 @@ class Reader:
             pin.edge = _EDGES.get(attribute(variable, "edge"), Edge.NONE)
             for out in elements(variable, "ConnectionPointOut"):
                 self.outputs[attribute(out, "connectionPointOutId").strip()] = Wire(item.id, pin.name)
-            found.append(pin)
-        return found
+            pins.append(pin)
+        return pins
 
-    def _transition(self, of: Element, item: Item) -> None:
-        priority = number(of, "priority")
+    def _transition(self, node: Element, item: Item) -> None:
+        priority = number(node, "priority")
         item.priority = None if priority is None else int(priority)
-        condition = element(of, "Condition")
+        condition = element(node, "Condition")
         inner = next(iter(elements(condition, "Reference", "Inline", "ConnectionPointIn", "BodyContent")), None)
         if inner is None:
             return
@@ -223,8 +225,8 @@ class Reader:
             case _:
                 item.condition.body = next(iter(read_bodies(inner, self.report)), None)
 
-    def _use(self, of: Element) -> Use:
-        reference, inline = element(of, "Reference"), element(of, "Inline")
-        name = attribute(reference, "name") or attribute(of, "actionName")
+    def _use(self, node: Element) -> Use:
+        reference, inline = element(node, "Reference"), element(node, "Inline")
+        name = attribute(reference, "name") or attribute(node, "actionName")
         body = None if inline is None else next(iter(read_bodies(inline, self.report)), None)
-        return Use(line_of(of), attribute(of, "qualifier", "N"), attribute(of, "duration"), name.strip(), body)
+        return Use(line_of(node), attribute(node, "qualifier", "N"), attribute(node, "duration"), name.strip(), body)

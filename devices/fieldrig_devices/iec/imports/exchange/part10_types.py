@@ -28,17 +28,17 @@ NOTHING: Final = tree.NamedType("")
 """Stands for a type that has a message already."""
 
 
-def read_type(of: Element | None, fragments: Fragments, depth: int = 0) -> tree.TypeSpec:
+def read_type(node: Element | None, fragments: Fragments, depth: int = 0) -> tree.TypeSpec:
     """A reference to a type: its name, or a type that is defined in place."""
-    line = 1 if of is None else line_of(of)
-    name = element(of, "TypeName")
+    line = 1 if node is None else line_of(node)
+    name = element(node, "TypeName")
     if name is not None:
         return _named(text_of(name).strip(), line_of(name), fragments)
-    inner = element(of, "InstantlyDefinedType")
+    inner = element(node, "InstantlyDefinedType")
     if inner is not None:
         return _specified(inner, fragments, depth + 1)
-    if of is not None and text_of(of).strip() and not elements(of):
-        return _named(text_of(of).strip(), line, fragments)
+    if node is not None and text_of(node).strip() and not elements(node):
+        return _named(text_of(node).strip(), line, fragments)
     fragments.report.mistake(line, "The type is missing", "a TypeName or an InstantlyDefinedType")
     return NOTHING
 
@@ -50,25 +50,25 @@ def _named(name: str, line: int, fragments: Fragments) -> tree.TypeSpec:
     return fragments.type(name, line)
 
 
-def _specified(of: Element, fragments: Fragments, depth: int = 0) -> tree.TypeSpec:
-    place, kind = tree.Place(line_of(of), 1), type_of(of)
+def _specified(node: Element, fragments: Fragments, depth: int = 0) -> tree.TypeSpec:
+    place, kind = tree.Place(line_of(node), 1), type_of(node)
     if depth > DEPTH:
         fragments.report.mistake(place.line, f"Types are nested more than {DEPTH} deep")
         return NOTHING
     match kind:
         case "arraytypespec":
-            base = read_type(element(of, "BaseType"), fragments, depth)
-            dimensions = [_limits_of(e) for e in elements(of, "DimensionSpec")]
+            base = read_type(element(node, "BaseType"), fragments, depth)
+            dimensions = [_limits_of(e) for e in elements(node, "DimensionSpec")]
             return array(dimensions, base, place, fragments)
         case "structtypespec":
-            fields = (variable(member, read_type, fragments) for member in elements(of, "Member"))
-            return tree.StructSpec(tuple(found for found in fields if found is not None), place=place)
+            fields = (variable(member, read_type, fragments) for member in elements(node, "Member"))
+            return tree.StructSpec(tuple(field for field in fields if field is not None), place=place)
         case "enumtypespec" | "enumtypewithnamedvaluespec":
-            return enumeration(of, elements(of, "Enumerator"), fragments)
+            return enumeration(node, elements(node, "Enumerator"), fragments)
         case "subrangetypespec":
-            return _subrange(of, fragments, depth)
+            return _subrange(node, fragments, depth)
         case "directlyderivedtypespec" | "derivedtypespec":
-            return read_type(element(of, "BaseType"), fragments, depth)
+            return read_type(element(node, "BaseType"), fragments, depth)
     fragments.report.mistake(
         place.line, f"The type specification {kind[:40] or 'without xsi:type'} is not known", "an array, structure, "
         "enumeration, subrange or derived type"
@@ -77,26 +77,26 @@ def _specified(of: Element, fragments: Fragments, depth: int = 0) -> tree.TypeSp
 
 
 def _limits_of(dimension: Element) -> Element:
-    found = element(dimension, "IndexRange")
-    return dimension if found is None else found
+    range_ = element(dimension, "IndexRange")
+    return dimension if range_ is None else range_
 
 
-def _subrange(of: Element, fragments: Fragments, depth: int) -> tree.TypeSpec:
-    base = read_type(element(of, "BaseType"), fragments, depth)
-    found = next((limits(e, fragments) for e in (*elements(of), of) if attribute(e, "lower")), None)
-    return subrange(of, base, found, fragments)
+def _subrange(node: Element, fragments: Fragments, depth: int) -> tree.TypeSpec:
+    base = read_type(element(node, "BaseType"), fragments, depth)
+    range_ = next((limits(e, fragments) for e in (*elements(node), node) if attribute(e, "lower")), None)
+    return subrange(node, base, range_, fragments)
 
 
-def read_declaration(of: Element, fragments: Fragments) -> tree.TypeDeclaration | None:
-    name, line = attribute(of, "name").strip(), line_of(of)
+def read_declaration(node: Element, fragments: Fragments) -> tree.TypeDeclaration | None:
+    name, line = attribute(node, "name").strip(), line_of(node)
     if not fragments.is_name(name, line, "a type"):
         return None
     with fragments.report.inside(f"type {name[:60]}"):
-        specification = element(of, "UserDefinedTypeSpec")
+        specification = element(node, "UserDefinedTypeSpec")
         if specification is None:
             fragments.report.mistake(line, "The type has no specification", "a UserDefinedTypeSpec")
             return None
         spec = _specified(specification, fragments)
         start = initial(element(specification, "InitialValue"), spec, fragments)
-        comments = comment_of(element(of, "Documentation"))
+        comments = comment_of(element(node, "Documentation"))
         return tree.TypeDeclaration(name, spec, start, comments=comments, place=tree.Place(line, 1))

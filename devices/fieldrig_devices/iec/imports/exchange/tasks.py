@@ -23,10 +23,10 @@ def duration(text: str, line: int, fragments: Fragments) -> tree.Expression | No
 
     Version 1.01 of PLCopen XML writes hours, minutes and seconds, `00:00:00.100000`.
     """
-    found = _CLOCK.fullmatch(text) or _ISO.fullmatch(text)
-    if found is None or not any(found.groups()):
+    match = _CLOCK.fullmatch(text) or _ISO.fullmatch(text)
+    if match is None or not any(match.groups()):
         return fragments.expression(text, line)
-    days, hours, minutes, seconds = (float(part or 0) for part in found.groups())
+    days, hours, minutes, seconds = (float(part or 0) for part in match.groups())
     milliseconds = round((((days * 24 + hours) * 60 + minutes) * 60 + seconds) * 1_000)
     place = tree.Place(line, 1)
     return tree.Literal(tree.LiteralKind.TIME, milliseconds, f"T#{milliseconds}ms", place=place)
@@ -47,8 +47,8 @@ def program_without_task(
 
 
 def resource_of(
-    of: Element, tasks: list[tree.TaskDeclaration], programs: list[tree.ProgramInstance]
+    node: Element, tasks: list[tree.TaskDeclaration], programs: list[tree.ProgramInstance]
 ) -> tree.Configuration:
-    name = re.sub(r"\W", "_", attribute(of, "name").strip(), flags=re.ASCII) or "Resource"
-    place = tree.Place(line_of(of), 1)
+    name = re.sub(r"\W", "_", attribute(node, "name").strip(), flags=re.ASCII) or "Resource"
+    place = tree.Place(line_of(node), 1)
     return tree.Configuration(name, (), tuple(tasks), tuple(programs), resource=name, place=place)

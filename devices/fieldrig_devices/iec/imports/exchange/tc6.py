@@ -52,39 +52,41 @@ def read_project(root: Element, fragments: Fragments) -> tuple[tree.Declaration,
     prototypes = [i for e in named if (i := tc6_objects.interface(e, fragments, known)) is not None]
     pous = [e for e in _built(root, "pou", fragments) if not _is_of_pou(e)]
     raws = [raw for e in pous if (raw := _pou(e, fragments, known)) is not None]
-    configurations = [found for e in _all(root, "resource") if (found := _resource(e, fragments)) is not None]
+    configurations = [
+        configuration for e in _all(root, "resource") if (configuration := _resource(e, fragments)) is not None
+    ]
     others: list[tree.Declaration] = [*types, *globals_, *config, *prototypes]
     return (*others, *assemble(raws, others, fragments), *configurations)
 
 
 def _all(root: Element, name: str) -> list[Element]:
-    return [found for found in root.iter() if name_of(found) == name]
+    return [child for child in root.iter() if name_of(child) == name]
 
 
 def _built(root: Element, name: str, fragments: Fragments) -> list[Element]:
     """Return the elements of this name that are not excluded from the build."""
-    return [found for found in _all(root, name) if not tc6_added.is_excluded(found, fragments)]
+    return [child for child in _all(root, name) if not tc6_added.is_excluded(child, fragments)]
 
 
-def _is_of_pou(of: Element) -> bool:
+def _is_of_pou(node: Element) -> bool:
     """True for global variables that a POU declares, for POUs inside of a POU, and for parts of a list."""
-    return any(name_of(parent) in ("pou", _MIXED) for parent in of.iterancestors())
+    return any(name_of(parent) in ("pou", _MIXED) for parent in node.iterancestors())
 
 
-def _globals(of: Element, fragments: Fragments) -> list[tree.Variables]:
-    with fragments.report.inside(f"global variables {attribute(of, 'name')}".strip()):
-        found = section(of, read_type, fragments)
-        if found is None or found.variables:
-            return [] if found is None else _mixed(of, found, fragments)
-        blocks = list(plain_text(of, fragments))
+def _globals(node: Element, fragments: Fragments) -> list[tree.Variables]:
+    with fragments.report.inside(f"global variables {attribute(node, 'name')}".strip()):
+        list_ = section(node, read_type, fragments)
+        if list_ is None or list_.variables:
+            return [] if list_ is None else _mixed(node, list_, fragments)
+        blocks = list(plain_text(node, fragments))
         for block in blocks:
-            block.name = attribute(of, "name")
+            block.name = attribute(node, "name")
         return blocks
 
 
-def _mixed(of: Element, whole: tree.Variables, fragments: Fragments) -> list[tree.Variables]:
+def _mixed(node: Element, whole: tree.Variables, fragments: Fragments) -> list[tree.Variables]:
     """The parts of a list of which only some variables are CONSTANT or RETAIN, as the CODESYS family writes it."""
-    inner = (e for added in of.iter(f"{{*}}{_MIXED}") for e in elements(added, "globalVars"))
+    inner = (e for added in node.iter(f"{{*}}{_MIXED}") for e in elements(added, "globalVars"))
     parts = [part for e in inner if (part := section(e, read_type, fragments)) is not None and part.variables]
     if not parts:
         return [whole]
@@ -96,14 +98,14 @@ def _mixed(of: Element, whole: tree.Variables, fragments: Fragments) -> list[tre
     return [replace(whole, variables=rest, comments=()), *parts] if rest else parts
 
 
-def _config(of: Element, fragments: Fragments) -> tree.Variables | None:
+def _config(node: Element, fragments: Fragments) -> tree.Variables | None:
     """VAR_CONFIG: addresses and start values of variables inside of instances."""
-    found: list[tree.Variable] = []
-    for item in elements(of, "configVariable"):
+    variables: list[tree.Variable] = []
+    for item in elements(node, "configVariable"):
         line = line_of(item)
         spec = read_type(element(item, "type"), fragments)
         address = attribute(item, "address")
-        found.append(
+        variables.append(
             tree.Variable(
                 attribute(item, "instancePathAndName").strip(),
                 spec,
@@ -112,92 +114,94 @@ def _config(of: Element, fragments: Fragments) -> tree.Variables | None:
                 place=tree.Place(line, 1),
             )
         )
-    return tree.Variables(tree.Section.CONFIG, tuple(found), place=tree.Place(line_of(of), 1)) if found else None
+    return (
+        tree.Variables(tree.Section.CONFIG, tuple(variables), place=tree.Place(line_of(node), 1)) if variables else None
+    )
 
 
-def _pou(of: Element, fragments: Fragments, interfaces: frozenset[str]) -> Raw | None:
-    name, line, report = attribute(of, "name").strip(), line_of(of), fragments.report
-    kind = _POUS.get(attribute(of, "pouType").casefold())
+def _pou(node: Element, fragments: Fragments, interfaces: frozenset[str]) -> Raw | None:
+    name, line, report = attribute(node, "name").strip(), line_of(node), fragments.report
+    kind = _POUS.get(attribute(node, "pouType").casefold())
     if kind is None:
-        report.mistake(line, f"The POU {name[:60]} has the type {attribute(of, 'pouType')[:40]}", ", ".join(_POUS))
+        report.mistake(line, f"The POU {name[:60]} has the type {attribute(node, 'pouType')[:40]}", ", ".join(_POUS))
         return None
     if not fragments.is_name(name, line, "a POU"):
         return None
     with report.inside(f"{kind.value} {name[:60]}"):
-        interface = element(of, "interface")
+        interface = element(node, "interface")
         result = element(interface, "returnType")
-        raw = Raw(kind, name, line, comments=comment_of(element(of, "documentation")))
-        raw.blocks = tc6_objects.blocks(of, interface, fragments)
+        raw = Raw(kind, name, line, comments=comment_of(element(node, "documentation")))
+        raw.blocks = tc6_objects.blocks(node, interface, fragments)
         if kind is tree.PouKind.FUNCTION:
             raw.result = read_type(result, fragments) if result is not None else None
             if result is None and not fragments.dialect.has_void_functions:
                 raw.result = tree.NamedType("BOOL")
                 report.note(line, "The function declares no result; BOOL is assumed")
-        raw.bodies = [drawn for body in elements(of, "body") if (drawn := read_body(body, report)) is not None]
-        raw.actions = _parts(element(of, "actions"), "action", fragments)
-        raw.transitions = _parts(element(of, "transitions"), "transition", fragments)
-        raw.methods = tc6_objects.methods(of, fragments)
-        raw.modifiers = tc6_objects.modifiers(of, fragments)
+        raw.bodies = [drawn for body in elements(node, "body") if (drawn := read_body(body, report)) is not None]
+        raw.actions = _parts(element(node, "actions"), "action", fragments)
+        raw.transitions = _parts(element(node, "transitions"), "transition", fragments)
+        raw.methods = tc6_objects.methods(node, fragments)
+        raw.modifiers = tc6_objects.modifiers(node, fragments)
         tc6_objects.inherit(raw, interface, fragments, interfaces)
         return raw
 
 
-def _parts(of: Element | None, name: str, fragments: Fragments) -> list[Part]:
-    found: list[Part] = []
-    for part in elements(of, name):
+def _parts(node: Element | None, name: str, fragments: Fragments) -> list[Part]:
+    parts: list[Part] = []
+    for part in elements(node, name):
         body = element(part, "body")
         with fragments.report.inside(f"{name} {attribute(part, 'name')[:60]}"):
             drawn = None if body is None else read_body(body, fragments.report)
         if drawn is not None:
             comments = comment_of(element(part, "documentation"))
-            found.append(Part(attribute(part, "name").strip(), line_of(part), drawn, comments))
-    return found
+            parts.append(Part(attribute(part, "name").strip(), line_of(part), drawn, comments))
+    return parts
 
 
 # ---- tasks
 
 
-def _resource(of: Element, fragments: Fragments) -> tree.Configuration | None:
+def _resource(node: Element, fragments: Fragments) -> tree.Configuration | None:
     tasks: list[tree.TaskDeclaration] = []
     programs: list[tree.ProgramInstance] = []
-    for task in elements(of, "task"):
+    for task in elements(node, "task"):
         with fragments.report.inside(f"task {attribute(task, 'name')[:60]}"):
             tasks.append(_task(task, fragments))
             programs += [_instance(e, tasks[-1].name) for e in elements(task, "pouInstance")]
-    free = [_instance(e, "") for e in elements(of, "pouInstance")]
+    free = [_instance(e, "") for e in elements(node, "pouInstance")]
     if free:
         program_without_task(tasks, programs, free)
-    return resource_of(of, tasks, programs) if tasks else None
+    return resource_of(node, tasks, programs) if tasks else None
 
 
-def _instance(of: Element, task: str) -> tree.ProgramInstance:
+def _instance(node: Element, task: str) -> tree.ProgramInstance:
     """An instance, whose type has the name `type` in version 1.01.
 
     The CODESYS family leaves the type empty, because it is the name.
     """
-    name = attribute(of, "name").strip()
-    kind = (attribute(of, "typeName") or attribute(of, "type")).strip()
-    return tree.ProgramInstance(name, task, kind or name, place=tree.Place(line_of(of), 1))
+    name = attribute(node, "name").strip()
+    kind = (attribute(node, "typeName") or attribute(node, "type")).strip()
+    return tree.ProgramInstance(name, task, kind or name, place=tree.Place(line_of(node), 1))
 
 
-def _task(of: Element, fragments: Fragments) -> tree.TaskDeclaration:
-    line, name = line_of(of), attribute(of, "name").strip()
+def _task(node: Element, fragments: Fragments) -> tree.TaskDeclaration:
+    line, name = line_of(node), attribute(node, "name").strip()
     fragments.is_name(name, line, "a task")
-    interval, single = attribute(of, "interval").strip(), attribute(of, "single").strip()
-    settings = next((e for e in of.iter() if name_of(e) == "TaskSettings"), None)
+    interval, single = attribute(node, "interval").strip(), attribute(node, "single").strip()
+    settings = next((e for e in node.iter() if name_of(e) == "TaskSettings"), None)
     kind = attribute(settings, "KindOfTask").casefold()
     if kind == "freewheeling":
         interval = ""
     elif kind in ("event", "status") and not single:
         single = attribute(settings, "Event").strip()
         interval = ""
-    priority = re.sub(r"\s", "", attribute(of, "priority"))
+    priority = re.sub(r"\s", "", attribute(node, "priority"))
     return tree.TaskDeclaration(
         name,
         fragments.expression(priority, line) if priority else None,
         duration(interval, line, fragments) if interval else None,
         fragments.expression(single, line) if single else None,
-        comments=comment_of(element(of, "documentation")),
+        comments=comment_of(element(node, "documentation")),
         place=tree.Place(line, 1),
     )
 

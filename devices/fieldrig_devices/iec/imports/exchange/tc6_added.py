@@ -40,37 +40,41 @@ def note_what_is_left_out(root: Element, fragments: Fragments) -> None:
         if key not in _READ and key not in _WITHOUT_MEANING and key not in seen:
             seen.add(key)
             fragments.report.note(line_of(data), f"The added data {name[:80] or 'without a name'} is left out")
-    for found in root.iter("{*}Attribute"):
-        name = attribute(found, "Name").strip()
+    for added in root.iter("{*}Attribute"):
+        name = attribute(added, "Name").strip()
         if name.casefold() in _LEFT_OUT and name.casefold() not in seen:
             seen.add(name.casefold())
-            fragments.report.note(line_of(found), f"The attribute {name} is left out")
+            fragments.report.note(line_of(added), f"The attribute {name} is left out")
 
 
-def is_excluded(of: Element, fragments: Fragments) -> bool:
+def is_excluded(node: Element, fragments: Fragments) -> bool:
     """True for an object that the tool does not build; a note names it."""
-    own = (data for added in elements(of, "addData") for data in elements(added, "data"))
+    own = (data for added in elements(node, "addData") for data in elements(added, "data"))
     flags = (flag for data in own for build in elements(data, "BuildProperties") for flag in elements(build))
     is_out = any(name_of(flag) == "ExcludeFromBuild" and text_of(flag).strip().casefold() == "true" for flag in flags)
     if is_out:
-        fragments.report.note(line_of(of), f"{attribute(of, 'name')[:60]} is left out: it is excluded from the build")
+        fragments.report.note(
+            line_of(node), f"{attribute(node, 'name')[:60]} is left out: it is excluded from the build"
+        )
     return is_out
 
 
-def with_arguments(of: Element, spec: tree.TypeSpec, fragments: Fragments) -> tree.TypeSpec:
+def with_arguments(node: Element, spec: tree.TypeSpec, fragments: Fragments) -> tree.TypeSpec:
     """Return the type of a variable with the arguments of FB_init, `m : Meter(address := 7);`."""
-    added = (data for part in elements(of, "addData") for data in elements(part, "data"))
-    lists = [found for data in added for found in elements(data, "InputAssignments")]
-    rows = tuple(row for found in lists if (row := _arguments(found, fragments)))
+    added = (data for part in elements(node, "addData") for data in elements(part, "data"))
+    lists = [list_ for data in added for list_ in elements(data, "InputAssignments")]
+    rows = tuple(row for list_ in lists if (row := _arguments(list_, fragments)))
     base = spec.element if isinstance(spec, tree.ArraySpec) else spec
     if not rows:
         return spec
     if not fragments.dialect.has_constructors:
         what = "The variable has arguments for FB_init"
-        fragments.report.mistake(line_of(of), what, "a declaration without arguments", "Choose the dialect codesys.")
+        fragments.report.mistake(line_of(node), what, "a declaration without arguments", "Choose the dialect codesys.")
         return spec
     if not isinstance(base, tree.NamedType):
-        fragments.report.mistake(line_of(of), "The variable has arguments for FB_init", "a function block as its type")
+        fragments.report.mistake(
+            line_of(node), "The variable has arguments for FB_init", "a function block as its type"
+        )
         return spec
     made = tree.NamedType(base.name, *((rows[0], ()) if len(rows) == 1 else ((), rows)), place=base.place)
     if isinstance(spec, tree.ArraySpec):
@@ -78,12 +82,12 @@ def with_arguments(of: Element, spec: tree.TypeSpec, fragments: Fragments) -> tr
     return made
 
 
-def _arguments(of: Element, fragments: Fragments) -> tuple[tree.Argument, ...]:
-    found: list[tree.Argument] = []
-    for part in elements(of, "InputAssignment"):
+def _arguments(node: Element, fragments: Fragments) -> tuple[tree.Argument, ...]:
+    arguments: list[tree.Argument] = []
+    for part in elements(node, "InputAssignment"):
         line, value = line_of(part), text_of(element(part, "Value"))
         given = fragments.expression(value, line)
         if given is not None:
             name = text_of(element(part, "Name")).strip()
-            found.append(tree.Argument(given, name, place=tree.Place(line, 1)))
-    return tuple(found)
+            arguments.append(tree.Argument(given, name, place=tree.Place(line, 1)))
+    return tuple(arguments)

@@ -68,15 +68,15 @@ _PHASES: Final = {
 """Attributes of a step in the CODESYS family that name its actions."""
 
 
-def read_body(of: Element, report: Report) -> Drawn | None:
+def read_body(node: Element, report: Report) -> Drawn | None:
     """A `body` or `inline` element; None with a message."""
-    inner = next((child for child in elements(of) if name_of(child).upper() in LANGUAGES), None)
-    line = line_of(of)
-    if any(name_of(found).upper() == "CFC" for found in of.iter()):
+    inner = next((child for child in elements(node) if name_of(child).upper() in LANGUAGES), None)
+    line = line_of(node)
+    if any(name_of(drawing).upper() == "CFC" for drawing in node.iter()):
         report.mistake(line, "The body is a continuous function chart, which is not part of the standard", hint=EXPORT)
         return None
     if inner is None:
-        if elements(of):
+        if elements(node):
             report.mistake(line, "The body has no known language", ", ".join(LANGUAGES), EXPORT)
         return Drawn("ST", line)
     language = name_of(inner).upper()
@@ -87,61 +87,61 @@ def read_body(of: Element, report: Report) -> Drawn | None:
     return Drawn(language, line_of(inner), networks=[network])
 
 
-def _items(of: Element, report: Report) -> list[Item]:
-    found: list[Item] = []
-    for child in elements(of):
+def _items(node: Element, report: Report) -> list[Item]:
+    items: list[Item] = []
+    for child in elements(node):
         if name_of(child).casefold() == "macrostep":
-            found += _macro_step(child, report)
+            items += _macro_step(child, report)
         elif (item := _item(child, report)) is not None:
-            found.append(item)
-    empty = {item.id for item in found if item.kind is Kind.SOURCE and item.text.strip() in _EMPTY}
-    for item in found:
+            items.append(item)
+    empty = {item.id for item in items if item.kind is Kind.SOURCE and item.text.strip() in _EMPTY}
+    for item in items:
         for pin in item.pins():
             pin.wires = tuple(wire for wire in pin.wires if wire.source not in empty)
-    return [item for item in found if item.kind is not Kind.SOURCE or item.id not in empty]
+    return [item for item in items if item.kind is not Kind.SOURCE or item.id not in empty]
 
 
-def _macro_step(of: Element, report: Report) -> list[Item]:
-    inner = element(element(of, "body"), "SFC")
+def _macro_step(node: Element, report: Report) -> list[Item]:
+    inner = element(element(node, "body"), "SFC")
     items = [] if inner is None else _items(inner, report)
-    before = [_pin(point) for point in elements(of, "connectionPointIn")]
-    return resolved(attribute(of, "name"), attribute(of, "localId"), line_of(of), before, items, report)
+    before = [_pin(point) for point in elements(node, "connectionPointIn")]
+    return resolved(attribute(node, "name"), attribute(node, "localId"), line_of(node), before, items, report)
 
 
-def _item(of: Element, report: Report) -> Item | None:
-    name = name_of(of).casefold()
+def _item(node: Element, report: Report) -> Item | None:
+    name = name_of(node).casefold()
     kind = _KINDS.get(name)
-    line = line_of(of)
+    line = line_of(node)
     if kind is None:
-        return _other(of, name, line, report)
+        return _other(node, name, line, report)
     item = Item(
         kind,
-        attribute(of, "localId"),
+        attribute(node, "localId"),
         line,
-        _text(of, kind),
-        order=max(0, int(number(of, "executionOrderId") or 0)),
-        x=number(element(of, "position"), "x") or 0.0,
-        y=number(element(of, "position"), "y") or 0.0,
-        is_negated=is_set(of, "negated") or is_set(of, "negatedIn"),
-        is_negated_behind=is_set(of, "negatedOut"),
-        edge=_EDGES.get(attribute(of, "edge") or attribute(of, "edgeIn"), Edge.NONE),
-        storage=_STORAGES.get(attribute(of, "storage") or attribute(of, "storageIn"), Storage.NONE),
-        inputs=[_pin(point) for point in elements(of, "connectionPointIn")],
+        _text(node, kind),
+        order=max(0, int(number(node, "executionOrderId") or 0)),
+        x=number(element(node, "position"), "x") or 0.0,
+        y=number(element(node, "position"), "y") or 0.0,
+        is_negated=is_set(node, "negated") or is_set(node, "negatedIn"),
+        is_negated_behind=is_set(node, "negatedOut"),
+        edge=_EDGES.get(attribute(node, "edge") or attribute(node, "edgeIn"), Edge.NONE),
+        storage=_STORAGES.get(attribute(node, "storage") or attribute(node, "storageIn"), Storage.NONE),
+        inputs=[_pin(point) for point in elements(node, "connectionPointIn")],
     )
-    _refuse_modifiers(of, item, report)
+    _refuse_modifiers(node, item, report)
     extra = _EXTRA.get(kind)
     if extra is not None:
-        extra(of, item, report)
+        extra(node, item, report)
     return item
 
 
-def _refuse_modifiers(of: Element, item: Item, report: Report) -> None:
+def _refuse_modifiers(node: Element, item: Item, report: Report) -> None:
     """Edges and storage where no tool draws them: behind a variable, and at the outputs of a block."""
-    outputs = elements(element(of, "outputVariables"), "variable")
-    pins = [*elements(element(of, "inputVariables"), "variable"), *outputs]
-    found = [attribute(of, "edgeOut"), attribute(of, "storageOut")]
-    found += [attribute(pin, "edge") for pin in outputs] + [attribute(pin, "storage") for pin in pins]
-    for modifier in found:
+    outputs = elements(element(node, "outputVariables"), "variable")
+    pins = [*elements(element(node, "inputVariables"), "variable"), *outputs]
+    modifiers = [attribute(node, "edgeOut"), attribute(node, "storageOut")]
+    modifiers += [attribute(pin, "edge") for pin in outputs] + [attribute(pin, "storage") for pin in pins]
+    for modifier in modifiers:
         if modifier in _EDGES or modifier in _STORAGES:
             report.mistake(
                 item.line,
@@ -151,24 +151,26 @@ def _refuse_modifiers(of: Element, item: Item, report: Report) -> None:
             )
 
 
-def _text(of: Element, kind: Kind) -> str:
+def _text(node: Element, kind: Kind) -> str:
     if kind in _OPERANDS:
-        return text_of(element(of, _OPERANDS[kind])).strip()
-    return attribute(of, _NAMES[kind]).strip() if kind in _NAMES else ""
+        return text_of(element(node, _OPERANDS[kind])).strip()
+    return attribute(node, _NAMES[kind]).strip() if kind in _NAMES else ""
 
 
-def _other(of: Element, name: str, line: int, report: Report) -> Item | None:
-    identifier = attribute(of, "localId")
+def _other(node: Element, name: str, line: int, report: Report) -> Item | None:
+    identifier = attribute(node, "localId")
     if name == "vendorelement":
-        types = [text_of(found).strip().casefold() for found in of.iter() if name_of(found).casefold() == "elementtype"]
+        types = [
+            text_of(child).strip().casefold() for child in node.iter() if name_of(child).casefold() == "elementtype"
+        ]
         if "networktitle" in types:
-            return Item(Kind.TITLE, identifier, line, text_of(element(of, "alternativeText")).strip())
-        if elements(element(of, "inputVariables")) or elements(element(of, "outputVariables")):
+            return Item(Kind.TITLE, identifier, line, text_of(element(node, "alternativeText")).strip())
+        if elements(element(node, "inputVariables")) or elements(element(node, "outputVariables")):
             report.mistake(line, f"Element {identifier} is known only to the tool that wrote it", hint=EXPORT)
     elif name == "error":
-        report.mistake(line, f"Element {identifier} could not be exported: {text_of(of).strip()[:100]}")
+        report.mistake(line, f"Element {identifier} could not be exported: {text_of(node).strip()[:100]}")
     elif name not in ("adddata", "documentation"):
-        report.note(line, f"The element {name_of(of)[:40]} is not known and is left out")
+        report.note(line, f"The element {name_of(node)[:40]} is not known and is left out")
     return None
 
 
@@ -179,16 +181,16 @@ def _pin(point: Element) -> Pin:
 
 
 def _wires(point: Element) -> tuple[Wire, ...]:
-    found = (Wire(attribute(c, "refLocalId"), attribute(c, "formalParameter")) for c in elements(point, "connection"))
-    return tuple(dict.fromkeys(found))
+    wires = (Wire(attribute(c, "refLocalId"), attribute(c, "formalParameter")) for c in elements(point, "connection"))
+    return tuple(dict.fromkeys(wires))
 
 
-def _block(of: Element, item: Item, report: Report) -> None:
-    item.instance = attribute(of, "instanceName").strip()
-    item.inputs = [_variable(v) for v in elements(element(of, "inputVariables"), "variable")]
-    item.in_outs = [_variable(v) for v in elements(element(of, "inOutVariables"), "variable")]
-    item.outputs = [_variable(v) for v in elements(element(of, "outputVariables"), "variable")]
-    for added in of.iter():
+def _block(node: Element, item: Item, report: Report) -> None:
+    item.instance = attribute(node, "instanceName").strip()
+    item.inputs = [_variable(v) for v in elements(element(node, "inputVariables"), "variable")]
+    item.in_outs = [_variable(v) for v in elements(element(node, "inOutVariables"), "variable")]
+    item.outputs = [_variable(v) for v in elements(element(node, "outputVariables"), "variable")]
+    for added in node.iter():
         match name_of(added).casefold():
             case "calltype":
                 item.is_statement = text_of(added).strip().casefold() in ("program", "action", "method")
@@ -198,30 +200,30 @@ def _block(of: Element, item: Item, report: Report) -> None:
         report.mistake(item.line, f"The block of element {item.id} has no type")
 
 
-def _variable(of: Element) -> Pin:
-    name = attribute(of, "formalParameter").strip()
-    incoming, outgoing = element(of, "connectionPointIn"), element(of, "connectionPointOut")
-    pin = _pin(incoming) if incoming is not None else Pin(line=line_of(of))
+def _variable(node: Element) -> Pin:
+    name = attribute(node, "formalParameter").strip()
+    incoming, outgoing = element(node, "connectionPointIn"), element(node, "connectionPointOut")
+    pin = _pin(incoming) if incoming is not None else Pin(line=line_of(node))
     if outgoing is not None and incoming is None:
         operand = text_of(element(outgoing, "expression")).strip()
         pin.expression = "" if operand in _EMPTY else operand
-    pin.name, pin.is_negated = name, is_set(of, "negated")
-    pin.edge = _EDGES.get(attribute(of, "edge"), Edge.NONE)
+    pin.name, pin.is_negated = name, is_set(node, "negated")
+    pin.edge = _EDGES.get(attribute(node, "edge"), Edge.NONE)
     return pin
 
 
-def _step(of: Element, item: Item, report: Report) -> None:
-    item.is_initial = is_set(of, "initialStep")
-    for added in of.iter():
+def _step(node: Element, item: Item, report: Report) -> None:
+    item.is_initial = is_set(node, "initialStep")
+    for added in node.iter():
         phase = _PHASES.get(attribute(added, "guid").strip("{}").casefold()) if name_of(added) == "attribute" else None
         if phase is not None:
             item.phases[phase] = text_of(added).strip()
 
 
-def _transition(of: Element, item: Item, report: Report) -> None:
-    priority = number(of, "priority")
+def _transition(node: Element, item: Item, report: Report) -> None:
+    priority = number(node, "priority")
     item.priority = None if priority is None else int(priority)
-    of_condition = element(of, "condition")
+    of_condition = element(node, "condition")
     inner = next(iter(elements(of_condition, "reference", "inline", "connectionPointIn")), None)
     if of_condition is None or inner is None:
         return
@@ -235,8 +237,8 @@ def _transition(of: Element, item: Item, report: Report) -> None:
             item.condition.pin = _pin(inner)
 
 
-def _actions(of: Element, item: Item, report: Report) -> None:
-    for action in elements(of, "action"):
+def _actions(node: Element, item: Item, report: Report) -> None:
+    for action in elements(node, "action"):
         inline = element(action, "inline")
         item.uses.append(
             Use(

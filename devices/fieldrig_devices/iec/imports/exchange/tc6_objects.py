@@ -43,15 +43,15 @@ _EXTENDED: Final = re.compile(r"\bINTERFACE\s+\w+\s+EXTENDS\s+([\w.]+(?:\s*,\s*[
 def blocks(pou: Element, interface: Element | None, fragments: Fragments) -> tuple[tree.Variables, ...]:
     """Return the variables of a POU or a method."""
     lists = [e for e in elements(interface) if name_of(e).casefold() in (*SECTIONS, "accessvars")]
-    found = [block for e in lists if (block := section(e, read_type, fragments)) is not None]
-    used = [block for block in found if block.variables]
+    read = [block for e in lists if (block := section(e, read_type, fragments)) is not None]
+    used = [block for block in read if block.variables]
     return tuple(used) or plain_text(element(pou, "addData"), fragments) or plain_text(interface, fragments)
 
 
-def methods(of: Element, fragments: Fragments) -> list[Raw]:
+def methods(node: Element, fragments: Fragments) -> list[Raw]:
     """Return the methods of a POU or an interface, and the accessors of its properties."""
-    found: list[Raw] = []
-    for added in of.iter("{*}Method", "{*}Property"):
+    methods: list[Raw] = []
+    for added in node.iter("{*}Method", "{*}Property"):
         name, kind = attribute(added, "name").strip(), name_of(added).lower()
         if not fragments.dialect.has_methods:
             fragments.report.mistake(
@@ -62,58 +62,60 @@ def methods(of: Element, fragments: Fragments) -> list[Raw]:
             )
         elif fragments.is_name(name, line_of(added), f"a {kind}"):
             with fragments.report.inside(f"{kind} {name[:60]}"):
-                found += [_method(added, fragments)] if kind == "method" else _property(added, fragments)
-    return found
+                methods += [_method(added, fragments)] if kind == "method" else _property(added, fragments)
+    return methods
 
 
-def _method(of: Element, fragments: Fragments) -> Raw:
-    interface = element(of, "interface")
+def _method(node: Element, fragments: Fragments) -> Raw:
+    interface = element(node, "interface")
     result = element(interface, "returnType")
-    raw = Raw(tree.PouKind.FUNCTION, attribute(of, "name").strip(), line_of(of))
-    raw.comments = comment_of(element(of, "documentation"))
+    raw = Raw(tree.PouKind.FUNCTION, attribute(node, "name").strip(), line_of(node))
+    raw.comments = comment_of(element(node, "documentation"))
     raw.result = read_type(result, fragments) if result is not None else None
-    raw.blocks = blocks(of, interface, fragments) or plain_text(of, fragments)
-    raw.bodies = [drawn for body in elements(of, "body") if (drawn := read_body(body, fragments.report)) is not None]
-    raw.modifiers = modifiers(of, fragments)
+    raw.blocks = blocks(node, interface, fragments) or plain_text(node, fragments)
+    raw.bodies = [drawn for body in elements(node, "body") if (drawn := read_body(body, fragments.report)) is not None]
+    raw.modifiers = modifiers(node, fragments)
     return raw
 
 
-def _property(of: Element, fragments: Fragments) -> list[Raw]:
-    kind = read_type(element(element(of, "interface"), "returnType"), fragments)
-    own = modifiers(of, fragments)
-    found: list[Raw] = []
-    for part in elements(of):
+def _property(node: Element, fragments: Fragments) -> list[Raw]:
+    kind = read_type(element(element(node, "interface"), "returnType"), fragments)
+    own = modifiers(node, fragments)
+    accessors: list[Raw] = []
+    for part in elements(node):
         word = name_of(part).upper().removesuffix("ACCESSOR")
         if word in ("GET", "SET"):
             raw = _method(part, fragments)
-            raw.name, raw.result, raw.accessor, raw.modifiers = attribute(of, "name").strip(), kind, word, own
-            found.append(raw)
-    return found
+            raw.name, raw.result, raw.accessor, raw.modifiers = attribute(node, "name").strip(), kind, word, own
+            accessors.append(raw)
+    return accessors
 
 
-def modifiers(of: Element, fragments: Fragments) -> tuple[str, ...]:
+def modifiers(node: Element, fragments: Fragments) -> tuple[str, ...]:
     """Return the words in front of the name of a POU, method or property, from its attributes or its text."""
     if not fragments.dialect.has_methods:
         return ()
-    words = {word for e in _own(of, "AccessModifiers") for word in _WORDS if is_set(e, word.capitalize())}
-    for holder in _own(of, "InterfaceAsPlainText"):
+    words = {word for e in _own(node, "AccessModifiers") for word in _WORDS if is_set(e, word.capitalize())}
+    for holder in _own(node, "InterfaceAsPlainText"):
         head = _HEAD.search(_without_comments(formatted_text(holder)[0]))
         for word in head[1].upper().split() if head is not None else ():
             if word not in _WORDS:
                 break  # the name of the POU, method or property
             words.add(word)
-    for added in _own(of, "AccessModifiers"):
+    for added in _own(node, "AccessModifiers"):
         for name in map(str, added.attrib):
             if name.upper() not in _WORDS and is_set(added, name):
                 fragments.report.note(line_of(added), f"The modifier {name[:30]} is left out")
     return tuple(word for word in _WORDS if word in words)
 
 
-def _own(of: Element, name: str) -> list[Element]:
+def _own(node: Element, name: str) -> list[Element]:
     """The added elements of this name that belong to the element itself, and not to a method or property in it."""
     inner = ("Method", "Property", "GetAccessor", "SetAccessor")
     return [
-        e for e in of.iter(f"{{*}}{name}") if next(p for p in e.iterancestors() if name_of(p) in inner or p is of) is of
+        e
+        for e in node.iter(f"{{*}}{name}")
+        if next(p for p in e.iterancestors() if name_of(p) in inner or p is node) is node
     ]
 
 
@@ -148,15 +150,15 @@ def interfaces(root: Element) -> list[Element]:
     return [e for e in root.iter("{*}Interface") if attribute(e, "name").strip()]
 
 
-def _extended_in_text(of: Element) -> list[str]:
+def _extended_in_text(node: Element) -> list[str]:
     """Return the names behind EXTENDS in the header of an interface."""
-    texts = (_without_comments(formatted_text(holder)[0]) for holder in _own(of, "InterfaceAsPlainText"))
+    texts = (_without_comments(formatted_text(holder)[0]) for holder in _own(node, "InterfaceAsPlainText"))
     heads = (head for text in texts if (head := _EXTENDED.search(text)) is not None)
     return [name for head in heads for name in head[1].split(",")]
 
 
-def interface(of: Element, fragments: Fragments, known: frozenset[str]) -> tree.Interface | None:
-    name, line = attribute(of, "name").strip(), line_of(of)
+def interface(node: Element, fragments: Fragments, known: frozenset[str]) -> tree.Interface | None:
+    name, line = attribute(node, "name").strip(), line_of(node)
     if not fragments.dialect.has_methods:
         what = f"The interface {name[:60]} is not supported"
         fragments.report.mistake(line, what, "functions, function blocks and actions", "Choose the dialect codesys.")
@@ -164,8 +166,8 @@ def interface(of: Element, fragments: Fragments, known: frozenset[str]) -> tree.
     if not fragments.is_name(name, line, "an interface"):
         return None
     with fragments.report.inside(f"INTERFACE {name[:60]}"):
-        prototypes = [prototype(raw) for raw in methods(of, fragments)]
-        names = [part for e in _own(of, "Extends") for part in text_of(e).split(",")] or _extended_in_text(of)
+        prototypes = [prototype(raw) for raw in methods(node, fragments)]
+        names = [part for e in _own(node, "Extends") for part in text_of(e).split(",")] or _extended_in_text(node)
         above = known_interfaces("EXTENDS", names, line, fragments, known)
-        comments = comment_of(element(of, "documentation"))
+        comments = comment_of(element(node, "documentation"))
     return tree.Interface(name, above, tuple(prototypes), comments=comments, place=tree.Place(line, 1))

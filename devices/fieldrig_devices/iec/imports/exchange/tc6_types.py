@@ -30,11 +30,13 @@ _NOTHING: Final = tree.NamedType("")
 """Stands for a type that has a message already, so that nothing more is said about it."""
 
 
-def read_type(of: Element | None, fragments: Fragments, depth: int = 0) -> tree.TypeSpec:
+def read_type(node: Element | None, fragments: Fragments, depth: int = 0) -> tree.TypeSpec:
     """The type inside of an element such as `type`, `baseType` or `returnType`."""
-    inner = next((child for child in elements(of) if name_of(child).casefold() != "adddata"), None)
-    if of is None or inner is None:
-        fragments.report.mistake(1 if of is None else line_of(of), "The type is missing", "an element such as <INT/>")
+    inner = next((child for child in elements(node) if name_of(child).casefold() != "adddata"), None)
+    if node is None or inner is None:
+        fragments.report.mistake(
+            1 if node is None else line_of(node), "The type is missing", "an element such as <INT/>"
+        )
         return _NOTHING
     if depth > DEPTH:
         fragments.report.mistake(line_of(inner), f"Types are nested more than {DEPTH} deep")
@@ -68,45 +70,47 @@ def read_type(of: Element | None, fragments: Fragments, depth: int = 0) -> tree.
     return _NOTHING
 
 
-def _enumeration(of: Element, fragments: Fragments) -> tree.TypeSpec:
+def _enumeration(node: Element, fragments: Fragments) -> tree.TypeSpec:
     """An enumeration, perhaps of another integer type than INT."""
-    found = enumeration(of, elements(element(of, "values"), "value"), fragments)
-    base = element(of, "baseType")
+    spec = enumeration(node, elements(element(node, "values"), "value"), fragments)
+    base = element(node, "baseType")
     kind = read_type(base, fragments) if base is not None else None
     if isinstance(kind, tree.NamedType) and kind.name != "INT":
-        found.base = kind.name
+        spec.base = kind.name
         if not fragments.dialect.has_typed_enumerations:
             hint = "Choose the dialect edition-3 or codesys."
-            fragments.report.mistake(line_of(of), f"The enumeration is of the type {kind.name}", "INT", hint)
-    return found
+            fragments.report.mistake(line_of(node), f"The enumeration is of the type {kind.name}", "INT", hint)
+    return spec
 
 
 def _nested(depth: int) -> TypeReader:
-    return lambda of, fragments: read_type(of, fragments, depth + 1)
+    return lambda node, fragments: read_type(node, fragments, depth + 1)
 
 
-def _derived(of: Element, fragments: Fragments) -> tree.TypeSpec:
+def _derived(node: Element, fragments: Fragments) -> tree.TypeSpec:
     """A name; some tools also write whole types there."""
-    name = attribute(of, "name").strip()
+    name = attribute(node, "name").strip()
     if not name:
-        fragments.report.mistake(line_of(of), "The derived type has no name")
+        fragments.report.mistake(line_of(node), "The derived type has no name")
         return _NOTHING
     if "." in name and "[" not in name:
         name = plain_name(name)
-    return fragments.type(name, line_of(of))
+    return fragments.type(name, line_of(node))
 
 
-def _union(of: Element, fragments: Fragments) -> tree.StructSpec:
-    found = (variable(field, read_type, fragments) for field in elements(of, "variable"))
-    fields = tuple(field for field in found if field is not None)
+def _union(node: Element, fragments: Fragments) -> tree.StructSpec:
+    components = (variable(field, read_type, fragments) for field in elements(node, "variable"))
+    fields = tuple(field for field in components if field is not None)
     if not fragments.dialect.has_unions:
-        fragments.report.mistake(line_of(of), "A UNION is not supported", "a structure", "Choose the dialect codesys.")
-    return tree.StructSpec(fields, is_union=True, place=tree.Place(line_of(of), 1))
+        fragments.report.mistake(
+            line_of(node), "A UNION is not supported", "a structure", "Choose the dialect codesys."
+        )
+    return tree.StructSpec(fields, is_union=True, place=tree.Place(line_of(node), 1))
 
 
-def _extend(of: Element, spec: tree.TypeSpec, fragments: Fragments) -> None:
+def _extend(node: Element, spec: tree.TypeSpec, fragments: Fragments) -> None:
     """Note the structure that a structure extends, which the tools of the CODESYS family add."""
-    above = next(of.iter("{*}Extends"), None)
+    above = next(node.iter("{*}Extends"), None)
     if above is None:
         return
     if isinstance(spec, tree.StructSpec) and fragments.dialect.has_methods:
@@ -115,25 +119,25 @@ def _extend(of: Element, spec: tree.TypeSpec, fragments: Fragments) -> None:
         fragments.report.mistake(line_of(above), "EXTENDS is not supported here", hint="Choose the dialect codesys.")
 
 
-def _subrange(of: Element, fragments: Fragments, depth: int) -> tree.TypeSpec:
-    bounds = element(of, "range")
-    found = None if bounds is None else limits(bounds, fragments)
-    base = read_type(element(of, "baseType"), fragments, depth + 1)
-    return subrange(of, base, found, fragments)
+def _subrange(node: Element, fragments: Fragments, depth: int) -> tree.TypeSpec:
+    bounds = element(node, "range")
+    range_ = None if bounds is None else limits(bounds, fragments)
+    base = read_type(element(node, "baseType"), fragments, depth + 1)
+    return subrange(node, base, range_, fragments)
 
 
-def read_declaration(of: Element, fragments: Fragments) -> tree.TypeDeclaration | None:
+def read_declaration(node: Element, fragments: Fragments) -> tree.TypeDeclaration | None:
     """A `dataType` element, or a `union` that the tools of the CODESYS family add."""
-    name, line = attribute(of, "name").strip(), line_of(of)
+    name, line = attribute(node, "name").strip(), line_of(node)
     if not fragments.is_name(name, line, "a type"):
         return None
     with fragments.report.inside(f"type {name[:60]}"):
-        spec = _union(of, fragments) if name_of(of) == "union" else read_type(element(of, "baseType"), fragments)
-        _extend(of, spec, fragments)
+        spec = _union(node, fragments) if name_of(node) == "union" else read_type(element(node, "baseType"), fragments)
+        _extend(node, spec, fragments)
         return tree.TypeDeclaration(
             name,
             spec,
-            initial(element(of, "initialValue"), spec, fragments),
-            comments=comment_of(element(of, "documentation")),
+            initial(element(node, "initialValue"), spec, fragments),
+            comments=comment_of(element(node, "documentation")),
             place=tree.Place(line, 1),
         )

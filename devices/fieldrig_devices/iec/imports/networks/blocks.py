@@ -74,21 +74,21 @@ class Blocks(Foreseeing):
 
     def _eno(self, item: Item) -> tree.Expression:
         """Return the value of ENO: that of EN, what the code has set, or an output that is declared with this name."""
-        found = self.values.get(Wire(item.id, "ENO"))
+        eno = self.values.get(Wire(item.id, "ENO"))
         own = None
-        if found is None and item.instance and self.kinds.parameter(item.text, "ENO") is not None:
+        if eno is None and item.instance and self.kinds.parameter(item.text, "ENO") is not None:
             own = self.fragments.place(item.instance, item.line)
-        return found or (_true(item) if own is None else tree.Member(own, "ENO", place=place_of(item)))
+        return eno or (_true(item) if own is None else tree.Member(own, "ENO", place=place_of(item)))
 
     def _guarded(self, enable: tree.Expression | None, statements: list[tree.AnyStatement], item: Item) -> None:
         if enable is None or not statements:
             self.out += statements
             return
-        found = conditional(enable, statements, item.line)
+        guarded = conditional(enable, statements, item.line)
         if item.id in self.enos:
             never = tree.Literal(tree.LiteralKind.BOOL, False, "FALSE", place=place_of(item))
-            found.otherwise = (tree.Assign(self.enos[item.id], never, place=place_of(item)),)
-        self.put(found)
+            guarded.otherwise = (tree.Assign(self.enos[item.id], never, place=place_of(item)),)
+        self.put(guarded)
 
     def _eno_argument(self, item: Item) -> list[tree.Argument]:
         if item.id not in self.enos:
@@ -115,14 +115,14 @@ class Blocks(Foreseeing):
 
     def _written(self, item: Item, called: tree.Expression) -> list[tree.AnyStatement]:
         """Variables that are written at the outputs of an instance themselves, without an element of their own."""
-        found: list[tree.AnyStatement] = []
+        written: list[tree.AnyStatement] = []
         for pin in item.outputs:
             target = self.fragments.place(pin.expression, pin.line) if pin.expression else None
             if target is not None and pin.name.casefold() != "eno":
                 value: tree.Expression = tree.Member(called, pin.name, place=place_of(item))
                 value = negated(value) if pin.is_negated else value
-                found.append(tree.Assign(target, value, place=tree.Place(pin.line, 1)))
-        return found
+                written.append(tree.Assign(target, value, place=tree.Place(pin.line, 1)))
+        return written
 
     def _function(
         self, item: Item, enable: tree.Expression | None, arguments: list[tuple[Pin, tree.Expression | None]]
@@ -161,8 +161,8 @@ class Blocks(Foreseeing):
 
     def _consumers(self, item: Item) -> list[tuple[Item, Pin]]:
         """Return the consumers of a block, besides those of ENO."""
-        found = self.consumers.get(item.id, [])
-        return [(other, pin) for other, pin, wire in found if wire.pin.casefold() != "eno"]
+        consumers = self.consumers.get(item.id, [])
+        return [(other, pin) for other, pin, wire in consumers if wire.pin.casefold() != "eno"]
 
     def _call(
         self, item: Item, arguments: list[tuple[Pin, tree.Expression | None]], extra: list[Pin]
@@ -224,8 +224,8 @@ class Blocks(Foreseeing):
 
     def _only_sink(self, item: Item) -> Item | None:
         """The one plain variable that takes the result."""
-        found = self._consumers(item)
-        sink = found[0][0] if len(found) == 1 else None
+        consumers = self._consumers(item)
+        sink = consumers[0][0] if len(consumers) == 1 else None
         if sink is None or sink.kind is not Kind.SINK or sink.id in self.finished or len(sink.inputs[0].wires) != 1:
             return None
         return sink if sink.storage is Storage.NONE and sink.edge is Edge.NONE else None

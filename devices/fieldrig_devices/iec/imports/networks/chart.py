@@ -76,7 +76,7 @@ class Chart:
 
     def _transitions(self) -> list[tree.Transition]:
         targets = self._targets()
-        found: list[tree.Transition] = []
+        transitions: list[tree.Transition] = []
         tested = self._tested()
         before: list[tuple[str, ...]] = []
         for item in tested:
@@ -93,17 +93,17 @@ class Chart:
                     self._mistake(item.line, "The transition leads to no step", "a line to a step or a jump")
                 if sources and names and condition is not None:
                     place = tree.Place(item.line, 1)
-                    found.append(tree.Transition(sources, names, condition, place=place))
-        return found
+                    transitions.append(tree.Transition(sources, names, condition, place=place))
+        return transitions
 
     def _tested(self) -> list[Item]:
         """Transitions in the order in which those of one step are tested."""
-        found = [item for item in self.network.items if item.kind is Kind.TRANSITION]
-        return sorted(found, key=lambda item: (item.priority is None, item.priority or 0, item.x))
+        transitions = [item for item in self.network.items if item.kind is Kind.TRANSITION]
+        return sorted(transitions, key=lambda item: (item.priority is None, item.priority or 0, item.x))
 
     def _targets(self) -> dict[str, list[str]]:
         """Names of the steps behind each transition, by its identifier."""
-        found: dict[str, list[str]] = {}
+        targets: dict[str, list[str]] = {}
         steps = {item.text.casefold(): item for item in self.network.items if item.kind is Kind.STEP}
         forks = self._forks()
         for item in self.network.items:
@@ -114,18 +114,18 @@ class Chart:
             else:
                 continue
             for transition in self._before(item, Kind.TRANSITION, _DOWN):
-                found.setdefault(transition.id, []).extend(names)
-        return found
+                targets.setdefault(transition.id, []).extend(names)
+        return targets
 
     def _forks(self) -> dict[str, list[str]]:
         """The steps behind each simultaneous divergence that has a name."""
-        found: dict[str, list[str]] = {}
+        forks: dict[str, list[str]] = {}
         for item in self.network.items:
             sources = (self.items.get(wire.source) for pin in item.inputs for wire in pin.wires)
             for fork in sources if item.kind is Kind.STEP else ():
                 if fork is not None and fork.kind is Kind.SIMULTANEOUS_DIVERGENCE and fork.text:
-                    found.setdefault(fork.text.casefold(), []).append(item.text)
-        return found
+                    forks.setdefault(fork.text.casefold(), []).append(item.text)
+        return forks
 
     def _jump(self, item: Item, steps: dict[str, Item], forks: dict[str, list[str]]) -> list[str]:
         """The steps that a jump leads to: the named one, or those behind the named divergence."""
@@ -141,10 +141,10 @@ class Chart:
 
     def _before(self, item: Item, wanted: Kind, passed: tuple[Kind, ...]) -> list[Item]:
         """The elements of a kind in front of an element, through divergences and convergences."""
-        found: list[Item] = []
+        items: list[Item] = []
         seen: set[str] = set()
         waiting = [wire.source for pin in reversed(item.inputs) for wire in reversed(pin.wires)]
-        while waiting and len(found) < BRANCHES:
+        while waiting and len(items) < BRANCHES:
             name = waiting.pop()
             other = self.items.get(name)
             if other is None:
@@ -152,12 +152,12 @@ class Chart:
             elif name not in seen:
                 seen.add(name)
                 if other.kind is wanted:
-                    found.append(other)
+                    items.append(other)
                 elif other.kind in passed:
                     waiting.extend(wire.source for pin in reversed(other.inputs) for wire in reversed(pin.wires))
                 else:
                     self._mistake(item.line, f"The {item} follows the {other}", f"a {wanted.value} in front of it")
-        return found
+        return items
 
     # ---- conditions
 
@@ -191,8 +191,8 @@ class Chart:
     def _network_of(self, pin: Pin, sources: tuple[str, ...]) -> Translation:
         """Return the network in front of a transition: that of the chart, unless blocks and edges are executed."""
         assert self.values is not None
-        found = self._in_front_of([pin])
-        if pin.edge is Edge.NONE and not any(item.kind is Kind.BLOCK or item.edge is not Edge.NONE for item in found):
+        before = self._in_front_of([pin])
+        if pin.edge is Edge.NONE and not any(item.kind is Kind.BLOCK or item.edge is not Edge.NONE for item in before):
             return self.values
         if sources not in self.translations:
             behind = self.followers[sources]  # their conditions may consume the same values
@@ -278,8 +278,8 @@ class Chart:
     def _blocks(self, step: Item) -> list[Item]:
         """Action blocks and variables that are connected to the step."""
         assert self.values is not None
-        found = (item for item, _, _ in self.values.consumers.get(step.id, ()))
-        return list({item.id: item for item in found if item.kind in (Kind.ACTIONS, Kind.SINK)}.values())
+        items = (item for item, _, _ in self.values.consumers.get(step.id, ()))
+        return list({item.id: item for item in items if item.kind in (Kind.ACTIONS, Kind.SINK)}.values())
 
     def _uses(self, step: Item, block: Item) -> list[tree.ActionUse]:
         if block.kind is Kind.SINK:
@@ -289,7 +289,7 @@ class Chart:
             return []
         if block.is_negated:
             self._mistake(block.line, "The action block is negated", "an action block that follows its step")
-        return [found for use in block.uses if (found := self._use(step, use)) is not None]
+        return [read for use in block.uses if (read := self._use(step, use)) is not None]
 
     def _use(self, step: Item, use: Use) -> tree.ActionUse | None:
         qualifier = use.qualifier.strip().upper() or "N"

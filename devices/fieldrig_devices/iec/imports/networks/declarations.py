@@ -15,8 +15,8 @@ BOOL = tree.NamedType("BOOL")
 def library_pous(dialect: Dialect) -> Mapping[str, tree.Pou]:
     """Return the functions and blocks of the libraries of the dialect, by their names in small letters."""
     units = [parsed(text, name, dialect) for name, text in sources(dialect.name)]
-    found = (node for unit in units for node in unit.declarations if isinstance(node, tree.Pou))
-    return {pou.name.casefold(): pou for pou in found}
+    pous = (node for unit in units for node in unit.declarations if isinstance(node, tree.Pou))
+    return {pou.name.casefold(): pou for pou in pous}
 
 
 class Declarations:
@@ -45,16 +45,16 @@ class Declarations:
                 case tree.Pou(name=name):
                     self.pous[name.casefold()] = declaration
 
-    def _take_type(self, name: str, of: tree.TypeSpec) -> None:
-        self.types[name.casefold()] = of
-        if isinstance(of, tree.EnumSpec):
-            self._values.update((value.name.casefold(), tree.NamedType(name)) for value in of.values)
+    def _take_type(self, name: str, node: tree.TypeSpec) -> None:
+        self.types[name.casefold()] = node
+        if isinstance(node, tree.EnumSpec):
+            self._values.update((value.name.casefold(), tree.NamedType(name)) for value in node.values)
 
     def _take_variables(self, block: tree.Variables) -> None:
-        found = {variable.name.casefold(): variable.type for variable in block.variables}
-        self.variables.update(found)
+        types = {variable.name.casefold(): variable.type for variable in block.variables}
+        self.variables.update(types)
         if block.name:
-            self.lists.setdefault(block.name.casefold(), {}).update(found)
+            self.lists.setdefault(block.name.casefold(), {}).update(types)
 
     def _take_configuration(self, configuration: tree.Configuration) -> None:
         for part in (configuration, *configuration.resources):
@@ -121,8 +121,8 @@ class Declarations:
         """The type of a pin or variable of a POU, of what it extends, or of a property."""
         key = pin.casefold()
         for known in self._lineage(pou):
-            found = (v.type for block in known.blocks for v in block.variables if v.name.casefold() == key)
-            if (of := next(found, None) or _result(known, key, "GET")) is not None:
+            types = (v.type for block in known.blocks for v in block.variables if v.name.casefold() == key)
+            if (of := next(types, None) or _result(known, key, "GET")) is not None:
                 return of
         return None
 
@@ -130,8 +130,8 @@ class Declarations:
         """Return the type of the result of a method of a block."""
         resolved = self.resolved(spec)
         pous = self._lineage(resolved.name) if isinstance(resolved, tree.NamedType) else ()
-        found = (_result(pou, name.casefold(), "") for pou in pous)
-        return next((of for of in found if of is not None), None)
+        results = (_result(pou, name.casefold(), "") for pou in pous)
+        return next((of for of in results if of is not None), None)
 
     def _lineage(self, name: str) -> Iterator[tree.Pou]:
         """Yield a POU and what it extends."""
@@ -175,5 +175,5 @@ class Declarations:
 
 def _result(pou: tree.Pou, key: str, accessor: str) -> tree.TypeSpec | None:
     """Return the type of a method, or of a property by its accessor."""
-    found = (method for method in pou.methods if method.name.casefold() == key and method.accessor == accessor)
-    return next((method.result for method in found), None)
+    methods = (method for method in pou.methods if method.name.casefold() == key and method.accessor == accessor)
+    return next((method.result for method in methods), None)

@@ -72,10 +72,10 @@ class Flow:
 
     def power(self, item: Item) -> tree.Expression | None:
         """Return what arrives at a contact, coil, variable, jump or return: several wires are parallel branches."""
-        found = [value for pin in item.inputs if (value := self.input(pin, item)) is not None]
+        powers = [value for pin in item.inputs if (value := self.input(pin, item)) is not None]
         if not any(pin.wires or pin.expression for pin in item.inputs):
             self.mistake(item.line, f"The input of the {item} is not connected", "a wire from an element or a rail")
-        return parallel(found, item.line) if found else None
+        return parallel(powers, item.line) if powers else None
 
     def input(self, pin: Pin, owner: Item) -> tree.Expression | None:
         """The value at a pin, with its negation and edge; None without a wire, or with a message."""
@@ -89,7 +89,7 @@ class Flow:
             if pin.expression and not pin.wires:
                 value = self.fragments.expression(pin.expression, pin.line)
             else:
-                values = [found for wire in pin.wires if (found := self.value(wire, owner)) is not None]
+                values = [wired for wire in pin.wires if (wired := self.value(wire, owner)) is not None]
                 value = parallel(values, pin.line) if values else None
         finally:
             self.depth -= 1
@@ -197,8 +197,8 @@ class Flow:
         self.put(tree.Assign(old, now, place=place_of(item)))
         return pulse
 
-    def shared(self, wire: Wire, what: str, value: tree.Expression, of: tree.TypeSpec, item: Item) -> tree.Name:
-        name = self.hidden.add(what, of, item.line, f"behind the {item}")
+    def shared(self, wire: Wire, what: str, value: tree.Expression, node: tree.TypeSpec, item: Item) -> tree.Name:
+        name = self.hidden.add(what, node, item.line, f"behind the {item}")
         self.put(tree.Assign(name, value, place=place_of(item)))
         self.values[wire] = name
         return name

@@ -56,15 +56,15 @@ class Foreseeing(Flow):
         for stand_in in (*known, self.kinds.value_of(wanted)):
             filled = [value or stand_in for value in given]
             whole = [value for value in filled if value is not None]
-            if len(whole) == len(given) and (found := self.kinds.result(item.text, whole, wanted)) is not None:
-                return found
+            if len(whole) == len(given) and (kind := self.kinds.result(item.text, whole, wanted)) is not None:
+                return kind
         return None
 
     def _at(self, pin: Pin, seen: Seen) -> Expression | None:
         if pin.expression and not pin.wires:
             return self.kinds.value(self.fragments.expression(pin.expression, pin.line))
-        found = (self._behind(wire, seen) for wire in pin.wires)
-        return next((value for value in found if value is not None), None)
+        kinds = (self._behind(wire, seen) for wire in pin.wires)
+        return next((value for value in kinds if value is not None), None)
 
     def _behind(self, wire: Wire, seen: Seen) -> Expression | None:
         source = self.items.get(wire.source)
@@ -99,5 +99,5 @@ class Foreseeing(Flow):
         if consumer.kind is not Kind.BLOCK or consumer.instance or not functions.is_standard(consumer.text):
             return None
         others = (other for other in consumer.pins() if other is not pin and other.name.casefold() not in ("en", "g"))
-        found = (self._at(other, {item.id: None, consumer.id: None}) for other in others)
-        return next((self.kinds.spec(value.type) for value in found if value and type(value) is not Untyped), None)
+        kinds = (self._at(other, {item.id: None, consumer.id: None}) for other in others)
+        return next((self.kinds.spec(value.type) for value in kinds if value and type(value) is not Untyped), None)

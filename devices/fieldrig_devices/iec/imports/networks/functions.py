@@ -57,9 +57,9 @@ def balanced(operator: str, values: list[tree.Expression], place: tree.Place) ->
     return tree.Binary(operator, left, right, place=place)
 
 
-def _height_of_chain(of: tree.Binary) -> int:
+def _height_of_chain(chain: tree.Binary) -> int:
     highest, level = 0, 0
-    node: tree.Expression = of
+    node: tree.Expression = chain
     while isinstance(node, tree.Binary):
         level += 1
         highest = max(highest, level + height(node.right))
@@ -67,11 +67,11 @@ def _height_of_chain(of: tree.Binary) -> int:
     return max(highest, level + height(node))
 
 
-def height(of: tree.Expression | None) -> int:
+def height(node: tree.Expression | None) -> int:
     """The levels of a tree of operations and calls; what else is in an expression is small."""
-    match of:
+    match node:
         case tree.Binary():
-            return _height_of_chain(of)
+            return _height_of_chain(node)
         case tree.Unary(_, operand):
             return 1 + height(operand)
         case tree.Call(_, arguments):

@@ -39,10 +39,10 @@ class Kinds(Declarations):
         own = {v.name.casefold(): v.type for block in blocks for v in block.variables}
         if result is not None:
             own[name.casefold()] = result
-        found = copy(self)
-        found.variables = {**self.variables, **own}
-        found.narrow = {}
-        return found
+        kinds = copy(self)
+        kinds.variables = {**self.variables, **own}
+        kinds.narrow = {}
+        return kinds
 
     # ---- types
 
@@ -90,8 +90,8 @@ class Kinds(Declarations):
             case tree.Literal(type_name="") as literal:
                 return self._results.of_literal(literal)
             case tree.Unary(sign, operand):
-                found = self.value(operand, wanted)
-                return self._results.unary(sign, found) if found is not None else None
+                kind = self.value(operand, wanted)
+                return self._results.unary(sign, kind) if kind is not None else None
             case tree.Binary(sign, left, right):
                 first, second = self.value(left, wanted), self.value(right, wanted)
                 if first is None or second is None:
@@ -103,10 +103,10 @@ class Kinds(Declarations):
                 known = [value for value in given if value is not None]
                 if len(known) == len(given):
                     return self.result(name, known, wanted)
-        found = self.value_of(self.declared(expression))
+        kind = self.value_of(self.declared(expression))
         narrow = self.narrow.get(expression.text.casefold()) if isinstance(expression, tree.Name) else None
         cut_to = self.type(narrow)
-        return found if found is None or cut_to is None else narrowed(found, cut_to)
+        return kind if kind is None or cut_to is None else narrowed(kind, cut_to)
 
     def _wanted_inside(self, name: str, wanted: tree.TypeSpec | None) -> tree.TypeSpec | None:
         inner = standard.wanted_inside(name.upper(), self.type(wanted))
@@ -122,18 +122,18 @@ class Kinds(Declarations):
         if operator is None:
             known = self.of_function(name)
             return self.value_of(known) if known is not None else self._results.call(name, values, self.type(wanted))
-        found = values[0] if values else None
+        kind = values[0] if values else None
         if operator in functions.COMPARISONS:
             return self.value_of(BOOL)
         for value in values[1:]:
-            found = self._results.binary(operator, found, value) if found is not None else None
-        return found
+            kind = self._results.binary(operator, kind, value) if kind is not None else None
+        return kind
 
     def declared(self, expression: tree.Expression | None) -> tree.TypeSpec | None:
-        found = super().declared(expression)
-        if found is None and isinstance(expression, tree.Call) and isinstance(expression.called, tree.Name):
+        kind = super().declared(expression)
+        if kind is None and isinstance(expression, tree.Call) and isinstance(expression.called, tree.Name):
             return self.of_standard(expression.called.text)
-        return found
+        return kind
 
     def of_standard(self, name: str) -> tree.TypeSpec | None:
         """Return the type that the name of a standard function says, if its arguments are not known."""

@@ -36,18 +36,18 @@ def _all_pins(item: Item) -> list[Pin]:
 def _through(
     wires: tuple[Wire, ...], continuations: dict[str, str], connectors: dict[str, list[Wire]]
 ) -> tuple[Wire, ...]:
-    found: dict[Wire, None] = {}
+    through: dict[Wire, None] = {}
     seen: set[str] = set()
     waiting = list(reversed(wires))
     while waiting:
         wire = waiting.pop()
         name = continuations.get(wire.source)
         if name is None or name not in connectors:
-            found[wire] = None
+            through[wire] = None
         elif name not in seen:
             seen.add(name)
             waiting.extend(reversed(connectors[name]))
-    return tuple(found)
+    return tuple(through)
 
 
 def divide(network: Network) -> list[Network]:

@@ -74,9 +74,9 @@ class Results:
 def result_by_name(name: str) -> Type | None:
     """Return the type that the name of a standard function says: INT for STRING_TO_INT, TO_INT and LEN."""
     key = name.upper()
-    found = conversions.pair(key)
-    if found is not None:
-        return found[1]
+    types = conversions.pair(key)
+    if types is not None:
+        return types[1]
     if key in fixed.FIXED:
         return fixed.FIXED[key].result
     return conversions.named(key.removeprefix("ANY_").removeprefix("TO_")) if "TO_" in key else None

@@ -35,12 +35,12 @@ def translate(
     for network in networks:
         hidden.network += 1
         with fragments.report.inside(f"network {hidden.network}"):
-            found = Translation(network, fragments, hidden, kinds).statements()
+            translated = Translation(network, fragments, hidden, kinds).statements()
         comments += network.comments + _comments(network)
-        if found:
-            found[0].comments = (*comments, *found[0].comments)
+        if translated:
+            translated[0].comments = (*comments, *translated[0].comments)
             comments = ()
-        statements += found
+        statements += translated
     return tuple(statements)
 
 
@@ -72,8 +72,8 @@ class Translation(Blocks):
     def condition(self, pin: Pin, owner: Item) -> tuple[list[tree.AnyStatement], tree.Expression | None]:
         """Return the statements that a condition of a chart needs first, and its value; None with a message."""
         value = self.input(pin, owner)
-        found, self.out = self.out, []
-        return found, value
+        before, self.out = self.out, []
+        return before, value
 
     # ---- execution
 
