@@ -1,4 +1,4 @@
-"""`fieldrig new`: creates a folder to start from, with one of the examples or for an EDS file."""
+"""`fieldrig new`: creates a folder to start from: one of the examples, or a rig for an EDS file or a register list."""
 
 import shlex
 import sys
@@ -43,6 +43,12 @@ def new(
         Path | None,
         typer.Option("--eds", metavar="FILE", help="Create a rig for this EDS or DCF file.", show_default=False),
     ] = None,
+    registers: Annotated[
+        Path | None,
+        typer.Option(
+            "--registers", metavar="FILE", help="Create a rig for this CSV list of registers.", show_default=False
+        ),
+    ] = None,
 ) -> None:
     """Create a rig with its files and a passing test.
 
@@ -50,22 +56,43 @@ def new(
         fieldrig new                       list the examples, and ask for one
         fieldrig new lab bench             the files of the example `lab`, in the folder bench
         fieldrig new --eds drive.eds       a CANopen node from an EDS file, in the folder drive
+        fieldrig new --registers meter.csv a Modbus device from a list of its registers, in the folder meter
 
     Existing files are never overwritten.
     """
-    for name, what in ((example, "an example" if eds is None else "a folder"), (folder, "a folder")):
+    for name, what in ((example, "an example" if eds is registers is None else "a folder"), (folder, "a folder")):
         if name is not None and not name.strip():
             raise typer.BadParameter(f"expected the name of {what}, got {name!r}; `.` is the current folder")
-    if eds is None:
-        _from_menu(example, Path(folder) if folder is not None else None)
-    elif folder is not None:
-        raise typer.BadParameter("expected only the folder with --eds, and no example")
+    if eds is not None and registers is not None:
+        raise typer.BadParameter("expected either --eds or --registers")
+    if folder is not None and (eds is not None or registers is not None):
+        raise typer.BadParameter(
+            f"expected only the folder with --{'registers' if eds is None else 'eds'}, and no example"
+        )
+    if registers is not None:
+        _from_list(registers, example)
+    elif eds is not None:
+        _from_eds(eds, example)
     else:
-        from fieldrig_devices.begin.eds_rig import content_for, name_for, note_for
+        _from_menu(example, Path(folder) if folder is not None else None)
 
-        _make(content_for(eds), Path(example or name_for(eds)))
-        if note := note_for(eds):
-            typer.echo(f"\n{note}")
+
+def _from_eds(eds: Path, folder: str | None) -> None:
+    from fieldrig_devices.begin.eds_rig import content_for, name_for, note_for
+
+    _make(content_for(eds), Path(folder or name_for(eds)))
+    if note := note_for(eds):
+        typer.echo(f"\n{note}")
+
+
+def _from_list(registers: Path, folder: str | None) -> None:
+    from fieldrig_devices.begin.eds_rig import name_for
+    from fieldrig_devices.begin.register_rig import content_for
+
+    content, notes = content_for(registers)
+    _make(content, Path(folder or name_for(registers)))
+    if notes:
+        typer.echo("\n" + "\n".join(f"note: {note}" for note in notes))
 
 
 def _from_menu(example: str | None, folder: Path | None) -> None:

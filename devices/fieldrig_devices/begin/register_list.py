@@ -1,0 +1,267 @@
+"""A list of registers in a CSV file, as makers of field devices publish them, as a register table.
+
+Lists differ, so columns are known by the words that people use for them, in any order.  What a list leaves open is
+assumed, and what cannot be read is left out; both are told, with the lines.
+"""
+
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from pydantic import ValidationError
+
+from fieldrig_devices.registers.entries import Bit, Register, words_of
+from fieldrig_devices.registers.table import SPACES
+from fieldrig_devices.registers.type_names import meant
+from fieldrig_devices.sources.sheet import Sheet, read_sheet
+
+HEADINGS: Final[Mapping[str, Sequence[str]]] = {
+    "address": ("address", "addr", "modbus address", "register address", "reg address", "reg addr", "start address",
+                "register", "reg", "register number", "start", "adresse", "register no", "address dec", "address hex"),
+    "name": ("name", "parameter name", "signal name", "variable name", "parameter",
+             "tag", "tag name", "signal", "variable", "point", "point name", "register name",
+             "description", "beschreibung", "bezeichnung"),
+    "type": ("type", "data type", "datatype", "format", "data format", "datentyp", "encoding"),
+    "space": ("function", "function code", "fc", "table", "register type", "object type", "area", "space", "reg type"),
+    "unit": ("unit", "units", "einheit", "uom", "engineering unit"),
+    "scale": ("scale", "scaling", "factor", "scale factor", "multiplier", "gain", "resolution", "faktor"),
+    "divisor": ("divisor", "divider", "div"),
+    "access": ("access", "r/w", "rw", "read/write", "r w", "mode", "zugriff"),
+    "min": ("min", "minimum", "low", "lower limit"),
+    "max": ("max", "maximum", "high", "upper limit"),
+    "initial": ("default", "default value", "initial", "initial value", "value"),
+    "length": ("length", "count", "size", "words", "registers", "quantity", "number of registers", "no of registers"),
+    "about": ("about", "comment", "comments", "description", "remark", "remarks", "note", "notes"),
+}  # fmt: skip
+"""The words in the first line for each thing that a list says, the most certain ones first."""
+SPACE_WORDS: Final = {
+    "coils": ("1", "5", "15", "coil", "coils", "0x", "do", "digital output"),
+    "discrete_inputs": ("2", "discrete input", "discrete inputs", "discrete", "1x", "di", "digital input"),
+    "holding_registers": ("3", "6", "16", "holding register", "holding registers", "holding", "hr", "4x"),
+    "input_registers": ("4", "input register", "input registers", "input", "ir", "3x"),
+}  # fmt: skip
+FAMILIES: Final = {"0": "coils", "1": "discrete_inputs", "3": "input_registers", "4": "holding_registers"}
+"""The first digit of numbers such as 40001, which name the space and count from 1."""
+NUMBERED: Final = re.compile(r"([0134])(\d{4,5})(?!\d)")
+ORDERS: Final = {"abcd": {}, "cdab": {"word_order": "little"}, "badc": {"byte_order": "little"},
+                 "dcba": {"word_order": "little", "byte_order": "little"}}  # fmt: skip
+TYPES_BY_WORDS: Final = {1: "u16", 2: "u32", 4: "u64"}
+ONES: Final = ("initial", "min", "max")
+
+
+@dataclass
+class RegisterList:
+    """The entries of a list by their spaces, and what is to be told of it."""
+
+    entries: dict[str, list[dict[str, Any]]] = field(default_factory=lambda: {space: [] for space in SPACES})
+    notes: list[str] = field(default_factory=list)
+
+    def text(self, source: str) -> str:
+        """Return the list as a register table."""
+        lines = [f"# Made from {source}. Addresses are as on the wire, from 0."]
+        lines += [f"# {note}" for note in self.notes]
+        for space in SPACES:
+            if self.entries[space]:
+                lines += ["", f"{space}:", *(f"  - {_flow(entry)}" for entry in self.entries[space])]
+        return "\n".join(lines) + "\n"
+
+
+def read_list(file: Path) -> RegisterList:
+    """Read a list.  ValueError if there is no column of addresses, or no row that can be read."""
+    sheet = read_sheet(file)
+    columns = _columns(sheet)
+    if "address" not in columns:
+        raise ValueError(f"expected a column such as `address`, got {', '.join(sheet.names)}")
+    made = RegisterList()
+    rows = list(_rows(sheet, columns))
+    is_numbered = _is_numbered([row["address"] for _, row in rows])
+    if is_numbered:
+        made.notes.append("Addresses such as 40001 were taken as numbers that count from 1.")
+    reader = _Reader(sheet, is_numbered, made)
+    for line, row in rows:
+        reader.take(line, row)
+    if not any(made.entries.values()):
+        raise ValueError("\n".join(["no row is a register", *made.notes]))
+    for entries in made.entries.values():
+        entries.sort(key=lambda entry: entry["address"])
+    return made
+
+
+class _Reader:
+    """Makes an entry of each row."""
+
+    def __init__(self, sheet: Sheet, is_numbered: bool, made: RegisterList) -> None:
+        self._sheet, self._is_numbered, self._made = sheet, is_numbered, made
+        self._names: set[str] = set()
+        self._taken: dict[str, dict[int, str]] = {space: {} for space in SPACES}
+
+    def take(self, line: int, row: Mapping[str, str]) -> None:
+        try:
+            space, entry = self._entry(row)
+            model = Bit if space in SPACES[:2] else Register
+            words = words_of(model.model_validate(entry))
+            addresses = range(entry["address"], entry["address"] + words)
+            taken = self._taken[space]
+            other = next((taken[address] for address in addresses if address in taken), None)
+            if other is not None:
+                raise ValueError(f"its address is in use by {other}")
+        except ValidationError as cause:
+            self._leave_out(line, cause.errors()[0]["msg"].removeprefix("Value error, "))
+        except ValueError as cause:
+            self._leave_out(line, str(cause))
+        else:
+            self._names.add(entry["name"])
+            taken |= dict.fromkeys(addresses, entry["name"])
+            self._made.entries[space].append(entry)
+
+    def _leave_out(self, line: int, why: str) -> None:
+        self._made.notes.append(f"Line {line} is left out: {' '.join(why.split())}.")
+
+    def _entry(self, row: Mapping[str, str]) -> tuple[str, dict[str, Any]]:
+        space, address = self._place(row)
+        entry: dict[str, Any] = {"address": address, "name": self._name(row, space, address)}
+        if space in SPACES[2:]:
+            entry |= _type(row)
+            entry |= {"unit": row["unit"]} if row.get("unit") else {}
+            if entry["type"] != "bool" and not entry["type"].startswith("string"):
+                entry |= self._numbers(row, entry["type"])
+        access = _access(row.get("access", ""))
+        if access is not None and space in ("coils", "holding_registers"):
+            entry["access"] = access
+        about = " ".join(row.get("about", "").split())
+        return space, entry | ({"about": about} if about and about != entry["name"] else {})
+
+    def _place(self, row: Mapping[str, str]) -> tuple[str, int]:
+        number = _address(row["address"])
+        if number is None:
+            raise ValueError(f"{row['address']!r} is no address")
+        space = _space(row.get("space", ""))
+        if self._is_numbered:
+            numbered = NUMBERED.match(row["address"])
+            assert numbered is not None, "all of the list are"
+            return space or FAMILIES[numbered[1]], int(numbered[2]) - 1
+        if space is None:
+            is_bit = meant(row.get("type", "")) == "bool" and not row.get("length")
+            space = "coils" if is_bit else "holding_registers"
+        if not 0 <= number <= 0xFFFF:
+            raise ValueError(f"{number} is no address from 0 to 65535")
+        return space, number
+
+    def _name(self, row: Mapping[str, str], space: str, address: int) -> str:
+        text = row.get("name") or row.get("about") or ""
+        name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_").lower()[:60].strip("_")
+        if not name:
+            name = f"{space.removesuffix('s')}_{address}"
+        name = name if not name[0].isdigit() else f"r_{name}"
+        return name if name not in self._names else f"{name}_{address}"
+
+    def _numbers(self, row: Mapping[str, str], type: str) -> dict[str, Any]:
+        scale, divisor = _factor(row.get("scale", ""), self._sheet.number), self._sheet.number(row.get("divisor", ""))
+        if divisor:
+            scale = 1 / divisor
+        numbers: dict[str, Any] = {} if scale in (None, 0, 1) else {"scale": _short(scale or 1)}
+        limits = {key: self._sheet.number(row.get(key, "")) for key in ONES}
+        return numbers | {key: _short(value) for key, value in limits.items() if value is not None}
+
+
+def _columns(sheet: Sheet) -> dict[str, int]:
+    """Return the positions of the columns by what they say; a column says one thing."""
+    words = [" ".join(re.sub(r"[^\w/]+|_", " ", name).split()).casefold() for name in sheet.names]
+    found: dict[str, int] = {}
+    for what, headings in HEADINGS.items():
+        for heading in headings:
+            place = next((place for place, word in enumerate(words) if word == heading), None)
+            if place is not None and place not in found.values():
+                found[what] = place
+                break
+    return found
+
+
+def _rows(sheet: Sheet, columns: Mapping[str, int]) -> Iterator[tuple[int, dict[str, str]]]:
+    for line, row in zip(sheet.lines, sheet.rows, strict=True):
+        yield line, {what: row[place].strip() if place < len(row) else "" for what, place in columns.items()}
+
+
+def _is_numbered(addresses: Sequence[str]) -> bool:
+    """True if all addresses are numbers such as 40001 or 300001, with the digit of the space in front."""
+    known = [text for text in addresses if _address(text) is not None]
+    numbers = [NUMBERED.match(text) for text in known]
+    return bool(known) and all(number is not None and int(number[2]) > 0 for number in numbers)
+
+
+def _address(text: str) -> int | None:
+    """Return the first number of an address such as `100`, `0x64`, `64h` or `100-101`."""
+    match = re.fullmatch(r"(?:0x([0-9a-f]{1,5})|([0-9a-f]{1,5})h|(\d{1,6}))(?:\s*[-:.…]+\s*\w+)?", text.strip().lower())
+    if match is None:
+        return None
+    digits = match[1] or match[2]
+    return int(match[3]) if digits is None else int(digits, 16)
+
+
+def _space(text: str) -> str | None:
+    """Return the space that a cell such as `FC03`, `Holding Register` or `3/6/16` names first."""
+    words = " ".join(re.sub(r"[^a-z0-9]+", " ", text.casefold().replace("fc", "")).split())
+    first = words.split(" ")[0].lstrip("0") if words else ""
+    for candidate in (words, first):
+        for space, known in SPACE_WORDS.items():
+            if candidate in known:
+                return space
+    return None
+
+
+def _type(row: Mapping[str, str]) -> dict[str, Any]:
+    """Return the type and the orders of a row; without a type, what its number of registers means."""
+    text = row.get("type", "")
+    length = _address(row.get("length", ""))
+    order: dict[str, Any] = next(
+        (ORDERS[word] for word in re.findall(r"[a-d]{4}", text.casefold()) if word in ORDERS), {}
+    )
+    words = re.findall(r"[a-z]+ ?\d*", text.casefold())
+    type = next((known for word in (text, *words) if (known := meant(word.replace(" ", "")))), None)
+    if not text:
+        type = TYPES_BY_WORDS.get(length or 1)
+    if type == "string[n]":
+        characters = re.search(r"\d+", text)
+        count = int(characters[0]) if characters else 2 * (length or 8)
+        type = f"string[{min(max(count, 1), 250)}]"
+    if type in ("u8", "s8"):  # a register has 16 bits
+        type = type.replace("8", "16")
+    if type is None:
+        raise ValueError(f"{text!r} is no type that is known" if text else f"no type has {length} registers")
+    return {"type": type} | order
+
+
+def _access(text: str) -> str | None:
+    letters = re.sub(r"[^a-z]+", "", text.casefold())
+    if letters in ("r", "ro", "read", "readonly"):
+        return "ro"
+    return "wo" if letters in ("w", "wo", "write", "writeonly") else None
+
+
+def _factor(text: str, number_in: Callable[[str], float | None]) -> float | None:
+    """Return a factor such as `0.1`, `x0.1`, `/10` or `1/10`."""
+    plain = text.strip().lstrip("x*×").strip()
+    dividend, slash, divisor = plain.partition("/")
+    if not slash:
+        return number_in(plain)
+    over, under = number_in(dividend or "1"), number_in(divisor)
+    return None if over is None or not under else over / under
+
+
+def _short(number: float) -> int | float:
+    rounded = float(f"{number:.12g}")
+    return int(rounded) if rounded.is_integer() and abs(rounded) < 1e15 else rounded
+
+
+def _flow(entry: Mapping[str, Any]) -> str:
+    """Return an entry in one line of YAML."""
+    return "{" + ", ".join(f"{key}: {_scalar(value)}" for key, value in entry.items()) + "}"
+
+
+def _scalar(value: Any) -> str:
+    is_plain = isinstance(value, str) and re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", value) is not None
+    is_word = isinstance(value, str) and value.lower() in ("true", "false", "null", "yes", "no", "on", "off", "y", "n")
+    return value if is_plain and not is_word else json.dumps(value, ensure_ascii=False)

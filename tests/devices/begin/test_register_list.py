@@ -1,0 +1,133 @@
+"""`fieldrig new --registers`: lists of registers as makers publish them."""
+
+import runpy
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner, Result
+
+from fieldrig import RigMaker
+from fieldrig.cli.app import app
+from fieldrig_devices.begin.register_list import read_list
+from fieldrig_devices.registers.table import load_table
+
+METER = """Modbus Address;Parameter Name;Data Type;Unit;Scale;R/W;Function Code;Description;Words
+30001;Voltage L1-N;uint16;V;0,1;R;04;Phase voltage;1
+30002;Voltage L1-N;UINT16;V;0,1;R;04;Phase voltage 2;1
+30003;Active power;int32 (CDAB);W;1;R;04;;2
+30005;Energy import;float32;kWh;;R;04;;2
+30007;Serial number;string;;;R;04;;8
+40001;Mode;u16;;;R/W;03;;1
+40002;CT ratio;uint16;;1/10;R/W;03;"primary; secondary";1
+40003;What;quux;;;R/W;03;;1
+40004-40005;Counter;;;;R;03;;2
+x;Nothing;;;;;;;
+"""
+TABLE = """\
+# Made from meter.csv. Addresses are as on the wire, from 0.
+# Addresses such as 40001 were taken as numbers that count from 1.
+# Line 9 is left out: 'quux' is no type that is known.
+# Line 11 is left out: 'x' is no address.
+
+holding_registers:
+  - {address: 0, name: mode, type: u16}
+  - {address: 1, name: ct_ratio, type: u16, scale: 0.1, about: "primary; secondary"}
+  - {address: 3, name: counter, type: u32, access: ro}
+
+input_registers:
+  - {address: 0, name: voltage_l1_n, type: u16, unit: V, scale: 0.1, about: "Phase voltage"}
+  - {address: 1, name: voltage_l1_n_1, type: u16, unit: V, scale: 0.1, about: "Phase voltage 2"}
+  - {address: 2, name: active_power, type: s32, word_order: little, unit: W}
+  - {address: 4, name: energy_import, type: f32, unit: kWh}
+  - {address: 6, name: serial_number, type: "string[16]"}
+"""
+
+
+def new(*words: str | Path) -> Result:
+    return CliRunner().invoke(app, ["new", *map(str, words)])
+
+
+def table_of(folder: Path, text: str) -> str:
+    (folder / "meter.csv").write_text(text, encoding="utf-8")
+    return read_list(folder / "meter.csv").text("meter.csv")
+
+
+def test_a_list_becomes_a_table_and_says_what_was_assumed_and_left_out(tmp_path: Path) -> None:
+    assert table_of(tmp_path, METER) == TABLE
+
+
+@pytest.mark.parametrize(
+    ("text", "entry"),
+    [
+        ("reg,tag\n0x10,Flow\n", "holding_registers:\n  - {address: 16, name: flow, type: u16}"),
+        ("Addr,Name,Type\n1Fh,On,BOOL\n", 'coils:\n  - {address: 31, name: "on"}'),
+        ("address,fc,description\n7,2,Door open\n", "discrete_inputs:\n  - {address: 7, name: door_open}"),
+        ("address,space,name\n5,Input Register,3 phases\n", "input_registers:\n  - {address: 5, name: r_3_phases,"),
+        ("Address\tType\tMin\tMax\tDefault\n1\tREAL\t-5\t5\t2,5\n", "type: f32, initial: 2.5, min: -5, max: 5"),
+        ("address,type,divisor\n1,INT,1000\n", "type: s16, scale: 0.001"),
+        ("address,type\n1,float DCBA\n", "type: f32, word_order: little, byte_order: little"),
+        ("address,type,length\n1,,4\n", "type: u64"),
+        ("address,type\n1,STRING[12]\n", 'type: "string[12]"'),
+        ("address,type\n1,UINT8\n", "type: u16"),
+        ("address,mode\n1,write only\n2,Read\n", "access: wo}\n  - {address: 2, name: holding_register_2, type: u16, access: ro}"),
+    ],
+)  # fmt: skip
+def test_what_people_write_is_understood(tmp_path: Path, text: str, entry: str) -> None:
+    assert entry in table_of(tmp_path, text)
+
+
+def test_an_address_that_is_in_use_is_left_out_with_its_line(tmp_path: Path) -> None:
+    made = table_of(tmp_path, "address,name,type\n1,a,u32\n2,b,u16\n3,c,u16\n")
+    assert "# Line 3 is left out: its address is in use by a." in made
+    assert made.count("- {") == 2
+
+
+def test_the_rig_of_a_list_passes_its_own_test(tmp_path: Path, fieldrig_rig: RigMaker) -> None:
+    (tmp_path / "my meter.csv").write_text(METER)
+    folder = tmp_path / "bench"
+    made = new("--registers", tmp_path / "my meter.csv", folder)
+    assert made.exit_code == 0
+    assert "note: Line 9 is left out" in made.stdout
+    (test,) = folder.glob("test_*.py")
+    runpy.run_path(str(test))["test_a_master_reads_mode"](fieldrig_rig)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("name,type\na,u16\n", "expected a column such as `address`, got name, type"),
+        ("address,name\nnone,a\n", "no row is a register"),
+        ("", "rows of values"),
+        ("address,access\n1,wo\n", "no client can read"),
+    ],
+)
+def test_a_file_that_is_no_list_is_refused(tmp_path: Path, text: str, told: str) -> None:
+    (tmp_path / "list.csv").write_text(text)
+    refused = new("--registers", tmp_path / "list.csv", tmp_path / "bench")
+    assert refused.exit_code != 0
+    assert told in str(refused.exception)
+    assert not (tmp_path / "bench").exists()
+
+
+def test_one_file_at_a_time(tmp_path: Path) -> None:
+    (tmp_path / "list.csv").write_text(METER)
+    assert "either --eds or --registers" in new("--registers", tmp_path / "list.csv", "--eds", "a.eds").output
+
+
+CELL = st.text(st.sampled_from('0134x9hAbcFC -/.[]"é,;\n'), max_size=8)
+
+
+@given(st.lists(st.lists(CELL, min_size=5, max_size=5), min_size=1, max_size=6))
+def test_any_rows_make_a_table_that_loads_or_are_refused(
+    tmp_path_factory: pytest.TempPathFactory, rows: list[list[str]]
+) -> None:
+    folder = tmp_path_factory.getbasetemp()
+    text = "\n".join(",".join(row) for row in [["address", "name", "type", "scale", "fc"], *rows])
+    try:
+        table = table_of(folder, text)
+    except ValueError:
+        return
+    (folder / "made.yaml").write_text(table, encoding="utf-8")
+    load_table(folder / "made.yaml")
