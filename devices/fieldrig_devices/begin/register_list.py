@@ -1,7 +1,7 @@
 """A list of registers in a CSV file, as makers of field devices publish them, as a register table.
 
 Lists differ, so columns are known by the words that people use for them, in any order.  What a list leaves open is
-assumed, and what cannot be read is left out; both are told, with the lines.
+assumed, and what cannot be read is left out; the notes say both, with the lines.
 """
 
 import json
@@ -54,7 +54,7 @@ ONES: Final = ("initial", "min", "max")
 
 @dataclass
 class RegisterList:
-    """The entries of a list by their spaces, and what is to be told of it."""
+    """The entries of a list by their spaces, and the notes for its reader."""
 
     entries: dict[str, list[dict[str, Any]]] = field(default_factory=lambda: {space: [] for space in SPACES})
     notes: list[str] = field(default_factory=list)

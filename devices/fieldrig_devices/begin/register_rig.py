@@ -61,7 +61,7 @@ FUNCTIONS = dict(zip(SPACES, (1, 2, 3, 4), strict=True))
 
 
 def content_for(file: Path) -> tuple[Mapping[PurePosixPath, bytes], list[str]]:
-    """Return the files of the rig by path, the rig file first, and what is to be told of the list.
+    """Return the files of the rig by path, the rig file first, and the notes on the list.
 
     UsageError if the file is no list of registers.
     """
