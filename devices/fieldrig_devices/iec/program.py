@@ -67,6 +67,8 @@ class Variable:
     place: SourcePlace = NOWHERE
     file: str = ""
     comment: str = ""
+    is_fixed: bool = False
+    """True for VAR_INPUT CONSTANT: a call gives it, and its POU only reads it."""
     narrow: Type | None = None
     """The type of the operands, in a hidden variable that holds the result of arithmetic with all of its 32 bits."""
 

@@ -75,3 +75,62 @@ def test_a_variable_in_and_out_takes_nothing_that_cannot_be_written(given: str) 
     constant = "VAR_GLOBAL CONSTANT k : INT := 2; END_VAR\n"
     text = constant + OUTSIDE + program("i : B; x : INT;", f"i(r := {given});")
     assert any("is passed to the VAR_IN_OUT r" in message for message in refused(text, EPAS_4))
+
+
+CONSTANT_INPUT = """FUNCTION Twice : INT
+VAR_IN_OUT a : INT; END_VAR
+a := 2 * a;
+Twice := a;
+END_FUNCTION
+FUNCTION_BLOCK Scale
+VAR_INPUT CONSTANT factor : INT := 3; row : ARRAY[0..1] OF INT; END_VAR
+VAR_OUTPUT y : INT; END_VAR
+{body}
+END_FUNCTION_BLOCK
+PROGRAM PLC_PRG
+VAR scale : Scale; x, y : INT; END_VAR
+scale.factor := 5;
+x := scale.factor;
+scale(factor := 4);
+y := scale.y;
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "factor := 4;",
+        "factor := factor + 1;",
+        "row[1] := 4;",
+        "y := Twice(factor);",
+        "FOR factor := 1 TO 2 DO ; END_FOR",
+    ],
+)
+def test_a_constant_input_is_only_read_in_its_block(body: str) -> None:
+    (message,) = [text for text in refused(CONSTANT_INPUT.format(body=body), CODESYS) if "note" not in text]
+    assert "constant" in message
+
+
+def test_a_constant_input_is_given_from_outside() -> None:
+    bench = IecBench(CONSTANT_INPUT.format(body="y := 10 * factor;"), CODESYS)
+    bench.cycle()
+    assert (bench["x"], bench["y"]) == (5, 40)
+
+
+@pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3, CODESYS])
+def test_a_constant_of_a_program_is_read_from_outside(dialect: Dialect) -> None:
+    """It is no part of the memory of its program."""
+    text = """PROGRAM Other
+VAR CONSTANT limit : INT := 7; END_VAR
+VAR_OUTPUT y : INT; END_VAR
+y := limit;
+END_PROGRAM
+PROGRAM PLC_PRG
+VAR x : INT; END_VAR
+x := Other.limit;
+END_PROGRAM
+"""
+    bench = IecBench(text, dialect)
+    bench.cycle()
+    assert bench["x"] == 7

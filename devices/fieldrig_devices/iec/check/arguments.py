@@ -250,7 +250,7 @@ def _fixed(place: Place) -> str:
     variable = place.variable if isinstance(place, Cell | Component) else None
     if variable is None:
         return ""
-    if variable.is_constant:
+    if variable.is_constant or (variable.is_fixed and isinstance(place, Cell)):
         return "a constant"
     is_shared = variable.section is Section.INPUT and open_arrays.is_open(variable)
     return "a part of the VAR_INPUT, of which there is no copy," if is_shared else ""

@@ -231,6 +231,7 @@ class Variables:
             section,
             is_retain=block.is_retain or block.is_persistent,
             is_constant=block.is_constant and section in (*MAY_BE_CONSTANT, Section.IN_OUT),
+            is_fixed=block.is_constant and block.section is Section.INPUT,
             place=node.place,
             file=context.file,
             comment=comment_of(node),

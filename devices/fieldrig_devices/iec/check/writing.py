@@ -88,7 +88,7 @@ def _is_local(context: Context, declared: Variable, place: Component) -> bool:
 
 
 def _variable_obstacle(context: Context, declared: Variable) -> tuple[str, str]:
-    if declared.is_constant:
+    if declared.is_constant or declared.is_fixed:
         return f"{declared.name} is a constant", "remove CONSTANT from its declaration if it has to change"
     is_input = declared.section is Section.INPUT and not isinstance(declared.type, ObjectType)
     if is_input and open_arrays.is_open(declared):
