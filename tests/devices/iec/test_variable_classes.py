@@ -120,17 +120,18 @@ def test_a_constant_input_is_given_from_outside() -> None:
 
 @pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3, CODESYS])
 def test_a_constant_of_a_program_is_read_from_outside(dialect: Dialect) -> None:
-    """It is no part of the memory of its program."""
+    """It is a constant there too, which a label of CASE needs."""
     text = """PROGRAM Other
 VAR CONSTANT limit : INT := 7; END_VAR
 VAR_OUTPUT y : INT; END_VAR
 y := limit;
 END_PROGRAM
 PROGRAM PLC_PRG
-VAR x : INT; END_VAR
+VAR x, y : INT; END_VAR
 x := Other.limit;
+CASE x OF Other.limit: y := 1; END_CASE
 END_PROGRAM
 """
     bench = IecBench(text, dialect)
     bench.cycle()
-    assert bench["x"] == 7
+    assert (bench["x"], bench["y"]) == (7, 1)
