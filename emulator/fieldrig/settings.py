@@ -132,7 +132,7 @@ _LONGEST_SHOWN = 200
 
 ConfigFile = Annotated[
     Path,
-    PlainValidator(_existing_file, json_schema_input_type=str),
+    PlainValidator(_existing_file, json_schema_input_type=Path),
     Field(description="a file, relative to the folder of the configuration"),
 ]
 """A file that a rig file names, relative to the folder of the rig file; it exists and can be read."""

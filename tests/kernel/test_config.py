@@ -430,7 +430,9 @@ def test_files_are_found_from_the_folder_of_the_rig_file(loaded: Loaded, tmp_pat
 def test_a_file_that_is_missing_is_a_mistake(refused: Refused, tmp_path: Path) -> None:
     text = LINES + f'      io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}, file: io.txt}}\n'
     (mistake,) = refused(text)
-    assert mistake.startswith(f"rig.yaml:6: devices.io.file: no such file: {tmp_path}/io.txt\n    expected")
+    assert mistake.startswith(
+        f"rig.yaml:6: devices.io.file: no such file: {tmp_path}/io.txt\n    expected the path of a file"
+    )
 
 
 def test_settings_may_be_tuples_paths_and_maps_from_numbers(loaded: Loaded) -> None:

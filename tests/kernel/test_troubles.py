@@ -1,6 +1,7 @@
 """Troubles of devices, with words beside them about a host that was late when they began."""
 
 import asyncio
+import json
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -88,6 +89,10 @@ def test_the_words_stand_beside_the_value_and_in_the_status(capsys: pytest.Captu
     beside = f"at 14:03:22 {WORDS}"
     _echo({"belt/code": 2560, "belt/speed": 1.5}, {"belt/code": {"unit": "", "host": beside}}, as_json=False)
     assert capsys.readouterr().out == f"belt/code = 2560 ({beside})\nbelt/speed = 1.5\n"
+    _echo({"belt/code": 2560, "belt/speed": 1.5}, {"belt/code": {"unit": "", "host": beside}}, as_json=True)
+    printed = capsys.readouterr()
+    assert json.loads(printed.out) == {"belt/code": 2560, "belt/speed": 1.5}, "values only"
+    assert printed.err == f"note: belt/code: {beside}\n"
     assert list(_lateness({"processes": {"io": {}, "belt": {"troubles": {"belt/code": beside}}}})) == [
         f"belt/code reports a fault; {beside}"
     ]

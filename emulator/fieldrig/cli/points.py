@@ -43,7 +43,7 @@ def get(
             try:
                 got = parts.ask_device(device, "get", {"keys": [key]} if key else None)
                 values |= {f"{device}/{key}": value for key, value in got.items()}
-                facts |= {} if as_json else _facts(parts, device)
+                facts |= _facts(parts, device)
             except ControlError as refusal:
                 refusals.append(refusal)
     _echo(values, facts, as_json)
@@ -80,7 +80,7 @@ def set_(
         for device, device_values in wanted.items():
             got = parts.ask_device(device, "set", {"values": device_values})
             values |= {f"{device}/{key}": value for key, value in got.items()}
-        facts = {} if as_json else {key: fact for device in wanted for key, fact in _facts(parts, device).items()}
+        facts = {key: fact for device in wanted for key, fact in _facts(parts, device).items()}
     _echo(values, facts, as_json)
 
 
@@ -104,8 +104,12 @@ def _facts(parts: Parts, device: str) -> dict[str, Any]:
 
 
 def _echo(values: dict[str, Any], facts: dict[str, Any], as_json: bool) -> None:
+    """Print the values with the words about a late host beside them; JSON has values only, so they go to stderr."""
     if as_json:
         echo_json(values)
+        for name in values:
+            if words := facts.get(name, {}).get("host"):
+                typer.echo(f"note: {name}: {words}", err=True)
         return
     for name, value in values.items():
         fact = facts.get(name, {})

@@ -171,6 +171,8 @@ def _words(part: dict[str, Any], root: Any) -> str:
         words = " or ".join(str(value) for value in part["enum"])
     elif "const" in part:
         words = str(part["const"])
+    elif part.get("format") == "path":
+        words = "the path of a file"
     else:
         words = TYPES.get(part.get("type", ""), "") + _limits(part)
     about = part.get("description", "").split("\n\n")[0] if part.get("type") != "object" else ""

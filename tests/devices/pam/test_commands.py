@@ -187,6 +187,13 @@ def test_rig_writes_the_nodes_that_an_application_declares(tmp_path: Path) -> No
     assert "after: [nod_belt, nod_knife, nod_web, nod_stack, nod_panel, nod_guide]" in output
 
 
+@pytest.mark.parametrize(
+    "file", sorted((Path(__file__).parents[3] / "configs/programs").glob("*.pam")), ids=lambda file: file.name
+)
+def test_the_shipped_applications_have_the_layout_of_fmt(file: Path) -> None:
+    assert run("fmt", file, "--check") == (0, "")
+
+
 def test_names_in_another_case(tmp_path: Path) -> None:
     file, rig_file = tmp_path / "mixed.pam", tmp_path / "rig.yaml"
     file.write_text(HEADER + "INTERNAL FLAG_VAR IFV_Go; TASK TSK_a; POWERON ifv_go <- set; END_POWERON END_TASK\n")
