@@ -93,6 +93,7 @@ class SendingAhead(ABC):
             begin_ns = self._free_ns = begin_ns + self._duration_ns(len(portion))
             self._pass_on(portion)
         if waiting:
+            # Half of the time ahead is left then, so that a host that is late by less does not let the line run dry.
             self._timer.at(begin_ns - AHEAD_NS // 2, self._feed)
 
     def _tell_room(self, waiting: int) -> None:

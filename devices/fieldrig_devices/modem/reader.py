@@ -110,6 +110,7 @@ class Escape:
             if byte == character and continues:
                 self._count = self._count % 3 + 1
             else:
+                # -1: after other data, a sequence begins only behind a silence; without a guard time, it may at once.
                 self._count = -1 if guard_ns else 0
             is_alone = not guard_ns
         self._last_ns = now_ns

@@ -71,6 +71,8 @@ class InputScan:
     def _go_on(self, from_ns: int) -> None:
         """Take the samples from an instant on that are over already, and wait for the next one."""
         from_ns = max(from_ns, self._clock.now_ns() - LATEST_NS)
+        # Samples are at multiples of the period since the start, wherever the edge was; the next one after a sample
+        # that a busy host took late is a whole period behind it.
         periods = -(-(from_ns - self._origin_ns) // self._period_ns)
         due_ns = max(self._origin_ns + periods * self._period_ns, self._sampled_ns + self._period_ns)
         while self._changing and due_ns < self._clock.now_ns():

@@ -143,11 +143,12 @@ class Shaft:
         rate, highest = self.acceleration, self._speed_limit
         if self.is_blocked:
             return 0.0, keep(0.0)
-        if not self._is_powered or rate <= 0:
+        if not self._is_powered or rate <= 0:  # below 0, the load takes more than the torque, and brakes the shaft
             rate = self.friction if not self._is_powered else max(-rate, _SLACK)
             return 0.0, brake(speed, Limits(highest, rate, rate))
         wanted = self._set.speed_at(now_ns)
         if abs(wanted) >= highest:
             return 0.0, change_speed(speed, copysign(highest, wanted), Limits(highest, rate, rate))
+        # In the frame of the set position, which stands still there, so that the shaft reaches it with its speed.
         distance = float(self._set.motor_at(now_ns) - position)
         return wanted, move(distance, speed - wanted, Limits(max(highest - abs(wanted), _SLACK), rate, rate))

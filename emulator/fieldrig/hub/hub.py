@@ -147,7 +147,7 @@ class LocalHub:
 
     def submit(self, asked_ns: int, member: str, message: Any) -> None:
         self.model.submit(asked_ns, member, message)
-        if not self._is_collecting:
+        if not self._is_collecting:  # a device that answers while it is called: the loop that called it goes on
             self.carry()
 
     def submit_late(self, asked_ns: int, member: str, message: Any) -> None:

@@ -87,6 +87,7 @@ class Axis(ObjectItem):
         if bool(report.status & Status.SYNCHRONISED) is not (self.pipe is not None and self.pipe.mode != "TORQUE"):
             return
         own = report.set_point / self.units
+        # The report is in whole units, and the sum of the orders is known more exactly here.
         if abs(nearest(own - self._own, self.period)) > 1 / abs(self.units):
             self._own = wrapped(own, self.period)
 

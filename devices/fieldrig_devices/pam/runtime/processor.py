@@ -66,6 +66,7 @@ class Processor:
         self._flags[GIVES_WAY], self._flags[INTERRUPTED] = int(gives_way or self._schedule.is_busy), 0
         if program.goal is None:
             left = task.run(self._rest)
+            # `Task.run` takes the whole budget of a program that waits, which here the others share.
             self._rest = task.unused if task.has_waited else left
         else:
             self._run_to_goal(program, program.goal)

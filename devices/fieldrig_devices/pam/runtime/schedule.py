@@ -70,9 +70,9 @@ class Schedule:
         """Have a program served in the first of its cycles that is not before this one, and not over yet."""
         if cycle <= self.cycle:
             cycle = self.cycle if unit.order > self._position else self.cycle + 1
-        cycle += -cycle % unit.cycles
+        cycle += -cycle % unit.cycles  # counted from power-on, so that programs of the same CYCLES run side by side
         if cycle == unit.due and cycle > self.cycle:
-            return
+            return  # entered already: until then, an event may wake the program in each basic cycle
         unit.due = cycle
         if cycle == self.cycle:
             heappush(self._due, unit.order)
@@ -109,7 +109,7 @@ class Schedule:
             self._due = sorted(unit.order for unit in self._again)
             self._again = []
         order = heappop(self._due)
-        while self._due and self._due[0] == order:
+        while self._due and self._due[0] == order:  # it was woken more than once
             heappop(self._due)
         self._position = order
         return self.units[order]

@@ -49,6 +49,7 @@ class Watches:
             waiting.remove(on_change)
 
     def _of(self, formula: Formula, item: int) -> tuple[list[OnChange], ...]:
+        # Kept, as a sequence in a loop registers its condition and takes it away again each time that it waits.
         known = self._places.get((formula.number, item))
         if known is None:
             cells = {cell: None for each in formula.cells for cell in each.of(item)}

@@ -96,6 +96,7 @@ class VmePort(DualPort):
         if self.may_run:
             self._start_up.poll()
             if now_ns >= self._watchdog_ns and self.state in _SENDING:
+                # After the last instant and not after this cycle, so that the period does not drift with the cycles.
                 self._watchdog_ns = max(self._watchdog_ns + WATCHDOG_NS, now_ns)
                 self._look_for_master()
         elif self.state is DualPortState.SYNC:
