@@ -9,9 +9,8 @@ has no effect, as in firmware 3.00.
 from typing import Protocol
 
 from fieldrig_devices.arp.card_errors import CONTROL_LOSS, CardErrors
-from fieldrig_devices.arp.motion.counter import Counter
+from fieldrig_devices.arp.motion.counter import Counter, Latch
 from fieldrig_devices.arp.motion.flags import AxisFlag, AxisFlags
-from fieldrig_devices.arp.motion.latch import Latch
 from fieldrig_devices.arp.motion.position_loop import Arrival, PositionLoop
 from fieldrig_devices.arp.motion.setup import Overrides, Setup
 from fieldrig_devices.arp.parameters import Kind

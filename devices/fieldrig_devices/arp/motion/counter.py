@@ -1,4 +1,4 @@
-"""The position counter: it converts encoder counts to a reading in user units that wraps between two limits.
+"""The position counter, with its latch: it converts encoder counts to user units, which wrap between two limits.
 
 Source: manual 3.2, @ParX[1], [3], [5], [6]; digest chapters 6.2 and 12.  Both limits are valid positions; a position
 beyond the maximum continues from the minimum, and vice versa.  The encoder's own counter has 32 bits, so a jump of half
@@ -8,6 +8,7 @@ its range or more looks like a jump the other way.
 import math
 
 from fieldrig_devices.arp.fixed import signed
+from fieldrig_devices.arp.motion.flags import AxisFlag, AxisFlags
 
 
 class Span:
@@ -75,3 +76,28 @@ class Counter:
         laps = span.laps(reading)
         self.preset(span.back(reading, laps))
         return laps
+
+
+class Latch:
+    """The latch input of an axis: an edge captures the position once if it is armed.
+
+    Source: manual 4.2.1, 4.6 (F265, F266); digest chapter 8.2.  The input is sampled in each control loop, so the
+    position is that of the loop that sees the edge.
+    """
+
+    def __init__(self, flags: AxisFlags) -> None:
+        self._flags = flags
+        self.level: int | None = None
+        self.rising = self.falling = 0.0
+
+    def take(self, level: int, reading: float) -> None:
+        """Handle a changed input.  The first level that is seen is not an edge."""
+        is_first, self.level = self.level is None, level
+        arm = AxisFlag.ARM_RISING if level else AxisFlag.ARM_FALLING
+        if is_first or not self._flags[arm]:
+            return
+        if level:
+            self.rising = reading
+        else:
+            self.falling = reading
+        self._flags[arm] = 0

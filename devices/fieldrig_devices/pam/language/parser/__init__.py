@@ -1,6 +1,7 @@
 """Make a tree from the text of an application."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from difflib import get_close_matches
 from typing import Final
 
@@ -11,7 +12,6 @@ from fieldrig_devices.pam.language.parser import declarations, ports, programs
 from fieldrig_devices.pam.language.parser.cursor import Cursor, UnexpectedError
 from fieldrig_devices.pam.language.preprocessor import Preprocessor, Reader, no_files
 from fieldrig_devices.pam.language.reserved import ITEMS, declared_names
-from fieldrig_devices.pam.language.spelling import unified
 from fieldrig_devices.pam.language.tokens import LONGEST_SOURCE, Token, mistake, split
 from fieldrig_devices.pam.language.tree import Place
 from fieldrig_devices.pam.language.words import PREDECLARED
@@ -85,3 +85,15 @@ def _skip_to_item(cursor: Cursor) -> None:
         if cursor.place.line != line and cursor.is_word(*ITEMS) and not cursor.is_next("="):
             return
         cursor.take()
+
+
+def unified(tokens: Iterable[Token], known: Iterable[str]) -> list[Token]:
+    """Return the tokens with each name in its first spelling.  The names in `known` keep their own.
+
+    This is for the reading in which AXI_Axes and AXI_axes of the listings are one object (section 15.1).
+    """
+    first = {name.casefold(): name for name in known}
+    return [
+        replace(token, text=first.setdefault(token.text.casefold(), token.text)) if token.kind == "name" else token
+        for token in tokens
+    ]
