@@ -405,7 +405,7 @@ def straight_between_two_cams(ms: float) -> float:
 def test_start_cam_straight_and_stop_cam_join_without_a_jump_of_speed(simulated: bool) -> None:
     word = str(simulated).lower()
     with RingLab(f"devices.infeed.simulated={word}").boot().enable("infeed") as lab:
-        axis = lab.max4.axes["infeed"]
+        axis = lab.max4.firmware.axes["infeed"]
         lab.follow("infeed", straight_between_two_cams)
         speeds: list[float] = []
         before = axis.position

@@ -87,7 +87,7 @@ def test_objects_have_their_types_by_the_configuration() -> None:
         logic_encoders=["MasterEncoder"],
         master_encoders={"BeltEncoder": ""},
     )
-    tree = bench.run(100).max4.tree
+    tree = bench.run(100).max4.firmware.tree
     types = {entry.symbol: entry.type_name for entry in tree.objects() if entry.symbol}
     assert {name: types[name] for name in ("knife", "I_bS1", "O_bH1", "M_1", "MasterEncoder", "BeltEncoder")} == {
         "knife": "MC_4",

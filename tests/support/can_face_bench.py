@@ -101,7 +101,7 @@ class CanFaceBench:
         return device_of(self.rig, "max4", Max4)
 
     def axis(self, name: str) -> Axis:
-        return self.max4.axes[name]
+        return self.max4.firmware.axes[name]
 
     def run(self, ms: float) -> "CanFaceBench":
         self.rig.run_until(self.rig.now_ns + round(ms * MS))
@@ -109,7 +109,7 @@ class CanFaceBench:
 
     def boot(self) -> "CanFaceBench":
         """Run until the controller and its ring are up, and drives have read their name plates."""
-        while not self.max4.is_booted:
+        while not self.max4.firmware.is_booted:
             self.run(10)
         return self.run(1_500)
 

@@ -79,7 +79,7 @@ class Line:
         self.said.append(f"{bus.name} {delivery.time_ns} {delivery.sender} {delivery.message!r}")
 
     def swing(self, random: Random) -> None:
-        for axis in self.max4.axes.values():
+        for axis in self.max4.firmware.axes.values():
             self.swings.append(Swing(random.choice([2e4, 3e5, 8e5]), random.uniform(300, 800)))
             axis.follow(Follower(self.swings[-1].at, 1))
 
@@ -94,7 +94,7 @@ class Line:
 
 def events(line: Line, random: Random) -> list[Callable[[], object]]:
     number = random.randrange(line.count)
-    name, axis = f"d{number + 1}", list(line.max4.axes.values())[number]
+    name, axis = f"d{number + 1}", list(line.max4.firmware.axes.values())[number]
     wide = random.choice([0.0, 2e3, 8e5, 8e6])
     telegram = random.choice(["mst", "mdt", "at"])
     distort = {"what": "distort", "station": name, "telegram": telegram, "count": 1}

@@ -70,15 +70,15 @@ class Bench(Max4Rig):
     def clock_shows(self, ms: int) -> Self:
         """Time passes on the controller's own clock and nothing happens, so that a test need not wait for hours."""
         with self.rig._present("max4"):
-            self.max4._boot._zero_ns = self.rig.now_ns - ms * MS
+            self.max4.firmware._boot._zero_ns = self.rig.now_ns - ms * MS
         return self
 
     def boot(self, ms: float = 20_000) -> Self:
         """Run until the boot has finished."""
         end_ns = self.rig.now_ns + round(ms * MS)
-        while not self.max4.is_booted and self.rig.now_ns < end_ns:
+        while not self.max4.firmware.is_booted and self.rig.now_ns < end_ns:
             self.run(1)
-        assert self.max4.is_booted
+        assert self.max4.firmware.is_booted
         return self
 
     def do(self, words: str) -> Self:
@@ -93,7 +93,7 @@ class Bench(Max4Rig):
 
     def log(self) -> list[str]:
         """Return the log as the tool shows it, newest first."""
-        return self.max4.logger.lines()
+        return self.max4.firmware.logger.lines()
 
     def enable(self, *names: str) -> Self:
         for name in names:

@@ -63,11 +63,11 @@ class FacesBench(Max4Rig):
             self.requests.append((delivery.time_ns, message.unit, message.pdu.hex(" ")))
 
     def parameter(self, path: str) -> Parameter:
-        return self.max4.tree.parameter(path)
+        return self.max4.firmware.tree.parameter(path)
 
     def boot(self, ms: float = 100) -> Self:
         self.run(ms)
-        assert self.max4.is_booted
+        assert self.max4.firmware.is_booted
         return self
 
     def take_frames(self) -> list[str]:

@@ -21,7 +21,7 @@ class Max4Rig:
         return device_of(self.rig, "max4", Max4)
 
     def axis(self, name: str) -> Axis:
-        return self.max4.axes[name]
+        return self.max4.firmware.axes[name]
 
     def run(self, ms: float) -> Self:
         self.rig.run_until(self.rig.now_ns + round(ms * MS))
@@ -36,4 +36,4 @@ class Max4Rig:
 
     def codes(self) -> list[int]:
         """Return the codes of the log, oldest first."""
-        return [entry.code for _, entry in self.max4.logger.entries()][::-1]
+        return [entry.code for _, entry in self.max4.firmware.logger.entries()][::-1]

@@ -27,7 +27,7 @@ class PlcBench(Bench):
 
     @property
     def loaded(self) -> RetainingProgram:
-        program = self.max4.plc.program
+        program = self.max4.firmware.plc.program
         assert program is not None
         return program
 

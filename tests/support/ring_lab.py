@@ -111,7 +111,7 @@ class RingLab:
 
     def follow(self, name: str, path: Callable[[float], float], mode: Mode = Mode.POSITION) -> Self:
         """Increments, from where it is, by milliseconds."""
-        self.max4.axes[name].follow(Follower(path, self.max4.cycle_ns / MS, mode))
+        self.max4.firmware.axes[name].follow(Follower(path, self.max4.firmware.cycle_ns / MS, mode))
         return self
 
     def turn(self, name: str, rpm: float, ramp_ms: float = 1_000) -> Self:

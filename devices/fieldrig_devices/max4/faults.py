@@ -1,4 +1,4 @@
-"""The faults that can be injected into a MAx-4 controller; `controller.py` implements their effects."""
+"""The faults that can be injected into a MAx-4 controller; `power.py` implements their effects."""
 
 from typing import Annotated, Final, Literal
 

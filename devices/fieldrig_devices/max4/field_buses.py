@@ -8,6 +8,7 @@ from functools import partial
 
 from fieldrig.clock import Clock
 from fieldrig.link import Link
+from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.shared import SharedLink
 from fieldrig_bus.modbus.message import ClientConnected, ModbusEvent, ModbusRequest
 from fieldrig_devices.iec.tasks.system_work import TCP_PRIORITY
@@ -30,11 +31,12 @@ class FieldBuses:
         controller: Controller,
         settings: Max4Settings,
         modbus: Sequence[Link[ModbusEvent]],
-        can: SharedLink | None,
+        can: Link[CanFrame] | None,
     ) -> None:
         """ValueError if a bus that the settings name is missing."""
         self._controller = controller
         self._tcp_us = settings.load.tcp_us
+        shared = None if can is None else SharedLink(can)
         io_map = IoMap(controller, settings.io_map_ms, settings.load.io_map_us)
         client, master, axes = settings.modbus_client, settings.can_master, settings.can_axes
         terminals = axes.terminals if axes is not None else {}
@@ -51,14 +53,14 @@ class FieldBuses:
             self._client_link = client.link - 1
             self.modbus_client = TreeClient(clock, controller, modbus[client.link - 1], client, io_map)
         if master is not None:
-            if can is None:
+            if shared is None:
                 raise ValueError("can_master: expected links.can beside it")
-            self.can_master = TreeMaster(clock, controller, can.share(), master, io_map)
+            self.can_master = TreeMaster(clock, controller, shared.share(), master, io_map)
         self.can_face: CanFace | None = None
         if axes is not None:
-            if can is None:
+            if shared is None:
                 raise ValueError("can_axes: expected links.can beside it")
-            end = can.share(hears_others=master is not None)
+            end = shared.share(hears_others=master is not None)
             self.can_face = CanFace(clock, end, controller, axes)
         for number, link in enumerate(modbus):
             link.on_receive(partial(self._on_modbus, number), self.modbus_face.interest)

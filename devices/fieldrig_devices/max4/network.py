@@ -17,6 +17,7 @@ from fieldrig_devices.max4.com1.dial_in import Chance, DialIn, Owner
 from fieldrig_devices.max4.com1.parameters import Com1Parameters
 from fieldrig_devices.max4.com1.port import Com1
 from fieldrig_devices.max4.core import Controller
+from fieldrig_devices.max4.pages.site import default_pages
 from fieldrig_devices.max4.services import at_own_ports, services_of
 from fieldrig_devices.max4.settings import Max4Settings
 from fieldrig_devices.max4.storage.disk import FlashDisk
@@ -24,9 +25,6 @@ from fieldrig_devices.max4.storage.disk import FlashDisk
 
 class Host(Controller, Owner, Protocol):
     """The controller, as this part sees it."""
-
-    @property
-    def name(self) -> str: ...
 
     @property
     def com1_parameters(self) -> Com1Parameters:
@@ -40,6 +38,7 @@ class Network:
         self,
         clock: Clock,
         random: Chance,
+        name: str,
         host: Host,
         disk: FlashDisk,
         settings: Max4Settings,
@@ -50,12 +49,14 @@ class Network:
         ftp = settings.ftp
         login = None if ftp is None else FtpLogin(ftp.user_name, ftp.password, host.login_refused)
         services = services_of(clock, host, disk, settings.load.tcp_us, login, settings.http_names)
-        relayed = None if relay is None else RelayedServices(host.name, relay, lambda: self._dial_in.wake())
+        relayed = None if relay is None else RelayedServices(name, relay, lambda: self._dial_in.wake())
         self._host = host
         self._tcp = None if tcp is None else TcpFace(tcp, services, host.tcp_connected)
         self._dial_in = DialIn(clock, random, host, at_own_ports(services), lambda: host.com1_parameters, relayed)
         self.com1 = Com1(clock, com1, self._dial_in.answer, settings.com1.baud)
-        self.has_pages = tcp is not None or settings.com1.modem is not None
+        has_pages = tcp is not None or settings.com1.modem is not None
+        self.pages = default_pages() if has_pages else {}
+        """The files that it serves to a browser; none if no browser can reach it."""
 
     def boot(self) -> None:
         """Begin with the parameters of a boot."""

@@ -17,7 +17,7 @@ from fieldrig.device import Point, Value
 from fieldrig_devices.languages.source_file import SourceFile
 from fieldrig_devices.max4.configuration.files import Configuration
 from fieldrig_devices.max4.configuration.program_file import PROGRAM_FILE, Container
-from fieldrig_devices.max4.configuration.version import Version, goes_with, version_of
+from fieldrig_devices.max4.configuration.version import goes_with, version_of
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import LZS
@@ -55,12 +55,10 @@ class Owner(Controller, Protocol):
 class Operations:
     """The commands of one controller."""
 
-    def __init__(
-        self, clock: Clock, owner: Owner, plc: Plc, project: Project, disk: FlashDisk, version: Version
-    ) -> None:
+    def __init__(self, clock: Clock, owner: Owner, plc: Plc, project: Project, disk: FlashDisk, version: str) -> None:
         """`version` is that of the controller's software."""
         self._clock, self._owner, self._plc = clock, owner, plc
-        self._project, self._disk, self._version = project, disk, version
+        self._project, self._disk, self._version = project, disk, version_of(version)
         self._timers: list[Timer] = []
         self._last = ""
 

@@ -11,6 +11,7 @@ from typing import Protocol
 from fieldrig.device import Point, Value
 from fieldrig.points.checks import truth_in
 from fieldrig_devices.max4.configuration.tree import ObjectTree, Parameter
+from fieldrig_devices.max4.firmware import Firmware
 from fieldrig_devices.max4.messages.logger import Logger
 from fieldrig_devices.max4.settings import Max4Settings
 from fieldrig_devices.max4.storage.buffered_ram import NVRAM_BYTES as SHOWN
@@ -83,3 +84,15 @@ def memory_points(logger: Logger, disk: FlashDisk, ram: BufferedRam) -> Iterator
         "nvram",
         Point(lambda: ram.nvram[:SHOWN].hex(), write_nvram, "", "first 1024 bytes of the NVRAM; write OFFSET:HEX"),
     )
+
+
+def state_points(firmware: Firmware) -> Iterator[tuple[str, Point]]:
+    """Yield power, boot, program and LEDs."""
+    plc = firmware.plc
+    yield "power", Point(lambda: firmware.is_on)
+    yield "booted", Point(lambda: firmware.is_booted)
+    yield "reset_needed", Point(lambda: firmware.is_reset_needed, about="true if the stored configuration has changed")
+    yield "program", Point(lambda: "running" if plc.is_running else "stopped")
+    yield "led.power", Point(lambda: "on" if firmware.is_on else "off")
+    yield "led.err", Point(lambda: "flashing" if firmware.diagnosis.code else "off")
+    yield "led.run", Point(lambda: "on" if plc.is_running else "off")

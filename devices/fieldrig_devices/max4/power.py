@@ -30,11 +30,17 @@ class Power:
     """The power of one controller."""
 
     def __init__(self, clock: Clock, memory: Memory, supplied: Supplied, set_delay: Callable[[int], None]) -> None:
-        """`set_delay` takes the additional duration of each cycle, in microseconds."""
+        """`set_delay` is called with `delay_us` when the faults have changed."""
         self._memory, self._supplied, self._set_delay = memory, supplied, set_delay
         self.injected = InjectedFaults[Fault[Any]](clock, MODELS, Faults(Fault), on_change=self._on_faults)
         self.is_on = self._was_lost = False
         self._off_days = 0.0
+
+    @property
+    def delay_us(self) -> int:
+        """Additional duration of each cycle by a fault, in microseconds."""
+        overrun = self.injected.first(Overrun)
+        return 0 if overrun is None else overrun.us
 
     def start(self, off_days: float) -> None:
         """Switch the power on, after `off_days` without it, unless a fault keeps it off."""
@@ -54,8 +60,8 @@ class Power:
         self._supplied.power_off()
 
     def _on_faults(self) -> None:
-        overrun, off = self.injected.first(Overrun), self.injected.first(PowerOff)
-        self._set_delay(overrun.us if overrun is not None else 0)
+        off = self.injected.first(PowerOff)
+        self._set_delay(self.delay_us)
         if off is not None:
             self._off_days = off.days
             if self.is_on:

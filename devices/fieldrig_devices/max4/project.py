@@ -38,14 +38,15 @@ class Loaded(NamedTuple):
 class Project:
     """The project of one controller."""
 
-    def __init__(self, settings: Max4Settings, disk: FlashDisk, pages: Mapping[str, bytes] | None = None) -> None:
-        """`pages` are files that are installed with the project, except where it has one of the same name."""
-        self._settings, self._disk, self._pages = settings, disk, pages or {}
+    def __init__(self, settings: Max4Settings, disk: FlashDisk) -> None:
+        self._settings, self._disk = settings, disk
         self.configuration_file = f"\\{settings.project}.SCF"
         self.parameter_file = f"\\{settings.project}.PAR"
 
-    def install(self, values: Mapping[str, Value]) -> bool:
+    def install(self, values: Mapping[str, Value], pages: Mapping[str, bytes]) -> bool:
         """Install the project of the rig file if it has changed; `values` are all start values.
+
+        `pages` are files that are installed with it, except where it has one of the same name.
 
         Return true if its program has changed, so that the variables begin with their start values.
         """
@@ -53,7 +54,7 @@ class Project:
         sources = self.sources()
         program = None if sources is None else sources.encode()
         wanted = settings.configuration.model_dump_json() + repr(sorted(settings.parameters.items())) + settings.project
-        further = {**self._pages, **{disk_name(path): path.read_bytes() for path in settings.files}}
+        further = {**pages, **{disk_name(path): path.read_bytes() for path in settings.files}}
         if further:
             wanted += repr(sorted(further.items()))
         mark = hashlib.sha256(wanted.encode() + (program or b"")).digest()

@@ -101,7 +101,7 @@ def test_variables_and_parameters_are_written(bench: Bench) -> None:
 def test_methods_are_the_commands_of_an_operator(bench: Bench) -> None:
     for path, is_running in (("stop()", False), ("start()", True), ("quit()", True)):
         assert bench.outcome(opc.Call("max4", 1, path)).status is opc.Status.GOOD
-        assert bench.max4.plc.is_running is is_running
+        assert bench.max4.firmware.plc.is_running is is_running
 
 
 def test_forcing_is_that_of_the_debugger(bench: Bench) -> None:
@@ -134,7 +134,7 @@ def test_a_call_with_too_few_arguments_is_refused(bench: Bench) -> None:
 def test_the_nodes_follow_a_download_and_an_online_change(bench: Bench, is_online: bool) -> None:
     text = COUNT.replace("speed : REAL;", "speed : REAL; more : BOOL;")
     bench.heard.clear()
-    plc = bench.max4.plc
+    plc = bench.max4.firmware.plc
     container = Container((SourceFile("count.st", text),), "epas-4")
     (plc.downloads.change if is_online else plc.downloads.download)(plc.order(container))
     bench.rig.run_until(bench.rig.now_ns + S)

@@ -21,7 +21,7 @@ def test_inputs_and_outputs_are_wires() -> None:
 
 def test_an_input_without_a_wire_can_be_set() -> None:
     bench = Bench(inputs={"I_bFree": ""}).run(100).set("I_bFree.Value", True)
-    assert bench.max4.tree.get("I_bFree.Value") is True
+    assert bench.max4.firmware.tree.get("I_bFree.Value") is True
 
 
 @pytest.mark.manual("PD-194")

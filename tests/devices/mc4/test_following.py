@@ -113,8 +113,8 @@ def test_silent_master_is_noticed_half_a_cycle_after_the_second_missing_mst() ->
     line.swing(Random(1))
     line.rig.run_until(line.rig.now_ns + 20 * CYCLE_NS + CYCLE_NS * 9 // 10)
     heard_ns = max(int(said.split()[1]) for said in line.said if said.startswith("ring") and "Cycle(" in said)
-    assert line.max4.cycles.bus is not None
-    line.max4.cycles.bus._drop_master()
+    assert line.max4.firmware.cycles.bus is not None
+    line.max4.firmware.cycles.bus._drop_master()
     for at_ns, phase in ((heard_ns + CYCLE_NS * 5 // 2 - 1, 4), (heard_ns + CYCLE_NS * 5 // 2, 0)):
         line.rig.run_until(at_ns)
         assert {phase_of(drive) for drive in line.drives} == {phase}

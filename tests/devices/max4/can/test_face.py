@@ -153,8 +153,8 @@ def test_diagnosis_messages_and_quitting(bench: CanFaceBench, node: Any) -> None
     bench.rig.set("max4", "RetainInit", True)
     node.sdo[0x2001][1].raw = 1
     newest = node.sdo[0x2001][2].raw
-    assert newest == bench.max4.logger.lines()[0]
-    assert node.sdo[0x2001][3].raw == len(bench.max4.logger)
+    assert newest == bench.max4.firmware.logger.lines()[0]
+    assert node.sdo[0x2001][3].raw == len(bench.max4.firmware.logger)
     node.sdo[0x2001][1].raw = 1000
     with pytest.raises(SdoAbortedError) as refused:
         _ = node.sdo[0x2001][2].raw
@@ -165,14 +165,14 @@ def test_diagnosis_messages_and_quitting(bench: CanFaceBench, node: Any) -> None
 def test_parameters_by_path_and_logical_address(bench: CanFaceBench, node: Any) -> None:
     window = node.sdo[0x2002]
     window[2].raw = "MAx-4.General.MsgFilter"
-    parameter = bench.max4.tree.parameter("MAx-4.General.MsgFilter")
+    parameter = bench.max4.firmware.tree.parameter("MAx-4.General.MsgFilter")
     assert (window[1].raw, window[4].raw, window[5].raw) == (parameter.address, 65_535.0, "65535")
     assert (window[3].raw, window[6].raw) == (3, 1)  # UINT, with user initialisation
     window[4].raw = 255.0
     assert parameter.value == 255
     window[5].raw = "511"
     assert parameter.value == 511
-    window[1].raw = bench.max4.tree.parameter("belt.Position").address
+    window[1].raw = bench.max4.firmware.tree.parameter("belt.Position").address
     assert window[2].raw.endswith("belt.General.Position")
 
 
@@ -328,7 +328,7 @@ def home(bench: CanFaceBench, node: Any) -> None:
 
 
 def test_a_full_flash_disk_refuses_to_store_and_nothing_else_happens(bench: CanFaceBench, node: Any) -> None:
-    disk = bench.max4.disk
+    disk = bench.max4.firmware.disk
     disk.write("\\BIG.DAT", bytes(disk.free // 512 * 512))
     names = set(disk._files)
     with pytest.raises(SdoAbortedError, match="0x06060000"):

@@ -96,7 +96,7 @@ def test_the_service_channel_takes_its_time(bench: CanFaceBench, node: Any) -> N
     while window[4].raw == 1:
         bench.run(1)
     assert window[4].raw == 2
-    assert bench.rig.now_ns - begin_ns > 5 * bench.max4.cycle_ns
+    assert bench.rig.now_ns - begin_ns > 5 * bench.max4.firmware.cycle_ns
     assert " V00." in bytes(window[6].raw).decode()
 
 
@@ -181,14 +181,14 @@ class SwitchedBench(CanFaceBench):
     def run(self, ms: float) -> "SwitchedBench":
         for _ in range(round(ms)):
             super().run(1)
-            if "belt" in self.max4.axes:
+            if "belt" in self.max4.firmware.axes:
                 self._switch(self.axis("belt").position)
         return self
 
     def _switch(self, position: int) -> None:
         for name, (first, last) in SWITCHES.items():
             is_on = first <= position <= last
-            if self.max4.tree.parameter(f"{name}.Value").value is not is_on:
+            if self.max4.firmware.tree.parameter(f"{name}.Value").value is not is_on:
                 self.rig.set("max4", f"{name}.Value", is_on)
 
 

@@ -136,7 +136,7 @@ def test_inputs_of_a_lost_node_may_be_held() -> None:
 def test_an_emergency_is_an_entry() -> None:
     bench = bench_with().boot()
     send(bench, 0x94, "10 82 11 00 00 00 00 00")
-    entry = next(entry for _, entry in bench.max4.logger.entries() if entry.code == EMERGENCY)
+    entry = next(entry for _, entry in bench.max4.firmware.logger.entries() if entry.code == EMERGENCY)
     assert entry.ext == "CAN 20 8210 11"
     assert bench.get("DiagCode") == 0
 
@@ -175,8 +175,8 @@ def test_reset_takes_the_nodes_up_again() -> None:
 def test_a_download_writes_its_file() -> None:
     bench = bench_with().boot()
     bench.set("command", "download").run(8000)
-    assert b'"node_id": 20' in bench.max4.disk.read("\\CANMA.CON")
-    assert bench.max4.disk.read("\\CANSL.CON") == b""
+    assert b'"node_id": 20' in bench.max4.firmware.disk.read("\\CANMA.CON")
+    assert bench.max4.firmware.disk.read("\\CANSL.CON") == b""
 
 
 @pytest.mark.parametrize(

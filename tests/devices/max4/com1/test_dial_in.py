@@ -30,7 +30,7 @@ def test_pages_are_served_over_the_line() -> None:
     page = bench.page("/AXES.HTM")
     assert page.startswith(b"HTTP/1.1 200 OK\r\n")
     assert b">belt</td>" in page
-    assert any("8013" in line and "bec86465" in line for line in bench.max4.logger.lines())
+    assert any("8013" in line and "bec86465" in line for line in bench.max4.firmware.logger.lines())
 
 
 @pytest.mark.long
@@ -170,9 +170,9 @@ def test_three_failed_logins_are_logged_and_slowed() -> None:
     bench = DialInBench()
     for _ in range(2):
         bench.call(PppSettings(own=Login(b"mallory", b"x"))).go(4000)
-    assert not any("8574" in line for line in bench.max4.logger.lines())
+    assert not any("8574" in line for line in bench.max4.firmware.logger.lines())
     bench.call(PppSettings(own=Login(b"mallory", b"x"))).go(20_000)
-    assert any("8574" in line and "mallory" in line for line in bench.max4.logger.lines())
+    assert any("8574" in line and "mallory" in line for line in bench.max4.firmware.logger.lines())
     bench.call()
     assert bench.link is not None
     assert bench.link.phase is Phase.AUTHENTICATE

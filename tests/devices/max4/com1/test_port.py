@@ -213,7 +213,7 @@ def test_a_controller_has_the_parameters_of_com1_and_hides_the_password() -> Non
     assert bench.run(1000).get("Com1UserState") == 4
     assert bench.get("Phone.UserName") == "service"
     assert bench.get("Phone.Password") == "********"
-    assert bench.max4.tree.get("Phone.Password") == "s3cret"
+    assert bench.max4.firmware.tree.get("Phone.Password") == "s3cret"
     bench.set("Com1User", 0)
     assert bench.get("Com1UserState") == 1
     bench.do("system reset").boot()

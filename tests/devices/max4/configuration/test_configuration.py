@@ -22,7 +22,7 @@ from fieldrig_devices.max4.storage.disk import FlashDisk
 @pytest.mark.manual("PD-138")
 @pytest.mark.manual("PD-334")
 def test_the_least_controller_has_seven_groups() -> None:
-    root = Bench().run(100).max4.tree.root
+    root = Bench().run(100).max4.firmware.tree.root
     assert list(root.groups) == ["General", "Diagnosis", "Versions"]
     assert [child.type_name for child in root.children] == ["RTBUS", "D_OUT_GROUP", "D_IN_GROUP", "M_IN_GROUP"]
     assert [list(child.children) for child in root.children] == [[], [], [], []]
@@ -32,18 +32,18 @@ def test_the_least_controller_has_seven_groups() -> None:
 @pytest.mark.manual("PD-138")
 def test_drives_are_children_of_the_real_time_bus() -> None:
     bench = Bench(simulated=("belt", "knife"), inputs={"I_bStart": ""}, logic_encoders=["MasterEncoder"]).run(100)
-    root = bench.max4.tree.root
+    root = bench.max4.firmware.tree.root
     bus, _, inputs, *_ = root.children
     assert [(child.type_name, child.symbol) for child in bus.children] == [("MC_4", "belt"), ("MC_4", "knife")]
     assert [(child.type_name, child.symbol) for child in inputs.children] == [("D_IN", "I_bStart")]
-    assert bench.max4.tree.object("MasterEncoder") in root.children
+    assert bench.max4.firmware.tree.object("MasterEncoder") in root.children
 
 
 @pytest.mark.manual("PD-334")
 def test_group_versions_shows_what_the_controller_is() -> None:
     identity = {"article_number": "13130237", "serial_number": "0000012345", "hardware_code": "0700"}
     bench = Bench(identity=identity, version="V00.15.00").run(100)
-    group = bench.max4.tree.root.groups["Versions"]
+    group = bench.max4.firmware.tree.root.groups["Versions"]
     shown = {name: parameter.value for name, parameter in group.parameters.items()}
     assert shown == {
         "SoftwareVersion": "V00.15.00",
@@ -60,7 +60,7 @@ def test_group_versions_shows_what_the_controller_is() -> None:
 @pytest.mark.manual("PD-024")
 def test_objects_have_default_and_symbolic_names() -> None:
     bench = Bench(simulated=("conveyer_belt",), outputs={"O_bEquipmentOnIndicatorH1": ""}, inputs={"I_bStartS1": ""})
-    tree = bench.run(100).max4.tree
+    tree = bench.run(100).max4.firmware.tree
     output = tree.object("O_bEquipmentOnIndicatorH1")
     assert (output.name, output.type_name) == ("output_0", "D_OUT")
     assert tree.object("MAX-4.digital output group.OUTPUT_0") is output
@@ -74,7 +74,7 @@ def test_objects_have_default_and_symbolic_names() -> None:
 @pytest.mark.manual("PD-136")
 def test_logical_addresses_are_unique_and_not_ring_addresses() -> None:
     bench = Bench(simulated=("belt", "knife"), logic_encoders=["MasterEncoder"]).run(100)
-    tree = bench.max4.tree
+    tree = bench.max4.firmware.tree
     objects = [found.log_adr for found in tree.objects()]
     parameters = [parameter.address for _, parameter in tree.parameters()]
     assert len({*objects, *parameters}) == len(objects) + len(parameters)
@@ -91,12 +91,12 @@ def test_start_values_are_in_the_parameter_file() -> None:
     bench = Bench(parameters={"MAx-4.General.MsgFilter": 0x0003}, project="LINE1").run(100)
     assert bench.get("MsgFilter") == 3
     bench.set("MsgFilter", 0xFFFF)
-    assert parameters_of_file(bench.max4.disk.read("\\LINE1.PAR"))["MAx-4.General.MsgFilter"] == 3
+    assert parameters_of_file(bench.max4.firmware.disk.read("\\LINE1.PAR"))["MAx-4.General.MsgFilter"] == 3
     bench.do("system reset").run(100)
     assert bench.get("MsgFilter") == 3, "the start value"
     bench.set("MsgFilter", 0x0007).do("save parameters").do("system reset").run(100)
     assert bench.get("MsgFilter") == 7
-    assert {parameter.kind for _, parameter in bench.max4.tree.parameters()} == {
+    assert {parameter.kind for _, parameter in bench.max4.firmware.tree.parameters()} == {
         Kind.INPUT,
         Kind.INPUT_INIT,
         Kind.OUTPUT,
@@ -107,19 +107,19 @@ def test_start_values_are_in_the_parameter_file() -> None:
 def test_objects_come_and_go_with_a_reset() -> None:
     bench = Bench(simulated=("belt",)).run(100)
     bench.do("add mc_4 knife 2").do("add encoder MasterEncoder").do("delete belt")
-    assert list(bench.max4.axes) == ["belt"]
+    assert list(bench.max4.firmware.axes) == ["belt"]
     assert bench.get("reset_needed") is True
     bench.do("system reset").run(4_000)
-    assert list(bench.max4.axes) == ["knife"]
+    assert list(bench.max4.firmware.axes) == ["knife"]
     assert bench.get("MasterEncoder.Position") == 0
     assert bench.get("reset_needed") is False
-    assert configuration_of_file(bench.max4.disk.read("\\TEST.SCF")).logic_encoders == ["MasterEncoder"]
-    assert list(Bench(simulated=("belt",), store=bench.store).max4.axes) == ["knife"], "the file stays"
+    assert configuration_of_file(bench.max4.firmware.disk.read("\\TEST.SCF")).logic_encoders == ["MasterEncoder"]
+    assert list(Bench(simulated=("belt",), store=bench.store).max4.firmware.axes) == ["knife"], "the file stays"
 
 
 def test_another_rig_file_is_put_onto_the_disk() -> None:
     bench = Bench(simulated=("belt",)).run(100)
-    assert list(Bench(simulated=("roll",), store=bench.store).max4.axes) == ["roll"]
+    assert list(Bench(simulated=("roll",), store=bench.store).max4.firmware.axes) == ["roll"]
 
 
 @pytest.mark.parametrize(
@@ -170,7 +170,7 @@ def test_what_does_not_fit_together_is_refused(wrong: dict[str, object]) -> None
 @pytest.mark.manual("PD-002")
 def test_limit_of_axes_can_be_raised_to_47() -> None:
     axes = {f"a{number}": {"ring_address": number, "simulated": True} for number in range(1, 48)}
-    assert len(Bench(more_drives=axes, max_axes=47).run(100).max4.axes) == 47
+    assert len(Bench(more_drives=axes, max_axes=47).run(100).max4.firmware.axes) == 47
 
 
 @pytest.mark.parametrize("path", ["MAx-4.General.Nothing", "MAx-4.Diagnosis.DiagCode", "belt.Position"])
@@ -197,7 +197,7 @@ def test_wrong_values_of_parameters_are_refused(key: str, value: int | str) -> N
 def test_boot_has_its_two_entries(settings: dict[str, object], stamps: list[tuple[int, int]]) -> None:
     """Acceptance 1."""
     bench = Bench(**settings).run(200)  # type: ignore[arg-type]  # settings
-    assert [(entry.stamp_ms, entry.code) for _, entry in bench.max4.logger.entries()][::-1] == stamps
+    assert [(entry.stamp_ms, entry.code) for _, entry in bench.max4.firmware.logger.entries()][::-1] == stamps
 
 
 def empty_program(folder: Path) -> str:
@@ -209,7 +209,7 @@ def empty_program(folder: Path) -> str:
 @pytest.mark.manual("PD-041")
 def test_autostart_has_its_entries_before_the_end_of_the_boot(tmp_path: Path) -> None:
     bench = Bench(program=empty_program(tmp_path), autostart=True).run(200)
-    stamps = [(entry.stamp_ms, entry.code) for _, entry in bench.max4.logger.entries()][::-1]
+    stamps = [(entry.stamp_ms, entry.code) for _, entry in bench.max4.firmware.logger.entries()][::-1]
     assert stamps == [(1, 8002), (92, 8004), (92, 8005), (98, 8003)]
     assert bench.get("program") == "running"
 
@@ -227,7 +227,7 @@ def test_without_autostart_the_program_waits_for_start(tmp_path: Path) -> None:
 def test_reset_closes_the_run_and_the_clock_begins_again() -> None:
     bench = Bench().run(5_000).do("system reset").run(1)
     assert bench.codes()[-2:] == [8016, 8002]
-    assert bench.max4.logger.entries()[0][1].stamp_ms == 1
+    assert bench.max4.firmware.logger.entries()[0][1].stamp_ms == 1
 
 
 @pytest.mark.manual("PD-054")
@@ -278,14 +278,14 @@ def test_retain_init_clears_the_nvram() -> None:
 def test_disk_keeps_files_and_says_how_much_is_free() -> None:
     bench = Bench(disk_bytes=65_536).run(100)
     free = int(bench.get("Diskfree"))
-    bench.max4.disk.write("\\index.htm", b"x" * 513)
+    bench.max4.firmware.disk.write("\\index.htm", b"x" * 513)
     assert bench.get("Diskfree") == free - 1024
     assert bench.codes()[-1] == 8010
-    assert Bench(disk_bytes=65_536, store=bench.store).max4.disk.read("\\INDEX.HTM") == b"x" * 513
+    assert Bench(disk_bytes=65_536, store=bench.store).max4.firmware.disk.read("\\INDEX.HTM") == b"x" * 513
     with pytest.raises(ValueError, match="the flash disk is full"):
-        bench.max4.disk.write("\\BIG.BIN", bytes(70_000))
+        bench.max4.firmware.disk.write("\\BIG.BIN", bytes(70_000))
     with pytest.raises(ValueError, match="expected a file name"):
-        bench.max4.disk.write("BIG.BIN", b"")
+        bench.max4.firmware.disk.write("BIG.BIN", b"")
 
 
 @given(st.binary(max_size=200))
@@ -304,9 +304,9 @@ def test_files_of_rubbish_are_refused(data: bytes) -> None:
 
 def test_a_damaged_configuration_boots_with_the_least_and_says_so() -> None:
     bench = Bench(simulated=("belt",)).run(100)
-    bench.max4.disk.write("\\TEST.SCF", b"{}x")
+    bench.max4.firmware.disk.write("\\TEST.SCF", b"{}x")
     bench.do("system reset").run(100)
-    assert (list(bench.max4.axes), bench.get("DiagCode"), bench.get("DiagExtCode")) == ([], 2566, "\\TEST.SCF")
+    assert (list(bench.max4.firmware.axes), bench.get("DiagCode"), bench.get("DiagExtCode")) == ([], 2566, "\\TEST.SCF")
 
 
 # ---- versions and limits
@@ -378,7 +378,7 @@ def test_a_download_that_is_begun_again_or_reset_writes_no_more_of_the_first() -
 @pytest.mark.manual("PD-046")
 def test_a_file_may_be_written_over_on_a_disk_that_is_nearly_full() -> None:
     bench = Bench(disk_bytes=65_536).run(100)
-    disk = bench.max4.disk
+    disk = bench.max4.firmware.disk
     disk.write("\\BIG.LOG", bytes(40_000))
     with pytest.raises(ValueError, match="the flash disk is full"):
         disk.write("\\OTHER.LOG", bytes(40_000))

@@ -314,9 +314,9 @@ def test_files_of_the_rig_file_are_on_the_flash_disk(tmp_path: Path) -> None:
     (tmp_path / "lift.cam").write_bytes(FILE)
     settings: dict[str, Any] = {"simulated": ("Belt",), "files": [str(tmp_path / "lift.cam")]}
     bench = Bench(**settings)
-    assert bench.max4.disk.read("\\LIFT.CAM") == FILE
+    assert bench.max4.firmware.disk.read("\\LIFT.CAM") == FILE
     (tmp_path / "lift.cam").write_bytes(b"0 0\n1 1\n")
-    assert Bench(store=bench.store, **settings).max4.disk.read("\\LIFT.CAM") == b"0 0\n1 1\n"
+    assert Bench(store=bench.store, **settings).max4.firmware.disk.read("\\LIFT.CAM") == b"0 0\n1 1\n"
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "LIFT.CAM").write_bytes(FILE)
     with pytest.raises(ConfigError, match=r"\\LIFT.CAM is used twice"):
@@ -329,10 +329,10 @@ def test_an_axis_of_the_controller_follows_its_encoders() -> None:
         simulated=("Belt",), logic_encoders=["Master"], master_encoders={"Film": "film.position"},
         parameters={"Belt.FeedConst": 500.0},
     ).boot().enable("Belt")  # fmt: skip
-    system = SystemMotion(bench.max4.system, bench.max4.disk)
+    system = SystemMotion(bench.max4.firmware.system, bench.max4.firmware.disk)
     libraries = {library.name: library for library in motion_libraries(system)}
     cam = libraries["VarioCam.lib"]
-    tree, belt = bench.max4.tree, bench.axis("Belt")
+    tree, belt = bench.max4.firmware.tree, bench.axis("Belt")
     (straight,) = cam.functions["profilload"].run("straight")  # type: ignore[misc]
     for number, (encoder, wire) in enumerate((("Master", ""), ("Film", "film.position"))):
         begin = belt.position
@@ -344,4 +344,4 @@ def test_an_axis_of_the_controller_follows_its_encoders() -> None:
             bench.set("Master.Position", 10.0)
         bench.run(20)
         assert belt.position - begin == 10 * 2 * 1_000_000 / 500
-    assert (CYCLE_NS, bench.max4.cycle_ns) == (4_000_000, S // 250)
+    assert (CYCLE_NS, bench.max4.firmware.cycle_ns) == (4_000_000, S // 250)

@@ -58,7 +58,7 @@ def test_quitting_takes_what_is_quittable_and_shows_the_rest(diagnosis: Diagnosi
 @pytest.mark.parametrize(("code", "is_quittable"), [(Code.CYCLE_ERROR, True), (Code.SERIOUS_CYCLE_ERROR, False)])
 def test_cycle_errors_are_quittable_as_the_table_says(code: Code, is_quittable: bool) -> None:
     bench = Bench().run(100)
-    bench.max4.report(code, LZS, "12/10")
+    bench.max4.firmware.report(code, LZS, "12/10")
     assert (bench.get("DiagCode"), bench.get("DiagExtCode")) == (code, "12/10")
     bench.set("DiagQuit", True)
     assert (bench.get("DiagCode") == 0) is is_quittable
@@ -68,10 +68,10 @@ def test_cycle_errors_are_quittable_as_the_table_says(code: Code, is_quittable: 
 @pytest.mark.manual("PD-098")
 def test_the_class_of_a_code_can_be_changed() -> None:
     bench = Bench(diagnosis_classes={6317: 3, 7567: 8, 8007: 1}).run(100)
-    bench.max4.report(Code.RAM_LOST, MAX4)
+    bench.max4.firmware.report(Code.RAM_LOST, MAX4)
     assert bench.get("DiagCode") == 0
     assert bench.codes()[-1] == 8567
-    bench.max4.report(Code.CYCLE_ERROR, LZS, "12/10")
+    bench.max4.firmware.report(Code.CYCLE_ERROR, LZS, "12/10")
     assert bench.get("DiagCode") == 3317
     bench.do("login")
     assert bench.get("DiagCode") == 1007
@@ -81,7 +81,7 @@ def test_the_class_of_a_code_can_be_changed() -> None:
 @pytest.mark.manual("PD-096")
 def test_diagnosis_parameters_stand_in_the_order_of_the_screen() -> None:
     bench = Bench().run(100)
-    names = [parameter.name for parameter in bench.max4.tree.root.groups["Diagnosis"].parameters.values()]
+    names = [parameter.name for parameter in bench.max4.firmware.tree.root.groups["Diagnosis"].parameters.values()]
     assert names[:11] == [
         "DiagCode",
         "DiagExtCode",
@@ -125,7 +125,7 @@ def test_timers_count_from_the_start() -> None:
 def test_err_led_flashes_while_a_diagnosis_is_pending() -> None:
     bench = Bench(err_wire="panel.err").run(100)
     assert bench.get("led.err") == "off"
-    bench.max4.report(Code.DIVISION_ERROR, LZS)
+    bench.max4.firmware.report(Code.DIVISION_ERROR, LZS)
     assert bench.get("led.err") == "flashing"
     assert bench.get("DiagMsg") == "LZS.LZS Divisionsfehler"
     bench.do("quit").run(1)

@@ -60,7 +60,7 @@ MAX4 = Sender("MAX4", "MAX4")
 
 def fill(bench: Bench, count: int) -> None:
     for number in range(count):
-        bench.max4.logger.insert(1, Sender("LZS", "LZS"), 0, "", f"entry {number}")
+        bench.max4.firmware.logger.insert(1, Sender("LZS", "LZS"), 0, "", f"entry {number}")
 
 
 def seen(line: str, printed: str) -> str:
@@ -83,13 +83,13 @@ def test_logged_run_of_the_manual(tmp_path: Path) -> None:
     program.write_bytes(b"PROGRAM PLC_PRG\nEND_PROGRAM")
     bench = Bench(simulated=("Achse_1",), program=str(program))
     fill(bench, 325)
-    bench.run(100).max4.logger.reset()
+    bench.run(100).max4.firmware.logger.reset()
     fill(bench, 308)
     bench.do("system reset").run(100)
-    entries = [entry for _, entry in bench.max4.logger.entries()][::-1]
-    bench.max4.logger.reset()
+    entries = [entry for _, entry in bench.max4.firmware.logger.entries()][::-1]
+    bench.max4.firmware.logger.reset()
     for entry in entries[:308] + entries[-1:]:  # without 8016 and 8002, which the manual does not print
-        bench.max4.memory.ram.log.append(entry)
+        bench.max4.firmware.memory.ram.log.append(entry)
     bench.clock_shows(92_483).do("login").clock_shows(214_739).do("start").clock_shows(390_233).do("logout")
     bench.clock_shows(1_359_709).do("login").clock_shows(1_376_887).do("download").run(8_000)
     bench.clock_shows(1_471_389).do("system reset")
@@ -117,24 +117,24 @@ def test_logged_error_boot_of_the_manual(tmp_path: Path) -> None:
         "of_drives": {"Achse_1": {"faults": [{"what": "dc_bus"}]}},
     }
     bench = Bench("Achse_1", "Achse_2", boot={"drives_ms": 16}, **common).boot()
-    bench.max4.logger.reset()
+    bench.max4.firmware.logger.reset()
     fill(bench, 306)
     for name, ms in (("CANMA", 4_681_276), ("CANSL", 4_681_487), ("PROFIMA", 4_681_681), ("PROFISL", 4_681_900)):
-        bench.clock_shows(ms).max4.disk.write(f"\\{name}.CON", b"")
-    scf = bench.max4.disk.read("\\TEST.SCF")
-    bench.clock_shows(4_682_841).max4.disk.write("\\TEST.SCF", scf)
+        bench.clock_shows(ms).max4.firmware.disk.write(f"\\{name}.CON", b"")
+    scf = bench.max4.firmware.disk.read("\\TEST.SCF")
+    bench.clock_shows(4_682_841).max4.firmware.disk.write("\\TEST.SCF", scf)
     bench.clock_shows(4_697_155).do("system reset").boot()
     bench.fault("Achse_2", what="supply_24v", duration_ms=100)
     bench.clock_shows(9_321_400).run(29)
-    entries = [entry for _, entry in bench.max4.logger.entries()]
+    entries = [entry for _, entry in bench.max4.firmware.logger.entries()]
     (supply,) = (entry for entry in entries if entry.code == 7134)
     assert 9_321_400 <= supply.stamp_ms <= 9_321_429
-    bench.max4.logger.reset()
+    bench.max4.firmware.logger.reset()
     for entry in entries[::-1]:  # which cycle hears of it is not the manual's
         is_supply = entry.code == 7134
-        bench.max4.memory.ram.log.append(entry._replace(stamp_ms=9_321_429) if is_supply else entry)
+        bench.max4.firmware.memory.ram.log.append(entry._replace(stamp_ms=9_321_429) if is_supply else entry)
     again = Bench("Achse_1", "Achse_2", boot={"drives_ms": 14}, store=bench.store, **common).boot()
-    again.clock_shows(9_529).max4.tcp_connected("10.205.10.24")
+    again.clock_shows(9_529).max4.firmware.tcp_connected("10.205.10.24")
     again.clock_shows(9_540).do("login")
     assert again.log()[:19] == GOLDEN_2.splitlines()
 
@@ -144,14 +144,14 @@ def test_logged_error_boot_of_the_manual(tmp_path: Path) -> None:
 @pytest.mark.parametrize("sender", [Sender("MAX4", "MAX4"), Sender("LZS", "LZS"), Sender("MC_4", "Achse_2")])
 def test_entry_has_the_fields_of_the_manual_in_their_order(sender: Sender) -> None:
     bench = Bench().run(100)
-    bench.max4.logger.reset()
+    bench.max4.firmware.logger.reset()
     bench.clock_shows(22_470)
-    bench.max4.logger.insert(0x0002, sender, 2106, "0acd0a18", "Kommunikationsfehler")
+    bench.max4.firmware.logger.insert(0x0002, sender, 2106, "0acd0a18", "Kommunikationsfehler")
     line = f"1\t22.470\t0x0002\t{sender.object}\t{sender.instance}\t2106\t0acd0a18\tKommunikationsfehler"
     assert bench.log() == [line]
-    bench.max4.logger.save("\\RUN.LOG")
+    bench.max4.firmware.logger.save("\\RUN.LOG")
     head = "No.\tTimestamp\tType\tObject\tInstance\tDiag. Code\tExt. diagnosis\tMessage"
-    assert bench.max4.disk.read("\\RUN.LOG").decode() == f"{head}\n{line}\n"
+    assert bench.max4.firmware.disk.read("\\RUN.LOG").decode() == f"{head}\n{line}\n"
 
 
 @pytest.mark.long
@@ -163,7 +163,7 @@ def test_each_message_says_whose_it_is(tmp_path: Path) -> None:
     bench = Bench("Achse_1", "Achse_2", program=str(program)).boot()
     bench.fault("Achse_2", what="supply_24v")
     bench.run(100).do("login").do("start").do("logout").do("system reset").boot()
-    seen = {entry.code: (f"0x{entry.type:04x}", *entry.sender) for _, entry in bench.max4.logger.entries()}
+    seen = {entry.code: (f"0x{entry.type:04x}", *entry.sender) for _, entry in bench.max4.firmware.logger.entries()}
     of_run = {8004: "LZS", 8007: "LZS", 8008: "LZS", 8002: "MAX4", 8003: "MAX4"}
     assert {code: seen[code] for code in of_run} == {code: ("0x0001", name, name) for code, name in of_run.items()}
     assert seen[8016] == ("0x1000", "MAX4", "MAX4")
@@ -174,7 +174,7 @@ def test_each_message_says_whose_it_is(tmp_path: Path) -> None:
 @pytest.mark.manual("PD-111")
 def test_buffer_holds_325_entries_and_loses_the_oldest() -> None:
     bench = Bench().run(100)
-    bench.max4.logger.reset()
+    bench.max4.firmware.logger.reset()
     fill(bench, 325)
     assert bench.get("MsgEntries") == 325
     assert bench.log()[-1].endswith("entry 0")
@@ -216,14 +216,14 @@ def test_filter_keeps_classes_from_being_recorded() -> None:
     bench = Bench().run(100)
     bench.set("MsgFilter", 0x1000).do("login").do("save parameters")
     assert bench.codes() == [8002, 8003, 8010]
-    let_through = [bench.max4.logger.insert(1 << bit, MAX4, 9000 + bit, "", "") for bit in range(16)]
+    let_through = [bench.max4.firmware.logger.insert(1 << bit, MAX4, 9000 + bit, "", "") for bit in range(16)]
     assert let_through == [bit == 12 for bit in range(16)]
     assert bench.codes() == [8002, 8003, 8010, 9012]
     bench.set("MsgFilter", 0xFFFF)
-    assert bench.max4.tree.get("MAx-4.General.MsgFilter") == 0xFFFF
+    assert bench.max4.firmware.tree.get("MAx-4.General.MsgFilter") == 0xFFFF
     bench.do("login")
     assert bench.codes()[-1] == 8007
-    assert [line.split("\t")[5] for line in bench.max4.logger.lines(0x1000)] == ["9012", "8010"]
+    assert [line.split("\t")[5] for line in bench.max4.firmware.logger.lines(0x1000)] == ["9012", "8010"]
 
 
 @pytest.mark.manual("PD-119")
@@ -233,15 +233,15 @@ def test_logs_are_saved_loaded_reset_and_deleted() -> None:
     before = bench.log()
     bench.do("save and reset log \\RUN1.LOG")
     assert bench.get("MsgEntries") == 0
-    bench.max4.logger.insert(0x0004, Sender("POU", "MAIN"), 9001, "12", "lid is open")
+    bench.max4.firmware.logger.insert(0x0004, Sender("POU", "MAIN"), 9001, "12", "lid is open")
     assert bench.log()[0].endswith("0x0004\tPOU\tMAIN\t9001\t12\tlid is open")
     bench.do("save log \\RUN2.LOG")
-    assert bench.max4.logger.load("\\RUN1.LOG") == before
+    assert bench.max4.firmware.logger.load("\\RUN1.LOG") == before
     assert "\\RUN1.LOG" in str(bench.get("files"))
     bench.do("delete log \\RUN1.LOG")
     assert "\\RUN1.LOG" not in str(bench.get("files"))
     with pytest.raises(ValueError, match="expected the name of a file"):
-        bench.max4.logger.load("\\RUN1.LOG")
+        bench.max4.firmware.logger.load("\\RUN1.LOG")
     bench.do("reset log")
     assert bench.get("MsgEntries") == 0
 

@@ -106,7 +106,7 @@ def test_each_tcp_connection_is_logged_with_the_address_of_the_peer(bench: Faces
     bench.outside.link("mb").send(ClientConnected(peer))
     bench.run(1)
     assert bench.codes() == [*before, Code.TCP_CONNECTED, Code.TCP_CONNECTED]
-    number, entry = next(iter(bench.max4.logger.entries()))
+    number, entry = next(iter(bench.max4.firmware.logger.entries()))
     assert entry.line(number).endswith(f"\t0x1000\tLZS\tLZS\t8013\t{PEERS[peer]}\tconnect to TCP/IP server")
 
 
@@ -120,7 +120,7 @@ def test_without_power_no_connection_is_logged(bench: FacesBench) -> None:
 
 
 def test_diagnosis_is_read_and_quitted(bench: FacesBench) -> None:
-    bench.max4.report(Code.CYCLE_ERROR, Sender("IEC", "Task1"), "3 ms")
+    bench.max4.firmware.report(Code.CYCLE_ERROR, Sender("IEC", "Task1"), "3 ms")
     assert bench.read(5) == 6317
     assert bench.read(4) == 0x03
     assert bench.read(30, Type.STRING, 10) == "3 ms"
@@ -262,7 +262,7 @@ def test_an_axis_goes_to_a_place_as_the_closed_solution_says(enabled: FacesBench
     bench.write(BELT + ACCELERATION, 4000, Type.UINT32)
     bench.write(BELT + DECELERATION, 5000, Type.UINT32)
     places: list[int] = []
-    bench.max4.each_cycle(lambda: places.append(bench.axis("belt").position))
+    bench.max4.firmware.each_cycle(lambda: places.append(bench.axis("belt").position))
     assert bench.write(BELT + COMMAND, START) == 0
     bench.run(4000)
     first = next(number for number, place in enumerate(places) if place)
@@ -457,7 +457,7 @@ def test_positions_count_on_over_32_bits(enabled: FacesBench) -> None:
 
 def test_errors_of_an_axis_are_read_and_quitted(bench: FacesBench) -> None:
     axis = bench.axis("knife")
-    bench.max4.cycles.report_axis(1117, axis)
+    bench.max4.firmware.cycles.report_axis(1117, axis)
     assert bench.read(KNIFE + DIAG_CODE) == 1117
     assert status(bench, KNIFE) & ERROR
     assert bench.read(4) & 0x06 == 0x06

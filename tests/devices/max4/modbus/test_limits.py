@@ -38,7 +38,7 @@ class LimitBench(FacesBench):
     def run(self, ms: float) -> "LimitBench":
         for _ in range(round(ms)):
             super().run(1)
-            if "belt" in self.max4.axes:
+            if "belt" in self.max4.firmware.axes:
                 self._switch(self.axis("belt").position)
         return self
 
@@ -126,7 +126,7 @@ def test_a_switch_that_was_overrun_still_bars_the_direction(bench: LimitBench) -
 def test_the_way_is_braked_with_the_deceleration_of_the_order(bench: LimitBench) -> None:
     bench.order(FORWARD, ms=0)
     places: list[int] = []
-    bench.max4.each_cycle(lambda: places.append(bench.axis("belt").position))
+    bench.max4.firmware.each_cycle(lambda: places.append(bench.axis("belt").position))
     bench.run(1_500)
     speeds = [(after - before) / 0.004 for before, after in pairwise(places)]
     top = max(range(len(speeds)), key=lambda cycle: (speeds[cycle], cycle))
@@ -162,7 +162,7 @@ class TorqueBench(LimitBench):
     def push(self, **limits: int) -> float:
         """How far it went at most until it could stop, from where the limit was seen."""
         speeds: list[float] = []
-        self.max4.each_cycle(lambda: speeds.append(self.axis("belt").velocity / UNIT))
+        self.max4.firmware.each_cycle(lambda: speeds.append(self.axis("belt").velocity / UNIT))
         self.order(START, ms=1_000, operation=2, torque=100, **limits)
         assert abs(speeds[-1]) < 10
         return max(speeds) ** 2 / (2 * 10_000) + max(speeds) * 0.020
@@ -216,7 +216,7 @@ def test_a_target_behind_a_software_limit_is_at_the_limit(
 @pytest.mark.parametrize(("command", "place"), [(FORWARD, 350), (BACKWARD, -250)])
 def test_a_speed_ends_at_a_software_limit(bench: LimitBench, command: int, place: int) -> None:
     places: list[float] = []
-    bench.max4.each_cycle(lambda: places.append(bench.place))
+    bench.max4.firmware.each_cycle(lambda: places.append(bench.place))
     bench.order(command, lowest=-250, highest=350)
     assert (bench.place, bench.status) == (place, LIMITED)
     bench.order(command)

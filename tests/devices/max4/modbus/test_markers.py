@@ -49,7 +49,7 @@ def test_requests_and_answers(bench: FacesBench, request_: str, answer: str) -> 
 
 @pytest.mark.manual("PD-306")
 def test_what_a_client_writes_the_program_sees(bench: FacesBench) -> None:
-    runtime = bench.max4.plc.program.runtime  # type: ignore[union-attr]  # a program is loaded
+    runtime = bench.max4.firmware.plc.program.runtime  # type: ignore[union-attr]  # a program is loaded
     bench.ask("10 80 02 00 02 04 56 78 12 34")
     assert runtime.read(runtime.find("PLC_PRG.double")) == 0x12345678
     bench.ask("05 80 43 FF 00")

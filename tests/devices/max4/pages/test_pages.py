@@ -26,19 +26,19 @@ def bench() -> PageBench:
 def test_the_first_page_has_live_values(bench: PageBench) -> None:
     status, _, page = bench.page("/")
     assert status == "200"
-    assert f">{bench.max4.disk.free}</span> bytes free" in page
+    assert f">{bench.max4.firmware.disk.free}</span> bytes free" in page
 
 
 def test_the_axes_are_a_table_with_their_states(bench: PageBench) -> None:
     _, _, page = bench.page("/AXES.HTM")
-    state = int(bench.max4.tree.get("belt.AxisState"))
+    state = int(bench.max4.firmware.tree.get("belt.AxisState"))
     assert state == 1
     assert '<td data-label="Axis">belt</td><td data-label="AxisState">1 waiting for ControllerEnable</td>' in page
     assert "<th>Position, incr</th>" in page
 
 
 def test_the_logger_is_a_table_with_its_newest_entry_first(bench: PageBench) -> None:
-    bench.max4.logger.insert(1, Sender("A", "B"), 8001, "<script>", "x & y")
+    bench.max4.firmware.logger.insert(1, Sender("A", "B"), 8001, "<script>", "x & y")
     _, _, page = bench.page("/LOG.HTM")
     assert page.index("&lt;script&gt;") < page.index("Max4 boot")
     assert "x &amp; y" in page
@@ -55,15 +55,17 @@ def test_parameters_are_shown_without_the_password(bench: PageBench) -> None:
 
 @pytest.mark.manual("PD-281")
 def test_a_page_of_the_user_is_served_with_its_tags(bench: PageBench) -> None:
-    bench.max4.disk.write("\\MY.HTM", b'<p><PAC value="belt.AxisState"> <pac value="belt.Nothing"> <pac x="<b>">')
+    bench.max4.firmware.disk.write(
+        "\\MY.HTM", b'<p><PAC value="belt.AxisState"> <pac value="belt.Nothing"> <pac x="<b>">'
+    )
     _, kind, page = bench.page("/my.htm")
     assert kind == "text/html; charset=utf-8"
-    assert page.startswith(f"<p>{int(bench.max4.tree.get('belt.AxisState'))} [no parameter belt.Nothing] ")
+    assert page.startswith(f"<p>{int(bench.max4.firmware.tree.get('belt.AxisState'))} [no parameter belt.Nothing] ")
 
 
 def test_a_value_that_is_markup_is_shown_as_text(bench: PageBench) -> None:
-    bench.max4.tree.set("Phone.UserName", "<b onload='x'>&")
-    bench.max4.disk.write("\\TEXT.HTM", b'<p><pac value="Phone.UserName"></p>')
+    bench.max4.firmware.tree.set("Phone.UserName", "<b onload='x'>&")
+    bench.max4.firmware.disk.write("\\TEXT.HTM", b'<p><pac value="Phone.UserName"></p>')
     for path in ("/text.htm", "/PARAMS.HTM"):
         _, _, page = bench.page(path)
         assert "&lt;b onload=&#x27;x&#x27;&gt;&amp;" in page
@@ -73,7 +75,7 @@ def test_a_value_that_is_markup_is_shown_as_text(bench: PageBench) -> None:
 def test_values_are_json(bench: PageBench) -> None:
     _, kind, page = bench.page("/values?of=belt.AxisState&of=Phone.Password&of=no.thing")
     assert kind == "application/json"
-    state = int(bench.max4.tree.get("belt.AxisState"))
+    state = int(bench.max4.firmware.tree.get("belt.AxisState"))
     assert json.loads(page) == {"belt.AxisState": state, "Phone.Password": "********", "no.thing": None}
 
 
@@ -109,18 +111,20 @@ def test_a_page_is_kept_up_to_date_by_its_tags(bench: PageBench, name: str) -> N
 
 
 def test_values_have_words_and_units(bench: PageBench) -> None:
-    bench.max4.disk.write("\\TEXT.HTM", b'<pac text="belt.AxisState">, <pac text="MAx-4.CycleLoad">, <pac text="x.y">')
-    load = bench.max4.tree.get("MAx-4.CycleLoad")
+    bench.max4.firmware.disk.write(
+        "\\TEXT.HTM", b'<pac text="belt.AxisState">, <pac text="MAx-4.CycleLoad">, <pac text="x.y">'
+    )
+    load = bench.max4.firmware.tree.get("MAx-4.CycleLoad")
     assert bench.page("/text.htm")[2] == f"1 waiting for ControllerEnable, {load} %, [no parameter x.y]"
 
 
 @pytest.mark.parametrize(("language", "of_controller"), [("en", "de"), ("de", "en"), ("en", "en")])
 def test_messages_are_in_the_language_of_the_page(language: Literal["de", "en"], of_controller: str) -> None:
     bench = PageBench("belt", language=of_controller)
-    bench.max4.report(1117, MAX4)
+    bench.max4.firmware.report(1117, MAX4)
     text = {"de": "Lesefehler Geber-EEPROM", "en": "encoder EEPROM read error"}
     tags = f'<pac diagnosis="MAx-4" lang="{language}"> <pac table="log" rows="1" lang="{language}">'
-    page = expanded(tags, bench.max4)
+    page = expanded(tags, bench.max4.firmware)
     assert page.count(text[language]) == 2
     assert text["de" if language == "en" else "en"] not in page
 
@@ -130,7 +134,7 @@ def test_an_error_is_visible_as_one() -> None:
     _, _, page = bench.page("/")
     assert "<td>0 none" in re.sub("</?span[^>]*>", "", page)
     assert 'class="error"' not in page
-    bench.max4.report(1117, MAX4)
+    bench.max4.firmware.report(1117, MAX4)
     _, _, page = bench.page("/")
     assert '<span class="error">1117 MAX4/MAX4: encoder EEPROM read error</span>' in page
     assert page.count('<tr class="error">') == 1
@@ -147,7 +151,7 @@ def test_what_is_no_page_is_not_found(bench: PageBench, path: str) -> None:
 @pytest.mark.manual("PD-283")
 def test_a_connection_is_entry_8013_with_the_address(bench: PageBench) -> None:
     bench.page("/")
-    assert any("8013" in line and "c0a80a07" in line for line in bench.max4.logger.lines())
+    assert any("8013" in line and "c0a80a07" in line for line in bench.max4.firmware.logger.lines())
 
 
 class Reader(HTMLParser):
@@ -169,7 +173,7 @@ def test_a_tag_shows_nothing_but_text(value: str, name: str) -> None:
     bench = belt()
     quoted = value.replace('"', "").replace("<", "").replace(">", "")
     reader = Reader()
-    reader.feed(expanded(f'<pac {name}="{quoted}">', bench.max4))
+    reader.feed(expanded(f'<pac {name}="{quoted}">', bench.max4.firmware))
     assert set(reader.tags) <= {"table", "tr", "th", "td", "span", "div"}
 
 

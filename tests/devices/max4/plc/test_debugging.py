@@ -252,7 +252,7 @@ def test_parameters_are_observed_like_variables(bench: PlcBench) -> None:
 
 @pytest.mark.parametrize("is_online", [False, True])
 def test_a_download_that_does_not_fit_on_the_disk_says_so(bench: PlcBench, is_online: bool) -> None:
-    disk = bench.max4.disk
+    disk = bench.max4.firmware.disk
     disk.write("\\FILL.BIN", bytes(disk.free - 8_192))
     text = ask(bench, "source", file=FILE)["text"] + f"(* {'x' * 20_000} *)"
     ask(bench, "part", file=FILE, text=text)

@@ -25,9 +25,9 @@ def test_a_program_saves_resets_and_deletes_the_log(tmp_path: Path) -> None:
     )
     bench = PlcBench(tmp_path, text).run(1_500)
     assert [bench.value(f"PLC_PRG.{name}") for name in "abcd"] == [0, 0, 0, 0]
-    assert "\\RUN2.LOG" in bench.max4.disk.names
-    assert "\\RUN1.LOG" not in bench.max4.disk.names
-    lines = bench.max4.disk.read("\\RUN2.LOG").decode()
+    assert "\\RUN2.LOG" in bench.max4.firmware.disk.names
+    assert "\\RUN1.LOG" not in bench.max4.firmware.disk.names
+    lines = bench.max4.firmware.disk.read("\\RUN2.LOG").decode()
     assert "8004" not in lines, "it was saved after the reset"
 
 
@@ -35,9 +35,9 @@ def test_a_program_saves_resets_and_deletes_the_log(tmp_path: Path) -> None:
 def test_the_log_is_saved_and_deleted_as_the_manual_prints_it(tmp_path: Path) -> None:
     """Table 6-2: MsgLogSave(), MsgLogReset(), MsgLogDelete()."""
     bench = PlcBench(tmp_path, once("", "MsgLogSave(); MsgLogReset();")).run(600)
-    assert b"8004" in bench.max4.disk.read("\\MSG.LOG")
+    assert b"8004" in bench.max4.firmware.disk.read("\\MSG.LOG")
     bench = PlcBench(tmp_path, once("", "MsgLogSave(); MsgLogDelete();")).run(1_500)
-    assert "\\MSG.LOG" not in bench.max4.disk.names
+    assert "\\MSG.LOG" not in bench.max4.firmware.disk.names
 
 
 @pytest.mark.manual("PD-201")
@@ -80,7 +80,7 @@ def test_append_to_write_file_holds_the_task_for_several_100_ms(tmp_path: Path) 
         "uTook := PacDriveM.Timer1 - uStart; b := AppendToWriteFile('DATA.TXT', ' two');",
     )
     bench = PlcBench(tmp_path, text).run(2_000)
-    assert bench.max4.disk.read("\\DATA.TXT") == b"one two"
+    assert bench.max4.firmware.disk.read("\\DATA.TXT") == b"one two"
     assert (bench.value("PLC_PRG.a"), bench.value("PLC_PRG.b")) == (0, 0)
     assert 200 <= int(bench.value("PLC_PRG.uTook")) <= 900
 

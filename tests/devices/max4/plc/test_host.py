@@ -205,12 +205,12 @@ def test_the_io_map_is_updated_at_priority_4(tmp_path: Path, priority: int, *, i
 
 def test_work_of_the_system_lengthens_the_cycle_of_the_program(tmp_path: Path) -> None:
     bench = faces(tmp_path, 31, load={"tcp_us": 20_000})
-    task = bench.max4.plc.program.scheduler.tasks[0]  # type: ignore[union-attr]  # it is loaded
-    busy_ns = bench.max4.plc.program.scheduler.busy_ns  # type: ignore[union-attr]
+    task = bench.max4.firmware.plc.program.scheduler.tasks[0]  # type: ignore[union-attr]  # it is loaded
+    busy_ns = bench.max4.firmware.plc.program.scheduler.busy_ns  # type: ignore[union-attr]
     cpu_ns = task.cpu_ns
     assert bench.ask("03 00 00 00 01")
     bench.run(40)
-    program = bench.max4.plc.program
+    program = bench.max4.firmware.plc.program
     assert program is not None
     others_ns = program.scheduler.busy_ns - busy_ns - (task.cpu_ns - cpu_ns)
     assert others_ns >= 20 * MS

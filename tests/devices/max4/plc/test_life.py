@@ -174,7 +174,7 @@ def test_a_ups_saves_what_a_kill_has_left_in_the_middle_of_a_commit(
 ) -> None:
     store = MemoryStore()
     bench = PlcBench(tmp_path, COUNTER + TASK, store=store, retain="ups").run(187)
-    retained = bench.max4.memory.ram.retained
+    retained = bench.max4.firmware.memory.ram.retained
     before = retained.values
     assert before is not None
 

@@ -131,7 +131,7 @@ def test_parameters_of_a_drive_take_many_cycles() -> None:
     while not answers:
         bench.run(1)
     assert answers == [b"SERCOS II"]
-    assert bench.rig.now_ns - began_ns >= 5 * bench.max4.cycle_ns, "two bytes a cycle"
+    assert bench.rig.now_ns - began_ns >= 5 * bench.max4.firmware.cycle_ns, "two bytes a cycle"
     bench.set("belt.BrakeDisconnectionTime", 150)
     assert bench.get("belt.BrakeDisconnectionTime") == 100, "not yet"
     bench.run(500)
@@ -214,7 +214,7 @@ def test_an_open_ring_is_one_diagnosis_of_the_controller_and_one_of_each_axis() 
     bench = Bench("belt", "knife").boot().run(1_000)
     bench.fault("ring0", what="break", after="master")
     bench.run(200)
-    assert [pending.ext for pending in bench.max4.diagnosis.pending] == [""]
+    assert [pending.ext for pending in bench.max4.firmware.diagnosis.pending] == [""]
     assert [bench.axis(name).diagnosis.pending[0].ext for name in ("belt", "knife")] == ["1.1 2560", "2.1 2560"]
 
 
@@ -339,12 +339,12 @@ def test_real_time_process_sees_to_all_that_the_manual_names_without_a_task() ->
         measuring_inputs={"Probe": "probe.1"},
     ).boot()
     bench.run(2_000).enable("belt")
-    assert not bench.max4.plc.is_running
+    assert not bench.max4.firmware.plc.is_running
     asked: list[float] = []
 
     def path() -> Iterator[int]:
         for place in itertools.count():
-            asked.append(bench.max4.system.process.master_encoders[0].position)
+            asked.append(bench.max4.firmware.system.process.master_encoders[0].position)
             yield 1_000 * place
 
     bench.axis("belt").follow(GivenSetValues(path()))
@@ -400,6 +400,19 @@ def test_process_that_takes_too_long_is_a_write_overflow() -> None:
         bench.heal("max4", number)
 
 
+@pytest.mark.parametrize("how", ["system reset", "power_off"])
+def test_a_fault_that_makes_the_process_longer_outlasts_a_boot(how: str) -> None:
+    bench = Bench("belt").boot()
+    bench.fault("max4", what="overrun", us=1_000)
+    reserve = bench.run(100).get("RTBWriteRes")
+    if how == "power_off":
+        number = bench.fault("max4", what="power_off")
+        bench.run(5).heal("max4", number)
+    else:
+        bench.do(how)
+    assert bench.boot().get("RTBWriteRes") == reserve
+
+
 class LateClock(VirtualClock):
     """The clock of a host that is late by five cycles."""
 
@@ -423,7 +436,7 @@ def test_a_host_that_is_late_is_no_load_of_the_controller() -> None:
 def test_process_goes_on_without_a_ring() -> None:
     bench = Bench("belt").boot()
     asked: list[int] = []
-    bench.max4.each_cycle(lambda: asked.append(bench.max4.cycle_ns))
+    bench.max4.firmware.each_cycle(lambda: asked.append(bench.max4.firmware.cycle_ns))
     bench.fault("ring0", what="break", after="master")
     bench.run(100)
     asked.clear()
@@ -434,14 +447,14 @@ def test_process_goes_on_without_a_ring() -> None:
 def test_faces_hear_of_each_boot() -> None:
     bench = Bench("belt").boot()
     boots: list[list[str]] = []
-    bench.max4.on_boot(lambda: boots.append(list(bench.max4.axes)))
+    bench.max4.firmware.on_boot(lambda: boots.append(list(bench.max4.firmware.axes)))
     bench.do("add encoder M").do("system reset").boot()
     assert boots == [["belt"]]
 
 
 def test_the_controller_is_what_faces_are_given() -> None:
     bench = Bench("belt").boot()
-    controller: Controller = bench.max4
+    controller: Controller = bench.max4.firmware
     axis = controller.axes["belt"]
     given: SetValues = GivenSetValues(iter([]))
     axis.follow(given)
@@ -458,8 +471,8 @@ def test_a_stop_time_limit_behind_another_error_is_in_the_log_without_further_ef
     heavy = {"load": {"inertia_kg_m2": 0.05}, "parameters": {"stop_time_limit_ms": 50}}
     bench = Bench("belt", of_drives={"belt": heavy}).boot().run(5_000).enable("belt")
     accelerating = accumulate(min(150 * cycle, 66_666) for cycle in count())  # to 1000 1/min
-    start = bench.max4.axes["belt"].position
-    bench.max4.axes["belt"].follow(GivenSetValues((float(start + way) for way in accelerating), Mode.POSITION))
+    start = bench.max4.firmware.axes["belt"].position
+    bench.max4.firmware.axes["belt"].follow(GivenSetValues((float(start + way) for way in accelerating), Mode.POSITION))
     bench.run(3_000)
     before = len(bench.codes())
     bench.fault("belt", what="dc_bus", sort="communication")

@@ -22,7 +22,7 @@ def off_for(bench: Bench, days: float) -> Bench:
 def marked(**settings: Any) -> tuple[Bench, int]:
     """A controller whose first and last byte of retain data are written, and how many bytes it has."""
     bench = Bench(**settings).run(100)
-    size = len(bench.max4.memory.ram.nvram)
+    size = len(bench.max4.firmware.memory.ram.nvram)
     bench.set("nvram", "0:a1").set("nvram", f"{size - 1}:b9")
     with pytest.raises(ControlError, match=f"expected an offset and data within {size} bytes"):
         bench.set("nvram", f"{size}:00")
@@ -30,7 +30,7 @@ def marked(**settings: Any) -> tuple[Bench, int]:
 
 
 def is_kept(bench: Bench) -> bool:
-    data = bench.max4.memory.ram.nvram
+    data = bench.max4.firmware.memory.ram.nvram
     assert (data[0], data[-1]) in ((0xA1, 0xB9), (0, 0))
     return data[0] == 0xA1
 
@@ -71,24 +71,24 @@ def test_the_log_lies_in_the_controllers_ram_all_the_same(settings: dict[str, An
 @pytest.mark.manual("PD-049")
 def test_each_power_off_is_one_of_the_write_cycles_and_the_last_ones_data_stay() -> None:
     bench, _ = marked(retain="ups")
-    ups = bench.max4.memory.ups
+    ups = bench.max4.firmware.memory.ups
     assert ups is not None
     for count in (1, 2):
         off_for(bench, 8)
         assert ups.writes == count
-    section = bench.max4.disk.section("RETAIN")
-    section.save(WRITE_CYCLES.to_bytes(4, "little") + bytes(bench.max4.memory.ram.nvram))
+    section = bench.max4.firmware.disk.section("RETAIN")
+    section.save(WRITE_CYCLES.to_bytes(4, "little") + bytes(bench.max4.firmware.memory.ram.nvram))
     bench.set("nvram", "0:77")
     off_for(bench, 8)
-    assert (ups.writes, bench.max4.memory.ram.nvram[0]) == (WRITE_CYCLES, 0xA1)
+    assert (ups.writes, bench.max4.firmware.memory.ram.nvram[0]) == (WRITE_CYCLES, 0xA1)
 
 
 @pytest.mark.manual("PD-049")
 def test_a_full_disk_keeps_nothing_and_the_controller_boots() -> None:
     bench = Bench(retain="ups", disk_bytes=65_536).run(100).set("nvram", "0:a1")
     off_for(bench, 8)
-    assert bench.max4.memory.ram.nvram[0] == 0
-    assert bench.max4.is_booted
+    assert bench.max4.firmware.memory.ram.nvram[0] == 0
+    assert bench.max4.firmware.is_booted
 
 
 @pytest.mark.manual("PD-050")
@@ -119,10 +119,12 @@ def test_retained_before_declared_before_the_default_of_the_type() -> None:
     for restart in restarts:
         bench.set("MsgFilter", 0x0001).set("RetainInit", True)
         restart()
-        assert bench.max4.memory.ram.nvram[0] == 0xA1, "1: retained, for RetainInit was not saved"
+        assert bench.max4.firmware.memory.ram.nvram[0] == 0xA1, "1: retained, for RetainInit was not saved"
         assert bench.get("MsgFilter") == 0x0FFF, "2: the declared start value"
         assert bench.get("RetainInit") is False, "3: the default of its type"
-    assert not any(Bench(parameters={"MAx-4.General.MsgFilter": 0x0FFF}).run(100).max4.memory.ram.nvram), "cold"
+    assert not any(Bench(parameters={"MAx-4.General.MsgFilter": 0x0FFF}).run(100).max4.firmware.memory.ram.nvram), (
+        "cold"
+    )
     other = Bench().run(100)
     assert other.get("MsgFilter") == 0xFFFF, "3: the default, where no start value is declared"
 
@@ -133,7 +135,7 @@ def test_ram_of_rubbish_is_empty() -> None:
     store.buffered_ram(65_536)[:] = b"\xa5" * 65_536
     bench = Bench(store=store).run(100)
     assert bench.codes() == [8002, 8003]
-    assert not any(bench.max4.memory.ram.nvram)
+    assert not any(bench.max4.firmware.memory.ram.nvram)
 
 
 def test_without_power_nothing_is_recorded() -> None:
@@ -141,7 +143,7 @@ def test_without_power_nothing_is_recorded() -> None:
     bench.fault("max4", what="power_off")
     bench.run(10)
     with bench.rig._present("max4"):
-        bench.max4.tcp_connected("10.205.10.24")
+        bench.max4.firmware.tcp_connected("10.205.10.24")
     assert bench.codes() == [8002, 8003]
     assert bench.get("DiagCode") == 0
 
@@ -154,17 +156,17 @@ def test_without_room_for_the_ram_entries_last_until_there_is() -> None:
     store.has_ram = True
     bench.do("system reset").run(100).set("nvram", "1:b2")
     again = Bench(store=store).run(100)
-    assert (bytes(again.max4.memory.ram.nvram[:2]).hex(), again.codes()[:2]) == ("a1b2", [8002, 8003])
+    assert (bytes(again.max4.firmware.memory.ram.nvram[:2]).hex(), again.codes()[:2]) == ("a1b2", [8002, 8003])
 
 
 def test_a_download_that_the_disk_does_not_take_ends_there_and_leaves_the_files() -> None:
     store = FullStore()
     store.is_full = False
     bench = Bench(store=store).run(100)
-    before = {name: bench.max4.disk.read(name) for name in bench.max4.disk.names}
+    before = {name: bench.max4.firmware.disk.read(name) for name in bench.max4.firmware.disk.names}
     store.is_full = True
     bench.do("download").run(10_000)
-    assert {name: bench.max4.disk.read(name) for name in bench.max4.disk.names} == before
+    assert {name: bench.max4.firmware.disk.read(name) for name in bench.max4.firmware.disk.names} == before
     assert (8010 in bench.codes(), store.refused) == (False, 1)
     store.is_full = False
     bench.do("download").run(10_000)
@@ -178,4 +180,4 @@ def test_a_file_that_can_not_be_deleted_is_still_there() -> None:
     store.is_full = True
     with pytest.raises(ControlError, match="the flash disk cannot be written: No space left on device"):
         bench.do("delete log \\A.LOG")
-    assert "\\A.LOG" in bench.max4.disk
+    assert "\\A.LOG" in bench.max4.firmware.disk
