@@ -9,10 +9,11 @@ import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import canopen
 import pytest
-from canopen.profiles.p402 import BaseNode402
+from ring_process import PatientNode402
 from running_rig import RunningRig, until
 
 from fieldrig_devices.cia402.single.own_objects import EDS
@@ -25,6 +26,12 @@ PAGE = ROOT / "docs" / "cia402-drive.md"
 MASTER = Path(__file__).parent / "node" / "drive.js"
 PORT = 29569
 TURN = 1_000_000
+PATIENCE = """
+from canopen.profiles.p402 import BaseNode402
+BaseNode402.TIMEOUT_SWITCH_STATE_SINGLE = 1.0
+BaseNode402.TIMEOUT_SWITCH_OP_MODE = BaseNode402.TIMEOUT_SWITCH_STATE_FINAL = BaseNode402.TIMEOUT_CHECK_TPDO = 20.0
+"""
+"""Gives a busy host time; the program itself is unchanged."""
 
 
 @pytest.fixture(scope="module")
@@ -35,11 +42,11 @@ def running() -> Iterator[RunningRig]:
 
 
 @pytest.fixture
-def axis(running: RunningRig) -> Iterator[BaseNode402]:
+def axis(running: RunningRig) -> Iterator[Any]:
     """The node as after power-on, operational, with its state machine set up."""
     network = canopen.Network()
     network.connect(interface="socketcand", channel="can0", host="127.0.0.1", port=PORT)
-    axis = BaseNode402(3, str(EDS))
+    axis: Any = PatientNode402(3, str(EDS))  # type: ignore[no-untyped-call]  # as python canopen is
     network.add_node(axis)
     axis.nmt.state = "RESET"
     assert axis.sdo[0x1000].raw == 0x0002_0192
@@ -50,7 +57,7 @@ def axis(running: RunningRig) -> Iterator[BaseNode402]:
     network.disconnect()
 
 
-def enable(axis: BaseNode402, mode: str) -> None:
+def enable(axis: Any, mode: str) -> None:
     axis.op_mode = mode
     axis.state = "OPERATION ENABLED"
     assert axis.state == "OPERATION ENABLED"
@@ -61,16 +68,16 @@ def test_the_program_of_the_page_moves_it_verbatim(running: RunningRig, tmp_path
     found = re.search(r"```python file move_axis\.py\n(.*?)```", PAGE.read_text(), re.DOTALL)
     assert found is not None
     before = float(running.value("axis/position"))
-    done = subprocess.run([sys.executable, "-c", found[1]], capture_output=True, text=True, timeout=90, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", PATIENCE + found[1]], capture_output=True, text=True, timeout=90, check=False
+    )
     assert done.returncode == 0, done.stderr
     assert "the axis is at" in done.stdout
     assert float(running.value("axis/position")) - before == pytest.approx(6.283, abs=0.01)  # a turn of the roller
 
 
-def test_python_canopen_homes_it_by_its_own_method(axis: BaseNode402, running: RunningRig) -> None:
+def test_python_canopen_homes_it_by_its_own_method(axis: Any, running: RunningRig) -> None:
     axis.sdo[0x6098].raw = 19
-    axis.setup_402_state_machine()
-    axis.homing_timeout = 60
     assert axis.homing(timeout=60, restore_op_mode=False)
     place = float(running.value("axis/position")) % 6.283185307179586
     assert place == pytest.approx(0.5, abs=0.02)
@@ -81,7 +88,7 @@ def test_python_canopen_homes_it_by_its_own_method(axis: BaseNode402, running: R
     [("PROFILED VELOCITY", 0x60FF, 5 * TURN, 300), ("CYCLIC SYNCHRONOUS VELOCITY", 0x60FF, 2 * TURN, 120)],
 )
 def test_python_canopen_turns_it_at_a_speed(
-    axis: BaseNode402, running: RunningRig, mode: str, index: int, target: int, speed_rpm: float
+    axis: Any, running: RunningRig, mode: str, index: int, target: int, speed_rpm: float
 ) -> None:
     enable(axis, mode)
     axis.sdo[index].raw = target
@@ -91,7 +98,7 @@ def test_python_canopen_turns_it_at_a_speed(
 
 
 @pytest.mark.parametrize("mode", ["PROFILED TORQUE", "CYCLIC SYNCHRONOUS TORQUE"])
-def test_python_canopen_gives_it_a_torque(axis: BaseNode402, running: RunningRig, mode: str) -> None:
+def test_python_canopen_gives_it_a_torque(axis: Any, running: RunningRig, mode: str) -> None:
     enable(axis, mode)
     axis.sdo[0x6071].raw = 50
     until(lambda: float(running.value("axis/speed")) > 30)
@@ -100,7 +107,7 @@ def test_python_canopen_gives_it_a_torque(axis: BaseNode402, running: RunningRig
 
 
 @pytest.mark.parametrize("mode", ["CYCLIC SYNCHRONOUS POSITION", "INTERPOLATED POSITION"])
-def test_python_canopen_leads_it_by_positions(axis: BaseNode402, mode: str) -> None:
+def test_python_canopen_leads_it_by_positions(axis: Any, mode: str) -> None:
     enable(axis, mode)
     if mode == "INTERPOLATED POSITION":
         axis.sdo[0x60C2][1].raw = 20
@@ -114,7 +121,7 @@ def test_python_canopen_leads_it_by_positions(axis: BaseNode402, mode: str) -> N
     until(lambda: abs(axis.sdo[0x6064].raw - begin - 10_000) < 100)
 
 
-def test_python_canopen_turns_it_as_an_inverter(axis: BaseNode402, running: RunningRig) -> None:
+def test_python_canopen_turns_it_as_an_inverter(axis: Any, running: RunningRig) -> None:
     enable(axis, "VELOCITY")
     axis.sdo[0x6042].raw = 240
     axis.controlword = 0x7F
@@ -123,7 +130,7 @@ def test_python_canopen_turns_it_as_an_inverter(axis: BaseNode402, running: Runn
     until(lambda: abs(float(running.value("axis/speed"))) < 1)
 
 
-def test_python_canopen_sees_a_fault_and_resets_it(axis: BaseNode402, running: RunningRig) -> None:
+def test_python_canopen_sees_a_fault_and_resets_it(axis: Any, running: RunningRig) -> None:
     enable(axis, "PROFILED VELOCITY")
     axis.sdo[0x60FF].raw = 2 * TURN
     assert running.tool("fault", "axis", "overtemperature", "duration_ms=1500").returncode == 0
