@@ -27,6 +27,11 @@ if TYPE_CHECKING:
 Value = bool | int | float | str
 """The value of a point."""
 
+POWER_OFF = "power_off"
+"""The fault that every device can have: it has no power."""
+FAULTS_KEY = "faults"
+"""The key of a rig file with the faults that a device has from the start."""
+
 NO_FAULTS = "this device takes no faults\n`fieldrig devices KIND` shows the faults of a kind"
 
 

@@ -1,5 +1,6 @@
 """Devices without power: off and on again by a fault and by `restart`, with devices in one process and in several."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -7,7 +8,7 @@ import pytest
 
 from fieldrig.clock import MS
 from fieldrig.config.rig_file import from_dict
-from fieldrig.errors import ControlError
+from fieldrig.errors import ConfigError, ControlError
 from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 
@@ -41,10 +42,46 @@ def heard(rig: Rig) -> list[tuple[int, bytes]]:
     return found
 
 
-@pytest.fixture(params=["one", "each"])
-def rig(request: pytest.FixtureRequest) -> Any:
-    with Rig(from_dict({**LAB, "processes": request.param})) as rig:
+@pytest.fixture
+def rig() -> Iterator[Rig]:
+    with Rig(from_dict(LAB)) as rig:
         yield rig
+
+
+def with_faults(*faults: Any) -> dict[str, Any]:
+    return {**LAB, "devices": {"io": {**LAB["devices"]["io"], "faults": list(faults)}}}
+
+
+@pytest.mark.long
+def test_a_device_in_a_process_of_its_own_is_switched_too() -> None:
+    with Rig(from_dict({**LAB, "processes": "each"})) as rig:
+        found = heard(rig)
+        rig.add_fault("io", {"what": "power_off", "start_ms": 50, "duration_ms": 100})
+        rig.run_until(200 * MS)
+        rig.restart("io")
+        rig.run_until(202 * MS)
+        assert found == [(0, BOOT_UP), (150, BOOT_UP), (200, BOOT_UP)]
+
+
+def test_a_rig_file_may_leave_a_device_without_power() -> None:
+    with Rig(from_dict(with_faults({"what": "power_off", "duration_ms": 40}))) as rig:
+        found = heard(rig)
+        rig.run_until(60 * MS)
+        assert found == [(40, BOOT_UP)]
+
+
+@pytest.mark.parametrize(
+    ("faults", "wrong"),
+    [
+        ("power_off", "expected a list such as"),
+        ([{"what": "jam"}], "there is no fault 'jam'|takes no faults"),
+    ],
+    ids=str,
+)
+def test_faults_of_a_rig_file_that_cannot_be_are_refused(faults: Any, wrong: str) -> None:
+    data = {**LAB, "devices": {"io": {**LAB["devices"]["io"], "faults": faults}}}
+    with pytest.raises(ConfigError, match=wrong):
+        Rig(from_dict(data)).close()
 
 
 def test_a_device_without_power_is_silent_and_boots_when_it_is_back(rig: Rig) -> None:

@@ -8,7 +8,7 @@ from fieldrig.clock import Clock, VirtualClock
 from fieldrig.config.entries import DeviceEntry
 from fieldrig.config.kinds import constructor_parameters, link_parameters
 from fieldrig.config.rig_file import described
-from fieldrig.device import Device
+from fieldrig.device import POWER_OFF, Device
 from fieldrig.errors import ConfigError, Mistake, RigError
 from fieldrig.link import Link, UnconnectedLink
 from fieldrig.loop.background import Background, VirtualBackground
@@ -36,7 +36,11 @@ def build_device(
     }
     asked = constructor_parameters(entry.cls)
     try:
-        return entry.cls(**{name: offered[name] for name in asked if name in offered})
+        device: Device = entry.cls(**{name: offered[name] for name in asked if name in offered})
+        for fault in entry.faults:
+            if fault.get("what") != POWER_OFF or POWER_OFF in entry.cls.fault_models:
+                device.add_fault(fault)
+        return device
     except ConfigError:
         raise  # of a file that the settings name; each mistake says where
     except (RigError, ValueError, OSError) as cause:

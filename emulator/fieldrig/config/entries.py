@@ -34,4 +34,6 @@ class DeviceEntry:
     process: str
     on_exit: OnExit
     after: tuple[str, ...]
+    faults: tuple[Mapping[str, Any], ...] = ()
+    """The faults from the start, apart from those in the settings of kinds that have a key of their own for them."""
     place: Mark = NOWHERE

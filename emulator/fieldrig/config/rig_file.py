@@ -30,6 +30,7 @@ from fieldrig.config.settings_file import validated
 from fieldrig.config.source import TYPED, gather
 from fieldrig.config.wording import show
 from fieldrig.config.yaml_source import KeyPath, Source, key_text
+from fieldrig.device import FAULTS_KEY
 from fieldrig.errors import ArgumentError, ConfigError, Mistake, RigError
 from fieldrig.outside.addresses import UNIX_SOCKET
 from fieldrig.outside.untrusted import shown
@@ -276,7 +277,8 @@ class _Loader:
         if parameters is None:
             return None
         self._mistakes_at((*path, "links"), wrong_links(keys.links, parameters, self._buses))
-        settings = self._validate(kinds.settings_model(cls), rest, path, tuple(DeviceKeys.model_fields))
+        faults = self._faults(kinds.settings_model(cls), rest, path)
+        settings = self._validate(kinds.settings_model(cls), rest, path, (*DeviceKeys.model_fields, FAULTS_KEY))
         if settings is None:
             return None
         device = DeviceEntry(
@@ -289,10 +291,21 @@ class _Loader:
             process=self._homes[name],
             on_exit=keys.on_exit,
             after=as_tuple(keys.after),
+            faults=faults,
             place=self._source.mark(path),
         )
         self.right += [device] if len(self._mistakes) == known else []
         return device
+
+    def _faults(self, settings: Any, rest: dict[Any, Any], path: KeyPath) -> tuple[dict[str, Any], ...]:
+        """Take the key `faults` out of an entry, unless its settings have it; the device reads them when it is built."""
+        if FAULTS_KEY not in rest or FAULTS_KEY in settings.model_fields:
+            return ()
+        faults = rest.pop(FAULTS_KEY)
+        if isinstance(faults, list) and all(isinstance(fault, dict) for fault in faults):
+            return tuple(faults)
+        self._mistake((*path, FAULTS_KEY), f"{show(faults)} doesn't fit", "expected a list such as [{what: power_off}]")
+        return ()
 
     def _entry(self, path: KeyPath, data: Any, model: type[S]) -> tuple[S, dict[Any, Any]] | None:
         """Return the keys that all entries of this sort have, and the rest, which belongs to the kind."""

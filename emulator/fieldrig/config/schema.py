@@ -12,6 +12,7 @@ from typing import Any, Final
 from fieldrig.config import kinds
 from fieldrig.config.keys import NAME, BusKeys, DeviceKeys, RigKeys
 from fieldrig.config.kinds import Kind, LinkParameter
+from fieldrig.device import FAULTS_KEY, POWER_OFF, Device
 from fieldrig.errors import RigError
 from fieldrig.settings import Settings
 from fieldrig.text.nearest import closest
@@ -83,7 +84,12 @@ def _add_kinds(listed: Iterable[Kind], find: Callable[[str], type[Any]], common:
             continue  # a library that it needs is not installed: nothing is known of its keys
         settings = _of_model(kinds.settings_model(cls), kind.name, definitions)
         definitions[kind.name] = {
-            "properties": {**common, **_links_of(cls, common), **settings.get("properties", {})},
+            "properties": {
+                **common,
+                **_links_of(cls, common),
+                **_faults_of(cls),
+                **settings.get("properties", {}),
+            },
             "required": ["kind", *settings.get("required", [])],
             "additionalProperties": False,
         }
@@ -127,6 +133,15 @@ def _links_of(cls: type[Any], common: Schema) -> Schema:
             "additionalProperties": False,
         }
     }
+
+
+def _faults_of(cls: type[Any]) -> Schema:
+    """Return the key that every device has for its faults, with their names."""
+    if not issubclass(cls, Device):
+        return {}
+    what = {"type": "string", "enum": list(dict.fromkeys((POWER_OFF, *cls.fault_models)))}
+    fault = {"type": "object", "required": ["what"], "properties": {"what": what}}
+    return {FAULTS_KEY: {"type": "array", "items": fault, "description": "faults that it has from the start"}}
 
 
 def _link(parameter: LinkParameter) -> Schema:

@@ -1,11 +1,10 @@
 """The power of devices, and the faults that switch it off."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 from fieldrig.clock import Clock
-from fieldrig.faults.faults import Fault, Faults, fault_of
-from fieldrig.faults.power import MODELS
+from fieldrig.faults.faults import Fault, Faults, Timed
 
 
 class Mains:
@@ -20,9 +19,8 @@ class Mains:
         """Return the highest number of such a fault of the device."""
         return self._faults[device].given if device in self._faults else 0
 
-    def add(self, now_ns: int, device: str, fault: Mapping[str, Any], above: int) -> int:
-        """Add a fault under a number above `above`.  ValueError for anything but a loss of power."""
-        settings = fault_of(fault, MODELS)
+    def add(self, now_ns: int, device: str, settings: Timed, above: int) -> int:
+        """Add a loss of power under a number above `above`, and return it."""
         faults = self._faults.setdefault(device, Faults(Fault))
         faults.reserve(above)
         added = faults.add(now_ns, settings)

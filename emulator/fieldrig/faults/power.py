@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Final, Literal
 
-from fieldrig.device import Device
+from fieldrig.device import POWER_OFF, Device
 from fieldrig.faults.faults import Timed
 
 
@@ -13,8 +13,12 @@ class PowerOff(Timed):
     what: Literal["power_off"]
 
 
-POWER_OFF: Final = "power_off"
 MODELS: Final[Mapping[str, type[Timed]]] = {POWER_OFF: PowerOff}
+
+
+def loses_power(device: type[Device], fault: Mapping[str, Any]) -> bool:
+    """Return whether a fault is the loss of power of a kind of device that has none in more detail."""
+    return fault.get("what") == POWER_OFF and POWER_OFF not in device.fault_models
 
 
 def models_of_device(device: type[Device]) -> Mapping[str, type[Any]]:

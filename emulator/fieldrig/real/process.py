@@ -22,6 +22,7 @@ from fieldrig.control.notices import Watched
 from fieldrig.control.subject import Subject
 from fieldrig.device import Device
 from fieldrig.errors import BusError
+from fieldrig.faults.power import loses_power
 from fieldrig.hub.attach import OutsidersLink, RemoteLink
 from fieldrig.hub.bus_stream import OnDelivery
 from fieldrig.hub.checked_link import CheckedLink
@@ -182,6 +183,14 @@ class DeviceProcess:
             step(f"starting {name}")
             with blamed(name, self.clock.now_ns()):
                 self.clock.handle(device.start)
+                self.clock.handle(partial(self._lose_power, name))
+
+    def _lose_power(self, name: str) -> None:
+        """Take the power from a device that has none from the start."""
+        entry = self.config.devices[name]
+        for fault in entry.faults:
+            if loses_power(entry.cls, fault):
+                self.devices[name].add_fault(fault)
 
     def _built(self, entry: DeviceEntry, ends: dict[str, Link[Any]], store: FileStore) -> Device:
         return build_device(

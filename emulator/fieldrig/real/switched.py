@@ -10,8 +10,9 @@ from typing import Any, Protocol, runtime_checkable
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.errors import ControlError
+from fieldrig.faults.faults import fault_of
 from fieldrig.faults.mains import Mains
-from fieldrig.faults.power import POWER_OFF
+from fieldrig.faults.power import MODELS, loses_power
 from fieldrig.link import Link
 
 
@@ -64,8 +65,9 @@ class Switched(Device):
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         own = self.present.injected
-        if fault.get("what") == POWER_OFF and POWER_OFF not in self.present.fault_models:
-            return self._mains.add(self._clock.now_ns(), self._name, fault, 0 if own is None else own.given)
+        if loses_power(type(self.present), fault):
+            above = 0 if own is None else own.given
+            return self._mains.add(self._clock.now_ns(), self._name, fault_of(fault, MODELS), above)
         if own is not None:
             own.records.reserve(self._mains.given(self._name))
         return self.present.add_fault(fault)

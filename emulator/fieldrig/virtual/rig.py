@@ -18,8 +18,9 @@ from fieldrig.config.rig_file import RigConfig
 from fieldrig.device import Value
 from fieldrig.errors import ArgumentError, ControlError, RigError, UnmetError, refusals
 from fieldrig.faults.disturbed import medium_of
+from fieldrig.faults.faults import Timed, fault_of
 from fieldrig.faults.mains import Mains
-from fieldrig.faults.power import POWER_OFF
+from fieldrig.faults.power import MODELS, loses_power
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
 from fieldrig.shortcuts import Shortcut
@@ -255,15 +256,9 @@ class Rig:
         if where in self._models:
             with refusals(where):
                 return self._models[where].add_fault(self.now_ns, fault)
-        if fault.get("what") == POWER_OFF and POWER_OFF not in self.config.devices[where].cls.fault_models:
-            above = max(self._nodes[where].faults(self.now_ns), default=0)
-            mains = self._mains_of_all()
+        if loses_power(self.config.devices[where].cls, fault):
             with refusals(where):
-                number = mains.add(self.now_ns, where, fault, above)
-            next_ns = self._mains_clock.next_ns()
-            self._next_of[MAINS] = NEVER_NS if next_ns is None else next_ns
-            self._earliest_ns = min(self._next_of.values())
-            return number
+                return self._lose_power(where, fault_of(fault, MODELS))
         with self._present(where) as node:
             return node.add_fault(fault, 0 if self._mains is None else self._mains.given(where))
 
@@ -321,6 +316,18 @@ class Rig:
             for bus in dict.fromkeys(bus for buses in entry.links.values() for bus in buses):
                 self._models[bus].join(name)
         self._step(self._nodes, 0, {})
+        for name, entry in config.devices.items():
+            for fault in entry.faults:
+                if loses_power(entry.cls, fault):
+                    self.add_fault(name, fault)
+
+    def _lose_power(self, device: str, fault: Timed) -> int:
+        above = max(self._nodes[device].faults(self.now_ns), default=0)
+        number = self._mains_of_all().add(self.now_ns, device, fault, above)
+        next_ns = self._mains_clock.next_ns()
+        self._next_of[MAINS] = NEVER_NS if next_ns is None else next_ns
+        self._earliest_ns = min(self._next_of.values())
+        return number
 
     def _mains_of_all(self) -> Mains:
         if self._mains is None:
