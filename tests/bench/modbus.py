@@ -24,8 +24,13 @@ HERE = Path(__file__).parent
 CLIENTS = (1, 8, 32)
 ROUNDS = 5
 SECONDS = 0.4
-TABLE = "holding_registers: [{address: 0, name: value, count: 100}]"
-OURS, PYMODBUS, PYMODBUS_UVLOOP, LIBMODBUS = "fieldrig", "pymodbus", "pymodbus on uvloop", "libmodbus (C)"
+TABLE = "holding_registers: [{address: 0, name: value, count: 1000}]"
+LIVING_TABLE = """
+holding_registers:
+  - {address: 0, name: value, count: 1000, source: {kind: sine, low: 0, high: 9999, period_ms: 60000}}
+"""
+OURS, LIVING = "fieldrig", "fieldrig, 1,000 living values"
+PYMODBUS, PYMODBUS_UVLOOP, LIBMODBUS = "pymodbus", "pymodbus on uvloop", "libmodbus (C)"
 
 
 class Measured(NamedTuple):
@@ -37,7 +42,7 @@ class Measured(NamedTuple):
     """CPU time of the server per answer."""
 
 
-async def serve_fieldrig() -> None:
+async def serve_fieldrig(table_text: str) -> None:
     from fieldrig.hub.hub import LocalHub
     from fieldrig.loop.real_clock import RealClock
     from fieldrig.storage.store import MemoryStore
@@ -46,7 +51,7 @@ async def serve_fieldrig() -> None:
 
     with tempfile.TemporaryDirectory() as folder:
         table = Path(folder) / "table.yaml"
-        table.write_text(TABLE)
+        table.write_text(table_text)
         clock = RealClock(asyncio.get_running_loop())
         settings = ModbusTcpSettings(listen="127.0.0.1:0")
         hub = LocalHub(ModbusTcp("mb", settings), clock, Path(folder))
@@ -129,7 +134,9 @@ def run() -> Report:
             report.notes.append(
                 "there is no C compiler on this host: a Python client made the load and limits the result"
             )
-        commands = {name: [sys.executable, __file__, "--serve", name] for name in (OURS, PYMODBUS, PYMODBUS_UVLOOP)}
+        commands = {
+            name: [sys.executable, __file__, "--serve", name] for name in (OURS, LIVING, PYMODBUS, PYMODBUS_UVLOOP)
+        }
         libmodbus = compiled(Path(folder), "modbus_libmodbus", "-lmodbus")
         if libmodbus is None:
             report.notes.append("libmodbus was not measured: it needs gcc and libmodbus-dev (Debian)")
@@ -163,7 +170,9 @@ def fill(report: Report, names: list[str], results: dict[tuple[str, int], Measur
 if __name__ == "__main__":
     match sys.argv[1:]:
         case ["--serve", name] if name == OURS:
-            uvloop.run(serve_fieldrig())
+            uvloop.run(serve_fieldrig(TABLE))
+        case ["--serve", name] if name == LIVING:
+            uvloop.run(serve_fieldrig(LIVING_TABLE))
         case ["--serve", name] if name == PYMODBUS:
             asyncio.run(serve_pymodbus())
         case ["--serve", name] if name == PYMODBUS_UVLOOP:

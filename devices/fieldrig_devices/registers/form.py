@@ -47,23 +47,30 @@ def characters_in(type: str) -> int:
 class Form:
     """The form of one type in registers, in one order of its words and bytes."""
 
-    __slots__ = ("_are_bytes_swapped", "_struct", "_word_order", "high", "is_float", "low", "type", "words")
+    __slots__ = (
+        "_are_bytes_swapped",
+        "_struct",
+        "_word_order",
+        "high",
+        "is_float",
+        "is_number",
+        "low",
+        "type",
+        "words",
+    )
 
     def __init__(self, type: str, word_order: WordOrder = "big", byte_order: ByteOrder = "big") -> None:
         self.type, self.words = type, words_in(type)
         self.is_float = type in FLOATS
         self._struct = struct.Struct(f">{FORMATS[type]}") if type in FORMATS else None
+        self.is_number = self._struct is not None
+        """True for types other than truths and texts."""
         self._word_order, self._are_bytes_swapped = word_order, byte_order == "little"
         self.low: int | float
         """The lowest number of the type; 0 if it is not a number."""
         self.high: int | float
         """The highest number of the type; 0 if it is not a number."""
         self.low, self.high = self._ends()
-
-    @property
-    def is_number(self) -> bool:
-        """True for types other than truths and texts."""
-        return self._struct is not None
 
     def pack(self, number: int | float) -> bytes:
         """The bytes of a number.  struct.error or OverflowError for a number that does not fit."""
