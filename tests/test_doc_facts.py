@@ -79,7 +79,7 @@ from fieldrig_devices.plants.cam_switches import CamSettings
 from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings
 from fieldrig_devices.plants.stepper_settings import StepperFault
 from fieldrig_devices.plants.winder_settings import Dancer, LoadCell
-from fieldrig_devices.registers.entries import Bit, BitField, Fifo, Register
+from fieldrig_devices.registers.entries import Bit, BitField, Fifo, RecordFile, Register
 from fieldrig_devices.registers.packed import Element
 from fieldrig_devices.registers.table import Table, load_table
 from fieldrig_devices.smart_io.faults import SmartIoFault
@@ -180,7 +180,14 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Costs of the processor": {"costs": Costs},
     "Keys of channels": {"pto": PtoSettings, "pwm": PwmSettings},
     "Keys of the server and the slave of an HMISCU": {"modbus": ScuModbus, "can_slave": PointSlaveSettings},
-    "Register tables": {"table": Table, "bit": Bit, "register": Register, "field": BitField, "fifo": Fifo},
+    "Register tables": {
+        "table": Table,
+        "bit": Bit,
+        "register": Register,
+        "field": BitField,
+        "fifo": Fifo,
+        "file": RecordFile,
+    },
     "Kinds of sources": {
         get_args(model.model_fields["kind"].annotation)[0]: model for model in get_args(get_args(SourceSettings)[0])
     },

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_VALUE, ILLEGAL_FUNCTION, ModbusError
+from fieldrig_bus.modbus.event_log import EventLog
 from fieldrig_bus.modbus.message import LineState
 
 QUERY_DATA, RESTART, REGISTER, DELIMITER, LISTEN_ONLY, CLEAR, CLEAR_OVERRUN = 0, 1, 2, 3, 4, 0x0A, 0x14
@@ -16,6 +17,8 @@ QUERY_DATA, RESTART, REGISTER, DELIMITER, LISTEN_ONLY, CLEAR, CLEAR_OVERRUN = 0,
 CLEAR_LOG: Final = b"\xff\x00"
 KEEP_LOG: Final = b"\x00\x00"
 NO_LINE: Final = LineState()
+_THEMSELVES: Final = (RESTART.to_bytes(2, "big"), LISTEN_ONLY.to_bytes(2, "big"))
+"""Sub-functions that are events of their own."""
 
 
 class Diagnostics:
@@ -29,7 +32,10 @@ class Diagnostics:
         self.is_listening_only = False
         self.line: LineState | None = None
         """The state of the line that came with the request that is being answered."""
+        self.events = EventLog()
         self._since = NO_LINE
+        self._errors = 0
+        """The errors of the line up to the last message."""
         self._counters: dict[int, Callable[[], int]] = {
             REGISTER: lambda: 0,  # no contents are defined
             0x0B: self._bus_messages,
@@ -41,6 +47,17 @@ class Diagnostics:
             0x11: lambda: 0,  # busy
             0x12: lambda: 0,  # overruns
         }
+
+    def receive(self, is_broadcast: bool, line: LineState) -> None:
+        """Note a message of a serial line in the log of events."""
+        self.events.receive(is_broadcast, line.errors > self._errors, self.is_listening_only)
+        self._errors = line.errors
+
+    def send(self, pdu: bytes, exception: int) -> None:
+        """Note that a message has been executed; a restart or listen only mode has noted itself."""
+        if exception == 0 and pdu[0] == 8 and pdu[1:3] in _THEMSELVES:
+            return
+        self.events.send(pdu[0], exception, self.is_listening_only)
 
     def answer(self, pdu: bytes) -> bytes | None:
         """The response to function 8; None for `force listen only mode`, which is not answered."""
@@ -57,17 +74,20 @@ class Diagnostics:
         elif function == RESTART:
             _check(data in (KEEP_LOG, CLEAR_LOG))
             self._clear()
+            self.events.restart(data == CLEAR_LOG)
         elif function == DELIMITER and line is not None and line.is_ascii:
             _check(len(data) == 2 and data[0] < 0x80 and data[1] == 0)
         elif function == LISTEN_ONLY and line is not None:
             _check(data == b"\x00\x00")
             self.is_listening_only = True
             self.no_responses += 1
+            self.events.enter_listen_only()
             return None
         elif function in (CLEAR, CLEAR_OVERRUN):
             _check(data == b"\x00\x00")
             if function == CLEAR:
                 self._clear()
+                self.events.clear_counter()
         else:
             raise ModbusError(ILLEGAL_FUNCTION)
         return pdu
@@ -78,6 +98,7 @@ class Diagnostics:
         if pdu in (b"\x08\x00\x01" + KEEP_LOG, b"\x08\x00\x01" + CLEAR_LOG):
             self.is_listening_only = False
             self._clear()
+            self.events.restart(pdu.endswith(CLEAR_LOG))
 
     def _bus_messages(self) -> int:
         return self.server_messages if self.line is None else self.line.messages - self._since.messages

@@ -4,15 +4,17 @@ Source: Modbus application protocol V1.1b3, chapter 6 (the state diagram of each
 first: function, then quantity or value, then address, then failure) and chapter 7.  It works on bytes and creates no
 objects per request, which makes it much faster than the server of pymodbus (bench/modbus.py).
 
-Left out: file records (20, 21), the event counter and log (11, 12), CANopen over encapsulated transport (43/13); they
-are answered as unknown functions (01).  Functions 7, 8 and 17 belong to serial lines; they are answered on TCP as well,
-as most devices do, unless `serial_functions_on_tcp` is False.
+Left out: CANopen over encapsulated transport (43/13), which is answered as an unknown function (01), and so are file
+records (20, 21) where there are no files.  Functions 7, 8 and 17 belong to serial lines; they are answered on TCP as
+well, as most devices do, unless `serial_functions_on_tcp` is False.  The event counter and log (11, 12) are answered on
+serial lines only: without a line there are no events to log.
 """
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final, Protocol
 
+from fieldrig_bus.modbus import file_records
 from fieldrig_bus.modbus.diagnostics import Diagnostics
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_VALUE, ILLEGAL_FUNCTION, ModbusError
 from fieldrig_bus.modbus.identification import Identification, ServerId
@@ -26,6 +28,7 @@ BROADCAST_FUNCTIONS: Final = frozenset({5, 6, 15, 16, 22})
 """Functions that may be broadcast, which must be writes (Modbus over serial line V1.02, 2.1)."""
 
 SERIAL_FUNCTIONS: Final = frozenset({7, 8, 17})
+LINE_FUNCTIONS: Final = frozenset({11, 12})
 
 Functions = dict[int, Callable[[bytes], bytes | None]]
 
@@ -84,7 +87,9 @@ class ModbusServer:
         identification: Identification | None = None,
         server_id: ServerId | None = None,
         serial_functions_on_tcp: bool = True,
+        files: Mapping[int, file_records.File] | None = None,
     ) -> None:
+        """`files` are those of functions 20 and 21, by their numbers from 1."""
         self._data = data
         self._server_id = server_id or ServerId()
         self.diagnostics = Diagnostics()
@@ -97,6 +102,8 @@ class ModbusServer:
             0x06: self._write_register,
             0x07: self._exception_status,
             0x08: self.diagnostics.answer,
+            0x0B: self._event_counter,
+            0x0C: self._event_log,
             0x0F: self._write_coils,
             0x10: self._write_registers,
             0x11: self._report_server_id,
@@ -105,7 +112,9 @@ class ModbusServer:
             0x18: self._read_fifo,
             0x2B: (identification or Identification()).answer,
         }
-        left_out = frozenset() if serial_functions_on_tcp else SERIAL_FUNCTIONS
+        if files:
+            self._functions |= {0x14: file_records.reader(files), 0x15: file_records.writer(files)}
+        left_out = LINE_FUNCTIONS if serial_functions_on_tcp else SERIAL_FUNCTIONS | LINE_FUNCTIONS
         self._functions_on_tcp = {code: handler for code, handler in self._functions.items() if code not in left_out}
 
     def answer(self, request: ModbusRequest) -> bytes | None:
@@ -119,6 +128,7 @@ class ModbusServer:
                 return handler(pdu)
             except ModbusError as error:
                 return self._exception(pdu, error)
+        diagnostics.receive(request.unit == BROADCAST, line)
         if request.unit == BROADCAST:
             diagnostics.no_responses += 1
             if pdu[0] in BROADCAST_FUNCTIONS and not diagnostics.is_listening_only:
@@ -131,9 +141,13 @@ class ModbusServer:
 
     def _respond(self, pdu: bytes) -> bytes | None:
         try:
-            return self._functions.get(pdu[0], _not_there)(pdu)
+            response = self._functions.get(pdu[0], _not_there)(pdu)
         except ModbusError as error:
-            return self._exception(pdu, error)
+            response = self._exception(pdu, error)
+            self.diagnostics.send(pdu, error.code)
+        else:
+            self.diagnostics.send(pdu, 0)
+        return response
 
     def _exception(self, pdu: bytes, error: ModbusError) -> bytes:
         self.diagnostics.exception_responses += 1
@@ -154,6 +168,14 @@ class ModbusServer:
     def _exception_status(self, pdu: bytes) -> bytes:
         _check(len(pdu) == 1)
         return bytes((0x07, self._data.exception_status() & 0xFF))
+
+    def _event_counter(self, pdu: bytes) -> bytes:
+        _check(len(pdu) == 1)
+        return b"\x0b" + self.diagnostics.events.counter()
+
+    def _event_log(self, pdu: bytes) -> bytes:
+        _check(len(pdu) == 1)
+        return b"\x0c" + self.diagnostics.events.log(self.diagnostics.server_messages)
 
     def _write_coils(self, pdu: bytes) -> bytes:
         _check(len(pdu) >= 6)

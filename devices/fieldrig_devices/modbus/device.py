@@ -169,6 +169,7 @@ class ModbusDevice(Device):
                     unit.identification or settings.identification,
                     unit.server_id or settings.server_id,
                     settings.serial_functions_on_tcp,
+                    self._units[unit_id].files,
                 )
                 for unit_id, unit in by_unit.items()
             }

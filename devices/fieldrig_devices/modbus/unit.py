@@ -9,7 +9,7 @@ from fieldrig.points.checks import choice_in, whole_in
 from fieldrig.storage.store import StoreError
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, SERVER_DEVICE_FAILURE, ModbusError
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.registers.entries import Bit, Fifo, Register, Value, number_of, words_of
+from fieldrig_devices.registers.entries import Bit, Fifo, RecordFile, Register, Value, number_of, words_of
 from fieldrig_devices.registers.image import Area, BitImage, RegisterImage
 from fieldrig_devices.registers.table import Table, access_of, direction_of
 from fieldrig_devices.registers.value import BitValue, FieldValue, OutOfRange, RegisterValue
@@ -81,6 +81,7 @@ class ModbusUnit:
         self._add_registers("input_registers", table.input_registers, self.input_registers, out_of_range)
         self._begin()
         self._fifos = {entry.address: FifoQueue(entry) for entry in table.fifos}
+        self.files = {file.number: _file(file) for file in table.files}
         self._status = exception_status if isinstance(exception_status, int) else self._status_bits(exception_status)
 
     def fifo(self, address: int) -> list[int]:
@@ -135,6 +136,7 @@ class ModbusUnit:
 
     def points(self) -> dict[str, Point]:
         points = {value.name: self._point(value) for value in self._all()}
+        points |= {file.name: self._file_point(file) for file in self._table.files}
         return points | {queue.entry.name: queue.point() for queue in self._fifos.values()}
 
     def _add_registers(
@@ -224,6 +226,14 @@ class ModbusUnit:
         about = value.entry.about or ", ".join(f"{number} {name}" for number, name in names.items())
         return Point(read, None if is_fixed else write, value.unit, about)
 
+    def _file_point(self, entry: RecordFile) -> Point:
+        image = self.files[entry.number]
+
+        def read() -> str:
+            return image.get(0, entry.records).rstrip(b"\x00").hex()
+
+        return Point(read, None, "", entry.about or "records up to the last one that is not 0, in hex")
+
     def _status_bits(self, names: Sequence[str]) -> list[AnyValue]:
         known = {value.name: value for value in self._all()}
         unknown = [name for name in names if name not in known]
@@ -232,6 +242,12 @@ class ModbusUnit:
                 f"exception_status: unknown {', '.join(unknown)}", "expected names of the unit's register table"
             )
         return [known[name] for name in names]
+
+
+def _file(entry: RecordFile) -> RegisterImage:
+    image = RegisterImage([Area(0, entry.records, True, entry.access == "rw")])
+    image.put(0, b"".join(value.to_bytes(2, "big") for value in entry.initial))
+    return image
 
 
 def _drives(value: AnyValue) -> bool:

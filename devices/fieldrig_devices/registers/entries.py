@@ -191,6 +191,25 @@ class Fifo(Settings):
     about: str = ""
 
 
+class RecordFile(Settings):
+    """A file whose records, each a register, functions 20 and 21 read and write."""
+
+    number: int = Field(ge=1, le=0xFFFF, description="number of the file")
+    name: Name
+    records: int = Field(default=10_000, ge=1, le=10_000, description="number of records, from 0")
+    initial: list[Annotated[int, Field(ge=0, le=0xFFFF)]] = Field(
+        default_factory=list, description="contents of the first records"
+    )
+    access: Literal["ro", "rw"] = Field(default="rw", description="access of clients")
+    about: str = ""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if len(self.initial) > self.records:
+            raise ValueError(f"initial: expected at most {self.records} values, got {len(self.initial)}")
+        return self
+
+
 def words_of(entry: Bit | Register) -> int:
     """Number of addresses that one value occupies."""
     return entry.words if isinstance(entry, Register) else 1

@@ -50,8 +50,9 @@ class LiveUnit(NamedTuple):
 
 def wrong_entries(table: Table, find: Lookup) -> Iterator[WrongKey]:
     """Yield the entries that have no point, and the keys that have no meaning here."""
-    if table.fifos:
-        yield WrongKey(("fifos",), "this device has no queues", "remove them")
+    for key, what in (("fifos", "queues"), ("files", "files")):
+        if getattr(table, key):
+            yield WrongKey((key,), f"this device has no {what}", "remove them")
     for space in SPACES:
         for index, entry in enumerate(table.entries(space)):
             here = (space, index)

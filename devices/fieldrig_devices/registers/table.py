@@ -29,6 +29,7 @@ from fieldrig_devices.registers.entries import (
     Direction,
     Fifo,
     Number,
+    RecordFile,
     Register,
     check_size,
     factor_in,
@@ -50,6 +51,7 @@ class Table(Settings):
     holding_registers: list[Register] = Field(default_factory=list)
     input_registers: list[Register] = Field(default_factory=list)
     fifos: list[Fifo] = Field(default_factory=list)
+    files: list[RecordFile] = Field(default_factory=list)
 
     def entries(self, space: str) -> Sequence[Bit | Register]:
         """The entries of one of `SPACES`."""
@@ -121,6 +123,10 @@ def _conflicts(table: Table) -> Iterator[WrongKey]:
     for index, fifo in enumerate(table.fifos):
         yield from _twice(names, fifo.name, ("fifos", index), "name")
         yield from _twice(fifos, fifo.address, ("fifos", index), "address")
+    numbers: dict[str, str] = {}
+    for index, file in enumerate(table.files):
+        yield from _twice(names, file.name, ("files", index), "name")
+        yield from _twice(numbers, file.number, ("files", index), "number")
 
 
 def _wrong_fields(
