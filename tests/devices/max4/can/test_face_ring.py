@@ -86,6 +86,26 @@ def test_torque_turns_the_second_axis(bench: CanFaceBench, node: Any) -> None:
     assert not bench.axis("knife").is_controlled
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("mode", [4, 10])
+def test_a_torque_ends_at_a_position_limit_where_the_drive_holds_the_axis(
+    bench: CanFaceBench, node: Any, mode: int
+) -> None:
+    """The controller then gives positions instead of torques, though no object has changed (607Dh of CiA 402-2)."""
+    here = node.sdo[0x6864].raw
+    node.sdo[0x687D][1].raw, node.sdo[0x687D][2].raw = here - 300_000, here + 300_000
+    enable(bench, node, mode)
+    node.sdo[0x6871].raw = 100
+    bench.run(3_000)
+    stopped = node.sdo[0x6864].raw
+    assert here + 100_000 < stopped < here + 10_000_000
+    bench.run(500)
+    assert node.sdo[0x6864].raw == pytest.approx(stopped, abs=200), "it is held"
+    node.sdo[0x6840].raw = 0x00
+    bench.run(2_000)
+    node.sdo[0x687D][1].raw, node.sdo[0x687D][2].raw = -(1 << 31), (1 << 31) - 1
+
+
 @pytest.mark.manual("PD-028")
 def test_the_service_channel_takes_its_time(bench: CanFaceBench, node: Any) -> None:
     window = node.sdo[0x2180]
