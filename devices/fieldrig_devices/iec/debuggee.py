@@ -133,7 +133,7 @@ class IecDebuggee:
     def goes_on(self, file: str, first: int, last: int) -> bool:
         lines = self.files.get(file, "").splitlines()[first - 1 : last]
         scanned = tokens("\n".join(lines), file, self._loaded().compiled.program.dialect, first)
-        lines_of_tokens = [place.line for place in scanned.places[:-1]]
+        lines_of_tokens = [position.line for position in scanned.positions[:-1]]
         return spans.goes_on(list(zip(scanned.kinds, lines_of_tokens, strict=False)), last, _ENDS)
 
     def _prepare(self, runtime: Runtime) -> None:

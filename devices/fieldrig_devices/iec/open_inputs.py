@@ -28,7 +28,7 @@ def open_inputs(mentioned: Mentioned, required: Iterable[str]) -> Iterator[Mista
         for pin in call.pou.variables.values():
             key = pin.name.casefold()
             if pin.section is Section.INPUT and key in wanted and (variable, key) not in given:
-                what, at = f"{variable.name}.{pin.name} is open", variable.place
+                what, at = f"{variable.name}.{pin.name} is open", variable.position
                 yield Mistake(at.line, at.column, what, f"{pin.name} := ... in its call", file=variable.file)
 
 

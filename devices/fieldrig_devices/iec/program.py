@@ -18,8 +18,7 @@ from typing import Final
 
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.elementary import Elementary
-from fieldrig_devices.iec.tree import NOWHERE, PouKind, Section
-from fieldrig_devices.iec.tree import Place as SourcePlace
+from fieldrig_devices.iec.tree import NOWHERE, Position, PouKind, Section
 from fieldrig_devices.iec.types import (
     BlockType,
     EnumType,
@@ -64,7 +63,7 @@ class Variable:
     location: "Located | None" = None
     """The address behind AT; the variable has no cell then."""
     offset: int = -1
-    place: SourcePlace = NOWHERE
+    position: Position = NOWHERE
     file: str = ""
     comment: str = ""
     is_fixed: bool = False

@@ -11,7 +11,7 @@ from typing import Final
 
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.limits import MOST_MESSAGES
-from fieldrig_devices.iec.tree import Place
+from fieldrig_devices.iec.tree import Position
 from fieldrig_devices.languages.mistakes import Mistake
 
 # Kinds of tokens.  A keyword or symbol is a kind of its own, in capitals.
@@ -151,7 +151,7 @@ class Tokens:
 
     kinds: list[str] = field(default_factory=list)
     texts: list[str] = field(default_factory=list)
-    places: list[Place] = field(default_factory=list)
+    positions: list[Position] = field(default_factory=list)
     comments: dict[int, list[tuple[int, str]]] = field(default_factory=dict)
     """The comments in front of a token, with the line where each begins."""
     mistakes: list[Mistake] = field(default_factory=list)
@@ -193,24 +193,24 @@ class _Scanner:
 
     def run(self) -> Tokens:
         tokens = self._tokens
-        position: int | None = 0
-        while position is not None:
-            position = self._scan(position)
+        offset: int | None = 0
+        while offset is not None:
+            offset = self._scan(offset)
         tokens.kinds.append(END)
         tokens.texts.append("")
-        tokens.places.append(self._place(len(self._text)))
+        tokens.positions.append(self._position(len(self._text)))
         return tokens
 
-    def _place(self, position: int) -> Place:
-        return Place(self._line, position - self._line_start + 1)
+    def _position(self, offset: int) -> Position:
+        return Position(self._line, offset - self._line_start + 1)
 
-    def _scan(self, position: int) -> int | None:
-        """Read tokens from a position on.  Return where to go on after a jump, or None at the end of the text."""
+    def _scan(self, offset: int) -> int | None:
+        """Read tokens from an offset on.  Return where to go on after a jump, or None at the end of the text."""
         tokens = self._tokens
-        add_kind, add_text, add_place = tokens.kinds.append, tokens.texts.append, tokens.places.append
+        add_kind, add_text, add_position = tokens.kinds.append, tokens.texts.append, tokens.positions.append
         words, new = self._words, tuple.__new__
         line, line_start = self._line, self._line_start
-        for match in _PATTERN.finditer(self._text, position, self._end):
+        for match in _PATTERN.finditer(self._text, offset, self._end):
             group = match.lastindex
             if group == _NEWLINE:
                 line += 1
@@ -223,17 +223,17 @@ class _Scanner:
                 if kind is not None:
                     add_kind(kind)
                     add_text(text)
-                    add_place(new(Place, (line, match.start(_WORD) - line_start + 1)))
+                    add_position(new(Position, (line, match.start(_WORD) - line_start + 1)))
                     continue
             elif group == _SIGN and text not in _MISSPELLED_SIGNS:
                 add_kind(text)
                 add_text(text)
-                add_place(new(Place, (line, match.start(_SIGN) - line_start + 1)))
+                add_position(new(Position, (line, match.start(_SIGN) - line_start + 1)))
                 continue
             elif group in _KINDS:
                 add_kind(_KINDS[group])
                 add_text(text)
-                add_place(new(Place, (line, match.start(group) - line_start + 1)))
+                add_position(new(Position, (line, match.start(group) - line_start + 1)))
                 continue
             self._line, self._line_start = line, line_start
             after = self._other(group, text, match.start(group))
@@ -243,186 +243,186 @@ class _Scanner:
         self._line, self._line_start = line, line_start
         return None
 
-    def _add(self, kind: str, text: str, position: int) -> None:
+    def _add(self, kind: str, text: str, offset: int) -> None:
         self._tokens.kinds.append(kind)
         self._tokens.texts.append(text)
-        self._tokens.places.append(self._place(position))
+        self._tokens.positions.append(self._position(offset))
 
-    def _say(self, position: int, what: str, expected: str = "", hint: str = "") -> None:
-        line, column = self._place(position)
+    def _say(self, offset: int, what: str, expected: str = "", hint: str = "") -> None:
+        line, column = self._position(offset)
         if len(self._tokens.mistakes) < MOST_MESSAGES:
             self._tokens.mistakes.append(Mistake(line, column, what, expected, file=self._file, hint=hint))
 
-    def _note(self, position: int, what: str, hint: str) -> None:
-        line, column = self._place(position)
+    def _note(self, offset: int, what: str, hint: str) -> None:
+        line, column = self._position(offset)
         if len(self._tokens.mistakes) < MOST_MESSAGES:
             self._tokens.mistakes.append(Mistake(line, column, what, is_note=True, file=self._file, hint=hint))
 
-    def _other(self, group: int, text: str, position: int) -> int | None:
+    def _other(self, group: int, text: str, offset: int) -> int | None:
         """Read what is rare: words for the first time, comments, pragmas, and what is wrong."""
         if group == _WORD:
-            self._word(text, position)
+            self._word(text, offset)
         elif group == _SIGN:
             right, hint = _MISSPELLED_SIGNS[text]
-            self._say(position, f"got {text}", right, hint)
-            self._add(right, right, position)
+            self._say(offset, f"got {text}", right, hint)
+            self._add(right, right, offset)
         elif group == _COMMENT:
-            return self._comment(text, position)
+            return self._comment(text, offset)
         elif group == _PRAGMA:
             if text[1:-1].strip().lower() == "native":
-                self._add(NATIVE, text, position)
+                self._add(NATIVE, text, offset)
             else:
                 if ";" in _QUOTED.sub("", text):
                     hint = "Statements have no braces: IF ... THEN ... END_IF;"
-                    self._note(position, "the text in braces is a pragma, and its statements do not run", hint)
+                    self._note(offset, "the text in braces is a pragma, and its statements do not run", hint)
                 self._keep(text)
-                return self._after(text, position) if "\n" in text else None
+                return self._after(text, offset) if "\n" in text else None
         elif group == _OPEN_COMMENT:
-            self._say(position, "the comment is not closed", f"{'*)' if text[0] == '(' else '*/'} at its end")
+            self._say(offset, "the comment is not closed", f"{'*)' if text[0] == '(' else '*/'} at its end")
             self._tokens.is_cut = True
         elif group == _OPEN_STRING:
-            self._open_string(text, position)
+            self._open_string(text, offset)
         elif group == _WIDE_STRING:
-            self._wide_string(text, position)
+            self._wide_string(text, offset)
         else:
-            return self._junk(text, position)
+            return self._junk(text, offset)
         return None
 
     # ---- words
 
-    def _word(self, text: str, position: int) -> None:
+    def _word(self, text: str, offset: int) -> None:
         upper = text.upper()
         if upper in self._keywords:
             self._words[text] = upper
-            self._add(upper, text, position)
+            self._add(upper, text, offset)
             return
         meant = MISSPELLED.get(upper)
         if meant is not None:
-            self._say(position, f"got {text}", meant, f"The keyword is {meant}.")
-            self._add(meant, text, position)
+            self._say(offset, f"got {text}", meant, f"The keyword is {meant}.")
+            self._add(meant, text, offset)
             return
         self._words[text] = NAME
-        self._add(NAME, text, position)
+        self._add(NAME, text, offset)
         if not text.isascii():
-            self._say(position, f"the name {text} has letters that are not allowed", "A to Z, digits and underscores")
+            self._say(offset, f"the name {text} has letters that are not allowed", "A to Z, digits and underscores")
         elif "__" in text and not (upper in _OPERATORS and self._dialect.has_references):
             hint = f"Write {re.sub('_+', '_', text)}."
-            self._say(position, f"the name {text} has several underscores in a row", "single underscores", hint)
+            self._say(offset, f"the name {text} has several underscores in a row", "single underscores", hint)
 
     # ---- comments
 
     def _keep(self, text: str) -> None:
         self._tokens.comments.setdefault(len(self._tokens.kinds), []).append((self._line, text))
 
-    def _comment(self, text: str, position: int) -> int | None:
+    def _comment(self, text: str, offset: int) -> int | None:
         """Keep a comment.  Return where to go on if it reaches further than its first closing bracket."""
         if text.startswith("//"):
             if not self._dialect.has_line_comments:
-                self._say(position, "// does not begin a comment", "(* ... *)", "Write the comment as (* ... *).")
+                self._say(offset, "// does not begin a comment", "(* ... *)", "Write the comment as (* ... *).")
                 text = f"(*{text[2:].rstrip().replace('*)', '* )').replace('(*', '( *')} *)"
             self._keep(text.rstrip())
             return None
-        end = position + len(text)
+        end = offset + len(text)
         if text[0] == "/":
             kept = text
             if not self._dialect.has_line_comments:
-                self._say(position, "/* does not begin a comment", "(* ... *)", "Write the comment as (* ... *).")
+                self._say(offset, "/* does not begin a comment", "(* ... *)", "Write the comment as (* ... *).")
                 kept = f"(*{text[2:-2].replace('*)', '* )').replace('(*', '( *')}*)"
             self._keep(kept)
-            return self._after(text, position) if "\n" in text else None
+            return self._after(text, offset) if "\n" in text else None
         if "(*" in text[2:]:
-            end = self._nested(text, position)
+            end = self._nested(text, offset)
             if end < 0:
                 return None
-        whole = self._text[position:end]
+        whole = self._text[offset:end]
         self._keep(whole)
-        return self._after(whole, position) if "\n" in whole or len(whole) > len(text) else None
+        return self._after(whole, offset) if "\n" in whole or len(whole) > len(text) else None
 
-    def _after(self, text: str, position: int) -> int | None:
+    def _after(self, text: str, offset: int) -> int | None:
         """Count the lines of a text that is skipped."""
         lines = text.count("\n")
         if lines:
             self._line += lines
-            self._line_start = position + text.rindex("\n") + 1
-        return position + len(text)
+            self._line_start = offset + text.rindex("\n") + 1
+        return offset + len(text)
 
-    def _nested(self, text: str, position: int) -> int:
+    def _nested(self, text: str, offset: int) -> int:
         """Return the end of a comment that contains the beginning of another, or -1 if it has none."""
-        depth, at = 0, position
+        depth, at = 0, offset
         if self._is_unbalanced:
-            return position + len(text)
-        for match in re.compile(r"\(\*|\*\)").finditer(self._text, position):
+            return offset + len(text)
+        for match in re.compile(r"\(\*|\*\)").finditer(self._text, offset):
             if match.start() < at:  # the bracket of "(*)"
                 continue
             at = match.end()
             depth += 1 if match[0] == "(*" else -1
             if depth == 0:
                 if not self._dialect.nests_comments:
-                    inner = position + 2 + text[2:].index("(*")
+                    inner = offset + 2 + text[2:].index("(*")
                     hint = "The first *) ends the comment. Remove the inner (* and *)."
                     self._say(inner, "a comment begins inside a comment", "*) first", hint)
                 return at
         if not self._dialect.nests_comments or self._dialect.leaves_comments_open:
             self._is_unbalanced = True
-            return position + len(text)
-        self._say(position, "the comment is not closed", "a *) for each (* in it")
+            return offset + len(text)
+        self._say(offset, "the comment is not closed", "a *) for each (* in it")
         self._tokens.is_cut = True
-        self._after(self._text[position:], position)
+        self._after(self._text[offset:], offset)
         return len(self._text)
 
     # ---- what is wrong
 
-    def _wide_string(self, text: str, position: int) -> None:
+    def _wide_string(self, text: str, offset: int) -> None:
         if self._dialect.has_wide_strings:
-            self._add(WIDE_STRING, text, position)
+            self._add(WIDE_STRING, text, offset)
         else:
-            self._open_string(text, position)
+            self._open_string(text, offset)
 
-    def _open_string(self, text: str, position: int) -> None:
+    def _open_string(self, text: str, offset: int) -> None:
         if text[0] in _PREFIX_OF_QUOTE and len(text) > 1 and text[-1] in _PREFIX_OF_QUOTE and text[0] != "'":
-            self._say(position, f"the string has the quotes {text[0]} and {text[-1]}", "straight quotes: 'text'")
+            self._say(offset, f"the string has the quotes {text[0]} and {text[-1]}", "straight quotes: 'text'")
         elif text[0] == "'":
-            self._say(position, "the string is not closed", "' at its end, in the same line")
+            self._say(offset, "the string is not closed", "' at its end, in the same line")
         elif len(text) > 1 and text[-1] == text[0] and "'" not in text:
-            self._say(position, f"got {text}", f"a string in single quotes: '{text[1:-1]}'")
+            self._say(offset, f"got {text}", f"a string in single quotes: '{text[1:-1]}'")
         else:
-            self._say(position, f"got {text[0]}", "a string in single quotes: 'text'")
-        self._add(JUNK, text, position)
+            self._say(offset, f"got {text[0]}", "a string in single quotes: 'text'")
+        self._add(JUNK, text, offset)
 
-    def _junk(self, text: str, position: int) -> int | None:
+    def _junk(self, text: str, offset: int) -> int | None:
         """Report what has no meaning.  Return where to go on if more than this text is wrong."""
-        number = _OF_OTHER_LANGUAGES.match(self._text, position)
+        number = _OF_OTHER_LANGUAGES.match(self._text, offset)
         if number is not None and number.lastgroup is not None and not _TIME_WITHOUT_PREFIX.fullmatch(text):
             wrong, meant = number[0], f"{_BASES[number.lastgroup]}#{number[number.lastgroup]}"
-            self._say(position, f"got {wrong}", meant, f"The number is written {meant}.")
-            self._add(INTEGER, meant, position)
-            return position + len(wrong)
+            self._say(offset, f"got {wrong}", meant, f"The number is written {meant}.")
+            self._add(INTEGER, meant, offset)
+            return offset + len(wrong)
         if _TIME_WITHOUT_PREFIX.fullmatch(text):
-            self._say(position, f"{text} has no T# in front of it", f"T#{text}", f"A time is written T#{text}.")
-            self._add(TYPED, "T#0ms", position)
+            self._say(offset, f"{text} has no T# in front of it", f"T#{text}", f"A time is written T#{text}.")
+            self._add(TYPED, "T#0ms", offset)
         elif text[0].isascii() and text[0].isdigit():
             expected = "a name that begins with a letter or an underscore"
-            self._say(position, f"{text} is neither a number nor a name", expected)
-            self._add(NAME, text, position)
+            self._say(offset, f"{text} is neither a number nor a name", expected)
+            self._add(NAME, text, offset)
         elif self._tokens.kinds[-1:] == ["."] and _PART.fullmatch(text):
             if not self._dialect.has_partial_access:
                 hint = f"Write .{text[2:]} for a bit." if text[1] in "Xx" else "Shift the value to the right."
-                self._say(position, f"{text} is a part of a value", "the number of a bit", hint)
-            self._add(PART, text, position)
+                self._say(offset, f"{text} is a part of a value", "the number of a bit", hint)
+            self._add(PART, text, offset)
         elif text[0] == "%" and self._tokens.kinds[-1:] and self._tokens.kinds[-1] in _OPERAND_ENDS:
-            self._say(position, f"got {text[0]}", "MOD", "The remainder of a division is a MOD b.")
-            self._add("MOD", text[0], position)
+            self._say(offset, f"got {text[0]}", "MOD", "The remainder of a division is a MOD b.")
+            self._add("MOD", text[0], offset)
             if len(text) > 1:
-                self._add(INTEGER if text[1:].isdecimal() else NAME, text[1:], position + 1)
+                self._add(INTEGER if text[1:].isdecimal() else NAME, text[1:], offset + 1)
         elif text[0] == "%":
             what = f"{text} is not an address"
-            self._say(position, what, "%I, %Q or %M, a size X, B, W or D, and numbers, such as %QX1.0")
-            self._add(JUNK, text, position)
+            self._say(offset, what, "%I, %Q or %M, a size X, B, W or D, and numbers, such as %QX1.0")
+            self._add(JUNK, text, offset)
         elif text == "!":
-            self._say(position, "got !", "NOT", "The operator is NOT.")
-            self._add("NOT", text, position)
+            self._say(offset, "got !", "NOT", "The operator is NOT.")
+            self._add("NOT", text, offset)
         else:
             shown = text if text.isprintable() else f"the character with code {ord(text[0])}"
             hint = "Statements have no braces: IF ... THEN ... END_IF;" if text in ("{", "}") else ""
-            self._say(position, f"got {shown}", "a character that has a meaning in the language", hint)
+            self._say(offset, f"got {shown}", "a character that has a meaning in the language", hint)
         return None

@@ -199,7 +199,7 @@ def _outputs(
         if is_negated and value is not None:
             value = checker.negate(Operator.NOT, value, given)
         if target is not None and value is not None:
-            value = checker.convert(value, target.type, tree.Name(variable.name, place=given.place))
+            value = checker.convert(value, target.type, tree.Name(variable.name, position=given.position))
         if target is None or value is None:
             is_whole = False
         else:

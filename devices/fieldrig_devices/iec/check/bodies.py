@@ -38,10 +38,10 @@ def _check_native(project: Project, source: PouSource, pou: Pou) -> None:
     """The host must implement a POU whose body is {native}."""
     name = pou.name.casefold()
     if not any(name in library.functions or name in library.blocks for library in project.host.libraries):
-        place = source.tree.body.place if source.tree.body.place.line else source.tree.place
+        position = source.tree.body.position if source.tree.body.position.line else source.tree.position
         project.reports.say(
             pou.file,
-            place,
+            position,
             f"the controller does not implement {pou.name}",
             "a body",
             "only libraries have {native} bodies",

@@ -18,7 +18,7 @@ from fieldrig_devices.iec.check import (
 )
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.checker import Checker
-from fieldrig_devices.iec.check.context import Context, place_of
+from fieldrig_devices.iec.check.context import Context, position_of
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.elementary import Elementary
@@ -116,7 +116,7 @@ def called_function(context: Context, name: str) -> Pou | None:
 
 def note_call(context: Context, pou: Pou, node: tree.Node) -> None:
     if context.pou is not None:
-        context.project.calls.setdefault(context.pou, {}).setdefault(pou, place_of(node))
+        context.project.calls.setdefault(context.pou, {}).setdefault(pou, position_of(node))
 
 
 def call(checker: Checker, pou: Pou, node: tree.Call, instance: Place | None = None) -> CallFunction | Enabled | None:

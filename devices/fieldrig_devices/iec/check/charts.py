@@ -24,7 +24,7 @@ def _steps(body: tree.SfcBody, context: Context, steps: dict[str, tree.Step]) ->
     for step in body.steps:
         name = context.key(step.name)
         if name in steps:
-            context.say(step, f"step {step.name} exists already in line {steps[name].place.line}", "another name")
+            context.say(step, f"step {step.name} exists already in line {steps[name].position.line}", "another name")
             is_whole = False
             continue
         steps[name] = step

@@ -17,7 +17,7 @@ from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import constants
-from fieldrig_devices.iec.check.context import Context, place_of
+from fieldrig_devices.iec.check.context import Context, position_of
 from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.program import (
     Bit,
@@ -113,7 +113,7 @@ def _called(context: Context, function: Pou, given: Sequence[Expression], at: tr
         context.say(at, what, f"{len(given)} of elementary types, because it is called here as in Check.lib")
         return None
     if context.pou is not None:
-        context.project.calls.setdefault(context.pou, {}).setdefault(function, place_of(at))
+        context.project.calls.setdefault(context.pou, {}).setdefault(function, position_of(at))
     made = [
         value if value.type is one.type else constants.converted(value, one.type)
         for value, one in zip(given, elementary, strict=True)

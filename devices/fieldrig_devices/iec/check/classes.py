@@ -39,7 +39,7 @@ def check(project: Project, source: PouSource) -> None:
     for name in dict.fromkeys(missing):
         what = f"{source.pou.name} has no code for {name}, which is ABSTRACT above it"
         hint = f"write METHOD OVERRIDE {name}, or {source.tree.kind.value} ABSTRACT {source.pou.name}"
-        project.reports.say(source.pou.file, source.tree.place, what, "all ABSTRACT methods and properties", hint)
+        project.reports.say(source.pou.file, source.tree.position, what, "all ABSTRACT methods and properties", hint)
 
 
 def shown(name: str) -> str:
@@ -59,19 +59,19 @@ def _check_content(project: Project, source: PouSource) -> None:
         project.reports.say(file, first, f"the class {name} has a body", "only methods", hint)
     for action in node.actions:
         what = f"the class {name} has an action"
-        project.reports.say(file, action.place, what, f"METHOD {action.name} ... END_METHOD")
+        project.reports.say(file, action.position, what, f"METHOD {action.name} ... END_METHOD")
 
 
-def _first_of(body: tree.Body) -> tree.Place | None:
-    """Return the place of the first statement; None for an empty body."""
+def _first_of(body: tree.Body) -> tree.Position | None:
+    """Return the position of the first statement; None for an empty body."""
     match body:
         case tree.StBody(statements):
-            places = [node.place for node in statements if not isinstance(node, tree.Empty)]
-            return places[0] if places else None
+            positions = [node.position for node in statements if not isinstance(node, tree.Empty)]
+            return positions[0] if positions else None
         case tree.IlBody(instructions):
-            return instructions[0].place if instructions else None
+            return instructions[0].position if instructions else None
         case tree.SfcBody(steps):
-            return steps[0].place if steps else None
+            return steps[0].position if steps else None
     return None
 
 
@@ -82,13 +82,13 @@ def _check_own(project: Project, source: PouSource, method: Pou, *, is_further: 
     if "OVERRIDE" in node.modifiers and not is_further:
         hint = "remove OVERRIDE" if not source.tree.extends else ""
         expected = f"{a_method(is_accessor)} of this name in what {pou.name} extends"
-        project.reports.say(pou.file, node.place, f"{what} of {pou.name} overrides nothing", expected, hint)
+        project.reports.say(pou.file, node.position, f"{what} of {pou.name} overrides nothing", expected, hint)
     if "ABSTRACT" not in node.modifiers:
         return
     if "ABSTRACT" not in source.tree.modifiers:
         kind = source.tree.kind.value
         project.reports.say(
-            pou.file, node.place, f"{what} is ABSTRACT, and {pou.name} is not", f"{kind} ABSTRACT {pou.name}"
+            pou.file, node.position, f"{what} is ABSTRACT, and {pou.name} is not", f"{kind} ABSTRACT {pou.name}"
         )
     first = _first_of(node.body)
     if first is not None:
@@ -107,16 +107,16 @@ def _check_override(project: Project, source: PouSource, method: Pou, above: Pou
     guard = project.guards.get(above)
     home = guard.home if guard is not None else "what it extends"
     if guard is not None and guard.word == "PRIVATE":
-        project.reports.say(pou.file, node.place, f"{what} is PRIVATE in {home}", "another name, or PROTECTED there")
+        project.reports.say(pou.file, node.position, f"{what} is PRIVATE in {home}", "another name, or PROTECTED there")
     elif "FINAL" in modifiers:
-        project.reports.say(pou.file, node.place, f"{what} is FINAL above {pou.name}", "another name")
+        project.reports.say(pou.file, node.position, f"{what} is FINAL above {pou.name}", "another name")
     elif source.tree.kind is PouKind.CLASS and "OVERRIDE" not in node.modifiers:
         hint = "the standard asks for OVERRIDE, so that no method is overridden by mistake"
         word = "PROPERTY" if method.is_accessor else "METHOD"
         words = " ".join([word, *node.modifiers, "OVERRIDE", name])
-        project.reports.say(pou.file, node.place, f"{what} overrides that of {home}", words, hint)
+        project.reports.say(pou.file, node.position, f"{what} overrides that of {home}", words, hint)
     elif project.key(name) not in _LIFE_CYCLE and interfaces.form(project, method) != interfaces.form(project, above):
         expected = "the same result and the same arguments"
         project.reports.say(
-            pou.file, node.place, f"{what} of {pou.name} differs from the one that it overrides", expected
+            pou.file, node.position, f"{what} of {pou.name} differs from the one that it overrides", expected
         )

@@ -26,11 +26,11 @@ def apply(
     for variable, address in open_ones.items():
         if project.dialect.allows_open_addresses:
             what = f"{variable.name} AT %{address.area}* has no address in VAR_CONFIG"
-            project.reports.note(variable.file, address.place, what, "it is a variable like others")
+            project.reports.note(variable.file, address.position, what, "it is a variable like others")
             continue
         project.reports.say(
             variable.file,
-            address.place,
+            address.position,
             f"the address %{address.area}* of {variable.name} is incomplete",
             "its address in VAR_CONFIG",
             f"VAR_CONFIG PROG.{variable.name} AT %{address.area}X0.0 : {variable.type}; END_VAR",

@@ -7,7 +7,7 @@ from typing import Final
 
 from fieldrig_devices.iec.check.project import Entity, PouSource, Project
 from fieldrig_devices.iec.program import Pou, Space, Variable
-from fieldrig_devices.iec.tree import Call, Node, Place, PouKind, Section
+from fieldrig_devices.iec.tree import Call, Node, Position, PouKind, Section
 from fieldrig_devices.iec.types import Type
 
 _KNOWN_ELSEWHERE: Final[Mapping[str, str]] = {
@@ -21,9 +21,9 @@ _KNOWN_ELSEWHERE: Final[Mapping[str, str]] = {
 """Words of other languages that a beginner may write, and the object of every MAx-4, with what to do instead."""
 
 
-def place_of(node: Node) -> Place:
-    """Return the place that a message points to; for a call it is what is called, not the bracket."""
-    return node.called.place if isinstance(node, Call) else node.place
+def position_of(node: Node) -> Position:
+    """Return the position that a message points to; for a call it is what is called, not the bracket."""
+    return node.called.position if isinstance(node, Call) else node.position
 
 
 class Context:
@@ -66,10 +66,10 @@ class Context:
         return entity or self.project.find(self.listed.get(wanted, wanted))
 
     def say(self, node: Node, what: str, expected: str = "", hint: str = "") -> None:
-        self.project.reports.say(self.file, place_of(node), what, expected, hint)
+        self.project.reports.say(self.file, position_of(node), what, expected, hint)
 
     def note(self, node: Node, what: str, hint: str = "") -> None:
-        self.project.reports.note(self.file, place_of(node), what, hint)
+        self.project.reports.note(self.file, position_of(node), what, hint)
 
     def say_unknown(self, node: Node, name: str, expected: str = "") -> None:
         """Report an unknown name, once in each body."""

@@ -112,7 +112,7 @@ class Declarations:
             case tree.TypeDeclaration():
                 name = self._project.key(node.name)
                 if self._is_free(name, node.name, node, file):
-                    self._project.declared_at[name] = (file, node.place)
+                    self._project.declared_at[name] = (file, node.position)
                     self.specs.add(name, node, Context(self._project, None, file))
             case tree.Interface():
                 if self._is_free(self._project.key(node.name), node.name, node, file):
@@ -146,7 +146,7 @@ class Declarations:
         project = self._project
         is_known = self._is_known(name) and not self._shares(name, node)
         if is_known and name in project.library_names:
-            project.reports.note(file, node.place, f"{shown} replaces the one of the library")
+            project.reports.note(file, node.position, f"{shown} replaces the one of the library")
             project.replace(name)
             self.specs.forget(name)
             return True
@@ -156,7 +156,7 @@ class Declarations:
                 if name in project.declared_at
                 else f"{shown} is the name of a type"
             )
-            project.reports.say(file, node.place, what, "a name that is unique in the project (PD-357)")
+            project.reports.say(file, node.position, what, "a name that is unique in the project (PD-357)")
         return not is_known
 
     def _shares(self, name: str, node: tree.Node) -> bool:
@@ -191,13 +191,13 @@ class Declarations:
             pou.type = BlockType(node.name, pou)
         if node.kind is PouKind.PROGRAM:
             pou.instance = Variable(
-                node.name, pou.type or UNKNOWN, Space.GLOBAL, Section.GLOBAL, place=node.place, file=file
+                node.name, pou.type or UNKNOWN, Space.GLOBAL, Section.GLOBAL, position=node.position, file=file
             )
             self._project.globals[name] = pou.instance
         self._project.pous[name] = pou
         self._project.sources[pou] = source = PouSource(pou, node, file in self._library_files)
         if not self._is_variable(name):
-            self._project.declare(name, pou, file, node.place)
+            self._project.declare(name, pou, file, node.position)
         source.line = inheritance.lineage(self._project, node, file, self._trees)
         for level, (above, home) in enumerate(source.line.trees):
             for action in above.actions:
@@ -225,11 +225,13 @@ class Declarations:
         if level and (name in pou.actions or name in pou.methods):
             return
         if name in pou.actions:
-            self._project.reports.say(pou.file, node.place, f"{pou.name} has two actions {node.name}", "another name")
+            self._project.reports.say(
+                pou.file, node.position, f"{pou.name} has two actions {node.name}", "another name"
+            )
             return
         if pou.kind is PouKind.FUNCTION:
             self._project.reports.say(
-                pou.file, node.place, "an action of a function", "an action of a program or function block"
+                pou.file, node.position, "an action of a function", "an action of a program or function block"
             )
         pou.actions[name] = Pou(pou.kind, f"{pou.name}.{node.name}", file, pou.variables, type=pou.type, owner=pou)
         source.actions[name] = node, level
@@ -246,17 +248,23 @@ class Declarations:
             name = project.key(node.name)
         versions = outer.line.versions.setdefault(name, []) if outer.line is not None else []
         if pou.kind is PouKind.FUNCTION:
-            project.reports.say(pou.file, node.place, "a method of a function", "a method of a function block")
+            project.reports.say(pou.file, node.position, "a method of a function", "a method of a function block")
         elif name in pou.actions or (versions and versions[-1][0] == level):
             what = f"{pou.name} has two actions or methods {node.name}"
-            project.reports.say(pou.file, node.place, what, "another name")
+            project.reports.say(pou.file, node.position, what, "another name")
         else:
             title = f"{node.name}@{level}" if versions else node.name
             made = Pou(PouKind.FUNCTION, f"{pou.name}.{title}", file, owner=pou, is_accessor=bool(node.accessor))
             versions.append((level, made))
             name = f"{name}@{level}" if name in pou.methods else name
             own = tree.Pou(
-                PouKind.FUNCTION, node.name, node.result, blocks, node.body, modifiers=node.modifiers, place=node.place
+                PouKind.FUNCTION,
+                node.name,
+                node.result,
+                blocks,
+                node.body,
+                modifiers=node.modifiers,
+                position=node.position,
             )
             access.guard(project, made, node.modifiers, home, level)
             pou.methods[name] = project.pous[f"{project.key(pou.name)}.{name}"] = made
@@ -272,13 +280,13 @@ class Declarations:
                 self._config_blocks.append((block, file))
             case _:
                 self._project.reports.say(
-                    file, block.place, f"{block.section.value} outside a POU", "VAR_GLOBAL, or a POU around it"
+                    file, block.position, f"{block.section.value} outside a POU", "VAR_GLOBAL, or a POU around it"
                 )
 
     def _global(self, name: str, entity: Entity | Pending, node: tree.Variable, file: str) -> bool:
         if not self._is_free(name, node.name, node, file):
             return False
-        self._project.declare(name, entity, file, node.place)
+        self._project.declare(name, entity, file, node.position)
         return True
 
     # ---- start values
@@ -324,12 +332,12 @@ class Declarations:
         for pou in self._project.sources:
             if pou.type is not None:
                 sizes.of(pou.type)
-        places: dict[Type, tuple[str, tree.Place]] = {
-            structure: (context.file, spec.place) for structure, spec, context in self.specs.structures
+        positions: dict[Type, tuple[str, tree.Position]] = {
+            structure: (context.file, spec.position) for structure, spec, context in self.specs.structures
         }
         for kind, why in sizes.refused.items():
-            file, place = self._project.declared_at.get(self._project.key(kind.name)) or places[kind]
-            self._project.reports.say(file, place, f"{kind or 'the structure'} {why.value}", *_EXPECTED[why])
+            file, position = self._project.declared_at.get(self._project.key(kind.name)) or positions[kind]
+            self._project.reports.say(file, position, f"{kind or 'the structure'} {why.value}", *_EXPECTED[why])
         sizes.cut()
         self._note_starts_in_unions()
 
@@ -359,8 +367,8 @@ _EXPECTED: Final = {
 
 def _writer(node: tree.Method) -> tuple[tree.Method, tuple[tree.Variables, ...]]:
     """Return the method that writes a property, and its variables, of which the first is the value."""
-    value = tree.Variable(node.name, node.result or tree.NamedType("BOOL"), place=node.place)
-    inputs = tree.Variables(tree.Section.INPUT, (value,), place=node.place)
+    value = tree.Variable(node.name, node.result or tree.NamedType("BOOL"), position=node.position)
+    inputs = tree.Variables(tree.Section.INPUT, (value,), position=node.position)
     return replace(node, name=properties.name_to_write(node.name), result=None), (inputs, *node.blocks)
 
 

@@ -287,5 +287,5 @@ class Dispatchers:
 
 def _copied(variable: Variable) -> Variable:
     copy = Variable(variable.name, variable.type, Space.FRAME, variable.section, variable.initial)
-    copy.place, copy.file = variable.place, variable.file
+    copy.position, copy.file = variable.position, variable.file
     return copy

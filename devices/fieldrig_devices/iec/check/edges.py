@@ -35,7 +35,7 @@ def in_body(project: Project, source: PouSource, made: Variable, node: tree.Vari
     if not node.edge or not _may_have_edge(source, made):
         return made
     seen, before = (
-        Variable(f"${what}.{node.name}", BOOL, Space.INSTANCE, Section.LOCAL, place=node.place, file=made.file)
+        Variable(f"${what}.{node.name}", BOOL, Space.INSTANCE, Section.LOCAL, position=node.position, file=made.file)
         for what in ("edge", "before")
     )
     for hidden in (seen, before):
@@ -48,7 +48,7 @@ def begin_bodies(project: Project) -> None:
     """Let each body begin with the search for the edges of its inputs."""
     for source in project.sources.values():
         pou = source.pou
-        line = pou.body[0].line if pou.body else source.tree.place.line
+        line = pou.body[0].line if pou.body else source.tree.position.line
         pou.body[:0] = [statement for edge in source.edges for statement in _search(edge, line)]
 
 

@@ -70,7 +70,7 @@ def split(checker: Checker, node: tree.Call, pou: Pou | None) -> Split | None:
     if not given:
         return node, ALWAYS
     rest = tuple(argument for argument in node.arguments if all(argument is not one for one in given))
-    call = tree.Call(node.called, rest, place=node.place)
+    call = tree.Call(node.called, rest, position=node.position)
     pins: dict[str, tree.Argument] = {}
     for argument in given:
         name = argument.name.upper()
@@ -190,7 +190,7 @@ def begin_bodies(project: Project) -> None:
         pou = source.pou
         if pou.is_native:
             continue
-        line = pou.body[0].line if pou.body else source.tree.place.line
+        line = pou.body[0].line if pou.body else source.tree.position.line
         front: list[AnyStatement] = []
         en = None if source.is_library else pou.variables.get("en")
         if en is not None and en.section is Section.INPUT and en.type is BOOL:

@@ -98,7 +98,7 @@ class _Instructions:
     def _declare_label(self, line: tree.IlInstruction, number: int) -> None:
         name = self._context.key(line.label)
         if name in self._list.labels:
-            where = self._list.lines[self._list.labels[name]].place.line
+            where = self._list.lines[self._list.labels[name]].position.line
             self._context.say(line, f"the label {line.label} exists already in line {where}", "another name")
             return
         self._list.labels[name] = number
@@ -166,17 +166,17 @@ class _Instructions:
         return name
 
     def _variable(self, kind: Type, line: tree.IlInstruction) -> tree.Name:
-        shown = f"the accumulator of line {line.place.line}"
+        shown = f"the accumulator of line {line.position.line}"
         while self._context.key(shown) in self._context.names:
             shown = f"{shown}'"
         self._context.names[self._context.key(shown)] = self._context.hidden("accumulator", kind)
-        return tree.Name(shown, place=line.place)
+        return tree.Name(shown, position=line.position)
 
     def _assign(self, name: tree.Name, value: Expression, kind: Type, line: tree.IlInstruction) -> None:
         place = self._expressions.target(name)
         converted = self._expressions.convert(value, kind, line)
         if place is not None and converted is not None:
-            self._made.append(program.Assign(place, converted, line=line.place.line))
+            self._made.append(program.Assign(place, converted, line=line.position.line))
 
     # ---- values
 
@@ -196,7 +196,7 @@ class _Instructions:
             )
         elif value is not None:
             self._grow(line)
-            self._become(tree.Unary("NOT", self._accumulator or value, place=line.place))
+            self._become(tree.Unary("NOT", self._accumulator or value, position=line.position))
 
     def _operate(self, line: tree.IlInstruction) -> None:
         operands = self._operands(line)
@@ -218,7 +218,7 @@ class _Instructions:
                 self._grow(line)
                 if self._accumulator is None:
                     return
-                value = tree.Binary(symbol, self._accumulator, _negated(operand, line), place=line.place)
+                value = tree.Binary(symbol, self._accumulator, _negated(operand, line), position=line.position)
                 self._become(value)
 
     def _grow(self, line: tree.IlInstruction) -> None:
@@ -242,9 +242,9 @@ class _Instructions:
         if self._accumulator is None and self._is_lost:
             return
         values = ([self._accumulator] if self._accumulator is not None else []) + operands
-        arguments = tuple(tree.Argument(value, place=value.place) for value in values)
+        arguments = tuple(tree.Argument(value, position=value.position) for value in values)
         self._grow(line)
-        self._become(tree.Call(tree.Name(name, place=line.place), arguments, place=line.place))
+        self._become(tree.Call(tree.Name(name, position=line.position), arguments, position=line.position))
 
     def _operands(self, line: tree.IlInstruction) -> list[tree.Expression] | None:
         if line.deferred is None:
@@ -275,7 +275,7 @@ class _Instructions:
             return
         value = self._expressions.expression_as(_negated(self._accumulator, line), target.type)
         if value is not None:
-            at = line.place.line
+            at = line.position.line
             self._made += enable.statements(value, lambda made: program.Assign(target, made, line=at), at)
 
     def _set(self, line: tree.IlInstruction, number: int) -> None:
@@ -293,7 +293,7 @@ class _Instructions:
             self._context.say(line.operands[0], shown, f"a BOOL behind {line.operator}")
             return
         value = program.Constant(line.operator == "S", Elementary.BOOL)
-        at = line.place.line
+        at = line.position.line
         self._made.append(program.If(condition, [program.Assign(target, value, line=at)], line=at))
 
     def _has_one_operand(self, line: tree.IlInstruction) -> bool:
@@ -311,7 +311,7 @@ class _Instructions:
         if value is None:
             return None
         if is_negated:
-            value = tree.Unary("NOT", value, place=line.place)
+            value = tree.Unary("NOT", value, position=line.position)
         return self._expressions.expression_as(value, Elementary.BOOL)
 
     # ---- jumps and calls
@@ -330,7 +330,7 @@ class _Instructions:
             self._become(None)
             self._is_lost = False
         self._size = 0
-        self._made.append(program.Label(name, line=line.place.line))
+        self._made.append(program.Label(name, line=line.position.line))
 
     def _hand_over(self, label: str, line: tree.IlInstruction) -> None:
         """Store the accumulator in the variable of a label."""
@@ -363,7 +363,7 @@ class _Instructions:
             self._hand_over(name, line)
         condition = self._condition(line, line.is_negated) if line.is_conditional else None
         if condition is not None or not line.is_conditional:
-            self._made.append(program.Jump(name, condition, line=line.place.line))
+            self._made.append(program.Jump(name, condition, line=line.position.line))
         if not line.is_conditional:
             self._become(None)
             self._is_lost = False
@@ -376,14 +376,14 @@ class _Instructions:
         if self._is_read_behind(number):
             self._keep(line)
         condition = self._condition(line, line.is_negated) if line.is_conditional else None
-        made = blocks.call_statement(self._expressions, call, line.place.line)
+        made = blocks.call_statement(self._expressions, call, line.position.line)
         if not line.is_conditional:
             self._made += made
         elif condition is not None:
-            self._made.append(program.If(condition, made, line=line.place.line))
+            self._made.append(program.If(condition, made, line=line.position.line))
 
     def _return(self, line: tree.IlInstruction, number: int) -> None:
-        back = program.Return(line=line.place.line)
+        back = program.Return(line=line.position.line)
         if not line.is_conditional:
             self._made.append(back)
             self._become(None)
@@ -393,14 +393,14 @@ class _Instructions:
             self._keep(line)
         condition = self._condition(line, line.is_negated)
         if condition is not None:
-            self._made.append(program.If(condition, [back], line=line.place.line))
+            self._made.append(program.If(condition, [back], line=line.position.line))
 
 
 _SPECIAL: Final = frozenset({"ADR", "SIZEOF", "INDEXOF"})
 
 
 def _negated(value: tree.Expression, line: tree.IlInstruction) -> tree.Expression:
-    return tree.Unary("NOT", value, place=line.place) if line.is_negated else value
+    return tree.Unary("NOT", value, position=line.position) if line.is_negated else value
 
 
 def _count(line: tree.IlInstruction) -> str:

@@ -32,19 +32,19 @@ def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tup
             what = f"{node.extends} is {a(above[0].kind.value)}" if above else f"{node.extends} is not declared"
             hint = "" if above else project.reports.closest(node.extends, known)
             expected = "class" if node.kind is PouKind.CLASS else "function block"
-            project.reports.say(file, node.place, what, f"a {expected} that {node.name} extends", hint)
+            project.reports.say(file, node.position, what, f"a {expected} that {node.name} extends", hint)
             is_broken = True
             break
         if "FINAL" in above[0].modifiers:
             project.reports.say(
-                file, node.place, f"{node.extends} is FINAL and cannot be extended", "an instance of it in VAR"
+                file, node.position, f"{node.extends} is FINAL and cannot be extended", "an instance of it in VAR"
             )
         if any(above[0] is other for other, _ in line):
-            project.reports.say(file, node.place, f"{node.name} extends itself", "another function block")
+            project.reports.say(file, node.position, f"{node.name} extends itself", "another function block")
             break
         if len(line) > DEEPEST:
             what = f"{line[0][0].name} extends more than {DEEPEST} others"
-            project.reports.say(line[0][1], line[0][0].place, what, f"at most {DEEPEST} levels")
+            project.reports.say(line[0][1], line[0][0].position, what, f"at most {DEEPEST} levels")
             return Lineage(line[:1], is_broken=True)
         line.append(above)
         node, file = above
@@ -53,7 +53,7 @@ def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tup
         what = f"the function blocks up to {line[0][0].name} inherit too much"
         expected = f"at most {MOST_INHERITED} variables and methods, counted for each block that inherits them"
         if not project.inherits_too_much:
-            project.reports.say(line[0][1], line[0][0].place, what, expected)
+            project.reports.say(line[0][1], line[0][0].position, what, expected)
         project.inherits_too_much = True
         return Lineage(line[:1], is_broken=True)
     return Lineage(line, is_broken=is_broken)
@@ -74,7 +74,7 @@ def check_interfaces(project: Project) -> None:
 
     def refuse(key: str, what: str, expected: str) -> None:
         interface, file = project.interfaces[key]
-        project.reports.say(file, interface.place, f"{interface.name} {what}", expected)
+        project.reports.say(file, interface.position, f"{interface.name} {what}", expected)
         project.interfaces[key] = replace(interface, extends=()), file
 
     for root in list(project.interfaces):
@@ -112,7 +112,7 @@ def add_body(source: PouSource, above: tree.Pou, level: int, file: str) -> None:
     pou, name = source.pou, body_name(level)
     title = f"{pou.name}.{above.name}@{level}"
     pou.actions[name] = Pou(pou.kind, title, file, pou.variables, type=pou.type, owner=pou)
-    source.actions[name] = tree.Action(name, above.body, place=above.place), level
+    source.actions[name] = tree.Action(name, above.body, position=above.position), level
 
 
 def body_name(level: int) -> str:

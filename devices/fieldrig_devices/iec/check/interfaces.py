@@ -24,7 +24,7 @@ def check(project: Project, specs: TypeSpecs, source: PouSource) -> None:
     """Report what a function block lacks of the interfaces that it implements."""
     if source.line is None:
         return
-    pou, place = source.pou, source.tree.place
+    pou, position = source.pou, source.tree.position
     is_abstract = "ABSTRACT" in source.tree.modifiers
     for interface, file in _all(project, source):
         context = Context(project, source, file)
@@ -39,13 +39,13 @@ def check(project: Project, specs: TypeSpecs, source: PouSource) -> None:
                 missing = (
                     f"{pou.name} has no {what} {method.name}{f' with {method.accessor}' if method.accessor else ''}"
                 )
-                project.reports.say(pou.file, place, missing, f"all of {interface.name}")
+                project.reports.say(pou.file, position, missing, f"all of {interface.name}")
             elif access.is_hidden(project, own):
                 hidden = f"the {what} {method.name} of {pou.name} is {project.guards[own].word}"
-                project.reports.say(pou.file, place, hidden, f"PUBLIC for the interface {interface.name}")
+                project.reports.say(pou.file, position, hidden, f"PUBLIC for the interface {interface.name}")
             elif not is_writer and form(project, own) != _wanted(project, specs, method, context):
                 differs = f"the {what} {method.name} of {pou.name} differs from that of {interface.name}"
-                project.reports.say(pou.file, place, differs, "the same result and the same arguments")
+                project.reports.say(pou.file, position, differs, "the same result and the same arguments")
 
 
 def _all(project: Project, source: PouSource) -> Iterator[tuple[tree.Interface, str]]:
@@ -56,7 +56,7 @@ def _all(project: Project, source: PouSource) -> Iterator[tuple[tree.Interface, 
 
     def say(name: str) -> None:
         hint = project.reports.closest(name, project.interfaces)
-        project.reports.say(source.pou.file, source.tree.place, f"the interface {name} is not declared", hint=hint)
+        project.reports.say(source.pou.file, source.tree.position, f"the interface {name} is not declared", hint=hint)
 
     yield from inheritance.closure(project, inheritance.implemented(source), say)
 

@@ -69,7 +69,7 @@ def argument(types: Types, node: tree.Variable, pou: Pou | None, context: Contex
     is_function = pou is None or pou.kind is PouKind.FUNCTION
     space, section = (Space.FRAME, Section.INPUT) if is_function else (Space.INSTANCE, Section.LOCAL)
     names = (f"${node.name}.{end}{number}" for number in range(1, spec.count + 1) for end in ("low", "high"))
-    made = [Variable(name, LIMIT, space, section, place=node.place, file=context.file) for name in names]
+    made = [Variable(name, LIMIT, space, section, position=node.position, file=context.file) for name in names]
     return _around(kind, made), made
 
 

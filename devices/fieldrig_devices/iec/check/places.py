@@ -94,7 +94,7 @@ def without_library(context: Context, node: tree.Expression) -> tree.Expression:
     if context.find(first.text) is not None or any(library in names for names in known):
         return node
     is_ours = project.find(name) is not None or name in project.types or intrinsics.is_standard(node.name)
-    return tree.Name(node.name, place=node.place) if is_ours else node
+    return tree.Name(node.name, position=node.position) if is_ours else node
 
 
 def _name(checker: Checker, node: tree.Name) -> Meaning | None:

@@ -171,7 +171,7 @@ class Project:
         """The names of the function blocks that others extend."""
         self.key = Keys(dialect).__getitem__
         self.names: dict[str, Entity | Pending] = {}
-        self.declared_at: dict[str, tuple[str, tree.Place]] = {}
+        self.declared_at: dict[str, tuple[str, tree.Position]] = {}
         self.shadowed: dict[str, Entity] = {}
         """The meanings of such names in the libraries, if the project has redefined them."""
         self.library_names: set[str] = set()
@@ -201,8 +201,8 @@ class Project:
         self.tasks: list[program.Task] = []
         self.pins: dict[tuple[Pou, int, int], Pins] = {}
         """The parameters of calls by what is called, and by how many inputs and outputs it has."""
-        self.calls: dict[Pou, dict[Pou, tree.Place]] = {}
-        """Which POU calls which, with one place of a call."""
+        self.calls: dict[Pou, dict[Pou, tree.Position]] = {}
+        """Which POU calls which, with the position of one call."""
         self.elements: list[Element] = []
         """Elements whose stride may still grow by hidden variables of function blocks."""
         self.components: list[tuple[Component, Field]] = []
@@ -218,10 +218,10 @@ class Project:
         self.names[name] = made = entity.make()
         return made
 
-    def declare(self, name: str, entity: Entity | Pending, file: str, place: tree.Place) -> None:
+    def declare(self, name: str, entity: Entity | Pending, file: str, position: tree.Position) -> None:
         """Give a name its meaning in the whole project; the caller has made sure that it is free."""
         self.names[name] = entity
-        self.declared_at[name] = (file, place)
+        self.declared_at[name] = (file, position)
         self.library_names.discard(name)
 
     def replace(self, name: str) -> None:
@@ -239,8 +239,8 @@ class Project:
 
     def where(self, name: str) -> str:
         """Return where a name was declared, for a message."""
-        file, place = self.declared_at.get(name, ("", tree.NOWHERE))
-        return f"in {file}, line {place.line}" if place.line else "in the control configuration"
+        file, position = self.declared_at.get(name, ("", tree.NOWHERE))
+        return f"in {file}, line {position.line}" if position.line else "in the control configuration"
 
     def values_of(self, kind: EnumType) -> dict[str, int]:
         """Return the numbers of an enumeration by their names."""

@@ -21,7 +21,7 @@ def reading(checker: Checker, node: tree.Expression) -> list[tree.Call] | None:
         return None
     assert isinstance(node, Access)
     if _exists(checker, node):
-        return [tree.Call(node, (), place=node.place)]
+        return [tree.Call(node, (), position=node.position)]
     if not _exists(checker, _to_write(node)):
         return None
     checker.context.say(node, f"the property {text(node)} has no GET", "a property that can be read")
@@ -36,7 +36,7 @@ def writing(checker: Checker, node: tree.Assign) -> list[tree.Call] | None:
     assert isinstance(target, Access)
     called = _to_write(target)
     if _exists(checker, called):
-        return [tree.Call(called, (tree.Argument(node.value, place=node.value.place),), place=node.place)]
+        return [tree.Call(called, (tree.Argument(node.value, position=node.value.position),), position=node.position)]
     if not _exists(checker, target) or _refers(checker, target):
         return None
     checker.context.say(target, f"the property {text(target)} has no SET", "a property that can be written")
@@ -52,8 +52,8 @@ def _may_be_one(context: Context, node: tree.Expression) -> bool:
 
 def _to_write(node: Access) -> Access:
     if isinstance(node, tree.Name):
-        return tree.Name(name_to_write(node.text), place=node.place)
-    return tree.Member(node.of, name_to_write(node.name), place=node.place)
+        return tree.Name(name_to_write(node.text), position=node.position)
+    return tree.Member(node.of, name_to_write(node.name), position=node.position)
 
 
 def _refers(checker: Checker, node: Access) -> bool:

@@ -40,13 +40,13 @@ def assignment(checker: Checker, node: tree.Assign) -> Assign | None:
         value = Constant(0, target.type)
     else:
         value = reference_to(checker, node.value, target.type)
-    return Assign(target, value, line=node.place.line) if value is not None else None
+    return Assign(target, value, line=node.position.line) if value is not None else None
 
 
 def attempt(checker: Checker, node: tree.Assign) -> Evaluate | None:
     """`x ?= y` lets x refer to the instance of y if that implements the interface of x, and to nothing if not."""
     call = _query_of(checker, node.value, node.target)
-    return Evaluate(call, line=node.place.line) if call is not None else None
+    return Evaluate(call, line=node.position.line) if call is not None else None
 
 
 def reference_to(checker: Checker, node: tree.Expression, kind: PointerType) -> Expression | None:

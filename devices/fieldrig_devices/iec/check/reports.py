@@ -6,7 +6,7 @@ from typing import Final
 
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.limits import MOST_MESSAGES
-from fieldrig_devices.iec.tree import Place
+from fieldrig_devices.iec.tree import Position
 from fieldrig_devices.languages.mistakes import Mistake
 
 MOST_SEARCHES: Final = 25
@@ -30,15 +30,15 @@ class Reports:
         self.mistakes: list[Mistake] = []
         self._searches = self._mistakes = self._notes = 0
 
-    def say(self, file: str, place: Place, what: str, expected: str = "", hint: str = "") -> None:
+    def say(self, file: str, position: Position, what: str, expected: str = "", hint: str = "") -> None:
         if self._mistakes < MOST_MESSAGES:
             self._mistakes += 1
-            self.mistakes.append(Mistake(place.line, place.column, what, expected, file=file, hint=hint))
+            self.mistakes.append(Mistake(position.line, position.column, what, expected, file=file, hint=hint))
 
-    def note(self, file: str, place: Place, what: str, hint: str = "") -> None:
+    def note(self, file: str, position: Position, what: str, hint: str = "") -> None:
         if self._notes < MOST_MESSAGES:
             self._notes += 1
-            self.mistakes.append(Mistake(place.line, place.column, what, is_note=True, file=file, hint=hint))
+            self.mistakes.append(Mistake(position.line, position.column, what, is_note=True, file=file, hint=hint))
 
     def withdraw(self, first: int) -> None:
         """Forget the mistakes from this number on."""

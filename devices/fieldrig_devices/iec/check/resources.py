@@ -15,21 +15,21 @@ def chosen(project: Project, units: Sequence[tree.Unit], wanted: str) -> str:
 
     There is a message if the setting is missing although there are several, or names one that does not exist.
     """
-    resources: dict[str, tuple[str, tree.Place, str]] = {}
+    resources: dict[str, tuple[str, tree.Position, str]] = {}
     for unit in units:
         for node in unit.declarations:
             if isinstance(node, tree.Configuration):
                 for part in parts(node):
                     if part.resource:
-                        resources.setdefault(project.key(part.resource), (part.resource, part.place, unit.file))
+                        resources.setdefault(project.key(part.resource), (part.resource, part.position, unit.file))
     names = ", ".join(name for name, _, _ in resources.values())
     if wanted and project.key(wanted) not in resources:
-        _, place, file = next(iter(resources.values()), ("", tree.Place(1, 1), units[-1].file if units else ""))
-        project.reports.say(file, place, f"there is no resource {wanted}", names or "a RESOURCE in the source")
+        _, position, file = next(iter(resources.values()), ("", tree.Position(1, 1), units[-1].file if units else ""))
+        project.reports.say(file, position, f"there is no resource {wanted}", names or "a RESOURCE in the source")
     elif not wanted and len(resources) > 1:
-        _, place, file = list(resources.values())[1]
+        _, position, file = list(resources.values())[1]
         what = f"there are the resources {names}, and a controller runs one of them"
-        project.reports.say(file, place, what, "the key resource of the controller, or --resource, with its name")
+        project.reports.say(file, position, what, "the key resource of the controller, or --resource, with its name")
     return project.key(wanted) if project.key(wanted) in resources else next(iter(resources), "")
 
 

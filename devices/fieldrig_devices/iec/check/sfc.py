@@ -73,7 +73,7 @@ class _Chart:
         self._transitions = sorted(body.transitions, key=lambda transition: transition.priority)
         self._context = context
         self._made: list[tree.AnyStatement] = []
-        self._place = body.place
+        self._position = body.position
 
     def cycle(self) -> list[AnyStatement]:
         for step in self._steps:
@@ -88,7 +88,7 @@ class _Chart:
         for control in self._controls():
             self._action(control)
         for step in self._steps:
-            self._place = step.place
+            self._position = step.position
             self._add(_assign(_flag(step.name, "_x"), _flag(step.name, "x")))
         self._test_and_switch()
         return Statements(self._context).body(self._made)
@@ -99,7 +99,9 @@ class _Chart:
         context, owner = self._context, self._context.owner
         assert owner is not None
         initial: dict[str, InitialValue] | None = {"x": True} if step.is_initial else None
-        made = Variable(step.name, STEP, Space.INSTANCE, Section.LOCAL, initial, place=step.place, file=context.file)
+        made = Variable(
+            step.name, STEP, Space.INSTANCE, Section.LOCAL, initial, position=step.position, file=context.file
+        )
         made.comment = f"Step {step.name}"
         owner.variables[context.key(step.name)] = made
         context.names[context.key(step.name)] = made
@@ -129,23 +131,25 @@ class _Chart:
     # ---- statements
 
     def _add(self, statement: tree.AnyStatement) -> None:
-        statement.place = self._place
+        statement.position = self._position
         self._made.append(statement)
 
     def _if(self, condition: tree.Expression, *then: tree.AnyStatement) -> None:
-        self._add(_conditional(condition, then, self._place))
+        self._add(_conditional(condition, then, self._position))
 
     # ---- 1: actions
 
     def _time(self, step: tree.Step) -> None:
         """The time of a step counts from the first cycle of its actions."""
-        self._place = step.place
-        begin = _conditional(_not(_flag(step.name, "_x")), (_assign(_flag(step.name, "_t"), self._now),), self._place)
+        self._position = step.position
+        begin = _conditional(
+            _not(_flag(step.name, "_x")), (_assign(_flag(step.name, "_t"), self._now),), self._position
+        )
         elapsed = tree.Binary("-", self._now, _flag(step.name, "_t"))
         self._if(_flag(step.name, "x"), begin, _assign(_flag(step.name, "t"), elapsed))
 
     def _simple_step(self, step: tree.Step) -> None:
-        self._place = step.place
+        self._position = step.position
         sections = self._sections[self._context.key(step.name)]
         if "entry" in sections:
             self._if(self._begins(step.name), _call(sections["entry"]))
@@ -165,7 +169,7 @@ class _Chart:
 
     def _action(self, control: _Control) -> None:
         """Compute whether an action runs, and run it (ACTION_CONTROL of the standard)."""
-        self._place = control.uses[0][1].place
+        self._position = control.uses[0][1].position
         resets = [_flag(step, "x") for step, use in control.uses if use.qualifier == "R"]
         is_reset = self._kept("reset", resets) if resets else None
         reasons = [self._reason(step, use, is_reset) for step, use in control.uses if use.qualifier != "R"]
@@ -173,10 +177,10 @@ class _Chart:
         runs = _any([*reasons, *stored]) if reasons or stored else _FALSE
         if is_reset is not None:
             runs = _and(_not(is_reset), runs)
-        action = Name(control.name, place=self._place)
+        action = Name(control.name, position=self._position)
         owner = self._context.owner
         if owner is not None and self._context.key(control.name) in owner.actions:
-            self._if(runs, tree.CallStatement(tree.Call(action, (), place=self._place)))
+            self._if(runs, tree.CallStatement(tree.Call(action, (), position=self._position)))
         else:
             self._add(_assign(action, runs))
 
@@ -194,9 +198,9 @@ class _Chart:
         time = use.time or _FALSE
         match use.qualifier:
             case "L":
-                return _and(active, tree.Binary("<", _flag(step, "t"), time, place=use.place))
+                return _and(active, tree.Binary("<", _flag(step, "t"), time, position=use.position))
             case "D":
-                return _and(active, tree.Binary(">=", _flag(step, "t"), time, place=use.place))
+                return _and(active, tree.Binary(">=", _flag(step, "t"), time, position=use.position))
             case "P" | "P1":
                 return self._begins(step)
             case "P0":
@@ -218,7 +222,7 @@ class _Chart:
         if is_reset is not None:
             self._if(is_reset, _assign(is_on, _FALSE))
         elapsed = tree.Binary("-", self._now, begin)
-        return _and(is_on, tree.Binary(operator, elapsed, use.time or _FALSE, place=use.place))
+        return _and(is_on, tree.Binary(operator, elapsed, use.time or _FALSE, position=use.position))
 
     def _stored(self, control: _Control, is_reset: tree.Expression | None) -> list[tree.Expression]:
         """Store an action with S or DS, and clear it with R."""
@@ -227,7 +231,7 @@ class _Chart:
             if use.qualifier == "S":
                 sets.append(_flag(step, "x"))
             elif use.qualifier == "DS":
-                late = tree.Binary(">=", _flag(step, "t"), use.time or _FALSE, place=use.place)
+                late = tree.Binary(">=", _flag(step, "t"), use.time or _FALSE, position=use.position)
                 sets.append(_and(_flag(step, "x"), late))
         if not sets:
             return []
@@ -243,20 +247,20 @@ class _Chart:
         fired: list[tuple[tree.Transition, Name]] = []
         left = self._with_alternatives()
         for transition in self._transitions:
-            self._place = transition.place
+            self._position = transition.position
             name = self._hidden("fires", Elementary.BOOL)
             taken = [left[key] for key in self._keys(transition) if key in left]
             enabled = _all([*(_flag(step, "x") for step in transition.sources), *(_not(other) for other in taken)])
             self._add(_assign(name, _FALSE))
-            self._if(enabled, _assign(name, transition.condition, transition.condition.place))
+            self._if(enabled, _assign(name, transition.condition, transition.condition.position))
             if taken:
                 self._if(name, *(_assign(other, _TRUE) for other in taken))
             fired.append((transition, name))
         for transition, name in fired:
-            self._place = transition.place
+            self._position = transition.position
             self._if(name, *(statement for step in transition.sources for statement in self._leave(step)))
         for transition, name in fired:
-            self._place = transition.place
+            self._position = transition.position
             self._if(name, *(self._enter(step) for step in transition.targets))
 
     def _with_alternatives(self) -> dict[str, Name]:
@@ -280,7 +284,7 @@ class _Chart:
     def _enter(self, step: str) -> tree.AnyStatement:
         """Make a step active; one that has just been left begins again."""
         activate = (_assign(_flag(step, "x"), _TRUE), _assign(_flag(step, "_x"), _FALSE))
-        return _conditional(_not(_flag(step, "x")), activate, self._place)
+        return _conditional(_not(_flag(step, "x")), activate, self._position)
 
 
 # ---- trees
@@ -290,18 +294,18 @@ def _flag(step: str, name: str) -> Member:
     return Member(Name(step), name)
 
 
-def _assign(target: tree.Expression, value: tree.Expression, place: tree.Place = tree.NOWHERE) -> tree.Assign:
-    return tree.Assign(target, value, place=place)
+def _assign(target: tree.Expression, value: tree.Expression, position: tree.Position = tree.NOWHERE) -> tree.Assign:
+    return tree.Assign(target, value, position=position)
 
 
 def _call(name: str) -> tree.CallStatement:
     return tree.CallStatement(tree.Call(Name(name), ()))
 
 
-def _conditional(condition: tree.Expression, then: Sequence[tree.AnyStatement], place: tree.Place) -> tree.If:
+def _conditional(condition: tree.Expression, then: Sequence[tree.AnyStatement], position: tree.Position) -> tree.If:
     for statement in then:
-        statement.place = place
-    return tree.If((tree.Branch(condition, tuple(then), place=place),), place=place)
+        statement.position = position
+    return tree.If((tree.Branch(condition, tuple(then), position=position),), position=position)
 
 
 def _not(operand: tree.Expression) -> tree.Expression:

@@ -103,7 +103,7 @@ class Startup:
             return
         flag = Cell(self._project.globals[FLAG.lower()], Elementary.BOOL)
         for pou in dict.fromkeys(pou for task in self._project.tasks for pou in task.programs):
-            line = self._project.sources[pou].tree.place.line
+            line = self._project.sources[pou].tree.position.line
             run: list[AnyStatement] = [Assign(flag, Constant(True, Elementary.BOOL), line=line)]
             functions = self._functions.values()
             run += [Evaluate(CallFunction(function, (), Elementary.BOOL), line=line) for function in functions]
@@ -180,7 +180,7 @@ class Startup:
         pou, project = source.pou, self._project
         own = [variable for variable in pou.variables.values() if variable.space is Space.INSTANCE]
         body = [one for variable in own for one in self._started(variable, variable.name)]
-        node = tree.Pou(PouKind.FUNCTION, START, None, (), tree.StBody(tuple(body)), place=source.tree.place)
+        node = tree.Pou(PouKind.FUNCTION, START, None, (), tree.StBody(tuple(body)), position=source.tree.position)
         made = Pou(PouKind.FUNCTION, f"{pou.name}.{START}", pou.file, owner=pou)
         pou.methods[START] = project.pous[f"{project.key(pou.name)}.{START}"] = made
         project.sources[made] = own_source = PouSource(made, node, source.is_library, outer=source)
@@ -193,7 +193,7 @@ class Startup:
             return
         node = self._project.declared.get(variable)
         spec = node.type if node is not None else _PLAIN
-        target = tree.Name(name, place=variable.place)
+        target = tree.Name(name, position=variable.position)
         yield from self._instances(target, variable.type, spec)
         is_computed = variable in self._project.computed
         if node is not None and node.initial is not None and (is_computed or self._is_constructed(variable.type)):
@@ -205,7 +205,7 @@ class Startup:
         if not self._has_instances(kind):
             return
         if isinstance(kind, StructType):
-            starter = tree.Name(self._starter(kind), place=target.place)
+            starter = tree.Name(self._starter(kind), position=target.position)
             yield _call(starter, [tree.Argument(target, WHOLE)])
             return
         if isinstance(kind, ArrayType):
@@ -214,11 +214,11 @@ class Startup:
         block = _block(kind)
         assert block is not None
         if self._is_needed(block):
-            yield _call(tree.Member(target, START, place=target.place))
+            yield _call(tree.Member(target, START, position=target.position))
         rows = spec.rows if isinstance(spec, tree.NamedType) else ()
         given = rows[at] if at < len(rows) else spec.arguments if isinstance(spec, tree.NamedType) else ()
         for name in self._constructors(block):
-            yield _call(tree.Member(target, name, place=target.place), self._fitting(block.methods[name], given))
+            yield _call(tree.Member(target, name, position=target.position), self._fitting(block.methods[name], given))
 
     def _starter(self, kind: StructType) -> str:
         """Return the name of the function that starts the instances in a structure."""
@@ -254,10 +254,10 @@ class Startup:
             return
         counter = tree.Name(f"{COUNTER}{self._loops}")
         self._loops += 1
-        element = tree.Index(target, (counter,), place=target.place)
+        element = tree.Index(target, (counter,), position=target.position)
         body = tuple(self._instances(element, kind.element, inner))
         self._loops -= 1
-        yield tree.For(counter, _number(kind.low), _number(kind.high), None, body, place=target.place)
+        yield tree.For(counter, _number(kind.low), _number(kind.high), None, body, position=target.position)
 
     def _fitting(self, method: Pou, given: Sequence[tree.Argument]) -> Sequence[tree.Argument]:
         """Return the arguments for the FB_init of one level; that of a derived block has those of its base in front."""
@@ -280,7 +280,7 @@ def _block(kind: Type) -> Pou | None:
 
 
 def _call(called: tree.Expression, arguments: Sequence[tree.Argument] = ()) -> tree.CallStatement:
-    return tree.CallStatement(tree.Call(called, tuple(arguments), place=called.place), place=called.place)
+    return tree.CallStatement(tree.Call(called, tuple(arguments), position=called.position), position=called.position)
 
 
 def _number(value: int) -> tree.Literal:
@@ -288,7 +288,7 @@ def _number(value: int) -> tree.Literal:
 
 
 def _element(target: tree.Expression, index: int) -> tree.Index:
-    return tree.Index(target, (_number(index),), place=target.place)
+    return tree.Index(target, (_number(index),), position=target.position)
 
 
 def _count_with(source: PouSource) -> None:
@@ -308,7 +308,7 @@ def _assignments(target: tree.Expression, kind: Type, initial: tree.Initial) -> 
     match initial:
         case tree.StructInitial(fields):
             for field in fields:
-                member = tree.Member(target, field.name, place=field.place)
+                member = tree.Member(target, field.name, position=field.position)
                 yield from _assignments(member, _part(kind, field.name), field.value)
         case tree.ArrayInitial(elements) if isinstance(kind, ArrayType):
             index = kind.low
@@ -323,7 +323,7 @@ def _assignments(target: tree.Expression, kind: Type, initial: tree.Initial) -> 
         case _:
             is_reference = isinstance(kind, PointerType) and kind.is_reference
             how = tree.AssignKind.REFER if is_reference else tree.AssignKind.PLAIN
-            yield tree.Assign(target, initial, how, place=initial.place)
+            yield tree.Assign(target, initial, how, position=initial.position)
 
 
 def _count(element: tree.Initial | tree.Repeated) -> int:

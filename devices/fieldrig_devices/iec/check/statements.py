@@ -65,7 +65,9 @@ class Statements:
             writing = properties.writing(self.expressions, node)
             if writing is not None:
                 return [
-                    made for call in writing for made in blocks.call_statement(self.expressions, call, node.place.line)
+                    made
+                    for call in writing
+                    for made in blocks.call_statement(self.expressions, call, node.position.line)
                 ]
         target = self.expressions.target(node.target)
         if target is None:
@@ -73,13 +75,13 @@ class Statements:
             return None
         if node.kind is not tree.AssignKind.PLAIN:
             return self._set(node, target)
-        value, line = self.expressions.expression_as(node.value, target.type), node.place.line
+        value, line = self.expressions.expression_as(node.value, target.type), node.position.line
         return enable.statements(value, lambda made: program.Assign(target, made, line=line), line) if value else None
 
     def _chain(self, node: tree.Assign) -> list[AnyStatement]:
         """`a := b := 3` assigns from right to left, so that a gets what b has then."""
         parts = [node.target, *node.others, node.value]
-        pairs = [tree.Assign(parts[n], parts[n + 1], place=node.place) for n in reversed(range(len(parts) - 1))]
+        pairs = [tree.Assign(parts[n], parts[n + 1], position=node.position) for n in reversed(range(len(parts) - 1))]
         return self.statements(pairs)
 
     def _set(self, node: tree.Assign, target: program.Place) -> AnyStatement | None:
@@ -90,12 +92,12 @@ class Statements:
                 node.target, f"{text(node.target)} is {a(target.type)}", f"a BOOL in front of {node.kind.value}"
             )
             return None
-        line = node.place.line
+        line = node.position.line
         value = Constant(node.kind is tree.AssignKind.SET, BOOL)
         return program.If(condition, [program.Assign(target, value, line=line)], line=line) if condition else None
 
     def _call(self, node: tree.CallStatement) -> list[AnyStatement]:
-        return blocks.call_statement(self.expressions, node.call, node.place.line)
+        return blocks.call_statement(self.expressions, node.call, node.position.line)
 
     # ---- conditions and choices
 
@@ -123,7 +125,7 @@ class Statements:
         for condition, body, branch in reversed(branches):
             if condition is None:
                 return None
-            otherwise = [program.If(condition, body, otherwise, line=branch.place.line or node.place.line)]
+            otherwise = [program.If(condition, body, otherwise, line=branch.position.line or node.position.line)]
         return otherwise[0]
 
     def _case(self, node: tree.Case) -> AnyStatement | None:
@@ -131,7 +133,7 @@ class Statements:
         selector = constants.whole(selector) if selector is not None else None
         kind: Type | None = selector.type if selector is not None else None
         if selector is not None and (integer_of(selector) is None or kind is None):
-            if node.selector.place != NOWHERE:  # otherwise the parser has reported it
+            if node.selector.position != NOWHERE:  # otherwise the parser has reported it
                 self.context.say(node.selector, f"{text(node.selector)} is {a(kind)}", "an integer behind CASE")
             kind = None
         labels = CaseLabels(self.expressions, kind)
@@ -141,7 +143,7 @@ class Statements:
             return None
         if type(selector) is Untyped:
             selector = Constant(selector.value, selector.type)
-        return program.Case(selector, made, otherwise, line=node.place.line)
+        return program.Case(selector, made, otherwise, line=node.position.line)
 
     # ---- loops
 
@@ -163,7 +165,9 @@ class Statements:
         if variable is None or values[0] is None or values[1] is None or step is None or kind is None:
             return None
         first = self.expressions.convert(values[0], kind, node.first)
-        return program.For(variable, first, values[1], step, body, line=node.place.line) if first is not None else None
+        return (
+            program.For(variable, first, values[1], step, body, line=node.position.line) if first is not None else None
+        )
 
     def _warn_of_endless(
         self, node: tree.For, values: Sequence[Expression | None], step: Expression | None, kind: Elementary
@@ -201,14 +205,14 @@ class Statements:
         condition = self._condition(node.condition)
         body = self._looped(node.body)
         self._note_endless(node.condition, condition, node.body, ends_at=False)
-        return program.Loop(body, condition=condition, line=node.place.line) if condition is not None else None
+        return program.Loop(body, condition=condition, line=node.position.line) if condition is not None else None
 
     def _repeat(self, node: tree.Repeat) -> AnyStatement | None:
         """REPEAT ends when the condition is TRUE (X8)."""
         body = self._looped(node.body)
         until = self._condition(node.until)
         self._note_endless(node.until, until, node.body, ends_at=True)
-        return program.Loop(body, until=until, line=node.place.line) if until is not None else None
+        return program.Loop(body, until=until, line=node.position.line) if until is not None else None
 
     def _note_endless(
         self, node: tree.Expression, condition: Expression | None, body: Sequence[tree.AnyStatement], *, ends_at: bool
@@ -218,10 +222,10 @@ class Statements:
             self.context.note(node, "the loop never ends", "EXIT or RETURN leaves it")
 
     def _exit(self, node: tree.Exit) -> AnyStatement | None:
-        return program.Exit(line=node.place.line) if self._is_in_loop(node, "EXIT") else None
+        return program.Exit(line=node.position.line) if self._is_in_loop(node, "EXIT") else None
 
     def _continue(self, node: tree.Continue) -> AnyStatement | None:
-        return program.Continue(line=node.place.line) if self._is_in_loop(node, "CONTINUE") else None
+        return program.Continue(line=node.position.line) if self._is_in_loop(node, "CONTINUE") else None
 
     def _is_in_loop(self, node: tree.Node, word: str) -> bool:
         if not self._loops:
@@ -231,20 +235,20 @@ class Statements:
     # ---- jumps
 
     def _return(self, node: tree.Return) -> AnyStatement:
-        return program.Return(line=node.place.line)
+        return program.Return(line=node.position.line)
 
     def _label(self, node: tree.Label) -> AnyStatement | None:
         name = self.context.key(node.name)
         if name in self._labels:
-            where = self._labels[name].place.line
+            where = self._labels[name].position.line
             self.context.say(node, f"the label {node.name} exists already in line {where}", "another name")
             return None
         self._labels[name] = node
-        return program.Label(name, line=node.place.line)
+        return program.Label(name, line=node.position.line)
 
     def _jump(self, node: tree.Jump) -> AnyStatement:
         self._jumps.append(node)
-        return program.Jump(self.context.key(node.label), line=node.place.line)
+        return program.Jump(self.context.key(node.label), line=node.position.line)
 
     def _empty(self, node: tree.Empty) -> None:
         return None

@@ -26,7 +26,7 @@ class Tasks:
     def __init__(self, project: Project) -> None:
         self._project = project
         self._tasks: dict[str, Task] = {}
-        self._places: dict[str, tree.Place] = {}
+        self._places: dict[str, tree.Position] = {}
 
     def configure(self, configurations: Sequence[tuple[tree.Configuration, str]]) -> None:
         configured = [(node, file) for node, file in configurations if node.tasks or node.programs]
@@ -46,10 +46,10 @@ class Tasks:
     def _without_configuration(self) -> None:
         programs, main, reports = self._programs(), self._main(), self._project.reports
         if main is not None:
-            place = self._project.sources[main].tree.place
+            position = self._project.sources[main].tree.position
             reports.note(
                 main.file,
-                place,
+                position,
                 f"{main.name} runs every {DEFAULT_INTERVAL_MS:g} ms, because there is no task configuration",
                 "write CONFIGURATION with TASK and PROGRAM ... WITH ...",
             )
@@ -61,16 +61,16 @@ class Tasks:
                 None,
                 [main],
                 main.file,
-                place.line,
+                position.line,
                 is_default=True,
             )
             self._tasks[MAINS[0]] = task
         elif programs:
             names = ", ".join(pou.name for pou in programs[:8])
-            place = self._project.sources[programs[0]].tree.place
+            position = self._project.sources[programs[0]].tree.position
             reports.say(
                 programs[0].file,
-                place,
+                position,
                 f"no task runs any of the programs {names}",
                 "a task configuration",
                 "name one of them PLC_PRG, or write CONFIGURATION",
@@ -101,12 +101,12 @@ class Tasks:
         if name in self._tasks:
             context.say(node, f"the task {node.name} is declared twice", "another name")
             return
-        self._places[name] = node.place
+        self._places[name] = node.position
         priority = self._priority(node, context)
         interval = self._interval(node, context)
         event = self._event(node.single, context) if node.single is not None else None
         kind = TaskKind.EVENT if node.single is not None else TaskKind.CYCLIC if interval else TaskKind.FREE
-        self._tasks[name] = Task(node.name, kind, priority, interval, event, [], context.file, node.place.line)
+        self._tasks[name] = Task(node.name, kind, priority, interval, event, [], context.file, node.position.line)
 
     def _priority(self, node: tree.TaskDeclaration, context: Context) -> int:
         if node.priority is None:
@@ -160,9 +160,9 @@ class Tasks:
 
     def _free(self, node: tree.ProgramInstance, context: Context) -> Task:
         """A program without WITH runs free, at the lowest priority (IEC 61131-3)."""
-        task = Task(node.name, TaskKind.FREE, LOWEST_PRIORITY, 0.0, None, [], context.file, node.place.line)
+        task = Task(node.name, TaskKind.FREE, LOWEST_PRIORITY, 0.0, None, [], context.file, node.position.line)
         name = context.key(node.name)
-        self._tasks[name], self._places[name] = task, node.place
+        self._tasks[name], self._places[name] = task, node.position
         return task
 
     def _check(self) -> None:

@@ -79,7 +79,7 @@ class TypeSpecs:
 
     def resolve_all(self) -> None:
         for name, (declaration, context) in self._declared.items():
-            self._named(name, tree.NamedType(declaration.name, place=declaration.place), context)
+            self._named(name, tree.NamedType(declaration.name, position=declaration.position), context)
 
     def declared(self) -> dict[str, Type]:
         return {name: self._project.types[name] for name in self._declared if name in self._project.types}
@@ -164,7 +164,7 @@ class TypeSpecs:
             return InterfaceType(self._project.facades[name].type or UNKNOWN)
         library, _, plain = spec.name.rpartition(".")
         if library and library.casefold() not in self._project.lists and self._is_known(self._key(plain)):
-            return self._named(self._key(plain), tree.NamedType(plain, place=spec.place), context)
+            return self._named(self._key(plain), tree.NamedType(plain, position=spec.position), context)
         blocks = [known for known, known_pou in self._project.pous.items() if known_pou.type is not None]
         meant = _OF_OTHER_LANGUAGES.get(name)
         if meant is not None:
@@ -276,10 +276,10 @@ class TypeSpecs:
                 break
             if len(seen) == DEEPEST:
                 context.say(spec, f"the structure extends more than {DEEPEST} others", f"at most {DEEPEST} levels")
-                return tree.StructSpec(spec.fields, spec.is_union, place=spec.place)
+                return tree.StructSpec(spec.fields, spec.is_union, position=spec.position)
             seen.add(plain)
             fields, extends = (*above.fields, *fields), above.extends
-        return tree.StructSpec(fields, spec.is_union, place=spec.place)
+        return tree.StructSpec(fields, spec.is_union, position=spec.position)
 
     # ---- enumerations
 
@@ -302,7 +302,7 @@ class TypeSpecs:
                 continue
             if known in project.library_names:
                 project.replace(known)
-            project.declare(known, Pending(partial(self._value, kind, known)), context.file, value.place)
+            project.declare(known, Pending(partial(self._value, kind, known)), context.file, value.position)
         return kind
 
     def _value(self, kind: EnumType, wanted: str) -> Constant:

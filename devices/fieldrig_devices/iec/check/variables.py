@@ -91,7 +91,7 @@ class Variables:
         if source.tree.result is not None:
             kind = self._specs.resolve(source.tree.result, context)
             name = source.tree.name
-            pou.result = Variable(name, kind, Space.FRAME, Section.OUTPUT, place=source.tree.place, file=pou.file)
+            pou.result = Variable(name, kind, Space.FRAME, Section.OUTPUT, position=source.tree.position, file=pou.file)
             pou.result.initial = self.default(source.tree.result, kind)
             source.names[self._project.key(name)] = pou.result
         elif pou.kind is PouKind.FUNCTION and pou.owner is None and not self._project.dialect.has_void_functions:
@@ -148,7 +148,7 @@ class Variables:
         name = self._project.key(node.name)
         known = source.names.get(name)
         if known is not None:
-            where = f"in line {known.place.line} already" if known.place.line else "already"
+            where = f"in line {known.position.line} already" if known.position.line else "already"
             context.say(node, f"{node.name} is declared {where}", "another name, or one declaration (PD-350)")
             return
         if block.section is Section.EXTERNAL:
@@ -232,7 +232,7 @@ class Variables:
             is_retain=block.is_retain or block.is_persistent,
             is_constant=block.is_constant and section in (*MAY_BE_CONSTANT, Section.IN_OUT),
             is_fixed=block.is_constant and block.section is Section.INPUT,
-            place=node.place,
+            position=node.position,
             file=context.file,
             comment=comment_of(node),
             narrow=self._specs.resolve(node.narrow, context) if node.narrow is not None else None,

@@ -45,10 +45,10 @@ def _variable(project: Project, sizes: Sizes, variable: Variable) -> None:
     size, parts = sizes.of(variable.type), sizes.parts(variable.type)
     if parts > MOST_PARTS:
         what = f"{variable.name} has {parts} components and elements"
-        project.reports.say(variable.file, variable.place, what, f"at most {MOST_PARTS}")
+        project.reports.say(variable.file, variable.position, what, f"at most {MOST_PARTS}")
     if size > limit:
         project.reports.say(
-            variable.file, variable.place, f"{variable.name} has {size} bytes", f"at most {limit} bytes (PD-316)"
+            variable.file, variable.position, f"{variable.name} has {size} bytes", f"at most {limit} bytes (PD-316)"
         )
 
 
@@ -59,7 +59,7 @@ def _lists(project: Project, sizes: Sizes, lists: Sequence[tuple[list[Variable],
         if size > limit and all(sizes.variable(variable) <= limit for variable in members):
             hint = "divide it into several lists"
             project.reports.say(
-                file, block.place, f"this list has {size} bytes", f"at most {limit} bytes (PD-316)", hint
+                file, block.position, f"this list has {size} bytes", f"at most {limit} bytes (PD-316)", hint
             )
 
 
@@ -71,7 +71,7 @@ def _instances(project: Project) -> None:
         if pou.kind.has_instances and pou.type is not None and pou.type.size > limit:
             project.reports.say(
                 pou.file,
-                source.tree.place,
+                source.tree.position,
                 f"an instance of {pou.name} has {pou.type.size} bytes, with the blocks in it",
                 f"at most {limit} bytes (PD-316)",
             )
@@ -91,7 +91,7 @@ def _totals(project: Project, sizes: Sizes) -> None:
             largest = max(project.globals.values(), key=sizes.variable)
             project.reports.say(
                 largest.file,
-                largest.place,
+                largest.position,
                 f"{what} {used} bytes",
                 f"at most {limit} bytes ({row})",
                 f"the largest is {largest.name}",
@@ -115,7 +115,7 @@ def _stack(project: Project, sizes: Sizes) -> None:
         if size > limit:
             project.reports.say(
                 pou.file,
-                source.tree.place,
+                source.tree.position,
                 f"the variables of {pou.name} on the stack have {size} bytes",
                 f"at most {limit} bytes (PD-317)",
                 "pass large arrays through VAR_IN_OUT",
@@ -138,9 +138,12 @@ def _recursion(project: Project) -> None:
                 continue
             called = rest.pop()
             if state.get(called) == 1:
-                place = project.calls[pou][called]
+                position = project.calls[pou][called]
                 project.reports.note(
-                    pou.file, place, f"{called.name} calls itself", "the stack holds few levels of recursion (PD-317)"
+                    pou.file,
+                    position,
+                    f"{called.name} calls itself",
+                    "the stack holds few levels of recursion (PD-317)",
                 )
             elif called not in state:
                 state[called] = 1

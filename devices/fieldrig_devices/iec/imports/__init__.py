@@ -42,7 +42,7 @@ def read_sources(
     drawn = [number for number, file in enumerate(files) if _has_drawing(file.text)] if len(files) > 1 else []
     units = [unit for unit, _ in read]
     for number in drawn:
-        others = (unit for place, unit in enumerate(units) if place != number)
+        others = (unit for other, unit in enumerate(units) if other != number)
         around = [*given, *(declaration for unit in others for declaration in unit.declarations)]
         read[number] = read_source(files[number].name, files[number].text, dialect, around)
     return read

@@ -75,9 +75,9 @@ def _pou(raw: Raw, kinds: Kinds, fragments: Fragments) -> tree.Pou:
     bodies = Bodies(fragments, hidden, inner)
     for part in raw.transitions:
         bodies.conditions[part.name.casefold()] = Condition(part.line, body=part.body)
-    place = tree.Place(raw.line, 1)
+    position = tree.Position(raw.line, 1)
     with fragments.report.inside(f"{raw.kind.value} {raw.name[:60]}"):
-        main = _joined([bodies.body(drawn) for drawn in raw.bodies], fragments, place)
+        main = _joined([bodies.body(drawn) for drawn in raw.bodies], fragments, position)
         actions = [_action(part, bodies, fragments) for part in raw.actions]
         methods = [_method(method, raw, kinds, fragments) for method in raw.methods]
     return tree.Pou(
@@ -92,23 +92,23 @@ def _pou(raw: Raw, kinds: Kinds, fragments: Fragments) -> tree.Pou:
         raw.modifiers,
         raw.implements,
         comments=raw.comments,
-        place=place,
-        end=tree.Place(max((drawn.line for drawn in raw.bodies), default=raw.line), 1),
+        position=position,
+        end=tree.Position(max((drawn.line for drawn in raw.bodies), default=raw.line), 1),
     )
 
 
 def _method(raw: Raw, outer: Raw, kinds: Kinds, fragments: Fragments) -> tree.Method:
     inner = kinds.of_pou(outer.name, outer.blocks, None).of_pou(raw.name, raw.blocks, raw.result)
-    place = tree.Place(raw.line, 1)
+    position = tree.Position(raw.line, 1)
     hidden = Hidden(
         {raw.name.casefold(), *inner.variables, *inner.pous, *inner.types}, False, inner.variables, inner.narrow
     )
     with fragments.report.inside(f"method {raw.name[:60]}"):
         bodies = Bodies(fragments, hidden, inner)
-        body = _joined([bodies.body(drawn) for drawn in raw.bodies], fragments, place)
+        body = _joined([bodies.body(drawn) for drawn in raw.bodies], fragments, position)
     blocks = (*raw.blocks, *hidden.block())
     return tree.Method(
-        raw.name, raw.result, blocks, body, raw.modifiers, raw.accessor, comments=raw.comments, place=place
+        raw.name, raw.result, blocks, body, raw.modifiers, raw.accessor, comments=raw.comments, position=position
     )
 
 
@@ -116,20 +116,20 @@ def prototype(raw: Raw) -> tree.Method:
     """Return a method of an interface, which has no code, no access specifier and no variables but its arguments."""
     kinds = (tree.Section.INPUT, tree.Section.OUTPUT, tree.Section.IN_OUT)
     arguments = tuple(block for block in raw.blocks if block.section in kinds)
-    place, comments = tree.Place(raw.line, 1), raw.comments
+    position, comments = tree.Position(raw.line, 1), raw.comments
     return tree.Method(
-        raw.name, raw.result, arguments, tree.StBody(()), accessor=raw.accessor, comments=comments, place=place
+        raw.name, raw.result, arguments, tree.StBody(()), accessor=raw.accessor, comments=comments, position=position
     )
 
 
 def _action(part: Part, bodies: Bodies, fragments: Fragments) -> tree.Action:
-    place = tree.Place(part.line, 1)
+    position = tree.Position(part.line, 1)
     with fragments.report.inside(f"ACTION {part.name[:60]}"):
         fragments.is_name(part.name, part.line, "an action")
-        return tree.Action(part.name, bodies.body(part.body), comments=part.comments, place=place)
+        return tree.Action(part.name, bodies.body(part.body), comments=part.comments, position=position)
 
 
-def _joined(bodies: list[tree.Body], fragments: Fragments, place: tree.Place) -> tree.Body:
+def _joined(bodies: list[tree.Body], fragments: Fragments, position: tree.Position) -> tree.Body:
     """Several worksheets of a POU are executed one after the other."""
     if len(bodies) == 1:
         return bodies[0]
@@ -139,6 +139,6 @@ def _joined(bodies: list[tree.Body], fragments: Fragments, place: tree.Place) ->
             statements += body.statements
         else:
             fragments.report.mistake(
-                body.place.line, "A body of several worksheets has one in IL or SFC", "worksheets in ST, LD or FBD"
+                body.position.line, "A body of several worksheets has one in IL or SFC", "worksheets in ST, LD or FBD"
             )
-    return tree.StBody(tuple(statements), place=place)
+    return tree.StBody(tuple(statements), position=position)

@@ -27,9 +27,9 @@ class Fragments:
     def expression(self, text: str, line: int) -> tree.Expression | None:
         """The expression, or None with a message."""
         stripped = text.strip()
-        place = tree.Place(line, 1)
+        position = tree.Position(line, 1)
         if stripped.casefold() in _BOOLEANS:
-            return tree.Literal(tree.LiteralKind.BOOL, _BOOLEANS[stripped.casefold()], stripped, place=place)
+            return tree.Literal(tree.LiteralKind.BOOL, _BOOLEANS[stripped.casefold()], stripped, position=position)
         if not stripped:
             self.report.mistake(line, "An expression is missing", "a variable, a constant or an expression")
             return None
@@ -66,9 +66,9 @@ class Fragments:
     def type(self, text: str, line: int) -> tree.TypeSpec:
         """A type that is given as text, such as `ARRAY[0..3] OF INT`."""
         if _NAME.fullmatch(text.strip()):
-            return tree.NamedType(text.strip(), place=tree.Place(line, 1))
+            return tree.NamedType(text.strip(), position=tree.Position(line, 1))
         declared = self._variable(f": {text.strip()}", line)
-        return declared.type if declared else tree.NamedType("", place=tree.Place(line, 1))
+        return declared.type if declared else tree.NamedType("", position=tree.Position(line, 1))
 
     def initial(self, text: str, line: int) -> tree.Initial | None:
         """A start value: an expression, or a list of values for an array or a structure."""
@@ -82,7 +82,7 @@ class Fragments:
             return None
         area, size, numbers = match.groups()
         parts = () if numbers == "*" else tuple(map(int, numbers.split(".")))
-        return tree.Direct(area.upper(), size.upper(), parts, place=tree.Place(line, 1))
+        return tree.Direct(area.upper(), size.upper(), parts, position=tree.Position(line, 1))
 
     def is_name(self, text: str, line: int, node: str) -> bool:
         """Return whether the text may be a name (6.1.2); if not, report it as a mistake in the name `of` something."""

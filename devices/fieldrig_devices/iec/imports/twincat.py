@@ -110,22 +110,22 @@ def _interface(node: Element, report: Report, dialect: Dialect) -> tree.Unit:
 
 def _task(node: Element, report: Report, dialect: Dialect) -> tree.Unit:
     """A task with its programs; its cycle time is in microseconds."""
-    place = tree.Place(line_of(node), 1)
+    position = tree.Position(line_of(node), 1)
     cycle, priority = (_number(node, name, report) for name in ("CycleTime", "Priority"))
     name = re.sub(r"\W", "_", attribute(node, "Name"), flags=re.ASCII) or "Task"
     interval = None
     if cycle is not None:
         if cycle % _US_A_MS:
-            report.note(place.line, f"The cycle time of {cycle} us is rounded up to whole milliseconds")
+            report.note(position.line, f"The cycle time of {cycle} us is rounded up to whole milliseconds")
         ms = -(-cycle // _US_A_MS)
-        interval = tree.Literal(tree.LiteralKind.TIME, ms, f"T#{ms}ms", place=place)
+        interval = tree.Literal(tree.LiteralKind.TIME, ms, f"T#{ms}ms", position=position)
     number = None
     if priority is not None:
-        number = tree.Literal(tree.LiteralKind.INTEGER, priority, str(priority), place=place)
+        number = tree.Literal(tree.LiteralKind.INTEGER, priority, str(priority), position=position)
     called = [text_of(element(call, "Name")).strip() for call in elements(node, "PouCall")]
-    programs = tuple(tree.ProgramInstance(called_name, name, called_name, place=place) for called_name in called)
-    task = tree.TaskDeclaration(name, number, interval, place=place)
-    return tree.Unit(report.file, (tree.Configuration(name, (), (task,), programs, place=place),))
+    programs = tuple(tree.ProgramInstance(called_name, name, called_name, position=position) for called_name in called)
+    task = tree.TaskDeclaration(name, number, interval, position=position)
+    return tree.Unit(report.file, (tree.Configuration(name, (), (task,), programs, position=position),))
 
 
 def _number(node: Element, name: str, report: Report) -> int | None:

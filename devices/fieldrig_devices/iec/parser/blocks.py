@@ -166,15 +166,15 @@ class Blocks(Expressions):
             if has_semicolon and self.kinds[self.i] == ";":
                 self.i += 1
             return
-        line, _ = self.places[opening]
+        line, _ = self.positions[opening]
         expected = f"{word} for the {opener} in line {line}"
         self.say(self.i, f"got {self.shown(self.i)}", expected, hint or self._suspect(opening))
 
     def _suspect(self, opening: int) -> str:
         """Return a hint which statement inside lacks its end, if the indentation shows it."""
-        column = self.places[opening].column
+        column = self.positions[opening].column
         for inner, end in self._closed:
-            first, last = self.places[inner], self.places[end]
+            first, last = self.positions[inner], self.positions[end]
             if inner > opening and first.line != last.line and first.column > column == last.column:
                 word = self.texts[inner]
                 seen = f"see the indentation of line {last.line}."
@@ -201,10 +201,10 @@ class Blocks(Expressions):
         if self.kinds[self.i] != ":=":
             return left
         hint = "A comparison is written with =, an assignment with :=."
-        place = self.places[self.i]
+        position = self.positions[self.i]
         self.say(self.i, "got := in a condition", "=", hint)
         self.i += 1
-        return tree.Binary("=", left, self.expression(), place=place)
+        return tree.Binary("=", left, self.expression(), position=position)
 
     def _header_word(self, word: str) -> None:
         if self.kinds[self.i] == word:
@@ -234,8 +234,8 @@ class Blocks(Expressions):
     def _after_header(self) -> None:
         """Go on in a header that has no THEN, DO or OF: at the next line or behind the semicolon."""
         kinds = self.kinds
-        line = self.places[max(self.i - 1, 0)].line
-        while kinds[self.i] not in STOPS and self.places[self.i].line == line:
+        line = self.positions[max(self.i - 1, 0)].line
+        while kinds[self.i] not in STOPS and self.positions[self.i].line == line:
             self.i += 1
             if kinds[self.i - 1] == ";":
                 return

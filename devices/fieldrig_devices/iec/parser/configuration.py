@@ -18,7 +18,7 @@ class Configurations(Declarations):
         """Read CONFIGURATION ... END_CONFIGURATION, or RESOURCE ... END_RESOURCE alone."""
         opening = self.i
         self.gather()
-        node = tree.Configuration("", place=self.places[opening], comments=self.taken())
+        node = tree.Configuration("", position=self.positions[opening], comments=self.taken())
         is_whole = self.kinds[opening] == "CONFIGURATION"
         resources: list[tree.Configuration] = []
         if is_whole:
@@ -49,7 +49,7 @@ class Configurations(Declarations):
 
     def _resource(self) -> tree.Configuration:
         opening = self.i
-        node = tree.Configuration("", place=self.places[opening])
+        node = tree.Configuration("", position=self.positions[opening])
         self.i += 1
         node.resource = self.name("the name of the resource")
         if self.accept_word("ON"):
@@ -86,7 +86,7 @@ class Configurations(Declarations):
             self._skip_part(at)
             return True
         self.gather_from(at)
-        part.place, part.comments, part.remark = self.places[at], front + self.taken(), self.remark()
+        part.position, part.comments, part.remark = self.positions[at], front + self.taken(), self.remark()
         return True
 
     def _skip_part(self, start: int) -> None:

@@ -5,7 +5,7 @@ from typing import Final
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.limits import MOST_MESSAGES
-from fieldrig_devices.iec.tree import Place
+from fieldrig_devices.iec.tree import Position
 from fieldrig_devices.languages.mistakes import Mistake
 
 DEEPEST_EXPRESSION: Final = 100
@@ -24,7 +24,12 @@ class Cursor:
     """Reads tokens one by one."""
 
     def __init__(self, tokens: token.Tokens, file: str, dialect: Dialect) -> None:
-        self.kinds, self.texts, self.places, self.comments = tokens.kinds, tokens.texts, tokens.places, tokens.comments
+        self.kinds, self.texts, self.positions, self.comments = (
+            tokens.kinds,
+            tokens.texts,
+            tokens.positions,
+            tokens.comments,
+        )
         self.mistakes = tokens.mistakes
         self.file, self.dialect = file, dialect
         self.i = 0
@@ -44,11 +49,11 @@ class Cursor:
         """Report a mistake at a token, unless one has been reported for it."""
         if at > self._reported and not (self._is_cut and self.kinds[at] == token.END):
             self._reported = at
-            self.say_at(self.places[at], what, expected, hint)
+            self.say_at(self.positions[at], what, expected, hint)
 
-    def say_at(self, place: Place, what: str, expected: str = "", hint: str = "") -> None:
+    def say_at(self, position: Position, what: str, expected: str = "", hint: str = "") -> None:
         if len(self.mistakes) < MOST_MESSAGES:
-            self.mistakes.append(Mistake(*place, what, expected, file=self.file, hint=hint))
+            self.mistakes.append(Mistake(*position, what, expected, file=self.file, hint=hint))
 
     def unexpected(self, expected: str, hint: str = "", at: int = -1) -> UnexpectedError:
         """Report that the present token is not what was expected.  The caller raises what this returns."""
@@ -72,9 +77,9 @@ class Cursor:
         if self._is_cut and self.kinds[self.i] == token.END:
             return
         self._reported = max(self._reported, last)
-        line, column = self.places[last]
-        place = Place(line, column + len(self.texts[last]))
-        self.say_at(place, f"{what} is missing behind {self.shown(last)}", "", hint)
+        line, column = self.positions[last]
+        position = Position(line, column + len(self.texts[last]))
+        self.say_at(position, f"{what} is missing behind {self.shown(last)}", "", hint)
 
     def decimal_hint(self) -> str:
         """Return a hint if the present comma is in a decimal fraction, such as 7,4 or 1,64e9."""
@@ -122,21 +127,21 @@ class Cursor:
 
     def is_next_line(self) -> bool:
         """True if the present token is in another line than the one before it."""
-        return self.i == 0 or self.places[self.i].line != self.places[self.i - 1].line
+        return self.i == 0 or self.positions[self.i].line != self.positions[self.i - 1].line
 
     def is_spaced(self, at: int) -> bool:
         """True if an empty line is in front of a token and its comments."""
-        places = self.places
-        if not at or places[at].line - places[at - 1].line < 2:
+        positions = self.positions
+        if not at or positions[at].line - positions[at - 1].line < 2:
             return False
-        last = self._ends.get(at, places[at - 1].line)
+        last = self._ends.get(at, positions[at - 1].line)
         comments = self.comments.get(at)
-        return (comments[0][0] if comments else places[at].line) - last > 1
+        return (comments[0][0] if comments else positions[at].line) - last > 1
 
     def is_adjacent(self, at: int) -> bool:
         """True if there is nothing between a token and the one in front of it."""
-        line, column = self.places[at - 1]
-        return self.places[at] == (line, column + len(self.texts[at - 1]))
+        line, column = self.positions[at - 1]
+        return self.positions[at] == (line, column + len(self.texts[at - 1]))
 
     def enter(self) -> None:
         """Begin a level of blocks, types or initial values."""
@@ -184,7 +189,7 @@ class Cursor:
         comments = self.comments.get(self.i)
         if not comments or self.i == 0:
             return ""
-        line = self.places[self.i - 1].line
+        line = self.positions[self.i - 1].line
         remarks = [text for begin, text in comments if begin == line]
         rest = [(begin, text) for begin, text in comments if begin != line]
         if rest:

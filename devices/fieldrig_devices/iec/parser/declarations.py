@@ -36,7 +36,7 @@ class Declarations(Types):
     does not report it as unknown.
     """
 
-    _names: Sequence[tuple[str, tree.Place]] = ()
+    _names: Sequence[tuple[str, tree.Position]] = ()
     """Names of the declaration that is being read."""
 
     # ---- blocks of variables
@@ -66,11 +66,11 @@ class Declarations(Types):
             if not self.is_next_line():
                 self.accept(";")
         else:
-            self.say(self.i, f"got {self.shown(self.i)}", f"END_VAR for the {word} in line {self.places[at].line}")
+            self.say(self.i, f"got {self.shown(self.i)}", f"END_VAR for the {word} in line {self.positions[at].line}")
             if self.kinds[self.i] in _ENDS:
                 self.i += 1
         comments = front + (self.taken() if not variables else ())
-        block = tree.Variables(section, variables, *attributes, access, place=self.places[at], comments=comments)
+        block = tree.Variables(section, variables, *attributes, access, position=self.positions[at], comments=comments)
         block.remark = self.remark()
         return block
 
@@ -100,7 +100,7 @@ class Declarations(Types):
             self.i += 1
             fields = self.variables()
             self._end(f"END_{kind}", at, kind, has_semicolon=False)
-            return tree.StructSpec(fields, kind == "UNION", place=self.places[at])
+            return tree.StructSpec(fields, kind == "UNION", position=self.positions[at])
         finally:
             self.depth -= 1
 
@@ -119,7 +119,7 @@ class Declarations(Types):
             except UnexpectedError:
                 self._pending[:0] = front
                 self._synchronise_declaration(at)
-                read += [tree.Variable(name, tree.NamedType(""), place=place) for name, place in self._names]
+                read += [tree.Variable(name, tree.NamedType(""), position=position) for name, position in self._names]
                 continue
             self.gather_from(at)
             declared[0].comments, declared[0].is_spaced = front + self.taken(), is_spaced
@@ -153,8 +153,8 @@ class Declarations(Types):
 
     def _is_declared(self, at: int) -> bool:
         """True if there is a colon in the line of a name, as in a path or in a declaration that is wrong elsewhere."""
-        line = self.places[at].line
-        while self.kinds[at] not in (";", token.END) and self.places[at].line == line:
+        line = self.positions[at].line
+        while self.kinds[at] not in (";", token.END) and self.positions[at].line == line:
             if self.kinds[at] == ":":
                 return True
             at += 1
@@ -197,7 +197,7 @@ class Declarations(Types):
         edge = self._edge()
         initial = self._initial(spec)
         self._end_of_declaration(spec)
-        return [tree.Variable(name, spec, initial, location, edge, place=place) for name, place in names]
+        return [tree.Variable(name, spec, initial, location, edge, position=position) for name, position in names]
 
     def _edge(self) -> str:
         """Read R_EDGE or F_EDGE, if it is there."""
@@ -215,7 +215,7 @@ class Declarations(Types):
         upper = name.upper()
         return upper in RESERVED and (self.dialect.has_long_types or upper not in _LONG)
 
-    def _declared_name(self, is_path: bool) -> tuple[str, tree.Place]:
+    def _declared_name(self, is_path: bool) -> tuple[str, tree.Position]:
         at = self.i
         name = self.name("the name of a variable")
         if self._is_reserved(name):
@@ -227,7 +227,7 @@ class Declarations(Types):
             parts[-1] += f"_{self.texts[self.i]}"
             self.say(at, f"the name {name} {self.texts[self.i]} has a blank in it", "one word", f"Write {parts[-1]}.")
             self.i += 1
-        return ".".join(parts), self.places[at]
+        return ".".join(parts), self.positions[at]
 
     def _is_part_of_name(self) -> bool:
         """True if a name has a blank in it, as in `Intermediate result : BOOL`."""
@@ -320,4 +320,4 @@ class Declarations(Types):
             self.say(at, f"{name} extends {extends} and is no structure", "STRUCT behind the colon")
         initial = self._initial(spec)
         self._end_of_declaration(spec)
-        return tree.TypeDeclaration(name, spec, initial, place=self.places[at])
+        return tree.TypeDeclaration(name, spec, initial, position=self.positions[at])

@@ -106,7 +106,7 @@ class Expressions(Cursor):
             if following > rank:
                 right = self._climb(right, rank + 1)
                 following = RANKS.get(kinds[self.i], 0)
-            left = tree.Binary("AND" if operator == "&" else operator, left, right, place=self.places[at])
+            left = tree.Binary("AND" if operator == "&" else operator, left, right, position=self.positions[at])
             rank = following
         self.height = height
         return left
@@ -114,10 +114,10 @@ class Expressions(Cursor):
     def _unknown_operator(self, left: tree.Expression) -> tree.Expression:
         """Report AND_THEN and OR_ELSE where they are not known, and go on behind them."""
         while self.kinds[self.i] == token.NAME and (word := self.texts[self.i].upper()) in _OTHER_SYSTEMS:
-            plain, place = word[: word.index("_")], self.places[self.i]
+            plain, position = word[: word.index("_")], self.positions[self.i]
             self.say(self.i, f"the operator {word} is not supported", plain, _OTHER_SYSTEMS[word])
             self.i += 1
-            left = tree.Binary(plain, left, self.expression(RANKS[plain] + 1), place=place)
+            left = tree.Binary(plain, left, self.expression(RANKS[plain] + 1), position=position)
         return left
 
     def _unary(self) -> tree.Expression:
@@ -125,12 +125,12 @@ class Expressions(Cursor):
         if kind == token.NAME:
             return self.place_or_call()
         if kind == "NOT" or kind == "-" or kind == "+":
-            place = self.places[self.i]
+            position = self.positions[self.i]
             self._rise()
             self.i += 1
             operand = self._unary()
             self.height -= 1
-            return tree.Unary(kind, operand, place=place)
+            return tree.Unary(kind, operand, position=position)
         return self._primary(kind)
 
     def _rise(self) -> None:
@@ -143,12 +143,12 @@ class Expressions(Cursor):
 
     def _primary(self, kind: str) -> tree.Expression:
         at = self.i
-        place = self.places[at]
+        position = self.positions[at]
         if kind == token.INTEGER:
             self.i += 1
             text = self.texts[at]
             if len(text) < 19 and text.isdecimal():
-                return tree.Literal(LiteralKind.INTEGER, int(text), text, place=place)
+                return tree.Literal(LiteralKind.INTEGER, int(text), text, position=position)
             return self._literal(LiteralKind.INTEGER, at, text, literals.integer)
         if kind == "(":
             self._rise()
@@ -159,7 +159,7 @@ class Expressions(Cursor):
             return self._behind(inner) if self.kinds[self.i] in (".", "[", "^") else inner
         if kind == "TRUE" or kind == "FALSE":
             self.i += 1
-            return tree.Literal(LiteralKind.BOOL, kind == "TRUE", self.texts[at], place=place)
+            return tree.Literal(LiteralKind.BOOL, kind == "TRUE", self.texts[at], position=position)
         if kind == token.REAL:
             self.i += 1
             return self._literal(LiteralKind.REAL, at, self.texts[at], literals.real)
@@ -174,14 +174,14 @@ class Expressions(Cursor):
             return self._literal(LiteralKind.WSTRING, at, self.texts[at], literals.wide_string)
         if kind in _FUNCTIONS and self.kinds[at + 1] == "(" and self.dialect.has_operator_calls:
             self.i += 1
-            return tree.Call(tree.Name(self.texts[at], place=place), self.arguments(), place=place)
+            return tree.Call(tree.Name(self.texts[at], position=position), self.arguments(), position=position)
         if kind == token.DIRECT:
             self.i += 1
             operand = self.direct(self.texts[at], at)
             return self._behind(operand) if self.kinds[self.i] in (".", "[", "^") else operand
         if kind == token.JUNK:
             self.i += 1
-            return tree.Name("", place=place)
+            return tree.Name("", position=position)
         return self._no_operand(kind)
 
     def _no_operand(self, kind: str) -> tree.Expression:
@@ -199,7 +199,7 @@ class Expressions(Cursor):
         if self.kinds[self.i] == bracket:
             self.i += 1
             return
-        line, column = self.places[opening]
+        line, column = self.positions[opening]
         opened = f"{bracket} for the {self.texts[opening]} in line {line}, column {column}"
         if self.kinds[self.i] in (";", "THEN", "DO", "OF", token.END):
             self.missing(opened)
@@ -217,7 +217,7 @@ class Expressions(Cursor):
         except literals.LiteralError as bad:
             self.say(at, bad.what, bad.expected, bad.hint)
             value = _INSTEAD.get(kind, 0)
-        return tree.Literal(kind, value, self.texts[at], type_name, place=self.places[at])
+        return tree.Literal(kind, value, self.texts[at], type_name, position=self.positions[at])
 
     def _typed(self, text: str, at: int) -> tree.Expression:
         prefix, _, rest = text.partition("#")
@@ -244,16 +244,16 @@ class Expressions(Cursor):
         if upper in ("WSTRING", "WCHAR") and rest[:1] == '"' and self.dialect.has_wide_strings:
             return self._literal(LiteralKind.WSTRING, at, rest, literals.wide_string, upper)
         if rest[:1].isalpha() or rest[:1] == "_":
-            place = self.places[at]
-            return tree.Member(tree.Name(prefix, place=place), rest, place=place)
+            position = self.positions[at]
+            return tree.Member(tree.Name(prefix, position=position), rest, position=position)
         self.say(at, f"{self.shown(at)} is not a constant", "the name of an elementary type in front of #")
-        return tree.Literal(LiteralKind.INTEGER, 0, "0", place=self.places[at])
+        return tree.Literal(LiteralKind.INTEGER, 0, "0", position=self.positions[at])
 
     def _bool(self, rest: str, at: int) -> tree.Literal:
         value = {"TRUE": True, "1": True, "FALSE": False, "0": False}.get(rest.upper())
         if value is None:
             self.say(at, f"{self.shown(at)} is not a truth value", "BOOL#TRUE, BOOL#FALSE, BOOL#1 or BOOL#0")
-        return tree.Literal(LiteralKind.BOOL, bool(value), self.texts[at], "BOOL", place=self.places[at])
+        return tree.Literal(LiteralKind.BOOL, bool(value), self.texts[at], "BOOL", position=self.positions[at])
 
     def direct(self, text: str, at: int) -> tree.Direct:
         """Return an address such as %QX1.0."""
@@ -263,12 +263,12 @@ class Expressions(Cursor):
         if size == "L" and not self.dialect.has_long_types:
             self.say(at, f"{text} has the size L, which is not supported", "X, B, W or D")
         if numbers == "*":
-            return tree.Direct(area, size, (), place=self.places[at])
+            return tree.Direct(area, size, (), position=self.positions[at])
         parts = numbers.split(".")
         if len(parts) > 16 or any(len(part) > 9 for part in parts):
             self.say(at, f"{self.shown(at)} is not an address", "smaller numbers")
             parts = ["0"]
-        return tree.Direct(area, size, tuple(map(int, parts)), place=self.places[at])
+        return tree.Direct(area, size, tuple(map(int, parts)), position=self.positions[at])
 
     # ---- places and calls
 
@@ -276,7 +276,7 @@ class Expressions(Cursor):
         """Read a variable, a part of one, or a call, from its name on."""
         at = self.i
         self.i = at + 1
-        name = tree.Name(self.texts[at], place=self.places[at])
+        name = tree.Name(self.texts[at], position=self.positions[at])
         kind = self.kinds[at + 1]
         if kind == "." or kind == "[" or kind == "(" or kind == "^":
             return self._behind(name)
@@ -289,10 +289,10 @@ class Expressions(Cursor):
         while True:
             kind = kinds[self.i]
             at = self.i
-            place = self.places[at]
+            position = self.positions[at]
             if kind == ".":
                 self.i += 1
-                front = self._component(front, place)
+                front = self._component(front, position)
             elif kind == "[":
                 self.i += 1
                 self._rise()
@@ -300,35 +300,35 @@ class Expressions(Cursor):
                 while self.accept(","):
                     indices.append(self.expression())
                 self.close("]", at)
-                front = tree.Index(front, tuple(indices), place=place)
+                front = tree.Index(front, tuple(indices), position=position)
             elif kind == "^":
                 self.i += 1
-                front = tree.Dereference(front, place=place)
+                front = tree.Dereference(front, position=position)
             elif kind == "(":
                 self._rise()
-                front = tree.Call(front, self.arguments(), place=place)
+                front = tree.Call(front, self.arguments(), position=position)
             else:
                 break
             self._rise()
         self.height = height
         return front
 
-    def _component(self, front: tree.Expression, place: tree.Place) -> tree.Expression:
+    def _component(self, front: tree.Expression, position: tree.Position) -> tree.Expression:
         at = self.i
         if self.kinds[at] == token.INTEGER and self.texts[at].isdecimal() and len(self.texts[at]) < 6:
             self.i += 1
-            return tree.BitOf(front, int(self.texts[at]), place=place)
+            return tree.BitOf(front, int(self.texts[at]), position=position)
         text = self.texts[at]
         if self.kinds[at] == token.PART:
             self.i += 1
-            return tree.BitOf(front, int(text[2:]), text[1].upper().replace("X", ""), place=place)
+            return tree.BitOf(front, int(text[2:]), text[1].upper().replace("X", ""), position=position)
         if self.kinds[at] == token.TYPED and self.dialect.has_namespace_blocks and _is_path(front):
             self.i += 1
             return self._typed(text, at)
         if not (text[:1].isalpha() or text[:1] == "_") or "#" in text:
             raise self.unexpected("the name of a component, or the number of a bit, behind the point")
         self.i += 1
-        return tree.Member(front, text, place=place)
+        return tree.Member(front, text, position=position)
 
     def arguments(self) -> tuple[tree.Argument, ...]:
         """Read the arguments of a call with their brackets."""
@@ -351,27 +351,27 @@ class Expressions(Cursor):
     def _argument(self) -> tree.Argument:
         at = self.i
         kinds = self.kinds
-        place = self.places[at]
+        position = self.positions[at]
         following = kinds[at + 1] if kinds[at] != token.END else token.END
         if following == ":=" and self._is_identifier(at):
             self.i += 2
             if kinds[self.i] in (",", ")"):
-                return tree.Argument(None, self.texts[at], place=place)
-            return tree.Argument(self.expression(), self.texts[at], place=place)
+                return tree.Argument(None, self.texts[at], position=position)
+            return tree.Argument(self.expression(), self.texts[at], position=position)
         if following == "=>" and self._is_identifier(at):
             self.i += 2
             return self._output(at, False)
         if kinds[at] == "NOT" and self._is_identifier(at + 1) and kinds[at + 2] == "=>":
             self.i += 3
             return self._output(at + 1, True)
-        return tree.Argument(self.expression(), place=place)
+        return tree.Argument(self.expression(), position=position)
 
     def _is_identifier(self, at: int) -> bool:
         return self.texts[at][:1].isalpha() or self.texts[at][:1] == "_"
 
     def _output(self, at: int, is_negated: bool) -> tree.Argument:
         value = None if self.kinds[self.i] in (",", ")") else self.expression()
-        return tree.Argument(value, self.texts[at], True, is_negated, place=self.places[at])
+        return tree.Argument(value, self.texts[at], True, is_negated, position=self.positions[at])
 
 
 def _signed_integer(text: str) -> int:

@@ -35,7 +35,7 @@ class Initials(Bodies):
         elements = [first]
         while self.accept(","):
             elements.append(self._element())
-        return tree.ArrayInitial(tuple(elements), place=self.places[at])
+        return tree.ArrayInitial(tuple(elements), position=self.positions[at])
 
     def _decimal_comma(self, spec: tree.NamedType) -> None:
         raise self.unexpected(f"; behind the start value of a {spec.name.upper()}", self.decimal_hint())
@@ -53,7 +53,7 @@ class Initials(Bodies):
                 values.append(self._element())
             self.close(")", at + 1)
             self.depth -= 1
-            return tree.Repeated(count, self._one(values, at), place=self.places[at])
+            return tree.Repeated(count, self._one(values, at), position=self.positions[at])
         if kinds[at] == "[":
             return self._array_in_brackets()
         if kinds[at] == "(" and self._is_identifier(at + 1) and kinds[at + 2] == ":=":
@@ -71,7 +71,7 @@ class Initials(Bodies):
                 elements.append(self._element())
         self.close("]", at)
         self.depth -= 1
-        return tree.ArrayInitial(tuple(elements), place=self.places[at])
+        return tree.ArrayInitial(tuple(elements), position=self.positions[at])
 
     def _struct(self) -> tree.StructInitial:
         at = self.i
@@ -82,7 +82,7 @@ class Initials(Bodies):
             fields.append(self._field())
         self.close(")", at)
         self.depth -= 1
-        return tree.StructInitial(tuple(fields), place=self.places[at])
+        return tree.StructInitial(tuple(fields), position=self.positions[at])
 
     def _field(self) -> tree.FieldInitial:
         """Read `name := value`; further values with commas are an array, up to the next name with :=."""
@@ -95,11 +95,11 @@ class Initials(Bodies):
         while self.kinds[self.i] == "," and not (self._is_identifier(self.i + 1) and self.kinds[self.i + 2] == ":="):
             self.i += 1
             elements.append(self._element())
-        return tree.FieldInitial(self.texts[at], self._one(elements, at + 2), place=self.places[at])
+        return tree.FieldInitial(self.texts[at], self._one(elements, at + 2), position=self.positions[at])
 
     def _one(self, elements: list[tree.Initial | tree.Repeated], at: int) -> tree.Initial:
         """Return a single value as it is, and several as an array."""
         first = elements[0]
         if len(elements) == 1 and not isinstance(first, tree.Repeated):
             return first
-        return tree.ArrayInitial(tuple(elements), place=self.places[at])
+        return tree.ArrayInitial(tuple(elements), position=self.positions[at])

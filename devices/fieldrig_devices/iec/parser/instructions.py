@@ -34,7 +34,7 @@ class Instructions(Statements):
             return True
         if self.kinds[i] != token.NAME or self.texts[i].upper() not in SPELLINGS:
             return False
-        if self.places[i + 1].line != self.places[i].line:
+        if self.positions[i + 1].line != self.positions[i].line:
             return self.kinds[i + 1] not in (":=", "=")
         if self.kinds[i + 1] in _NO_OPERATOR:
             return False
@@ -79,17 +79,17 @@ class Instructions(Statements):
 
     def _instruction(self) -> tree.IlInstruction:
         at = self.i
-        place = self.places[at]
+        position = self.positions[at]
         label = ""
         if self.kinds[at] == token.NAME and self.kinds[at + 1] == ":":
             label = self.texts[at]
             self.i += 2
             is_label_next = self.kinds[self.i] == token.NAME and self.kinds[self.i + 1] == ":"
             if is_label_next or self.kinds[self.i] in OUTER or self.kinds[self.i] == ")":
-                return tree.IlInstruction("", label=label, place=place)
+                return tree.IlInstruction("", label=label, position=position)
         spelling = self._operator()
         operator, is_negated, is_conditional = SPELLINGS.get(spelling.upper(), (spelling, False, False))
-        line = tree.IlInstruction(operator, (), label, is_negated, is_conditional, place=place)
+        line = tree.IlInstruction(operator, (), label, is_negated, is_conditional, position=position)
         self._operands(line, self.i - 1)
         self._end_of_line(line)
         return line
@@ -120,11 +120,11 @@ class Instructions(Statements):
         elif line.operator == "CAL":
             line.operands = (self._called(),)
         elif line.operator == "JMP":
-            line.operands = (tree.Name(self.name("a label"), place=self.places[self.i - 1]),)
+            line.operands = (tree.Name(self.name("a label"), position=self.positions[self.i - 1]),)
         elif self.kinds[self.i] == "(" and line.operator not in ("LD", "ST", "S", "R", "NOT", "RET"):
-            name = tree.Name(line.operator, place=self.places[at])
+            name = tree.Name(line.operator, position=self.positions[at])
             line.operator = "LD"
-            line.operands = (tree.Call(name, self.arguments(), place=self.places[at]),)
+            line.operands = (tree.Call(name, self.arguments(), position=self.positions[at]),)
         else:
             operands = [self._operand()]
             while self.accept(","):
@@ -137,9 +137,9 @@ class Instructions(Statements):
     def _called(self) -> tree.Expression:
         if self.kinds[self.i] != token.NAME:
             raise self.unexpected("an instance, a program or an action")
-        place = self.places[self.i]
+        position = self.positions[self.i]
         called = self.place_or_call()
-        return called if isinstance(called, tree.Call) else tree.Call(called, (), place=place)
+        return called if isinstance(called, tree.Call) else tree.Call(called, (), position=position)
 
     def _deferred(self) -> tuple[tree.IlInstruction, ...]:
         """Read the lines in brackets; an operand behind the opening bracket is loaded first."""
@@ -148,8 +148,8 @@ class Instructions(Statements):
         self.i += 1
         first: tuple[tree.IlInstruction, ...] = ()
         if not self.is_next_line() and self.kinds[self.i] != ")" and not self.begins_with_instruction():
-            place = self.places[self.i]
-            load = tree.IlInstruction("LD", (self._operand(),), place=place)
+            position = self.positions[self.i]
+            load = tree.IlInstruction("LD", (self._operand(),), position=position)
             load.remark = self.remark()
             first = (load,)
             if not self.is_next_line() and self.kinds[self.i] != ")":
@@ -191,17 +191,17 @@ class Instructions(Statements):
             inner = self._folded(line.deferred)
             operands = [inner] if inner is not None else []
         if line.is_negated:
-            operands = [tree.Unary("NOT", operand, place=line.place) for operand in operands]
+            operands = [tree.Unary("NOT", operand, position=line.position) for operand in operands]
         if line.operator == "LD" and len(operands) == 1:
             return operands[0]
         if accumulator is not None and line.operator == "NOT" and not operands:
-            return tree.Unary("NOT", accumulator, place=line.place)
+            return tree.Unary("NOT", accumulator, position=line.position)
         if accumulator is not None and line.operator in SYMBOLS and operands:
             for operand in operands:
-                accumulator = tree.Binary(SYMBOLS[line.operator], accumulator, operand, place=line.place)
+                accumulator = tree.Binary(SYMBOLS[line.operator], accumulator, operand, position=line.position)
             return accumulator
         if accumulator is not None and line.operator not in SPELLINGS:
             arguments = tuple(tree.Argument(operand) for operand in (accumulator, *operands))
-            return tree.Call(tree.Name(line.operator, place=line.place), arguments, place=line.place)
-        self.say_at(line.place, f"{line.operator} cannot be in a condition", "LD, AND, OR and the like")
+            return tree.Call(tree.Name(line.operator, position=line.position), arguments, position=line.position)
+        self.say_at(line.position, f"{line.operator} cannot be in a condition", "LD, AND, OR and the like")
         return accumulator

@@ -32,14 +32,14 @@ class Methods(Configurations):
         front = self.taken()
         self.enter()
         self.i += 1
-        head = tree.Method("", None, (), tree.StBody(()), place=self.places[opening])
+        head = tree.Method("", None, (), tree.StBody(()), position=self.positions[opening])
         self._header(head)
         accessors: list[tree.Method] = []
         while self.is_word("GET") or self.is_word("SET"):
             accessors.append(self._accessor(head))
         if not accessors and is_interface and head.name:
             accessors.append(
-                tree.Method(head.name, head.result, (), tree.StBody(()), head.modifiers, "GET", place=head.place)
+                tree.Method(head.name, head.result, (), tree.StBody(()), head.modifiers, "GET", position=head.position)
             )
         elif not accessors:
             self.say(opening, f"the property {head.name} cannot be read or written", "GET ... END_GET")
@@ -53,7 +53,7 @@ class Methods(Configurations):
         opening, word = self.i, self.texts[self.i].upper()
         self.i += 1
         method = tree.Method(
-            head.name, head.result, (), tree.StBody(()), head.modifiers, word, place=self.places[opening]
+            head.name, head.result, (), tree.StBody(()), head.modifiers, word, position=self.positions[opening]
         )
         method.blocks, method.body = self.blocks(), self.body()
         self.gather()
@@ -70,7 +70,7 @@ class Methods(Configurations):
         front = self.taken()
         self.enter()
         self.i += 1
-        node = tree.Method("", None, (), tree.StBody(()), place=self.places[opening])
+        node = tree.Method("", None, (), tree.StBody(()), position=self.positions[opening])
         self._header(node)
         node.blocks, node.body = self.blocks(), self.body()
         self.gather()
@@ -83,11 +83,11 @@ class Methods(Configurations):
 
     def _header(self, method: tree.Method) -> None:
         """Read what is in the first line, and skip the line after a mistake."""
-        line = method.place.line
+        line = method.position.line
         try:
             self._method_header(method)
         except UnexpectedError:
-            while self.places[self.i].line == line and self.kinds[self.i] != token.END:
+            while self.positions[self.i].line == line and self.kinds[self.i] != token.END:
                 self.i += 1
 
     def _method_header(self, method: tree.Method) -> None:
@@ -108,4 +108,4 @@ class Methods(Configurations):
 
     def begins_line(self, at: int) -> bool:
         """True for the first token of a line."""
-        return self.places[at].line != self.places[at - 1].line
+        return self.positions[at].line != self.positions[at - 1].line

@@ -42,7 +42,7 @@ class Units(Methods):
             except UnexpectedError:
                 self._synchronise_unit(at)
         for opening in self._namespaces:
-            line = self.places[opening].line
+            line = self.positions[opening].line
             self.say(self.i, f"got {self.shown(self.i)}", f"END_NAMESPACE for the NAMESPACE in line {line}")
         self.gather_from(0)
         self.gather()
@@ -111,7 +111,7 @@ class Units(Methods):
         while self.kinds[self.i] in ("METHOD", "PROPERTY"):
             methods += self.methods(is_interface=True)
         self._end("END_INTERFACE", opening, "INTERFACE")
-        interface = tree.Interface(name, extends, tuple(methods), place=self.places[opening])
+        interface = tree.Interface(name, extends, tuple(methods), position=self.positions[opening])
         interface.comments, interface.remark = front, self.remark()
         return interface
 
@@ -126,10 +126,12 @@ class Units(Methods):
 
     def _part_of(self, pou: tree.Declaration | None) -> None:
         """Read an action or a method that follows its POU."""
-        what, place = self.kinds[self.i].lower(), self.places[self.i]
+        what, position = self.kinds[self.i].lower(), self.positions[self.i]
         parts = [self.action()] if what == "action" else self.methods()
         if not isinstance(pou, tree.Pou):
-            self.say_at(place, f"the {what} {parts[0].name if parts else ''} belongs to no POU", "a POU in front of it")
+            self.say_at(
+                position, f"the {what} {parts[0].name if parts else ''} belongs to no POU", "a POU in front of it"
+            )
             return
         for part in parts:
             if isinstance(part, tree.Action):
@@ -211,13 +213,13 @@ class Units(Methods):
             else:
                 methods += self.methods()
         word = f"END_{kind.value}"
-        end = self.places[self.i]
+        end = self.positions[self.i]
         self.gather()
         rest += self.taken()
         self._end_of_pou(word, kind, name, opening)
         parts = tuple(actions), tuple(methods)
-        place = self.places[opening]
-        pou = tree.Pou(kind, name, result, blocks, body, *parts, extends, modifiers, implements, end, place=place)
+        position = self.positions[opening]
+        pou = tree.Pou(kind, name, result, blocks, body, *parts, extends, modifiers, implements, end, position=position)
         pou.comments, pou.remark = front, self.remark()
         pou.after = rest
         return pou
@@ -236,7 +238,7 @@ class Units(Methods):
                 self.i += 1
             if self.accept(word):
                 return
-        line = self.places[opening].line
+        line = self.positions[opening].line
         self.say(self.i, f"got {self.shown(self.i)}", f"{word} for {kind.value} {name} in line {line}")
 
     def _modifiers(self, kind: tree.PouKind) -> tuple[str, ...]:
@@ -282,8 +284,8 @@ class Units(Methods):
                 self.accept(";")
             self._using()
         except UnexpectedError:
-            line = self.places[at - 1].line
-            while self.places[self.i].line == line and self.kinds[self.i] != token.END:
+            line = self.positions[at - 1].line
+            while self.positions[self.i].line == line and self.kinds[self.i] != token.END:
                 self.i += 1
             return self.texts[at] if self.kinds[at] == token.NAME else "", None, "", ()
         return name, result if kind is tree.PouKind.FUNCTION else None, extends, implements

@@ -35,16 +35,16 @@ class Bodies(Instructions):
 
     def body(self, language: str = "") -> tree.Body:
         """Read a body up to a token that ends it."""
-        place = self.places[self.i]
+        position = self.positions[self.i]
         if self.kinds[self.i] == token.NATIVE:
             self.i += 1
             self.accept(";")
-            return tree.NativeBody(place=place)
+            return tree.NativeBody(position=position)
         if language == "SFC" or (not language and self._is_chart()):
-            return self._chart(place)
+            return self._chart(position)
         if language == "IL" or (not language and self.begins_with_instruction()):
-            return tree.IlBody(self.instructions(), place=place)
-        return tree.StBody(self.statements(), place=place)
+            return tree.IlBody(self.instructions(), position=position)
+        return tree.StBody(self.statements(), position=position)
 
     # ---- charts
 
@@ -57,7 +57,7 @@ class Bodies(Instructions):
             return self.kinds[self.i] == "INITIAL_STEP"
         return self.kinds[following] == token.NAME and self.kinds[following + 1] == ":"
 
-    def _chart(self, place: tree.Place) -> tree.SfcBody:
+    def _chart(self, position: tree.Position) -> tree.SfcBody:
         steps: list[tree.Step] = []
         transitions: list[tree.Transition] = []
         self.enter()
@@ -93,7 +93,7 @@ class Bodies(Instructions):
             last.after = front
         else:
             self._pending[:0] = front
-        return tree.SfcBody(tuple(steps), tuple(transitions), place=place)
+        return tree.SfcBody(tuple(steps), tuple(transitions), position=position)
 
     def _next_part(self, start: int) -> None:
         """Go on at the next part of the chart."""
@@ -121,13 +121,15 @@ class Bodies(Instructions):
         self._end("END_ACTION", opening, "ACTION")
         self.depth -= 1
         self.gather_from(opening)
-        return tree.Action(name, body, place=self.places[opening], comments=front + self.taken(), remark=self.remark())
+        return tree.Action(
+            name, body, position=self.positions[opening], comments=front + self.taken(), remark=self.remark()
+        )
 
     # ---- steps
 
     def _step_of_chart(self) -> tree.Step:
         opening = self.i
-        step = tree.Step("", self.kinds[opening] == "INITIAL_STEP", place=self.places[opening])
+        step = tree.Step("", self.kinds[opening] == "INITIAL_STEP", position=self.positions[opening])
         self.i += 1
         step.name = self.name("the name of the step")
         self.expect(":")
@@ -141,7 +143,7 @@ class Bodies(Instructions):
         """Read ENTRY ... END_ENTRY and the like.  False if something else follows."""
         at = self.i
         word = self.texts[at].upper()
-        is_use = self.kinds[at + 1] in ("(", ";") and self.places[at + 1].line == self.places[at].line
+        is_use = self.kinds[at + 1] in ("(", ";") and self.positions[at + 1].line == self.positions[at].line
         if word not in ("ENTRY", "ACTIVE", "EXIT") or (is_use and word != "EXIT"):
             return False
         field = word.lower()
@@ -154,7 +156,7 @@ class Bodies(Instructions):
 
     def _use(self) -> tree.ActionUse:
         at = self.i
-        use = tree.ActionUse(self.name("the name of an action, or END_STEP"), place=self.places[at])
+        use = tree.ActionUse(self.name("the name of an action, or END_STEP"), position=self.positions[at])
         opening = self.i
         if self.accept("("):
             if self.kinds[self.i] != ")":
@@ -210,7 +212,7 @@ class Bodies(Instructions):
         else:
             raise self.unexpected(":= and the condition")
         self._end("END_TRANSITION", opening, "TRANSITION")
-        return tree.Transition(sources, targets, condition, name, priority, place=self.places[opening])
+        return tree.Transition(sources, targets, condition, name, priority, position=self.positions[opening])
 
     def _priority(self) -> int:
         opening = self.i

@@ -59,7 +59,7 @@ class Statements(Blocks):
     def _simple(self) -> tree.AnyStatement | None:
         """Read an assignment or a call."""
         at = self.i
-        place = self.places[at]
+        position = self.positions[at]
         target = self.place_or_call() if self.kinds[at] == token.NAME else self.expression(_NO_OPERATOR)
         kind = self.kinds[self.i]
         if kind == ":=":
@@ -75,11 +75,11 @@ class Statements(Blocks):
             if isinstance(target, tree.Call):
                 hint = f"An element of an array is {self.shown(at)}[...], in square brackets."
                 self.say(at, "a value is assigned to a call", "a variable in front of :=", hint)
-                target = tree.Name("", place=place)
-            return tree.Assign(target, value, others=others, place=place)
+                target = tree.Name("", position=position)
+            return tree.Assign(target, value, others=others, position=position)
         if isinstance(target, tree.Call) and kind == ";":
             self.i += 1
-            return tree.CallStatement(target, place=place)
+            return tree.CallStatement(target, position=position)
         return self._unusual(target, at)
 
     def _chained(self, value: tree.Expression) -> tuple[tree.Expression, tuple[tree.Expression, ...]]:
@@ -92,7 +92,7 @@ class Statements(Blocks):
 
     def _unusual(self, target: tree.Expression, at: int) -> tree.AnyStatement | None:
         """Read what else begins with a name: labels, jumps, calls without brackets, and mistakes."""
-        place = self.places[at]
+        position = self.positions[at]
         kind = self.kinds[self.i]
         if isinstance(target, tree.Name) and target.text.upper() == "END" and f"END_{kind}" in BLOCK_ENDS:
             self._end_in_two_words(at, f"END_{kind}")
@@ -102,13 +102,13 @@ class Statements(Blocks):
             if not self.dialect.has_jumps_in_st:
                 hint = "Use IF or a loop instead of a jump."
                 self.say(self.i - 1, f"{target.text}: is a label, which Structured Text does not have", ":=", hint)
-            return tree.Label(target.text, place=place)
+            return tree.Label(target.text, position=position)
         if kind == "=":
             self.say(self.i, "got =", ":=", "An assignment is written with :=.")
             self.i += 1
             value = self.expression()
             self.semicolon()
-            return tree.Assign(target, value, place=place)
+            return tree.Assign(target, value, position=position)
         if kind == "?=":
             return self._attempt(target, at)
         if kind in ("+=", "-=", "*="):
@@ -119,7 +119,7 @@ class Statements(Blocks):
             return self._two_names(target, at)
         if isinstance(target, tree.Call):
             self.semicolon()
-            return tree.CallStatement(target, place=place)
+            return tree.CallStatement(target, position=position)
         if isinstance(target, tree.Name | tree.Member) and (kind == ";" or self.is_next_line() or kind in STOPS):
             return self._bare(target, at)
         raise self.unexpected(":= or a call")
@@ -132,7 +132,7 @@ class Statements(Blocks):
         self.i += 1
         value = self.expression()
         self.semicolon()
-        return tree.Assign(target, value, tree.AssignKind.ATTEMPT, place=self.places[at])
+        return tree.Assign(target, value, tree.AssignKind.ATTEMPT, position=self.positions[at])
 
     def _end_in_two_words(self, at: int, word: str) -> None:
         """Report END IF, and read it as END_IF."""
@@ -150,14 +150,14 @@ class Statements(Blocks):
                 "()" if self.kinds[self.i] == ";" else ":= or ()", "A call has brackets, also without arguments."
             )
             self.accept(";")
-            return tree.CallStatement(tree.Call(target, (), place=self.places[at]), place=self.places[at])
+            return tree.CallStatement(tree.Call(target, (), position=self.positions[at]), position=self.positions[at])
         self.semicolon()
-        return tree.CallStatement(tree.Call(target, (), place=self.places[at]), place=self.places[at])
+        return tree.CallStatement(tree.Call(target, (), position=self.positions[at]), position=self.positions[at])
 
     def _two_names(self, target: tree.Expression, at: int) -> tree.AnyStatement | None:
         """Read `JMP label;` and `x S= y;`, or report two names in a row."""
         word = self.texts[self.i].upper()
-        place = self.places[at]
+        position = self.positions[at]
         if isinstance(target, tree.Name) and target.text.upper() in _OBJECT_ORIENTED:
             self._skip_object_oriented(at)
             return None
@@ -168,7 +168,7 @@ class Statements(Blocks):
             self.i += 1
             label = self.texts[self.i - 1]
             self.semicolon()
-            return tree.Jump(label, place=place)
+            return tree.Jump(label, position=position)
         if word in ("S", "R") and self.kinds[self.i + 1] == "=" and self.is_adjacent(self.i + 1):
             if not self.dialect.has_set_assignments:
                 value = "TRUE" if word == "S" else "FALSE"
@@ -177,12 +177,12 @@ class Statements(Blocks):
             value_read = self.expression()
             self.semicolon()
             kind = tree.AssignKind.SET if word == "S" else tree.AssignKind.RESET
-            return tree.Assign(target, value_read, kind, place=place)
+            return tree.Assign(target, value_read, kind, position=position)
         if word == "REF" and self.dialect.has_references and self.kinds[self.i + 1] == "=":
             self.i += 2
             referred = self.expression()
             self.semicolon()
-            return tree.Assign(target, referred, tree.AssignKind.REFER, place=place)
+            return tree.Assign(target, referred, tree.AssignKind.REFER, position=position)
         hint = ""
         if isinstance(target, tree.Name):
             hint = f"A name has no blank in it: {target.text}_{self.texts[self.i]}."
@@ -210,19 +210,18 @@ class Statements(Blocks):
         hint = ""
         if self.accept("ELSE"):
             if self.kinds[self.i] == "IF" and not self.is_next_line():
-                hint = (
-                    f"ELSE IF in line {self.places[self.i].line} begins an IF with an END_IF of its own. Write ELSIF."
-                )
+                line = self.positions[self.i].line
+                hint = f"ELSE IF in line {line} begins an IF with an END_IF of its own. Write ELSIF."
             otherwise = self._block(frozenset({"END_IF"}))
         self._end("END_IF", opening, "IF", hint=hint)
-        return tree.If(tuple(branches), otherwise, place=self.places[opening])
+        return tree.If(tuple(branches), otherwise, position=self.positions[opening])
 
     def _branch(self, ends: frozenset[str]) -> tree.Branch:
-        place = self.places[self.i]
+        position = self.positions[self.i]
         self.i += 1
         condition = self._condition("THEN")
         remark = self.remark() if self.i in self.comments and self.is_next_line() else ""
-        return tree.Branch(condition, self._block(ends), place=place, remark=remark)
+        return tree.Branch(condition, self._block(ends), position=position, remark=remark)
 
     def _while(self) -> tree.While:
         opening = self.i
@@ -230,7 +229,7 @@ class Statements(Blocks):
         condition = self._condition("DO")
         body = self._block(frozenset({"END_WHILE"}))
         self._end("END_WHILE", opening, "WHILE")
-        return tree.While(condition, body, place=self.places[opening])
+        return tree.While(condition, body, position=self.positions[opening])
 
     def _repeat(self) -> tree.Repeat:
         opening = self.i
@@ -247,21 +246,21 @@ class Statements(Blocks):
                 while self.kinds[self.i] not in STOPS:
                     self.i += 1
         elif self.kinds[self.i] == "END_REPEAT":
-            line = self.places[opening].line
+            line = self.positions[opening].line
             self.say(self.i, "got END_REPEAT", f"UNTIL condition for the REPEAT in line {line}")
         self._end("END_REPEAT", opening, "REPEAT")
-        return tree.Repeat(body, until, place=self.places[opening])
+        return tree.Repeat(body, until, position=self.positions[opening])
 
     def _for(self) -> tree.For | tree.While:
         opening = self.i
-        place = self.places[opening]
+        position = self.positions[opening]
         self.i += 1
         header = self._for_header()
         body = self._block(frozenset({"END_FOR"}))
         self._end("END_FOR", opening, "FOR")
         if header is None:  # a loop whose body can be checked
-            return tree.While(ALWAYS, body, place=place)
-        return tree.For(*header, body, place=place)
+            return tree.While(ALWAYS, body, position=position)
+        return tree.For(*header, body, position=position)
 
     def _for_header(self) -> tuple[tree.Expression, tree.Expression, tree.Expression, tree.Expression | None] | None:
         step = None
@@ -294,23 +293,23 @@ class Statements(Blocks):
             hint = "The result of a function is assigned to its name in front of it: Name := value; RETURN;"
             raise self.unexpected(";", hint)
         self.semicolon()
-        return tree.Return(place=self.places[at])
+        return tree.Return(position=self.positions[at])
 
     def _exit(self) -> tree.Exit:
         at = self.i
         self.i += 1
         self.semicolon()
-        return tree.Exit(place=self.places[at])
+        return tree.Exit(position=self.positions[at])
 
     def _continue(self) -> tree.Continue:
         at = self.i
         self.i += 1
         self.semicolon()
-        return tree.Continue(place=self.places[at])
+        return tree.Continue(position=self.positions[at])
 
     def _empty(self) -> tree.Empty:
         self.i += 1
-        return tree.Empty(place=self.places[self.i - 1])
+        return tree.Empty(position=self.positions[self.i - 1])
 
     # ---- CASE
 
@@ -329,7 +328,7 @@ class Statements(Blocks):
             self.accept(":")
             otherwise = self._block(frozenset({"END_CASE"}))
         self._end("END_CASE", opening, "CASE")
-        return tree.Case(selector, tuple(branches), otherwise, place=self.places[opening])
+        return tree.Case(selector, tuple(branches), otherwise, position=self.positions[opening])
 
     def _orphans(self, ends: frozenset[str]) -> None:
         """Report statements in front of the first label."""
@@ -363,12 +362,12 @@ class Statements(Blocks):
         remark = self.remark() if self.i in self.comments and self.is_next_line() else ""
         body = self._block(ends, is_case=True)
         return tree.CaseBranch(
-            tuple(labels), body, place=self.places[at], comments=front, remark=remark, is_spaced=is_spaced
+            tuple(labels), body, position=self.positions[at], comments=front, remark=remark, is_spaced=is_spaced
         )
 
     def _case_label(self) -> tree.Expression | tree.Range:
-        place = self.places[self.i]
+        position = self.positions[self.i]
         low = self.expression()
         if self.accept(".."):
-            return tree.Range(low, self.expression(), place=place)
+            return tree.Range(low, self.expression(), position=position)
         return low

@@ -26,7 +26,7 @@ class Types(Initials):
         """Read a type."""
         at = self.i
         kind = self.kinds[at]
-        place = self.places[at]
+        position = self.positions[at]
         if kind == token.NAME:
             return self._named_type()
         self.enter()
@@ -36,14 +36,14 @@ class Types(Initials):
             if kind == "POINTER":
                 self.i += 1
                 self.expect("TO")
-                return tree.PointerSpec(self.type_spec(), place=place)
+                return tree.PointerSpec(self.type_spec(), position=position)
             if kind == "REFERENCE":
                 self.i += 1
                 self.expect("TO")
-                return tree.PointerSpec(self.type_spec(), True, place=place)
+                return tree.PointerSpec(self.type_spec(), True, position=position)
             if kind == "REF_TO":
                 self.i += 1
-                return tree.PointerSpec(self.type_spec(), place=place)
+                return tree.PointerSpec(self.type_spec(), position=position)
             if kind == "(":
                 return self._enumeration()
         finally:
@@ -52,30 +52,30 @@ class Types(Initials):
 
     def _named_type(self) -> tree.TypeSpec:
         at = self.i
-        place = self.places[at]
+        position = self.positions[at]
         name = self.texts[at]
         self.i += 1
         upper = name.upper()
         if upper in UNKNOWN:
             raise self.unexpected("a type", UNKNOWN[upper], at)
         if upper == "STRING" or (upper == "WSTRING" and self.dialect.has_wide_strings):
-            return self._string(place, is_wide=upper == "WSTRING")
+            return self._string(position, is_wide=upper == "WSTRING")
         while self.kinds[self.i] == ".":
             self.i += 1
             name += f".{self.name('the name of a type')}"
         if self.kinds[self.i] == "[" and self.kinds[self.i + 1] != "(" and self.kinds[self.i + 2] in ("]", ".."):
             return self._array_of_other_languages(name)
         if self.kinds[self.i] == "[" and self.dialect.has_constructors:
-            return tree.NamedType(name, rows=self._rows(), place=place)
+            return tree.NamedType(name, rows=self._rows(), position=position)
         if self.kinds[self.i] != "(":
-            return tree.NamedType(name, place=place)
+            return tree.NamedType(name, position=position)
         opening = self.i
         if self.dialect.has_typed_enumerations and upper in INTEGERS and self._is_enumeration():
             enumeration = self._enumeration()
             enumeration.base = "" if upper == "INT" else upper
             return enumeration
         if self.dialect.has_constructors and not self._is_subrange(opening):
-            return tree.NamedType(name, self.arguments(), place=place)
+            return tree.NamedType(name, self.arguments(), position=position)
         self.i += 1
         if self.kinds[self.i + 1 : self.i + 2] == [":="]:
             raise self.unexpected("; or :=", f"Start values are written : {name} := (...);", opening)
@@ -83,7 +83,7 @@ class Types(Initials):
         self.expect("..", "A part of an integer type is written INT(0..100).")
         high = self.expression()
         self.close(")", opening)
-        return tree.SubrangeSpec(tree.NamedType(name, place=place), low, high, place=place)
+        return tree.SubrangeSpec(tree.NamedType(name, position=position), low, high, position=position)
 
     def _array_of_other_languages(self, name: str) -> tree.TypeSpec:
         """Report `INT[5]`, and go on behind it."""
@@ -98,7 +98,7 @@ class Types(Initials):
         self.close("]", at)
         hint = "The limits of an array are in front of the type of its elements."
         self.say(at, f"got {name}[", f"ARRAY[{limits}] OF {name}", hint)
-        return tree.NamedType("", place=self.places[at])
+        return tree.NamedType("", position=self.positions[at])
 
     def _rows(self) -> tuple[tuple[tree.Argument, ...], ...]:
         """Read the arguments of FB_init for each element of an array."""
@@ -128,15 +128,15 @@ class Types(Initials):
         """True if names of values follow the bracket, and no limits of a subrange."""
         return self.kinds[self.i + 1] == token.NAME and self.kinds[self.i + 2] in (",", ":=", ")")
 
-    def _string(self, place: tree.Place, *, is_wide: bool) -> tree.StringSpec:
+    def _string(self, position: tree.Position, *, is_wide: bool) -> tree.StringSpec:
         opening = self.i
         closing = {"(": ")", "[": "]"}.get(self.kinds[opening])
         if closing is None:
-            return tree.StringSpec(is_wide=is_wide, place=place)
+            return tree.StringSpec(is_wide=is_wide, position=position)
         self.i += 1
         length = self.expression()
         self.close(closing, opening)
-        return tree.StringSpec(length, is_wide, place=place)
+        return tree.StringSpec(length, is_wide, position=position)
 
     def _array(self) -> tree.ArraySpec | tree.OpenArraySpec:
         at = self.i
@@ -150,7 +150,7 @@ class Types(Initials):
             dimensions.append(self._range())
         self.close("]", opening)
         self.expect("OF")
-        return tree.ArraySpec(tuple(dimensions), self.type_spec(), place=self.places[at])
+        return tree.ArraySpec(tuple(dimensions), self.type_spec(), position=self.positions[at])
 
     def _open_array(self, at: int, opening: int) -> tree.OpenArraySpec:
         if not self.dialect.has_open_arrays:
@@ -162,13 +162,13 @@ class Types(Initials):
             count += 1
         self.close("]", opening)
         self.expect("OF")
-        return tree.OpenArraySpec(count, self.type_spec(), place=self.places[at])
+        return tree.OpenArraySpec(count, self.type_spec(), position=self.positions[at])
 
     def _range(self) -> tree.Range:
-        place = self.places[self.i]
+        position = self.positions[self.i]
         low = self.expression()
         self.expect("..", "The limits of an array are written 1..10.")
-        return tree.Range(low, self.expression(), place=place)
+        return tree.Range(low, self.expression(), position=position)
 
     def _enumeration(self) -> tree.EnumSpec:
         at = self.i
@@ -177,7 +177,7 @@ class Types(Initials):
         while self.accept(","):
             values.append(self._enum_value())
         self.close(")", at)
-        return tree.EnumSpec(tuple(values), self._base_behind(), place=self.places[at])
+        return tree.EnumSpec(tuple(values), self._base_behind(), position=self.positions[at])
 
     def _base_behind(self) -> str:
         """Read the type of the values behind an enumeration, as today's tools write it."""
@@ -205,11 +205,11 @@ class Types(Initials):
         self.gather_from(at)
         if self.kinds[self.i] == ",":  # a remark follows the comma or precedes it
             self.gather()
-        node = tree.EnumValue(name, value, place=self.places[at], comments=front + self.taken())
-        line = self.places[self.i - 1].line
+        node = tree.EnumValue(name, value, position=self.positions[at], comments=front + self.taken())
+        line = self.positions[self.i - 1].line
         following = self.i + 1 if self.kinds[self.i] == "," else self.i
         behind = self.comments.get(following, [])
-        if behind and self.places[following - 1].line == line:
+        if behind and self.positions[following - 1].line == line:
             node.remark = " ".join(text for begin, text in behind if begin == line)
             rest = [(begin, text) for begin, text in behind if begin != line]
             if rest:

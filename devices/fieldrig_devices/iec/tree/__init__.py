@@ -48,7 +48,7 @@ from fieldrig_devices.iec.tree.expressions import (
     Range,
     Unary,
 )
-from fieldrig_devices.iec.tree.nodes import NOWHERE, Node, Place, Statement
+from fieldrig_devices.iec.tree.nodes import NOWHERE, Node, Position, Statement
 from fieldrig_devices.iec.tree.statements import (
     AnyStatement,
     Assign,
@@ -135,8 +135,8 @@ __all__ = [
     "NativeBody",
     "Node",
     "OpenArraySpec",
-    "Place",
     "PointerSpec",
+    "Position",
     "Pou",
     "PouKind",
     "ProgramInstance",

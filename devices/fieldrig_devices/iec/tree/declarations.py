@@ -6,7 +6,7 @@ from typing import Final
 
 from fieldrig_devices.iec.tree.bodies import Body
 from fieldrig_devices.iec.tree.expressions import Expression
-from fieldrig_devices.iec.tree.nodes import NOWHERE, Place, Statement
+from fieldrig_devices.iec.tree.nodes import NOWHERE, Position, Statement
 from fieldrig_devices.iec.tree.types import Initial, TypeSpec, Variable
 
 ACCESS: Final = frozenset({"PUBLIC", "PROTECTED", "PRIVATE", "INTERNAL"})
@@ -97,7 +97,7 @@ class Pou(Statement):
     """Words such as ABSTRACT in front of the name, in capitals."""
     implements: tuple[str, ...] = ()
     """The interfaces whose methods a function block has."""
-    end: Place = field(default=NOWHERE, compare=False, repr=False)
+    end: Position = field(default=NOWHERE, compare=False, repr=False)
 
 
 @dataclass(slots=True)

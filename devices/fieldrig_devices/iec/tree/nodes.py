@@ -1,22 +1,22 @@
-"""The common part of the tree: places in the source text, and the comments around statements."""
+"""The common part of the tree: positions in the source text, and the comments around statements."""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 
-class Place(NamedTuple):
+class Position(NamedTuple):
     """A position in a source text, counted from 1."""
 
     line: int
     column: int
 
 
-NOWHERE = Place(0, 0)
+NOWHERE = Position(0, 0)
 
 
 @dataclass(slots=True)
 class Node:
-    place: Place = field(default=NOWHERE, compare=False, repr=False, kw_only=True)
+    position: Position = field(default=NOWHERE, compare=False, repr=False, kw_only=True)
 
 
 @dataclass(slots=True)

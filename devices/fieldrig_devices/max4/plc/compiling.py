@@ -56,8 +56,8 @@ def _check_retain(size: int, compiled: Compiled) -> None:
     ]
     located = [
         Mistake(
-            variable.place.line,
-            variable.place.column,
+            variable.position.line,
+            variable.position.column,
             f"{variable.name} is at an address of %{area}, and no inputs or outputs are kept over power-off",
             "an address of %M for a RETAIN variable, or none",
             file=variable.file,
@@ -82,8 +82,8 @@ def _check_retain(size: int, compiled: Compiled) -> None:
     raise CompileError(
         [
             Mistake(
-                source.place.line,
-                source.place.column,
+                source.position.line,
+                source.position.column,
                 f"the RETAIN variables need {needed} bytes, and {leaf.path} is the first that has no room",
                 f"at most {size} bytes",
                 file=source.file,

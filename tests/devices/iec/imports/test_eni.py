@@ -36,7 +36,7 @@ def test_messages_have_the_lines_of_the_file() -> None:
     (program,) = unit.declarations
     assert isinstance(program, tree.Pou)
     assert isinstance(program.body, tree.StBody)
-    assert [statement.place.line for statement in program.body.statements] == [19, 20]
+    assert [statement.position.line for statement in program.body.statements] == [19, 20]
     (message,) = messages(LISTING_57.replace("YVAL + OFFSET;\n    BOTTOM", "YVAL + ;\n    BOTTOM"))
     assert message.startswith("test.xml:21:")
     assert "object ST_EXAMPLE" in message

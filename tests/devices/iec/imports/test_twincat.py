@@ -60,11 +60,11 @@ def test_line_numbers_are_those_of_the_file() -> None:
     assert isinstance(pou, tree.Pou)
     assert isinstance(pou.body, tree.StBody)
     lines = FB.split("\n")
-    assert "IF bRun" in lines[pou.body.statements[0].place.line - 1]
+    assert "IF bRun" in lines[pou.body.statements[0].position.line - 1]
     assert isinstance(pou.actions[0].body, tree.StBody)
-    assert "nCount := 0" in lines[pou.actions[0].body.statements[0].place.line - 1]
+    assert "nCount := 0" in lines[pou.actions[0].body.statements[0].position.line - 1]
     (message,) = messages(FB.replace("nCount := 0;", "nCount := ;"))
-    assert message.startswith(f"test.xml:{pou.actions[0].body.statements[0].place.line}:")
+    assert message.startswith(f"test.xml:{pou.actions[0].body.statements[0].position.line}:")
 
 
 def test_a_comment_at_the_end_of_a_body_does_not_hide_its_end() -> None:

@@ -53,7 +53,7 @@ def section(list_: Element, read_type: TypeReader, fragments: Fragments) -> tree
         is_constant=is_set(list_, "constant"),
         name=attribute(list_, "name") if kind is tree.Section.GLOBAL else "",
         comments=comment_of(element(list_, "documentation")),
-        place=tree.Place(line_of(list_), 1),
+        position=tree.Position(line_of(list_), 1),
     )
 
 
@@ -74,7 +74,7 @@ def variable(node: Element, read_type: TypeReader, fragments: Fragments) -> tree
             initial(element(node, "initialValue"), spec, fragments),
             fragments.address(at if at.startswith("%") else f"%{at}", line) if at.strip() else None,
             remark=" ".join(comment_of(element(node, "documentation"))).replace("\n", " "),
-            place=tree.Place(line, 1),
+            position=tree.Position(line, 1),
         )
 
 
@@ -94,15 +94,15 @@ def initial(node: Element | None, spec: tree.TypeSpec, fragments: Fragments, dep
             of_element = spec.element if isinstance(spec, tree.ArraySpec) else tree.NamedType("INT")
             values = [_repeated(part, of_element, fragments, depth + 1) for part in elements(value, "value")]
             parts = tuple(part for part in values if part is not None)
-            return tree.ArrayInitial(parts, place=tree.Place(line, 1))
+            return tree.ArrayInitial(parts, position=tree.Position(line, 1))
         case "structvalue":
             fields: list[tree.FieldInitial] = []
             for part in elements(value, "value"):
                 inner = initial(part, tree.NamedType(""), fragments, depth + 1)
                 if inner is not None:
-                    place = tree.Place(line_of(part), 1)
-                    fields.append(tree.FieldInitial(attribute(part, "member"), inner, place=place))
-            return tree.StructInitial(tuple(fields), place=tree.Place(line, 1))
+                    position = tree.Position(line_of(part), 1)
+                    fields.append(tree.FieldInitial(attribute(part, "member"), inner, position=position))
+            return tree.StructInitial(tuple(fields), position=tree.Position(line, 1))
     fragments.report.mistake(
         line, f"The value {name_of(value)[:30]} is not known", "simpleValue, arrayValue, structValue"
     )
@@ -114,9 +114,9 @@ def _simple(text: str, line: int, spec: tree.TypeSpec, fragments: Fragments) -> 
         return None
     if isinstance(spec, tree.StringSpec) and text[0] not in "'\"":
         # Some editors store the characters without quotes.
-        place = tree.Place(line, 1)
+        position = tree.Position(line, 1)
         kind = tree.LiteralKind.WSTRING if spec.is_wide else tree.LiteralKind.STRING
-        return tree.Literal(kind, text, place=place)
+        return tree.Literal(kind, text, position=position)
     return fragments.initial(text, line)
 
 
@@ -128,7 +128,7 @@ def _repeated(
     if value is None or count in ("", "1"):
         return value
     times = fragments.expression(count, line_of(part))
-    return None if times is None else tree.Repeated(times, value, place=tree.Place(line_of(part), 1))
+    return None if times is None else tree.Repeated(times, value, position=tree.Position(line_of(part), 1))
 
 
 def plain_text(node: Element | None, fragments: Fragments) -> tuple[tree.Variables, ...]:
@@ -147,15 +147,17 @@ def plain_text(node: Element | None, fragments: Fragments) -> tuple[tree.Variabl
     return fragments.variables(text[start.start() :], line + text.count("\n", 0, start.start()))
 
 
-def array(dimensions: Sequence[Element], base: tree.TypeSpec, place: tree.Place, fragments: Fragments) -> tree.TypeSpec:
+def array(
+    dimensions: Sequence[Element], base: tree.TypeSpec, position: tree.Position, fragments: Fragments
+) -> tree.TypeSpec:
     """An array; each dimension is an element with its limits, which are `*` in an ARRAY[*]."""
     if dimensions and all(attribute(e, end).strip() == "*" for e in dimensions for end in ("lower", "upper")):
         if not fragments.dialect.has_open_arrays:
             hint = "ARRAY[*] is known in the dialect edition-3."
-            fragments.report.mistake(place.line, "An array has the limit *", "limits such as 1..10", hint)
-        return tree.OpenArraySpec(len(dimensions), base, place=place)
+            fragments.report.mistake(position.line, "An array has the limit *", "limits such as 1..10", hint)
+        return tree.OpenArraySpec(len(dimensions), base, position=position)
     ranges = (limits(limit, fragments) for limit in dimensions)
-    return tree.ArraySpec(tuple(limit for limit in ranges if limit is not None), base, place=place)
+    return tree.ArraySpec(tuple(limit for limit in ranges if limit is not None), base, position=position)
 
 
 def limits(node: Element, fragments: Fragments) -> tree.Range | None:
@@ -163,7 +165,7 @@ def limits(node: Element, fragments: Fragments) -> tree.Range | None:
     line = line_of(node)
     low = fragments.expression(attribute(node, "lower"), line)
     high = fragments.expression(attribute(node, "upper"), line)
-    return None if low is None or high is None else tree.Range(low, high, place=tree.Place(line, 1))
+    return None if low is None or high is None else tree.Range(low, high, position=tree.Position(line, 1))
 
 
 def subrange(node: Element, base: tree.TypeSpec, range_: tree.Range | None, fragments: Fragments) -> tree.TypeSpec:
@@ -171,7 +173,7 @@ def subrange(node: Element, base: tree.TypeSpec, range_: tree.Range | None, frag
     if range_ is None or not isinstance(base, tree.NamedType):
         fragments.report.mistake(line_of(node), "The subrange is incomplete", "a range and an integer type")
         return base
-    return tree.SubrangeSpec(base, range_.low, range_.high, place=tree.Place(line_of(node), 1))
+    return tree.SubrangeSpec(base, range_.low, range_.high, position=tree.Position(line_of(node), 1))
 
 
 def enumeration(node: Element, values: Sequence[Element], fragments: Fragments) -> tree.EnumSpec:
@@ -181,8 +183,8 @@ def enumeration(node: Element, values: Sequence[Element], fragments: Fragments) 
         if fragments.is_name(name, line, "a value of an enumeration"):
             number = attribute(value, "value").strip()
             given = fragments.expression(number, line) if number else None
-            named.append(tree.EnumValue(name, given, place=tree.Place(line, 1)))
-    return tree.EnumSpec(tuple(named), place=tree.Place(line_of(node), 1))
+            named.append(tree.EnumValue(name, given, position=tree.Position(line, 1)))
+    return tree.EnumSpec(tuple(named), position=tree.Position(line_of(node), 1))
 
 
 def plain_name(name: str) -> str:

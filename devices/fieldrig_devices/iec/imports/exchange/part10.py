@@ -161,7 +161,7 @@ def _interface(node: Element, fragments: Fragments, known: frozenset[str]) -> tr
         methods = tuple(prototype(raw) for raw in _methods(node, fragments))
         above = known_interfaces("EXTENDS", _names(node, "Extends", fragments), line, fragments, known)
     comments = comment_of(element(node, "Documentation"))
-    return tree.Interface(name, above, methods, comments=comments, place=tree.Place(line, 1))
+    return tree.Interface(name, above, methods, comments=comments, position=tree.Position(line, 1))
 
 
 def _above(node: Element, fragments: Fragments) -> str:
@@ -203,7 +203,7 @@ def _instance(node: Element) -> tree.ProgramInstance:
     name = attribute(node, "name").strip()
     kind = attribute(node, "typeName").strip() or name
     return tree.ProgramInstance(
-        name, attribute(node, "associatedTaskName").strip(), kind, place=tree.Place(line_of(node), 1)
+        name, attribute(node, "associatedTaskName").strip(), kind, position=tree.Position(line_of(node), 1)
     )
 
 
@@ -217,5 +217,5 @@ def _task(node: Element, fragments: Fragments) -> tree.TaskDeclaration:
             fragments.expression(priority, line) if priority else None,
             duration(interval, line, fragments) if interval else None,
             fragments.expression(single, line) if single else None,
-            place=tree.Place(line, 1),
+            position=tree.Position(line, 1),
         )

@@ -51,18 +51,18 @@ def _named(name: str, line: int, fragments: Fragments) -> tree.TypeSpec:
 
 
 def _specified(node: Element, fragments: Fragments, depth: int = 0) -> tree.TypeSpec:
-    place, kind = tree.Place(line_of(node), 1), type_of(node)
+    position, kind = tree.Position(line_of(node), 1), type_of(node)
     if depth > DEPTH:
-        fragments.report.mistake(place.line, f"Types are nested more than {DEPTH} deep")
+        fragments.report.mistake(position.line, f"Types are nested more than {DEPTH} deep")
         return NOTHING
     match kind:
         case "arraytypespec":
             base = read_type(element(node, "BaseType"), fragments, depth)
             dimensions = [_limits_of(e) for e in elements(node, "DimensionSpec")]
-            return array(dimensions, base, place, fragments)
+            return array(dimensions, base, position, fragments)
         case "structtypespec":
             fields = (variable(member, read_type, fragments) for member in elements(node, "Member"))
-            return tree.StructSpec(tuple(field for field in fields if field is not None), place=place)
+            return tree.StructSpec(tuple(field for field in fields if field is not None), position=position)
         case "enumtypespec" | "enumtypewithnamedvaluespec":
             return enumeration(node, elements(node, "Enumerator"), fragments)
         case "subrangetypespec":
@@ -70,7 +70,7 @@ def _specified(node: Element, fragments: Fragments, depth: int = 0) -> tree.Type
         case "directlyderivedtypespec" | "derivedtypespec":
             return read_type(element(node, "BaseType"), fragments, depth)
     fragments.report.mistake(
-        place.line, f"The type specification {kind[:40] or 'without xsi:type'} is not known", "an array, structure, "
+        position.line, f"The type specification {kind[:40] or 'without xsi:type'} is not known", "an array, structure, "
         "enumeration, subrange or derived type"
     )  # fmt: skip
     return NOTHING
@@ -99,4 +99,4 @@ def read_declaration(node: Element, fragments: Fragments) -> tree.TypeDeclaratio
         spec = _specified(specification, fragments)
         start = initial(element(specification, "InitialValue"), spec, fragments)
         comments = comment_of(element(node, "Documentation"))
-        return tree.TypeDeclaration(name, spec, start, comments=comments, place=tree.Place(line, 1))
+        return tree.TypeDeclaration(name, spec, start, comments=comments, position=tree.Position(line, 1))

@@ -28,27 +28,27 @@ def duration(text: str, line: int, fragments: Fragments) -> tree.Expression | No
         return fragments.expression(text, line)
     days, hours, minutes, seconds = (float(part or 0) for part in match.groups())
     milliseconds = round((((days * 24 + hours) * 60 + minutes) * 60 + seconds) * 1_000)
-    place = tree.Place(line, 1)
-    return tree.Literal(tree.LiteralKind.TIME, milliseconds, f"T#{milliseconds}ms", place=place)
+    position = tree.Position(line, 1)
+    return tree.Literal(tree.LiteralKind.TIME, milliseconds, f"T#{milliseconds}ms", position=position)
 
 
 def program_without_task(
     tasks: list[tree.TaskDeclaration], programs: list[tree.ProgramInstance], free: list[tree.ProgramInstance]
 ) -> None:
     """A program without a task runs whenever no task does: in a free-running task of the lowest priority."""
-    place = free[0].place
+    position = free[0].position
     names = {task.name.casefold() for task in tasks}
     name = "Background"
     while name.casefold() in names:
         name += "x"
-    priority = tree.Literal(tree.LiteralKind.INTEGER, LOWEST_PRIORITY, str(LOWEST_PRIORITY), place=place)
-    tasks.append(tree.TaskDeclaration(name, priority, place=place))
-    programs += [tree.ProgramInstance(p.name, name, p.type, place=p.place) for p in free]
+    priority = tree.Literal(tree.LiteralKind.INTEGER, LOWEST_PRIORITY, str(LOWEST_PRIORITY), position=position)
+    tasks.append(tree.TaskDeclaration(name, priority, position=position))
+    programs += [tree.ProgramInstance(p.name, name, p.type, position=p.position) for p in free]
 
 
 def resource_of(
     node: Element, tasks: list[tree.TaskDeclaration], programs: list[tree.ProgramInstance]
 ) -> tree.Configuration:
     name = re.sub(r"\W", "_", attribute(node, "name").strip(), flags=re.ASCII) or "Resource"
-    place = tree.Place(line_of(node), 1)
-    return tree.Configuration(name, (), tuple(tasks), tuple(programs), resource=name, place=place)
+    position = tree.Position(line_of(node), 1)
+    return tree.Configuration(name, (), tuple(tasks), tuple(programs), resource=name, position=position)

@@ -111,11 +111,13 @@ def _config(node: Element, fragments: Fragments) -> tree.Variables | None:
                 spec,
                 initial(element(item, "initialValue"), spec, fragments),
                 fragments.address(address, line) if address.strip() else None,
-                place=tree.Place(line, 1),
+                position=tree.Position(line, 1),
             )
         )
     return (
-        tree.Variables(tree.Section.CONFIG, tuple(variables), place=tree.Place(line_of(node), 1)) if variables else None
+        tree.Variables(tree.Section.CONFIG, tuple(variables), position=tree.Position(line_of(node), 1))
+        if variables
+        else None
     )
 
 
@@ -181,7 +183,7 @@ def _instance(node: Element, task: str) -> tree.ProgramInstance:
     """
     name = attribute(node, "name").strip()
     kind = (attribute(node, "typeName") or attribute(node, "type")).strip()
-    return tree.ProgramInstance(name, task, kind or name, place=tree.Place(line_of(node), 1))
+    return tree.ProgramInstance(name, task, kind or name, position=tree.Position(line_of(node), 1))
 
 
 def _task(node: Element, fragments: Fragments) -> tree.TaskDeclaration:
@@ -202,7 +204,7 @@ def _task(node: Element, fragments: Fragments) -> tree.TaskDeclaration:
         duration(interval, line, fragments) if interval else None,
         fragments.expression(single, line) if single else None,
         comments=comment_of(element(node, "documentation")),
-        place=tree.Place(line, 1),
+        position=tree.Position(line, 1),
     )
 
 

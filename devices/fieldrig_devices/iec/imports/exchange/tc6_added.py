@@ -76,9 +76,9 @@ def with_arguments(node: Element, spec: tree.TypeSpec, fragments: Fragments) -> 
             line_of(node), "The variable has arguments for FB_init", "a function block as its type"
         )
         return spec
-    made = tree.NamedType(base.name, *((rows[0], ()) if len(rows) == 1 else ((), rows)), place=base.place)
+    made = tree.NamedType(base.name, *((rows[0], ()) if len(rows) == 1 else ((), rows)), position=base.position)
     if isinstance(spec, tree.ArraySpec):
-        return tree.ArraySpec(spec.dimensions, made, place=spec.place)
+        return tree.ArraySpec(spec.dimensions, made, position=spec.position)
     return made
 
 
@@ -89,5 +89,5 @@ def _arguments(node: Element, fragments: Fragments) -> tuple[tree.Argument, ...]
         given = fragments.expression(value, line)
         if given is not None:
             name = text_of(element(part, "Name")).strip()
-            arguments.append(tree.Argument(given, name, place=tree.Place(line, 1)))
+            arguments.append(tree.Argument(given, name, position=tree.Position(line, 1)))
     return tuple(arguments)

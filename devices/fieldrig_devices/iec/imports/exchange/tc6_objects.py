@@ -170,4 +170,4 @@ def interface(node: Element, fragments: Fragments, known: frozenset[str]) -> tre
         names = [part for e in _own(node, "Extends") for part in text_of(e).split(",")] or _extended_in_text(node)
         above = known_interfaces("EXTENDS", names, line, fragments, known)
         comments = comment_of(element(node, "documentation"))
-    return tree.Interface(name, above, tuple(prototypes), comments=comments, place=tree.Place(line, 1))
+    return tree.Interface(name, above, tuple(prototypes), comments=comments, position=tree.Position(line, 1))

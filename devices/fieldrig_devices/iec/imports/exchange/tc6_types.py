@@ -41,31 +41,31 @@ def read_type(node: Element | None, fragments: Fragments, depth: int = 0) -> tre
     if depth > DEPTH:
         fragments.report.mistake(line_of(inner), f"Types are nested more than {DEPTH} deep")
         return _NOTHING
-    place = tree.Place(line_of(inner), 1)
+    position = tree.Position(line_of(inner), 1)
     name = name_of(inner)
     if name.upper() in ELEMENTARY:
-        return tree.NamedType(name.upper(), place=place)
+        return tree.NamedType(name.upper(), position=position)
     match name.casefold():
         case "string" | "wstring":
             length = attribute(inner, "length").strip()
-            longest = fragments.expression(length, place.line) if length else None
-            return tree.StringSpec(longest, name.casefold() == "wstring", place=place)
+            longest = fragments.expression(length, position.line) if length else None
+            return tree.StringSpec(longest, name.casefold() == "wstring", position=position)
         case "derived":
             return _derived(inner, fragments)
         case "array":
             base = read_type(element(inner, "baseType"), fragments, depth + 1)
-            return array(elements(inner, "dimension"), base, place, fragments)
+            return array(elements(inner, "dimension"), base, position, fragments)
         case "struct":
             fields = (variable(field, _nested(depth), fragments) for field in elements(inner, "variable"))
-            return tree.StructSpec(tuple(field for field in fields if field is not None), place=place)
+            return tree.StructSpec(tuple(field for field in fields if field is not None), position=position)
         case "enum":
             return _enumeration(inner, fragments)
         case "subrangesigned" | "subrangeunsigned":
             return _subrange(inner, fragments, depth)
         case "pointer":
-            return tree.PointerSpec(read_type(element(inner, "baseType"), fragments, depth + 1), place=place)
+            return tree.PointerSpec(read_type(element(inner, "baseType"), fragments, depth + 1), position=position)
     fragments.report.mistake(
-        place.line, f"The type {name[:40]} is not known on this controller", "an elementary or a derived type"
+        position.line, f"The type {name[:40]} is not known on this controller", "an elementary or a derived type"
     )
     return _NOTHING
 
@@ -105,7 +105,7 @@ def _union(node: Element, fragments: Fragments) -> tree.StructSpec:
         fragments.report.mistake(
             line_of(node), "A UNION is not supported", "a structure", "Choose the dialect codesys."
         )
-    return tree.StructSpec(fields, is_union=True, place=tree.Place(line_of(node), 1))
+    return tree.StructSpec(fields, is_union=True, position=tree.Position(line_of(node), 1))
 
 
 def _extend(node: Element, spec: tree.TypeSpec, fragments: Fragments) -> None:
@@ -139,5 +139,5 @@ def read_declaration(node: Element, fragments: Fragments) -> tree.TypeDeclaratio
             spec,
             initial(element(node, "initialValue"), spec, fragments),
             comments=comment_of(element(node, "documentation")),
-            place=tree.Place(line, 1),
+            position=tree.Position(line, 1),
         )

@@ -11,7 +11,7 @@ from fieldrig_devices.iec.imports.networks.flow import HIGHEST
 from fieldrig_devices.iec.imports.networks.foreseeing import Foreseeing
 from fieldrig_devices.iec.imports.networks.graph import Edge, Item, Kind, Pin, Storage, Wire
 from fieldrig_devices.iec.imports.networks.results import type_of, whole_type_of
-from fieldrig_devices.iec.imports.networks.terms import conditional, is_true, negated, place_of
+from fieldrig_devices.iec.imports.networks.terms import conditional, is_true, negated, position_of
 from fieldrig_devices.iec.program import Expression
 
 
@@ -70,7 +70,7 @@ class Blocks(Foreseeing):
             target = self.fragments.place(pin.expression, pin.line) if pin.expression else None
             if target is not None and pin.name.casefold() == "eno":
                 value = self._eno(item)
-                self.put(tree.Assign(target, negated(value) if pin.is_negated else value, place=place_of(item)))
+                self.put(tree.Assign(target, negated(value) if pin.is_negated else value, position=position_of(item)))
 
     def _eno(self, item: Item) -> tree.Expression:
         """Return the value of ENO: that of EN, what the code has set, or an output that is declared with this name."""
@@ -78,7 +78,7 @@ class Blocks(Foreseeing):
         own = None
         if eno is None and item.instance and self.kinds.parameter(item.text, "ENO") is not None:
             own = self.fragments.place(item.instance, item.line)
-        return eno or (_true(item) if own is None else tree.Member(own, "ENO", place=place_of(item)))
+        return eno or (_true(item) if own is None else tree.Member(own, "ENO", position=position_of(item)))
 
     def _guarded(self, enable: tree.Expression | None, statements: list[tree.AnyStatement], item: Item) -> None:
         if enable is None or not statements:
@@ -86,14 +86,14 @@ class Blocks(Foreseeing):
             return
         guarded = conditional(enable, statements, item.line)
         if item.id in self.enos:
-            never = tree.Literal(tree.LiteralKind.BOOL, False, "FALSE", place=place_of(item))
-            guarded.otherwise = (tree.Assign(self.enos[item.id], never, place=place_of(item)),)
+            never = tree.Literal(tree.LiteralKind.BOOL, False, "FALSE", position=position_of(item))
+            guarded.otherwise = (tree.Assign(self.enos[item.id], never, position=position_of(item)),)
         self.put(guarded)
 
     def _eno_argument(self, item: Item) -> list[tree.Argument]:
         if item.id not in self.enos:
             return []
-        return [tree.Argument(self.enos[item.id], "ENO", is_output=True, place=place_of(item))]
+        return [tree.Argument(self.enos[item.id], "ENO", is_output=True, position=position_of(item))]
 
     def _code(self, item: Item) -> list[tree.AnyStatement]:
         body = self.fragments.body(item.code, item.code_line, "ST")
@@ -106,12 +106,14 @@ class Blocks(Foreseeing):
         if called is None:
             return
         given = [
-            tree.Argument(value, pin.name, place=tree.Place(pin.line, 1))
+            tree.Argument(value, pin.name, position=tree.Position(pin.line, 1))
             for pin, value in arguments
             if value is not None
         ]
-        call = tree.Call(called, (*given, *self._eno_argument(item)), place=place_of(item))
-        self._guarded(enable, [tree.CallStatement(call, place=place_of(item)), *self._written(item, called)], item)
+        call = tree.Call(called, (*given, *self._eno_argument(item)), position=position_of(item))
+        self._guarded(
+            enable, [tree.CallStatement(call, position=position_of(item)), *self._written(item, called)], item
+        )
 
     def _written(self, item: Item, called: tree.Expression) -> list[tree.AnyStatement]:
         """Variables that are written at the outputs of an instance themselves, without an element of their own."""
@@ -119,9 +121,9 @@ class Blocks(Foreseeing):
         for pin in item.outputs:
             target = self.fragments.place(pin.expression, pin.line) if pin.expression else None
             if target is not None and pin.name.casefold() != "eno":
-                value: tree.Expression = tree.Member(called, pin.name, place=place_of(item))
+                value: tree.Expression = tree.Member(called, pin.name, position=position_of(item))
                 value = negated(value) if pin.is_negated else value
-                written.append(tree.Assign(target, value, place=tree.Place(pin.line, 1)))
+                written.append(tree.Assign(target, value, position=tree.Position(pin.line, 1)))
         return written
 
     def _function(
@@ -139,7 +141,7 @@ class Blocks(Foreseeing):
             return
         wire = Wire(item.id, result.name)
         if isinstance(call, tree.Binary) and call.operator in functions.COMPARISONS and enable is not None:
-            call, enable = tree.Binary("AND", enable, call, place=place_of(item)), None
+            call, enable = tree.Binary("AND", enable, call, position=position_of(item)), None
         if result.expression:
             self._written_result(item, enable, call, result)
         elif self._is_inline(item, wire, enable, extra, call):
@@ -150,13 +152,13 @@ class Blocks(Foreseeing):
             target = self.fragments.place(sink.text, sink.line)
             value = negated(call) if result.is_negated != sink.is_negated else call
             if target is not None:
-                self._guarded(enable, [tree.Assign(target, value, place=place_of(sink))], item)
+                self._guarded(enable, [tree.Assign(target, value, position=position_of(sink))], item)
         else:
             self._kept_result(item, wire, enable, call, result)
 
     def _call_statement(self, item: Item, call: tree.Expression, result: Pin | None) -> list[tree.AnyStatement]:
         if isinstance(call, tree.Call):
-            return [tree.CallStatement(call, place=place_of(item))]
+            return [tree.CallStatement(call, position=position_of(item))]
         return []
 
     def _consumers(self, item: Item) -> list[tuple[Item, Pin]]:
@@ -168,7 +170,7 @@ class Blocks(Foreseeing):
         self, item: Item, arguments: list[tuple[Pin, tree.Expression | None]], extra: list[Pin]
     ) -> tree.Expression | None:
         """The call of a function, or the operation of an operator."""
-        name, place = item.text, place_of(item)
+        name, position = item.text, position_of(item)
         given = [value for _, value in arguments if value is not None]
         operator = functions.OPERATORS.get(name.casefold())
         unary = name.casefold() in ("not", "move")
@@ -180,26 +182,26 @@ class Blocks(Foreseeing):
                 self.mistake(item.line, f"The {item} has {len(given)} inputs", f"at most {HIGHEST}")
                 return None
             if operator and item.id in self.enos:
-                division = tree.Name(functions.DIVISIONS[operator], place=place)
-                passed = [tree.Argument(value, place=value.place) for value in given]
-                return tree.Call(division, (*passed, *self._eno_argument(item)), place=place)
+                division = tree.Name(functions.DIVISIONS[operator], position=position)
+                passed = [tree.Argument(value, position=value.position) for value in given]
+                return tree.Call(division, (*passed, *self._eno_argument(item)), position=position)
             if operator:
-                return functions.operation(operator, given, place)
+                return functions.operation(operator, given, position)
             return negated(given[0]) if name.casefold() == "not" else given[0]
         called = self.fragments.place(name, item.line)
         if called is None:
             return None
         is_named = bool(extra) or len(given) < len(arguments)
         passed = [
-            tree.Argument(value, pin.name if is_named else "", place=tree.Place(pin.line, 1))
+            tree.Argument(value, pin.name if is_named else "", position=tree.Position(pin.line, 1))
             for pin, value in arguments
             if value is not None
         ]
         for pin in extra:
             variable = self._extra_output(item, pin)
             if variable is not None:
-                passed.append(tree.Argument(variable, pin.name, is_output=True, place=tree.Place(pin.line, 1)))
-        return tree.Call(called, (*passed, *self._eno_argument(item)), place=place)
+                passed.append(tree.Argument(variable, pin.name, is_output=True, position=tree.Position(pin.line, 1)))
+        return tree.Call(called, (*passed, *self._eno_argument(item)), position=position)
 
     def _extra_output(self, item: Item, pin: Pin) -> tree.Expression | None:
         """The variable that takes a further output of a function."""
@@ -235,7 +237,7 @@ class Blocks(Foreseeing):
         if target is None:
             return
         value = negated(call) if result.is_negated else call
-        self._guarded(enable, [tree.Assign(target, value, place=place_of(item))], item)
+        self._guarded(enable, [tree.Assign(target, value, position=position_of(item))], item)
         self.values[Wire(item.id, result.name)] = target
 
     def _kept_result(
@@ -246,9 +248,9 @@ class Blocks(Foreseeing):
         name = loop if loop is not None and not is_whole else self._variable_for(item, result, kept)
         if name is None:
             return
-        statements: list[tree.AnyStatement] = [tree.Assign(name, call, place=place_of(item))]
+        statements: list[tree.AnyStatement] = [tree.Assign(name, call, position=position_of(item))]
         if loop is not None and loop is not name:  # what comes back is cut, and what follows is not
-            statements.append(tree.Assign(loop, name, place=place_of(item)))
+            statements.append(tree.Assign(loop, name, position=position_of(item)))
         self._guarded(enable, statements, item)
         self.values[wire] = negated(name) if result.is_negated else name
 
@@ -310,7 +312,7 @@ class Blocks(Foreseeing):
             called = self.fragments.place(item.instance, item.line)
             if called is None:
                 return None
-            value = tree.Member(called, pin.name, place=place_of(item))
+            value = tree.Member(called, pin.name, position=position_of(item))
             return negated(value) if pin.is_negated else value
         if is_later or item.id not in self.finished:
             return self._previous(item, pin, full)
@@ -348,4 +350,4 @@ class Blocks(Foreseeing):
 
 
 def _true(item: Item) -> tree.Literal:
-    return tree.Literal(tree.LiteralKind.BOOL, True, "TRUE", place=place_of(item))
+    return tree.Literal(tree.LiteralKind.BOOL, True, "TRUE", position=position_of(item))

@@ -23,7 +23,7 @@ class Bodies:
     """Actions that are written inside of charts."""
 
     def body(self, drawn: Drawn) -> tree.Body:
-        place = tree.Place(drawn.line, 1)
+        position = tree.Position(drawn.line, 1)
         match drawn.language:
             case "ST" | "IL" as language:
                 return self.fragments.body(drawn.text, drawn.line, language)
@@ -33,12 +33,12 @@ class Bodies:
                 for network in drawn.networks:
                     join_connectors(network.items)
                 networks = drawn.networks if drawn.is_divided else [p for n in drawn.networks for p in divide(n)]
-                return tree.StBody(translate(networks, self.fragments, self.hidden, self.kinds), place=place)
-        return tree.StBody((), place=place)
+                return tree.StBody(translate(networks, self.fragments, self.hidden, self.kinds), position=position)
+        return tree.StBody((), position=position)
 
     def _chart(self, drawn: Drawn) -> tree.Body:
         network = drawn.networks[0]
         if not any(item.kind is Kind.STEP for item in network.items) and not network.items:
-            return tree.StBody((), place=tree.Place(drawn.line, 1))
+            return tree.StBody((), position=tree.Position(drawn.line, 1))
         self.hidden.network += 1
         return Chart(network, self.fragments, self.hidden, self.kinds, self.conditions, self.actions, self.body).body()

@@ -51,14 +51,14 @@ class Chart:
     """The blocks in front of the transitions that follow the same steps, so that each block is executed once."""
     followers: dict[tuple[str, ...], list[Item]] = field(default_factory=dict)
     """The transitions by the steps in front of them."""
-    places: dict[str, int] = field(default_factory=dict)
+    order: dict[str, int] = field(default_factory=dict)
     """The numbers of the elements in the document."""
     tests: dict[str, list[tree.ActionUse]] = field(default_factory=dict)
     """The actions that compute conditions, by the names of their steps in small letters."""
 
     def body(self) -> tree.SfcBody:
         self.items = self.network.by_id()
-        self.places = {item.id: place for place, item in enumerate(self.network.items)}
+        self.order = {item.id: number for number, item in enumerate(self.network.items)}
         self.values = Translation(self.network, self.fragments, self.hidden, self.kinds)
         steps = [item for item in self.network.items if item.kind is Kind.STEP]
         if not steps:
@@ -69,7 +69,7 @@ class Chart:
         return tree.SfcBody(
             tuple(self._step(step) for step in steps),
             transitions,
-            place=tree.Place(self.network.line, 1),
+            position=tree.Position(self.network.line, 1),
         )
 
     # ---- transitions
@@ -92,8 +92,8 @@ class Chart:
                 if not names:
                     self._mistake(item.line, "The transition leads to no step", "a line to a step or a jump")
                 if sources and names and condition is not None:
-                    place = tree.Place(item.line, 1)
-                    transitions.append(tree.Transition(sources, names, condition, place=place))
+                    position = tree.Position(item.line, 1)
+                    transitions.append(tree.Transition(sources, names, condition, position=position))
         return transitions
 
     def _tested(self) -> list[Item]:
@@ -168,7 +168,7 @@ class Chart:
         value = self._plain(item, condition, sources)
         if value is None or not condition.is_negated:
             return value
-        return tree.Unary("NOT", value, place=tree.Place(condition.line, 1))
+        return tree.Unary("NOT", value, position=tree.Position(condition.line, 1))
 
     def _plain(self, item: Item, condition: Condition, sources: tuple[str, ...]) -> tree.Expression | None:
         if condition.name:
@@ -210,21 +210,21 @@ class Chart:
             if other is not None and other.id not in seen:
                 seen[other.id] = other
                 waiting += [wire for inner in other.pins() for wire in inner.wires]
-        return sorted(seen.values(), key=lambda item: self.places[item.id])
+        return sorted(seen.values(), key=lambda item: self.order[item.id])
 
     def _computed(self, item: Item, pin: Pin, network: Translation, sources: tuple[str, ...]) -> tree.Expression | None:
         """Return the value at a pin; what has to be executed for it becomes an action of the step."""
         statements, value = network.condition(pin, item)
         if value is None or not statements or not sources:
             return value
-        place = tree.Place(item.line, 1)
+        position = tree.Position(item.line, 1)
         result = self.hidden.add("Condition", BOOL, item.line, f"condition of the {item}")
-        statements.append(tree.Assign(result, value, place=place))
-        others = [tree.Member(tree.Name(name, place=place), "x", place=place) for name in sources[1:]]
-        body = statements if not others else [conditional(_all(others, place), statements, item.line)]
+        statements.append(tree.Assign(result, value, position=position))
+        others = [tree.Member(tree.Name(name, position=position), "x", position=position) for name in sources[1:]]
+        body = statements if not others else [conditional(_all(others, position), statements, item.line)]
         name = self.hidden.free(f"{sources[0][:20]}_condition{len(self.actions) + 1}")
-        self.actions.append(tree.Action(name, tree.StBody(tuple(body), place=place), place=place))
-        self.tests.setdefault(sources[0].casefold(), []).append(tree.ActionUse(name, "N", place=place))
+        self.actions.append(tree.Action(name, tree.StBody(tuple(body), position=position), position=position))
+        self.tests.setdefault(sources[0].casefold(), []).append(tree.ActionUse(name, "N", position=position))
         return result
 
     def _by_network(self, drawn: Drawn, sources: tuple[str, ...]) -> tree.Expression | None:
@@ -243,7 +243,7 @@ class Chart:
         value = self._computed(end, end.inputs[0] if end.inputs else Pin(), translation, sources)
         if value is None:
             return None
-        return tree.Unary("NOT", value, place=value.place) if end.is_negated else value
+        return tree.Unary("NOT", value, position=value.position) if end.is_negated else value
 
     def _by_list(self, drawn: Drawn) -> tree.Expression | None:
         body = self.fragments.body(drawn.text, drawn.line, "IL")
@@ -272,7 +272,7 @@ class Chart:
                 phases.get("entry"),
                 phases.get("active"),
                 phases.get("exit"),
-                place=tree.Place(item.line, 1),
+                position=tree.Position(item.line, 1),
             )
 
     def _blocks(self, step: Item) -> list[Item]:
@@ -284,7 +284,7 @@ class Chart:
     def _uses(self, step: Item, block: Item) -> list[tree.ActionUse]:
         if block.kind is Kind.SINK:
             if not block.is_negated:
-                return [tree.ActionUse(block.text, "N", place=tree.Place(block.line, 1))]
+                return [tree.ActionUse(block.text, "N", position=tree.Position(block.line, 1))]
             self._mistake(block.line, f"The {block} takes the negated step", "the step itself, or an action")
             return []
         if block.is_negated:
@@ -304,27 +304,29 @@ class Chart:
         if not name:
             self._mistake(use.line, "The action has neither a name nor a body")
             return None
-        return tree.ActionUse(name, qualifier, time if qualifier in TIMED else None, place=tree.Place(use.line, 1))
+        return tree.ActionUse(
+            name, qualifier, time if qualifier in TIMED else None, position=tree.Position(use.line, 1)
+        )
 
     def _own_action(self, step: Item, use: Use) -> str:
         if use.body is None:
             return ""
         name = self.hidden.free(f"{step.text[:20]}_action{len(self.actions) + 1}")
-        self.actions.append(tree.Action(name, self.read(use.body), place=tree.Place(use.line, 1)))
+        self.actions.append(tree.Action(name, self.read(use.body), position=tree.Position(use.line, 1)))
         return name
 
     def _mistake(self, line: int, what: str, expected: str = "", hint: str = "") -> None:
         self.fragments.report.mistake(line, what, expected, hint)
 
 
-def _all(values: list[tree.Member], place: tree.Place) -> tree.Expression:
-    return functions.balanced("AND", list[tree.Expression](values), place)
+def _all(values: list[tree.Member], position: tree.Position) -> tree.Expression:
+    return functions.balanced("AND", list[tree.Expression](values), position)
 
 
 def _calling(action: str, line: int) -> tree.Body:
-    place = tree.Place(line, 1)
-    call = tree.Call(tree.Name(action, place=place), (), place=place)
-    return tree.StBody((tree.CallStatement(call, place=place),), place=place)
+    position = tree.Position(line, 1)
+    call = tree.Call(tree.Name(action, position=position), (), position=position)
+    return tree.StBody((tree.CallStatement(call, position=position),), position=position)
 
 
 def _expression_of(text: str) -> str:
@@ -358,11 +360,11 @@ def _accumulator(instructions: tuple[tree.IlInstruction, ...]) -> tree.Expressio
         if line.operator == "LD":
             result = operand
         elif line.operator in _OPERATORS and result is not None:
-            result = tree.Binary(_OPERATORS[line.operator], result, operand, place=line.place)
+            result = tree.Binary(_OPERATORS[line.operator], result, operand, position=line.position)
         elif line.operator != "ST":
             return None
     return result
 
 
 def _not(value: tree.Expression) -> tree.Expression:
-    return tree.Unary("NOT", value, place=value.place)
+    return tree.Unary("NOT", value, position=value.position)

@@ -11,7 +11,7 @@ from fieldrig_devices.iec.imports.networks.graph import Edge, Item, Kind, Networ
 from fieldrig_devices.iec.imports.networks.hidden import Hidden
 from fieldrig_devices.iec.imports.networks.kinds import Kinds
 from fieldrig_devices.iec.imports.networks.order import join_connectors
-from fieldrig_devices.iec.imports.networks.terms import consuming, is_true, negated, parallel, place_of
+from fieldrig_devices.iec.imports.networks.terms import consuming, is_true, negated, parallel, position_of
 
 IN_A_ROW: Final = 90
 """Elements that may depend on one another, one behind the other."""
@@ -109,7 +109,7 @@ class Flow:
             return self.values[wire]
         match item.kind:
             case Kind.LEFT_RAIL:
-                return tree.Literal(tree.LiteralKind.BOOL, True, "TRUE", place=place_of(item))
+                return tree.Literal(tree.LiteralKind.BOOL, True, "TRUE", position=position_of(item))
             case Kind.SOURCE:
                 return self._source(item)
             case Kind.CONTACT | Kind.COIL:
@@ -119,7 +119,7 @@ class Flow:
             case Kind.BLOCK:
                 return self.output(item, wire)
             case Kind.STEP:
-                return tree.Member(tree.Name(item.text, place=place_of(item)), "x", place=place_of(item))
+                return tree.Member(tree.Name(item.text, position=position_of(item)), "x", position=position_of(item))
             case Kind.CONTINUATION:
                 self.mistake(item.line, f"The {item} has no connector", f"a connector with the name {item.text[:30]}")
             case _:
@@ -177,7 +177,7 @@ class Flow:
         if item.is_negated:
             operand = negated(operand)
         operand = self.edge(operand, item.edge, item)
-        return operand if is_true(power) else tree.Binary("AND", power, operand, place=place_of(item))
+        return operand if is_true(power) else tree.Binary("AND", power, operand, position=position_of(item))
 
     def edge(self, value: tree.Expression, edge: Edge, item: Item) -> tree.Expression:
         if edge is Edge.NONE:
@@ -188,18 +188,18 @@ class Flow:
         now = value
         if not isinstance(value, tree.Name):
             now = self.hidden.add("Now", BOOL, item.line, f"now, at the {item}")
-            self.put(tree.Assign(now, value, place=place_of(item)))
+            self.put(tree.Assign(now, value, position=position_of(item)))
         old = self.hidden.add("Before", BOOL, item.line, f"one cycle ago, at the {item}")
         pulse = self.hidden.add("Edge", BOOL, item.line, f"{edge.name.lower()} edge at the {item}")
         first, second = (now, old) if edge is Edge.RISING else (old, now)
-        both = tree.Binary("AND", first, negated(second), place=place_of(item))
-        self.put(tree.Assign(pulse, both, place=place_of(item)))
-        self.put(tree.Assign(old, now, place=place_of(item)))
+        both = tree.Binary("AND", first, negated(second), position=position_of(item))
+        self.put(tree.Assign(pulse, both, position=position_of(item)))
+        self.put(tree.Assign(old, now, position=position_of(item)))
         return pulse
 
     def shared(self, wire: Wire, what: str, value: tree.Expression, node: tree.TypeSpec, item: Item) -> tree.Name:
         name = self.hidden.add(what, node, item.line, f"behind the {item}")
-        self.put(tree.Assign(name, value, place=place_of(item)))
+        self.put(tree.Assign(name, value, position=position_of(item)))
         self.values[wire] = name
         return name
 

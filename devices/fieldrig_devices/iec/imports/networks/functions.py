@@ -35,26 +35,26 @@ def result_of(name: str) -> tree.TypeSpec | None:
     return tree.NamedType(fixed) if fixed is not None else None
 
 
-def operation(operator: str, values: list[tree.Expression], place: tree.Place) -> tree.Expression:
+def operation(operator: str, values: list[tree.Expression], position: tree.Position) -> tree.Expression:
     """An operator with two or more operands, as its block has them: a comparison holds for each pair of neighbours."""
     if operator in COMPARISONS and len(values) > 2:
-        pairs = [tree.Binary(operator, a, b, place=place) for a, b in pairwise(values)]
-        return operation("AND", list[tree.Expression](pairs), place)
+        pairs = [tree.Binary(operator, a, b, position=position) for a, b in pairwise(values)]
+        return operation("AND", list[tree.Expression](pairs), position)
     if operator in ("AND", "OR", "XOR"):
-        return balanced(operator, values, place)
+        return balanced(operator, values, position)
     result = values[0]
     for value in values[1:]:
-        result = tree.Binary(operator, result, value, place=place)
+        result = tree.Binary(operator, result, value, position=position)
     return result
 
 
-def balanced(operator: str, values: list[tree.Expression], place: tree.Place) -> tree.Expression:
+def balanced(operator: str, values: list[tree.Expression], position: tree.Position) -> tree.Expression:
     """An operation whose order does not matter, as a tree that is as low as possible.  Up to 8 stay in a row."""
     if len(values) == 1:
         return values[0]
     middle = len(values) - 1 if len(values) <= 8 else len(values) // 2
-    left, right = balanced(operator, values[:middle], place), balanced(operator, values[middle:], place)
-    return tree.Binary(operator, left, right, place=place)
+    left, right = balanced(operator, values[:middle], position), balanced(operator, values[middle:], position)
+    return tree.Binary(operator, left, right, position=position)
 
 
 def _height_of_chain(chain: tree.Binary) -> int:

@@ -33,12 +33,12 @@ class Hidden:
         """
         self._count += 1
         name = self.free(f"Net{self.network}_{what}{self._count}")
-        place = tree.Place(line, 1)
+        position = tree.Position(line, 1)
         self.known[name.casefold()] = type
         if narrow is not None:
             self.narrow[name.casefold()] = narrow
-        self.variables.append(tree.Variable(name, type, narrow=narrow, remark=f"(* {remark} *)", place=place))
-        return tree.Name(name, place=place)
+        self.variables.append(tree.Variable(name, type, narrow=narrow, remark=f"(* {remark} *)", position=position))
+        return tree.Name(name, position=position)
 
     def free(self, name: str) -> str:
         """The name, with a letter behind it if it is taken."""
@@ -50,4 +50,4 @@ class Hidden:
     def block(self) -> tuple[tree.Variables, ...]:
         if not self.variables:
             return ()
-        return (tree.Variables(tree.Section.LOCAL, tuple(self.variables), place=self.variables[0].place),)
+        return (tree.Variables(tree.Section.LOCAL, tuple(self.variables), position=self.variables[0].position),)

@@ -94,7 +94,7 @@ def _by_wires(items: list[Item]) -> list[list[Item]]:
     parts: dict[str, list[Item]] = {}
     for item in others:
         parts.setdefault(root(item.id), []).append(item)
-    index = {id(item): place for place, item in enumerate(items)}
+    index = {id(item): number for number, item in enumerate(items)}
     ordered = sorted(parts.values(), key=lambda part: min(_key(item, index[id(item)]) for item in part))
     return [[*rails, *part] for part in ordered]
 

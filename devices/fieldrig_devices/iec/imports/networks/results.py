@@ -23,7 +23,7 @@ from fieldrig_devices.iec.tree import LiteralKind, Section
 from fieldrig_devices.iec.types import StringType, Type
 
 _SIGNS = {operator.value: operator for operator in Operator}
-_SOMEWHERE = tree.Name("", place=tree.NOWHERE)
+_SOMEWHERE = tree.Name("", position=tree.NOWHERE)
 
 
 class Results:

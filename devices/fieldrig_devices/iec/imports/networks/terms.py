@@ -11,8 +11,8 @@ def consuming(item: Item) -> list[Pin]:
     return [*item.pins(), *([condition] if condition else [])]
 
 
-def place_of(item: Item) -> tree.Place:
-    return tree.Place(item.line, 1)
+def position_of(item: Item) -> tree.Position:
+    return tree.Position(item.line, 1)
 
 
 def is_true(value: tree.Expression) -> bool:
@@ -20,16 +20,16 @@ def is_true(value: tree.Expression) -> bool:
 
 
 def negated(value: tree.Expression) -> tree.Expression:
-    return tree.Unary("NOT", value, place=value.place)
+    return tree.Unary("NOT", value, position=value.position)
 
 
 def parallel(values: list[tree.Expression], line: int) -> tree.Expression:
     """The parallel connection of branches."""
     if any(is_true(value) for value in values):
         return next(value for value in values if is_true(value))
-    return functions.balanced("OR", values, tree.Place(line, 1))
+    return functions.balanced("OR", values, tree.Position(line, 1))
 
 
 def conditional(condition: tree.Expression, body: list[tree.AnyStatement], line: int) -> tree.If:
-    place = tree.Place(line, 1)
-    return tree.If((tree.Branch(condition, tuple(body), place=place),), place=place)
+    position = tree.Position(line, 1)
+    return tree.If((tree.Branch(condition, tuple(body), position=position),), position=position)

@@ -21,7 +21,7 @@ from fieldrig_devices.iec.imports.networks.graph import Item, Kind, Network, Pin
 from fieldrig_devices.iec.imports.networks.hidden import Hidden
 from fieldrig_devices.iec.imports.networks.kinds import Kinds
 from fieldrig_devices.iec.imports.networks.order import in_order
-from fieldrig_devices.iec.imports.networks.terms import conditional, is_true, negated, place_of
+from fieldrig_devices.iec.imports.networks.terms import conditional, is_true, negated, position_of
 
 _ACTORS: Final = (Kind.SINK, Kind.THROUGH, Kind.COIL, Kind.BLOCK, Kind.LABEL, Kind.JUMP, Kind.RETURN)
 
@@ -55,7 +55,7 @@ class Translation(Blocks):
 
     def statements(self) -> list[tree.AnyStatement]:
         if self.network.label and self.fragments.is_name(self.network.label, self.network.line, "a label"):
-            self.put(tree.Label(self.network.label, place=tree.Place(self.network.line, 1)))
+            self.put(tree.Label(self.network.label, position=tree.Position(self.network.line, 1)))
         ordered = [item for item in in_order(self.network.items) if item.kind in _ACTORS]
         # A function is executed where its result is needed; what is left then has no result that anything needs.
         for item in (*(i for i in ordered if not self._is_demanded(i)), *ordered):
@@ -89,11 +89,11 @@ class Translation(Blocks):
             case Kind.BLOCK:
                 self.block(item)
             case Kind.LABEL if self.fragments.is_name(item.text, item.line, "a label"):
-                self.put(tree.Label(item.text, place=place_of(item)))
+                self.put(tree.Label(item.text, position=position_of(item)))
             case Kind.JUMP if self.fragments.is_name(item.text, item.line, "a label"):
-                self._leave(item, tree.Jump(item.text, place=place_of(item)))
+                self._leave(item, tree.Jump(item.text, position=position_of(item)))
             case Kind.RETURN:
-                self._leave(item, tree.Return(place=place_of(item)))
+                self._leave(item, tree.Return(position=position_of(item)))
         self.finished.add(item.id)
 
     def _leave(self, item: Item, statement: tree.AnyStatement) -> None:
@@ -116,7 +116,7 @@ class Translation(Blocks):
             value = negated(value)
         value = self.edge(value, item.edge, item)
         if item.storage is Storage.NONE:
-            self.put(tree.Assign(target, value, place=place_of(item)))
+            self.put(tree.Assign(target, value, position=position_of(item)))
             return
-        constant = tree.Literal(tree.LiteralKind.BOOL, item.storage is Storage.SET, place=place_of(item))
-        self.put(conditional(value, [tree.Assign(target, constant, place=place_of(item))], item.line))
+        constant = tree.Literal(tree.LiteralKind.BOOL, item.storage is Storage.SET, position=position_of(item))
+        self.put(conditional(value, [tree.Assign(target, constant, position=position_of(item))], item.line))
