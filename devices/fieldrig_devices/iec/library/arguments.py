@@ -33,7 +33,6 @@ INTEGERS: Final = (Elementary.INT, Elementary.DINT, Elementary.UDINT, Elementary
 """The types that an integer without surroundings tries, in this order."""
 ANY_INTEGER: Final = frozenset(kind for kind in Elementary if kind.is_integer)
 ANY_NUMBER: Final = ANY_INTEGER | {Elementary.REAL, Elementary.LREAL}
-ANY_BITS: Final = frozenset({Elementary.BOOL, *BIT_STRINGS})
 
 
 def plain(argument: Argument) -> Argument:

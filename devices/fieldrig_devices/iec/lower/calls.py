@@ -6,11 +6,12 @@ from typing import Final
 
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.layout import kind_number, storage
+from fieldrig_devices.iec.lower.addresses import Address
 from fieldrig_devices.iec.lower.assembler import Label
 from fieldrig_devices.iec.lower.body import Body
 from fieldrig_devices.iec.lower.emitter import Emitter
 from fieldrig_devices.iec.lower.hoisting import Hoisting, has_call
-from fieldrig_devices.iec.lower.places import Address, common
+from fieldrig_devices.iec.lower.places import common
 from fieldrig_devices.iec.lower.values import of_type
 from fieldrig_devices.iec.program import (
     Assign,

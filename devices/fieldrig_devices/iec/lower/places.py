@@ -1,19 +1,19 @@
-"""Addresses, and reading and writing what is there.
+"""The addresses of places, and reading and writing what is there.
 
-A place is an `Address` in memory or an `AreaAddress` in %I, %Q or %M.  An address that came from a pointer is `raw`:
-what is there is compared with the type that is wanted, and read or written byte by byte if it is something else.
+What an address that came from a pointer leads to is compared with the type that is wanted, and read or written byte by
+byte if it is something else.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from typing import Protocol
 
 from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.layout import AREAS, kind_number, storage
+from fieldrig_devices.iec.lower import areas
+from fieldrig_devices.iec.lower.addresses import Address, AreaAddress, located
 from fieldrig_devices.iec.lower.emitter import INDENT, Emitter
-from fieldrig_devices.iec.lower.names import AREA_TABLES
 from fieldrig_devices.iec.lower.texts import shortened
-from fieldrig_devices.iec.lower.values import Value, constant, of_type
+from fieldrig_devices.iec.lower.values import Value, of_type
 from fieldrig_devices.iec.program import (
     Bit,
     Cell,
@@ -32,42 +32,7 @@ from fieldrig_devices.iec.program import (
 )
 from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.iec.types import BlockType, OpenArrayType, StringType, Type
-from fieldrig_devices.iec.types import Value as PlainValue
 from fieldrig_devices.languages.registers import is_register
-
-
-@dataclass(frozen=True, slots=True)
-class Address:
-    """The sum of `terms` and `offset`."""
-
-    terms: tuple[str, ...]
-    offset: int
-    is_raw: bool = False
-    is_frame: bool = False
-    """True for a part of the stack."""
-
-    def __str__(self) -> str:
-        if not self.terms:
-            return str(self.offset)
-        first = f"{self.terms[0]} + {self.offset}" if self.offset else self.terms[0]
-        return " + ".join([first, *self.terms[1:]])
-
-    def plus(self, offset: int, *terms: str) -> "Address":
-        return replace(self, terms=(*self.terms, *terms), offset=self.offset + offset)
-
-
-@dataclass(frozen=True, slots=True)
-class AreaAddress:
-    area: str
-    terms: tuple[str, ...]
-    byte: int
-    bit: int
-
-    def __str__(self) -> str:
-        return str(Address(self.terms, self.byte))
-
-    def plus(self, offset: int, *terms: str) -> "AreaAddress":
-        return replace(self, terms=(*self.terms, *terms), byte=self.byte + offset)
 
 
 class Values(Protocol):
@@ -111,7 +76,7 @@ class Places:
                 if variable is None:
                     return outer.plus(offset)
                 if variable.location is not None:
-                    return _located(variable.location)
+                    return located(variable.location)
                 inner = outer.plus(variable.offset)
                 return Address((f"M[{inner}]",), 0) if variable.is_reference else inner
             case Target(pointer):
@@ -120,12 +85,12 @@ class Places:
             case This():
                 return Address((), self._base) if self._base is not None else Address(("base",), 0)
             case Located():
-                return _located(place)
+                return located(place)
         raise AssertionError(f"{place} has no address")
 
     def _of_variable(self, variable: Variable) -> Address | AreaAddress:
         if variable.location is not None:
-            return _located(variable.location)
+            return located(variable.location)
         cell = self.cell(variable)
         return Address((f"M[{cell}]",), 0) if variable.is_reference else cell
 
@@ -228,7 +193,7 @@ class Places:
         where = self.address(place, emitter)
         if isinstance(where, AreaAddress):
             emitter.charge(emitter.costs.access_ns if where.area == "M" else emitter.costs.io_ns)
-            return self._load_area(where, kind, emitter)
+            return areas.load(where, kind, emitter)
         emitter.charge(emitter.costs.text_ns if isinstance(kind, StringType) else emitter.costs.access_ns)
         if where.is_raw:
             at = emitter.new(str(where))
@@ -250,17 +215,6 @@ class Places:
             place, depth = place.of, depth + 1
         if isinstance(place, Cell) and not (is_named and depth > _is_main(place)):
             self.registers.add(f"M[{where}]")
-
-    def _load_area(self, where: AreaAddress, kind: Elementary | StringType, emitter: Emitter) -> Value:
-        table = AREA_TABLES[where.area]
-        if kind is Elementary.BOOL:
-            mask = 255 if where.bit < 0 else 1 << where.bit
-            return Value(f"({table}[{where}] & {mask} != 0)", kind)
-        if kind in (Elementary.BYTE, Elementary.USINT):
-            return of_type(f"{table}[{where}]", kind)
-        if kind in (Elementary.WORD, Elementary.UINT) and not where.terms:
-            return of_type(f"({table}[{where.byte}] + {table}[{where.byte + 1}] * 256)", kind)
-        return of_type(f"fetch({AREAS[where.area]} + {where}, {kind_number(kind)})", kind)
 
     def parameter(self, place: Parameter, emitter: Emitter) -> str:
         """Return the logical address of a parameter."""
@@ -298,7 +252,7 @@ class Places:
             emitter.charge(emitter.costs.access_ns if where.area == "M" else emitter.costs.io_ns)
             if isinstance(kind, StringType):
                 value = Value(_cut_to(kind, value, emitter), kind)
-            self._store_area(where, kind, value, emitter)
+            areas.store(where, kind, value, emitter)
             return
         if not where.is_raw:
             self._note(place, where)
@@ -329,24 +283,6 @@ class Places:
         bits = f"{before.text} | {mask}" if not is_sign else f"{before.text} | {-mask}"
         none = f"{before.text} & {~mask}" if not is_sign else f"{before.text} & {mask - 1}"
         self.store(place.of, of_type(emitter.new(f"{bits} if {value.text} else {none}"), whole), emitter)
-
-    def _store_area(self, where: AreaAddress, kind: Elementary | StringType, value: Value, emitter: Emitter) -> None:
-        table = AREA_TABLES[where.area]
-        is_output = where.area == "Q"
-        if kind is Elementary.BOOL and where.bit >= 0:
-            mask = 1 << where.bit
-            emitter.add(
-                f"{table}[{where}] = {table}[{where}] | {mask} if {value.text} else {table}[{where}] & {255 - mask}"
-            )
-        elif kind is Elementary.BOOL:
-            emitter.add(f"{table}[{where}] = 1 if {value.text} else 0")
-        elif kind in (Elementary.BYTE, Elementary.USINT):
-            emitter.add(f"{table}[{where}] = {value.text}")
-        else:
-            emitter.add(f"put({AREAS[where.area]} + {where}, {kind_number(kind)}, {value.text})")
-            return
-        if is_output:
-            emitter.add(f"on_output({where})")
 
     def store_cells(self, place: Place, cells: str, emitter: Emitter) -> None:
         """Add the lines that write a structure or an array."""
@@ -380,10 +316,6 @@ def _is_main(cell: Cell) -> bool:
     return isinstance(kind, BlockType) and kind.pou is not None and kind.pou.kind is PouKind.PROGRAM
 
 
-def _located(place: Located) -> AreaAddress:
-    return AreaAddress(place.area, (), place.byte, place.bit)
-
-
 def _slice(where: Address, size: int, emitter: Emitter) -> str:
     if not where.terms:
         return f"{where.offset}:{where.offset + size}"
@@ -398,9 +330,3 @@ def _cut_to(kind: Type, value: Value, emitter: Emitter) -> str:
     if not isinstance(kind, StringType) or not isinstance(value.type, StringType):
         return value.text
     return shortened(value, kind.length, emitter).text
-
-
-def constant_of(value: PlainValue, kind: Type) -> Value:
-    stored = storage(kind)
-    assert stored is not None
-    return constant(value, stored)
