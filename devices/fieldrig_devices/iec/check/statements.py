@@ -218,6 +218,8 @@ class Statements:
         self, node: tree.Expression, condition: Expression | None, body: Sequence[tree.AnyStatement], *, ends_at: bool
     ) -> None:
         """Note a loop with a constant condition that is never the value `ends_at`, and nothing in it that leaves it."""
+        if node.position == NOWHERE:  # the parser has reported the condition or the header
+            return
         if isinstance(condition, Constant) and condition.value is not ends_at and not loops.has_way_out(body):
             self.context.note(node, "the loop never ends", "EXIT or RETURN leaves it")
 

@@ -218,6 +218,15 @@ def test_a_loop_with_a_constant_condition_gets_a_note(loop: str, is_noted: bool)
     assert ("the loop never ends" in [note.what for note in found.notes]) is is_noted
 
 
+@pytest.mark.parametrize(
+    "loop", ["WHILE n > DO n := 1; END_WHILE;", "WHILE DO n := 1; END_WHILE;", "FOR i := TO 3 DO n := 1; END_FOR;"]
+)
+def test_a_loop_whose_condition_cannot_be_read_gets_no_note_as_well(loop: str) -> None:
+    with pytest.raises(CompileError) as refusal:
+        compile_project([SourceFile("a.st", program(NAMES, loop))], StandaloneHost(VirtualClock()))
+    assert "the loop never ends" not in [mistake.what for mistake in refusal.value.mistakes]
+
+
 @pytest.mark.parametrize("text", ["", "\n\n", "(* only a comment *)\n"])
 def test_a_file_with_nothing_in_it_gets_a_note(text: str) -> None:
     files = [SourceFile("a.st", program(NAMES, "i := 1;")), SourceFile("b.st", text)]
