@@ -304,7 +304,7 @@ class Scheduler:
     def _budget(self, task: Task, now_ns: int) -> int:
         """The rest of the slice, or the time until a task of higher priority begins."""
         end_ns = now_ns + task.slice_ns
-        if self._sleeping and self._sleeping[0][0] < end_ns:
+        if self.is_running and self._sleeping and self._sleeping[0][0] < end_ns:  # while stopped, none of them begins
             above = (when_ns for when_ns, _, other in self._sleeping if other.priority < task.priority)
             end_ns = min(end_ns, min(above, default=end_ns))
         return end_ns - now_ns

@@ -407,6 +407,21 @@ def test_the_real_time_process_lengthens_the_chunk_that_it_interrupts(bench: Ben
 
 
 @pytest.mark.manual("PD-065")
+def test_work_of_the_system_ends_while_the_program_is_stopped(bench: Bench) -> None:
+    bench.task("urgent", 100, ms=2, priority=3)
+    scheduler = bench.start()
+    system, done = SystemWork(), list[int]()
+    tcp = Task("TCP/IP", system, priority=5, is_system=True)
+    bench.run_to(1)
+    scheduler.stop()
+    bench.run_to(10)  # the next cycles of `urgent` are due, and do not begin
+    for _ in range(2):
+        system.add(300 * US, lambda: done.append(bench.clock.now_ns()))
+    scheduler.release(tcp)
+    bench.run_to(11)
+    assert (done, system.is_busy) == ([10 * MS, 10 * MS + 300 * US], False)
+
+
 def test_work_of_the_system_takes_its_place_among_the_priorities(bench: Bench) -> None:
     bench.task("above", 400, ms=10, priority=3)
     below = bench.task("below", 400, ms=10, priority=6)
