@@ -22,7 +22,7 @@ from rig_hands import START_ALL, SYNC, CanMaster, ModbusClient
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, S
-from fieldrig.config.kinds import bus_kinds_for, find_bus, settings_model
+from fieldrig.config.kinds import find_bus, settings_model
 from fieldrig.config.rig_file import RigConfig, load
 from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
@@ -52,12 +52,12 @@ def virtual(path: Path) -> RigConfig:
         return config
     overrides = ["time=virtual", "speed=max"]
     for name, entry in config.buses.items():
-        kind = bus_kinds_for("virtual", entry.bus.family)[0]
+        kind = f"{entry.bus.family}.virtual"
         known = settings_model(find_bus(kind)).model_fields
         dumped = entry.bus.settings.model_dump(mode="json", exclude_defaults=True)
         kept = {key: value for key, value in dumped.items() if key in known and value is not None}
         listed = {
-            key: value if _is_mapping(known[key]) else list(value)
+            key: list(value) if _is_list(known[key]) else value
             for key, value in kept.items()
             if isinstance(value, dict)
         }
@@ -66,8 +66,8 @@ def virtual(path: Path) -> RigConfig:
     return load(path, overrides)
 
 
-def _is_mapping(field: FieldInfo) -> bool:
-    return get_origin(field.annotation) is dict
+def _is_list(field: FieldInfo) -> bool:
+    return get_origin(field.annotation) in (list, tuple)
 
 
 class Work:

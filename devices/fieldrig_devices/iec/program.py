@@ -9,6 +9,9 @@ are statements here already, so the rest knows one form only.  A program, functi
                                              Parameter, Bit
     statements, each with its source line    Assign, Evaluate, CallBlock, CallAction, If, Case, For, Loop, Exit,
                                              Continue, Return, Label, Jump
+
+It is one file because all of these are made of each other: an index is an expression in a place, a load is a place in
+an expression, and a call has a `Pou`, which has statements.
 """
 
 from collections.abc import Mapping, Sequence
