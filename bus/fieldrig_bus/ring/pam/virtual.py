@@ -1,4 +1,4 @@
-"""`pamring.virtual`: the ring of a PAM in virtual time, and its model; `medium` says who hears what."""
+"""`pamring.virtual`: the ring of a PAM in virtual time, and its model; `medium` has what each node hears."""
 
 from collections.abc import Iterable, Sequence
 from typing import ClassVar, Final

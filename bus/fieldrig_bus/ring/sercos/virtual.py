@@ -1,4 +1,4 @@
-"""`ring.virtual`: the SERCOS ring in virtual time, and its model; `fibre` says who hears what."""
+"""`ring.virtual`: the SERCOS ring in virtual time, and its model; `fibre` has what each drive hears."""
 
 from collections.abc import Iterable, Sequence
 from typing import ClassVar, Literal
