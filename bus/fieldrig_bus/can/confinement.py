@@ -214,14 +214,14 @@ class Node:
         self._row = self._row + 1 if level == self._last else 1
         self._last = level
 
-    def _fail(self, bit: int, kind: ErrorKind) -> None:
+    def _fail(self, bit: int, error: ErrorKind) -> None:
         if self.kind is None:
-            self.kind, self.at = kind, bit
+            self.kind, self.at = error, bit
         self.role = Role.PASSIVE_FLAG if self.is_passive else Role.ACTIVE_FLAG
         self._count = 0
         if not self.is_transmitter:
             self.rec = min(self.rec + 1, HIGHEST_REC)
-        elif kind is ErrorKind.ACK and self.is_passive:
+        elif error is ErrorKind.ACK and self.is_passive:
             # A lone node stays on the bus: this error counts only if there is a dominant bit during its flag.
             self._is_excused = True
         else:

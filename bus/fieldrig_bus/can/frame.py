@@ -52,9 +52,9 @@ def _check_types(frame: CanFrame) -> None:
         _check_type(name, getattr(frame, name), bool)
 
 
-def _check_type(name: str, value: Any, kind: type) -> None:
-    if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
-        raise TypeError(f"{name}: expected {kind.__name__}, found {type(value).__name__}")
+def _check_type(name: str, value: Any, expected: type) -> None:
+    if not isinstance(value, expected) or (expected is int and isinstance(value, bool)):
+        raise TypeError(f"{name}: expected {expected.__name__}, found {type(value).__name__}")
 
 
 def _check_values(frame: CanFrame) -> None:

@@ -118,11 +118,13 @@ class Outcome:
         pairs = zip(stream(loser.frame).bits, stream(self.senders[0].frame).bits, strict=False)
         return next((bit for bit, (ours, theirs) in enumerate(pairs) if ours > theirs), 0)
 
-    def error(self, member: Member, kind: ErrorKind, bit: int, *, is_transmitter: bool, is_given_up: bool) -> CanError:
+    def error(
+        self, member: Member, error_kind: ErrorKind, bit: int, *, is_transmitter: bool, is_given_up: bool
+    ) -> CanError:
         """An error as this member's controller reports it."""
         place = Place(self.wire.places[bit]) if bit < len(self.wire.places) else Place.INTERMISSION
         identifier = received(self.senders[0].frame) if self.senders else 0
-        return CanError(kind, place, bit, identifier, is_transmitter, is_given_up, member.tec, member.rec)
+        return CanError(error_kind, place, bit, identifier, is_transmitter, is_given_up, member.tec, member.rec)
 
 
 def suspension(tec: int, rec: int) -> int:

@@ -40,8 +40,8 @@ ACTIVE: Final = 0x40
 
 def error_frame(notice: CanError | BusState) -> tuple[int, bytes]:
     """The class (without CAN_ERR_FLAG) and the data of the error frame for a notice."""
-    kind, head = _error(notice) if isinstance(notice, CanError) else _state(notice)
-    return kind | Class.COUNTERS, head.ljust(6, b"\0") + bytes([min(notice.tec, 255), min(notice.rec, 255)])
+    error_class, head = _error(notice) if isinstance(notice, CanError) else _state(notice)
+    return error_class | Class.COUNTERS, head.ljust(6, b"\0") + bytes([min(notice.tec, 255), min(notice.rec, 255)])
 
 
 def _error(error: CanError) -> tuple[Class, bytes]:

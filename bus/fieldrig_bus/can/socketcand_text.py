@@ -89,7 +89,7 @@ def frame_text(frame: CanFrame, time_ns: int, between: str = "") -> bytes:
     return f"< frame {identifier} {when} {data} >".encode()
 
 
-def error_text(kind: int, time_ns: int) -> bytes:
+def error_text(error_class: int, time_ns: int) -> bytes:
     """An error frame with its class; the daemon does not send its data."""
     seconds, microseconds = divmod(time_ns // US, 1_000_000)
-    return f"< error {kind:03X} {seconds}.{microseconds:06} >".encode()
+    return f"< error {error_class:03X} {seconds}.{microseconds:06} >".encode()

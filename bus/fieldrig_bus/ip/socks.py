@@ -77,9 +77,9 @@ class Handshake:
         received = self._received
         if len(received) < 5:
             return None
-        version, command, _, kind = received[:4]
-        start = 5 if kind == NAME else 4
-        size = received[4] if kind == NAME else _ADDRESS_BYTES.get(kind)
+        version, command, _, address_type = received[:4]
+        start = 5 if address_type == NAME else 4
+        size = received[4] if address_type == NAME else _ADDRESS_BYTES.get(address_type)
         if version != VERSION or size is None:
             raise ValueError(f"a request that begins with {received[:4].hex()}, expected one of SOCKS 5")
         if len(received) < start + size + 2:
@@ -91,7 +91,7 @@ class Handshake:
         del received[: start + size + 2]
         if command != CONNECT:
             return Request(None, port, COMMAND_REFUSED)
-        address = _address(kind, host)
+        address = _address(address_type, host)
         return Request(address, port, ADDRESS_REFUSED if address is None else None)
 
 
@@ -100,9 +100,9 @@ def reply(code: int) -> bytes:
     return bytes((VERSION, code, 0, IPV4)) + bytes(6)
 
 
-def _address(kind: int, host: bytes) -> IPv4Address | None:
+def _address(address_type: int, host: bytes) -> IPv4Address | None:
     try:
-        return IPv4Address(host if kind == IPV4 else host.decode("ascii"))
+        return IPv4Address(host if address_type == IPV4 else host.decode("ascii"))
     except ValueError:  # includes AddressValueError and UnicodeDecodeError
         return None
 

@@ -73,31 +73,31 @@ def encode(message: OnModbus) -> bytes:
     line = message.line
     if line is None:
         return _HEAD.pack(REQUEST, message.unit, message.exchange) + message.pdu
-    kind = REQUEST_ON_ASCII if line.is_ascii else REQUEST_ON_RTU
+    tag = REQUEST_ON_ASCII if line.is_ascii else REQUEST_ON_RTU
     messages, errors = line.messages & _COUNT_MASK, line.errors & _COUNT_MASK
-    return _LINE.pack(kind, message.unit, message.exchange, messages, errors) + message.pdu
+    return _LINE.pack(tag, message.unit, message.exchange, messages, errors) + message.pdu
 
 
 def decode(data: bytes) -> OnModbus:
     """The inverse of `encode`.  ValueError for anything else."""
     try:
-        kind, unit, exchange = _HEAD.unpack_from(data)
-        if kind == RESPONSE:
+        tag, unit, exchange = _HEAD.unpack_from(data)
+        if tag == RESPONSE:
             return ModbusResponse(unit, _pdu(data, _HEAD.size), exchange)
-        if kind == REQUEST:
+        if tag == REQUEST:
             return ModbusRequest(unit, _pdu(data, _HEAD.size), exchange)
-        if kind == CONNECTED and unit == exchange == 0:
+        if tag == CONNECTED and unit == exchange == 0:
             return ClientConnected(_address(data[_HEAD.size :]))
-        if kind == DAMAGED:
+        if tag == DAMAGED:
             return _decode_damaged(unit, exchange, data[_HEAD.size :])
         if data.startswith(note.LEAD):
             return note.decode(data)
-        kind, unit, exchange, messages, errors = _LINE.unpack_from(data)
+        tag, unit, exchange, messages, errors = _LINE.unpack_from(data)
     except struct.error as cause:
         raise ValueError(f"not a Modbus message: {data.hex(' ')}") from cause
-    if kind > REQUEST_ON_ASCII:
+    if tag > REQUEST_ON_ASCII:
         raise ValueError(f"not a Modbus message: {data.hex(' ')}")
-    return ModbusRequest(unit, _pdu(data, _LINE.size), exchange, LineState(messages, errors, kind == REQUEST_ON_ASCII))
+    return ModbusRequest(unit, _pdu(data, _LINE.size), exchange, LineState(messages, errors, tag == REQUEST_ON_ASCII))
 
 
 def show(message: OnModbus) -> str:

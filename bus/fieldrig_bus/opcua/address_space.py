@@ -214,8 +214,8 @@ def _attributes(node: Node) -> ua.NodeAttributes:
     if node.kind is Kind.METHOD:
         return ua.MethodAttributes(DisplayName=name, Description=about, Executable=True, UserExecutable=True)
     attributes = ua.VariableAttributes(DisplayName=name, Description=about)
-    kind = mapped(node)
-    attributes.DataType = ua.NodeId(kind.data_type)
+    ua_type = mapped(node)
+    attributes.DataType = ua.NodeId(ua_type.data_type)
     attributes.Value = ua.Variant(None, ua.VariantType.Null)
     attributes.ValueRank = -1 if node.length is None else 1
     attributes.ArrayDimensions = [] if node.length is None else [node.length]

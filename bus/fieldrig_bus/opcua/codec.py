@@ -99,12 +99,12 @@ def _plain(value: Any) -> Any:
             return value
 
 
-def _message(kind: str, data: dict[str, Any]) -> OpcUaMessage:
-    if kind == "Offer":
+def _message(name: str, data: dict[str, Any]) -> OpcUaMessage:
+    if name == "Offer":
         generation = field(data, "generation", int)
         return Offer(_text(data, "device"), _text(data, "about", LONGEST_TEXT), generation)
     exchange = field(data, "exchange", int)
-    match kind:
+    match name:
         case "Nodes":
             nodes = tuple(_node(row) for row in items(field(data, "nodes", list), dict, MOST_NODES, "nodes"))
             return Nodes(exchange, nodes, field(data, "is_complete", bool))
@@ -112,7 +112,7 @@ def _message(kind: str, data: dict[str, Any]) -> OpcUaMessage:
             outcomes = items(field(data, "outcomes", list), dict, MOST_PATHS, "outcomes")
             return Outcomes(exchange, tuple(_outcome(row) for row in outcomes))
     device = _text(data, "device")
-    match kind:
+    match name:
         case "Browse":
             return Browse(device, exchange, _text(data, "path"), field(data, "first", int))
         case "Read":
@@ -199,8 +199,8 @@ def _text(data: dict[str, Any], key: str, longest: int = LONGEST_PATH) -> str:
     return text
 
 
-def _optional(data: dict[str, Any], key: str, kind: type[Any]) -> Any:
-    return None if data.get(key) is None else field(data, key, kind)
+def _optional(data: dict[str, Any], key: str, expected: type[Any]) -> Any:
+    return None if data.get(key) is None else field(data, key, expected)
 
 
 def _member(kinds: Any, word: str) -> Any:

@@ -82,7 +82,7 @@ class Devices:
         answer = await self._ask(request, Outcomes)
         return answer.outcomes[0] if answer is not None and answer.outcomes else NO_ANSWER
 
-    async def _ask(self, request: Request, kind: type[A]) -> A | None:
+    async def _ask(self, request: Request, answer_class: type[A]) -> A | None:
         """Return the answer; None if there is none in time."""
         loop = asyncio.get_running_loop()
         answer = self._waiting[request.exchange] = loop.create_future()
@@ -94,7 +94,7 @@ class Devices:
             return None
         finally:
             self._waiting.pop(request.exchange, None)
-        return reply if isinstance(reply, kind) else None
+        return reply if isinstance(reply, answer_class) else None
 
     def _next(self) -> int:
         self._exchange += 1

@@ -216,10 +216,10 @@ def checked_filter(asked: Any, read: ua.ReadValueId, data_type: ua.NodeId | None
         if asked.TypeId == ua.NodeId():
             return Filter()
         raise ItemRefusedError(ua.StatusCodes.BadMonitoredItemFilterUnsupported)
-    kind = asked.data_type.Identifier  # the library decodes into other classes of the same names
-    if kind == ua.ObjectIds.EventFilter:
+    filter_type = asked.data_type.Identifier  # the library decodes into other classes of the same names
+    if filter_type == ua.ObjectIds.EventFilter:
         raise ItemRefusedError(ua.StatusCodes.BadFilterNotAllowed)
-    if kind != ua.ObjectIds.DataChangeFilter:
+    if filter_type != ua.ObjectIds.DataChangeFilter:
         raise ItemRefusedError(ua.StatusCodes.BadMonitoredItemFilterUnsupported)
     if read.AttributeId != ua.AttributeIds.Value:
         raise ItemRefusedError(ua.StatusCodes.BadFilterNotAllowed)

@@ -128,60 +128,60 @@ def value_range(node: Node) -> ua.Range | None:
 
 def to_variant(node: Node, value: AnyValue) -> ua.Variant:
     """Return a value of the device for a client."""
-    kind = mapped(node)
+    ua_type = mapped(node)
     if isinstance(value, list):
-        return ua.Variant([_to_client(node, kind, element) for element in value], kind.variant, is_array=True)
-    return ua.Variant(_to_client(node, kind, value), kind.variant)
+        return ua.Variant([_to_client(node, ua_type, element) for element in value], ua_type.variant, is_array=True)
+    return ua.Variant(_to_client(node, ua_type, value), ua_type.variant)
 
 
 def from_variant(node: Node, variant: ua.Variant) -> AnyValue:
     """Return a client's value for the device.  WrongValueError for another type, or one that is out of range."""
-    kind, value = mapped(node), variant.Value
-    if variant.VariantType != kind.variant or isinstance(value, list) != (node.length is not None):
+    ua_type, value = mapped(node), variant.Value
+    if variant.VariantType != ua_type.variant or isinstance(value, list) != (node.length is not None):
         raise WrongValueError(Status.TYPE_MISMATCH)
     if isinstance(value, list):
         if len(value) != node.length or len(value) > MOST_ELEMENTS:
             raise WrongValueError(Status.OUT_OF_RANGE)
-        return [_from_client(node, kind, element) for element in value]
-    return _from_client(node, kind, value)
+        return [_from_client(node, ua_type, element) for element in value]
+    return _from_client(node, ua_type, value)
 
 
-def _to_client(node: Node, kind: Mapped, value: Value) -> object:
-    if kind.variant is _T.DateTime:
+def _to_client(node: Node, ua_type: Mapped, value: Value) -> object:
+    if ua_type.variant is _T.DateTime:
         return EPOCH + (timedelta(milliseconds=int(value)) if node.type == "TOD" else timedelta(seconds=int(value)))
-    if kind.variant is _T.String:
+    if ua_type.variant is _T.String:
         return str(value)
-    if kind.variant is _T.Boolean:
+    if ua_type.variant is _T.Boolean:
         return bool(value)
-    if kind.variant in (_T.Float, _T.Double):
+    if ua_type.variant in (_T.Float, _T.Double):
         return float(value)
     return int(value)
 
 
-def _from_client(node: Node, kind: Mapped, value: object) -> Value:
+def _from_client(node: Node, ua_type: Mapped, value: object) -> Value:
     converted: Value
     if isinstance(value, datetime):
         since = (value if value.tzinfo is not None else value.replace(tzinfo=UTC)) - EPOCH
         converted = since // (timedelta(milliseconds=1) if node.type == "TOD" else timedelta(seconds=1))
-    elif kind.data_type == ua.ObjectIds.Duration and isinstance(value, float):
+    elif ua_type.data_type == ua.ObjectIds.Duration and isinstance(value, float):
         if not isfinite(value):
             raise WrongValueError(Status.OUT_OF_RANGE)
         converted = round(value)
     elif isinstance(value, bool | int | float | str):
         converted = value
-    elif value is None and kind.variant is _T.String:
+    elif value is None and ua_type.variant is _T.String:
         converted = ""
     else:
         raise WrongValueError(Status.TYPE_MISMATCH)
-    _check_range(node, kind, converted)
+    _check_range(node, ua_type, converted)
     return converted
 
 
-def _check_range(node: Node, kind: Mapped, value: Value) -> None:
+def _check_range(node: Node, ua_type: Mapped, value: Value) -> None:
     if isinstance(value, str):
         return
-    low = kind.low if node.low is None else node.low
-    high = kind.high if node.high is None else node.high
+    low = ua_type.low if node.low is None else node.low
+    high = ua_type.high if node.high is None else node.high
     is_outside = (low is not None and not value >= low) or (high is not None and not value <= high)
     if is_outside or (node.choices and value not in {number for _, number in node.choices}):
         raise WrongValueError(Status.OUT_OF_RANGE)

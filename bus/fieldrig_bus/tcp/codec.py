@@ -40,21 +40,21 @@ def decode(data: bytes) -> TcpMessage:
 
 def _decoded(data: bytes) -> TcpMessage:
     place, connection = _HEAD.unpack_from(data)
-    kind, body = KINDS[place], data[_HEAD.size :]
-    if kind is Connected:
+    message_class, body = KINDS[place], data[_HEAD.size :]
+    if message_class is Connected:
         (origin,) = _NUMBER.unpack_from(body)
         service, peer, local = body[_NUMBER.size :].decode().split(_SEPARATOR)
         return Connected(connection, service, peer, local, origin)
-    if kind is Data:
+    if message_class is Data:
         return Data(connection, body)
-    if kind in (Taken, Listening, Connect):
-        message: TcpMessage = kind(connection, *_NUMBER.unpack(body))
+    if message_class in (Taken, Listening, Connect):
+        message: TcpMessage = message_class(connection, *_NUMBER.unpack(body))
         return message
-    if kind is Ended:
+    if message_class is Ended:
         return Ended(connection, {b"\0": False, b"\1": True}[body])
     if body:
         raise IndexError(len(body))
-    plain: TcpMessage = kind(connection)
+    plain: TcpMessage = message_class(connection)
     return plain
 
 

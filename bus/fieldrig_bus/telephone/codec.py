@@ -33,8 +33,8 @@ _LONGEST_SHOWN = 24
 def encode(message: TelephoneMessage) -> bytes:
     if type(message) is bytes:
         return b"\x00" + message
-    kind, body = _ENCODERS[type(message)]
-    return bytes((kind,)) + body(message)
+    tag, body = _ENCODERS[type(message)]
+    return bytes((tag,)) + body(message)
 
 
 def decode(data: bytes) -> TelephoneMessage:

@@ -93,15 +93,15 @@ class LineFaults(faults.Faults[faults.Fault[Any]]):
         super().__init__(faults.Fault, random)
         self._chance = random or Random(0)
 
-    def active(self, now_ns: int, kind: type[Any], *members: str) -> Iterator[Any]:
+    def active(self, now_ns: int, model: type[Any], *members: str) -> Iterator[Any]:
         """Yield the settings of the faults of this kind that concern the line of one of the members now."""
-        for fault in self.of(kind):
+        for fault in self.of(model):
             settings = fault.settings
             if fault.is_on(now_ns) and (settings.line is None or settings.line in members):
                 yield settings
 
-    def has(self, now_ns: int, kind: type[Any], *members: str) -> bool:
-        return next(self.active(now_ns, kind, *members), None) is not None
+    def has(self, now_ns: int, model: type[Any], *members: str) -> bool:
+        return next(self.active(now_ns, model, *members), None) is not None
 
     def is_silent(self, now_ns: int, *members: str) -> bool:
         """Return whether a drop-out concerns the line of one of the members now."""

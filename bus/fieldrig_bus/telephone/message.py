@@ -160,9 +160,9 @@ def _check_offer(offer: Offer) -> None:
     _check_number("line_bps", offer.line_bps, 0, FASTEST_BPS)
 
 
-def _check_type(name: str, value: Any, kind: type) -> None:
-    if type(value) is not kind:
-        raise TypeError(f"{name}: expected {kind.__name__}, found {type(value).__name__}")
+def _check_type(name: str, value: Any, expected: type) -> None:
+    if type(value) is not expected:
+        raise TypeError(f"{name}: expected {expected.__name__}, found {type(value).__name__}")
 
 
 def _check_number(name: str, value: Any, lowest: int, highest: int) -> None:

@@ -185,7 +185,7 @@ class TelephoneModel(BusModel[TelephoneMessage]):
         self._calls_made += 1
         is_busy = called.is_off or called.call is not None or self._faults.has(now_ns, Busy, called.member)
         self._tell(now_ns, caller, Heard(Tone.BUSY if is_busy else Tone.RINGING))
-        if is_busy or any(self._faults.has(now_ns, kind, called.member) for kind in (Cut, NoRinging)):
+        if is_busy or any(self._faults.has(now_ns, model, called.member) for model in (Cut, NoRinging)):
             return
         caller.call = called.call = call = Call(caller, called, is_ringing=True)
         self._agenda.at(now_ns, lambda when_ns: self._ring(when_ns, call, True))

@@ -56,8 +56,8 @@ def read(file: BinaryIO) -> Iterator[TraceEntry]:
 def _body(message: CanFrame | Notice) -> str | None:
     """The message as candump shows it; None for a message that candump cannot represent."""
     if isinstance(message, CanError | BusState):
-        kind, data = error_frame(message)
-        return f"{kind | ERROR:08X}#{data.hex().upper()}"
+        error_class, data = error_frame(message)
+        return f"{error_class | ERROR:08X}#{data.hex().upper()}"
     if not isinstance(message, CanFrame):
         return None
     identifier = f"{message.identifier:08X}" if message.is_extended else f"{message.identifier:03X}"

@@ -170,8 +170,8 @@ def _can_packet(entry: TraceEntry) -> tuple[bytes, list[str]]:
         flags = message.is_fd * _FD | message.is_bit_rate_switched * BIT_RATE_SWITCH
         length = message.remote_length if message.is_remote else len(message.data)
         return _CAN.pack(word, length, flags) + message.data, [entry.sender]
-    kind, data = error_frame(message) if isinstance(message, CanError | BusState) else (0, bytes(LENGTH))
-    packet = _CAN.pack(kind | ERROR, len(data), 0) + data
+    error_class, data = error_frame(message) if isinstance(message, CanError | BusState) else (0, bytes(LENGTH))
+    packet = _CAN.pack(error_class | ERROR, len(data), 0) + data
     return packet, [entry.sender, f"fieldrig: message {entry.data.hex()}", can_codec.show(message)]
 
 

@@ -84,10 +84,12 @@ class CardValues:
     def _variable(self, quantity: Quantity, name: str = "") -> Variable:
         own = quantities.name_of(quantity)
         raw = quantities.reader(self._card, quantity)()
-        kind = "bit" if quantity.kind in BITS else "bits" if quantity.kind in WORDS else "number"
+        value_type = "bit" if quantity.kind in BITS else "bits" if quantity.kind in WORDS else "number"
         about = own if name and name.lstrip("@#") != own.lstrip("@#") else ""
         value = quantities.value_of(quantity, raw)
-        return Variable(name or own, name or own, kind, value, _is_writable(quantity), quantity in self._forced, about)
+        return Variable(
+            name or own, name or own, value_type, value, _is_writable(quantity), quantity in self._forced, about
+        )
 
     # ---- writing
 

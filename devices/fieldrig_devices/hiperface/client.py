@@ -98,14 +98,14 @@ def read_motor(motor_type: str | None = None, serial_number: str | None = None) 
 
 
 def _check(identity: Identity, plate: NamePlate, motor_type: str | None, serial_number: str | None) -> None:
-    kind = BY_CODE.get(identity.type_code)
-    if kind is None:
+    encoder_type = BY_CODE.get(identity.type_code)
+    if encoder_type is None:
         raise MotorError(Failure.FOREIGN, f"type code {identity.type_code:02X}h")
     if plate.encoder_increments != INCREMENTS:
         raise MotorError(
             Failure.FOREIGN, f"its encoder counts {plate.encoder_increments} increments per turn; expected {INCREMENTS}"
         )
-    if plate.is_multi_turn != (kind.turns > 1):
+    if plate.is_multi_turn != (encoder_type.turns > 1):
         raise MotorError(Failure.SWAPPED, f"that motor has no encoder of type {identity.type_code:02X}h")
     for present, wanted in ((plate.type, motor_type), (plate.serial_number, serial_number)):
         if wanted is not None and present != wanted:

@@ -85,9 +85,9 @@ class SmEncoder(Device):
         self._plate = load_plate(settings.name_plate)
         self._mark = _mark_of(self._plate, settings)
         eeprom, is_damaged = self._kept(settings)
-        kind = TYPES[settings.type or ("multi_turn" if self._plate.is_multi_turn else "single_turn")]
+        encoder_type = TYPES[settings.type or ("multi_turn" if self._plate.is_multi_turn else "single_turn")]
         self.encoder = HiperfaceEncoder(
-            kind, eeprom, self._turning, serial_number=settings.serial_number, on_change=self._keep
+            encoder_type, eeprom, self._turning, serial_number=settings.serial_number, on_change=self._keep
         )
         self.encoder.requests.on_reset = self._on_reset
         if is_damaged:

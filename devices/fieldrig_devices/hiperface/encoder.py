@@ -43,7 +43,7 @@ def eeprom_with(plate: NamePlate) -> Eeprom:
 class HiperfaceEncoder:
     def __init__(
         self,
-        kind: EncoderType,
+        encoder_type: EncoderType,
         eeprom: Eeprom,
         shaft: Callable[[int], Turning],
         *,
@@ -57,7 +57,7 @@ class HiperfaceEncoder:
         """
         self.eeprom = eeprom
         self.answered = 0
-        self.requests = Requests(kind, eeprom, shaft, (serial_number, version), on_change)
+        self.requests = Requests(encoder_type, eeprom, shaft, (serial_number, version), on_change)
         self.requests.on_reset = self.start
         self._request = bytearray()
         self._is_waiting_for_silence = False

@@ -96,9 +96,9 @@ class EncoderFaults:
             field = field[: HEAD.size] + bytes((field[HEAD.size] ^ 0x20,)) + field[HEAD.size + 1 :]
         return field
 
-    def _strikes(self, kind: type[Timed], **wanted: str) -> bool:
+    def _strikes(self, model: type[Timed], **wanted: str) -> bool:
         now_ns, has_struck = self._clock.now_ns(), False
-        for fault in self._records.of(kind):
+        for fault in self._records.of(model):
             fits = all(getattr(fault.settings, key) == value for key, value in wanted.items())
             if fits and fault.is_on(now_ns) and fault.happens(now_ns):
                 fault.applied += 1

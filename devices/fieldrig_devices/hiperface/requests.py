@@ -55,7 +55,7 @@ class Trouble:
 class Requests:
     def __init__(
         self,
-        kind: EncoderType,
+        encoder_type: EncoderType,
         eeprom: Eeprom,
         shaft: Callable[[int], Turning],
         identity: tuple[str, str],
@@ -63,7 +63,7 @@ class Requests:
     ) -> None:
         """`identity` is serial number and version."""
         serial_number, version = (text.encode("ascii", "replace") for text in identity)
-        self.kind, self.eeprom, self.trouble = kind, eeprom, Trouble()
+        self.kind, self.eeprom, self.trouble = encoder_type, eeprom, Trouble()
         self.temperature_degc = 25
         self.messages: deque[Status] = deque(maxlen=MESSAGES)
         self.on_reset: Callable[[int], None] = lambda _now_ns: None

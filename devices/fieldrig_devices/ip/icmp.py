@@ -26,8 +26,8 @@ def answer(message: bytes) -> bytes | None:
     """Return the reply to an undamaged echo message, or None for all other bytes."""
     if len(message) < 8 or checksum(message) != 0:
         return None
-    kind, code, _ = _WIRE.unpack_from(message)
-    if (kind, code) != (ECHO, 0):
+    message_type, code, _ = _WIRE.unpack_from(message)
+    if (message_type, code) != (ECHO, 0):
         return None
     return _message(ECHO_REPLY, 0, message[4:])
 
@@ -53,6 +53,6 @@ def is_refusable(packet: Packet) -> bool:
     return not is_error and is_unicast(packet.source)
 
 
-def _message(kind: int, code: int, rest: bytes) -> bytes:
-    check = checksum(_WIRE.pack(kind, code, 0) + rest)
-    return _WIRE.pack(kind, code, check) + rest
+def _message(message_type: int, code: int, rest: bytes) -> bytes:
+    check = checksum(_WIRE.pack(message_type, code, 0) + rest)
+    return _WIRE.pack(message_type, code, check) + rest

@@ -49,10 +49,10 @@ FORMATS: Final[dict[int, tuple[Literal[7, 8], bool, Literal[1, 2]]]] = {
 def fixed_form(theirs: Format, profile: Profile) -> Format:
     """Return the format of the serial line: the terminal's, but for what +IPR and +ICF have fixed."""
     form = replace(theirs, baud=int(profile.parameters["+IPR"][0]) or theirs.baud)
-    kind, parity = profile.parameters["+ICF"]
-    if kind == 0:
+    format_code, parity = profile.parameters["+ICF"]
+    if format_code == 0:
         return form
-    data_bits, has_parity, stop_bits = FORMATS[int(kind)]
+    data_bits, has_parity, stop_bits = FORMATS[int(format_code)]
     sign: Literal["N", "E", "O"] = ("E" if parity else "O") if has_parity else "N"
     return replace(form, data_bits=data_bits, parity=sign, stop_bits=stop_bits)
 

@@ -147,23 +147,23 @@ class RingNode:
         except ValueError as fault:
             log.debug("node %d: %s", self.address, fault)
             return
-        kind = order.__class__
-        if self.state is NodeState.RUNNING and kind not in _OWN:
+        order_class = order.__class__
+        if self.state is NodeState.RUNNING and order_class not in _OWN:
             self._program.order(order)
         else:
             self._on_own(order)
 
     def _on_own(self, order: Order) -> None:
-        kind = type(order)
-        following = NEXT_STATE.get((self.state, kind))
+        order_class = type(order)
+        following = NEXT_STATE.get((self.state, order_class))
         if following is not None:
             self.state = following
             self._begin()
         elif isinstance(order, frames.Group):
             self._join(order.number)
-        elif kind in ITEMS:
+        elif order_class in ITEMS:
             self._configure(order)  # type: ignore[arg-type]  # ITEMS are the types of a Configuration
-        elif kind in BEFORE_RUN and self.state is not NodeState.UNKNOWN:
+        elif order_class in BEFORE_RUN and self.state is not NodeState.UNKNOWN:
             self._program.order(order)
         else:
             log.debug("node %d is %s and cannot carry out %s", self.address, self.state.name, order)

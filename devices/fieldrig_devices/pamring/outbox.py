@@ -33,11 +33,11 @@ class Outbox:
 
     def put(self, target: int, order: Order) -> None:
         """Add an order.  Without room for it, it is lost."""
-        kind = order.__class__
-        if kind in AT_ONCE:
-            self._at_once.append((target, ENCODERS[kind](order)))
+        order_class = order.__class__
+        if order_class in AT_ONCE:
+            self._at_once.append((target, ENCODERS[order_class](order)))
         elif len(self._waiting) < self._most_waiting:
-            self._waiting.append((target, ENCODERS[kind](order)))
+            self._waiting.append((target, ENCODERS[order_class](order)))
         elif not self._is_full:
             self._is_full = True
             self._on_full()

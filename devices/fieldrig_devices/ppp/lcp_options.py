@@ -31,8 +31,8 @@ PAP_OPTION: Final = Option(Kind.AUTHENTICATION, ProtocolNumber.PAP.to_bytes(2, "
 FLAGS: Final = (Kind.SHORT_PROTOCOL, Kind.SHORT_HEADER)
 
 
-def number_option(kind: int, value: int, length: int) -> Option:
-    return Option(kind, value.to_bytes(length, "big"))
+def number_option(option_type: int, value: int, length: int) -> Option:
+    return Option(option_type, value.to_bytes(length, "big"))
 
 
 class LcpOptions:
@@ -69,7 +69,7 @@ class LcpOptions:
             Kind.SHORT_PROTOCOL: Option(Kind.SHORT_PROTOCOL),
             Kind.SHORT_HEADER: Option(Kind.SHORT_HEADER),
         }
-        return [option for kind, option in values.items() if kind in self._wanted]
+        return [option for option_type, option in values.items() if option_type in self._wanted]
 
     @property
     def accm(self) -> int:

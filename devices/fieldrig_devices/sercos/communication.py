@@ -175,12 +175,12 @@ class Communication:
 
     def _telegrams(self) -> Telegrams | None:
         """Return the selected telegrams, or None if the type does not exist."""
-        kind = self._table[std.TELEGRAM_TYPE].number & 7
-        if kind == CONFIGURED:
+        telegram_type = self._table[std.TELEGRAM_TYPE].number & 7
+        if telegram_type == CONFIGURED:
             return Telegrams(
                 tuple(self._table[std.MDT_CONFIGURATION].numbers), tuple(self._table[std.AT_CONFIGURATION].numbers)
             )
-        return STANDARD.get(kind)
+        return STANDARD.get(telegram_type)
 
     def layout(self) -> Layout:
         """Return the layout; the data must be valid."""

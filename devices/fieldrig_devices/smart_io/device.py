@@ -146,10 +146,10 @@ class SmartIo(Device):
     def _check(self, fault: Any) -> None:
         """Refuse a fault of a terminal or a module that is not there."""
         address = getattr(fault, "address", None)
-        kind = "out" if isinstance(fault, ShortCircuit) else "in"
-        if address is not None and not self._settings.has(f"{kind}{address}"):
+        direction = "out" if isinstance(fault, ShortCircuit) else "in"
+        if address is not None and not self._settings.has(f"{direction}{address}"):
             fitted = ", ".join(map(str, sorted(self._board.modules)))
-            raise ValueError(f"there is no {kind}{address}\nexpected an address of the modules {fitted}")
+            raise ValueError(f"there is no {direction}{address}\nexpected an address of the modules {fitted}")
 
     def _on_faults(self) -> None:
         self._board.apply_faults()

@@ -231,8 +231,8 @@ class SmartIoProgram:
         module, position = place_of(address)
         return exists(address) and module in self._board.modules and 1 <= bits <= POSITIONS - position + 1
 
-    def _has(self, kind: type[NodeItem]) -> bool:
-        return any(isinstance(item, kind) for item in self._items.values())
+    def _has(self, item_class: type[NodeItem]) -> bool:
+        return any(isinstance(item, item_class) for item in self._items.values())
 
 
 def _is_scan(item: Scanned) -> bool:

@@ -131,10 +131,10 @@ class SmartIoSettings(Settings):
 
     def has(self, terminal: str) -> bool:
         """True if the node has this terminal."""
-        kind, number = terminal.rstrip("0123456789"), int(terminal.lstrip("abcdefghijklmnopqrstuvwxyz"))
-        if kind in ("in", "out"):
+        letters, number = terminal.rstrip("0123456789"), int(terminal.lstrip("abcdefghijklmnopqrstuvwxyz"))
+        if letters in ("in", "out"):
             return exists(number) and place_of(number)[0] in self.modules
-        return number in {"key": self.keys, "led": self.leds, "analog": range(1, 2)}[kind]
+        return number in {"key": self.keys, "led": self.leds, "analog": range(1, 2)}[letters]
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

@@ -90,8 +90,8 @@ def _taken(key: str, value: Any, present: Value) -> Value:
     if not isinstance(value, bool | int | float | str):
         raise ControlError(f"{key} cannot be {shown(value)}: expected a number, a text, true or false")
     if isinstance(value, str) and not isinstance(present, str):
-        kind = "true or false" if isinstance(present, bool) else "a number"
-        raise ControlError(f"{key} cannot be {shown(value)}: expected {kind}")
+        expected = "true or false" if isinstance(present, bool) else "a number"
+        raise ControlError(f"{key} cannot be {shown(value)}: expected {expected}")
     return fitting(value, present)
 
 

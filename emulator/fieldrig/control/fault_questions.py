@@ -25,9 +25,9 @@ IN_HEX: Final = ("identifier", "mask")
 
 def in_words(fault: Mapping[str, Any], without: Sequence[str] = STATE) -> str:
     """Return the fault in the words of the command line, such as `drop identifier=0x185`."""
-    kind = [str(fault["what"])] if "what" in fault and "what" not in without else []
+    name = [str(fault["what"])] if "what" in fault and "what" not in without else []
     keys = [f"{key}={_text(key, value)}" for key, value in fault.items() if key not in ("what", *without)]
-    return " ".join([*kind, *keys])
+    return " ".join([*name, *keys])
 
 
 def _text(key: str, value: Any) -> str:

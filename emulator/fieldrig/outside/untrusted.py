@@ -66,7 +66,7 @@ def read_json(data: bytes | bytearray | memoryview | str, longest: int = LONGEST
     return value
 
 
-def field(data: Any, key: str, kind: type[T]) -> T:
+def field(data: Any, key: str, expected: type[T]) -> T:
     """Return the value of `key`.
 
     MalformedError if `data` is not an object, lacks the key, or has another type there.
@@ -75,23 +75,23 @@ def field(data: Any, key: str, kind: type[T]) -> T:
         raise MalformedError(f"expected an object, found {shown(data)}")
     if key not in data:
         raise MalformedError(f"expected the key {key!r} in {shown(data)}")
-    return typed(data[key], kind, key)
+    return typed(data[key], expected, key)
 
 
-def typed(value: Any, kind: type[T], name: str = "the value") -> T:
+def typed(value: Any, expected: type[T], name: str = "the value") -> T:
     """Return the value if it has the type.  An integer is also a number; true and false are not integers."""
-    converted: Any = float(value) if kind is float and type(value) is int else value
-    if type(converted) is kind:
+    converted: Any = float(value) if expected is float and type(value) is int else value
+    if type(converted) is expected:
         return converted
-    raise MalformedError(f"{name}: expected {_NAMES.get(kind, kind.__name__)}, found {shown(value)}")
+    raise MalformedError(f"{name}: expected {_NAMES.get(expected, expected.__name__)}, found {shown(value)}")
 
 
-def items(value: Any, kind: type[T], most: int, name: str = "the value") -> list[T]:
+def items(value: Any, expected: type[T], most: int, name: str = "the value") -> list[T]:
     """Return an array of at most `most` values of one type."""
     values = typed(value, list, name)
     if len(values) > most:
         raise MalformedError(f"{name}: {len(values)} values, expected at most {most}")
-    return [typed(item, kind, name) for item in values]
+    return [typed(item, expected, name) for item in values]
 
 
 def shown(value: Any) -> str:

@@ -88,7 +88,9 @@ class UpProcess:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None) -> None:
+    def __exit__(
+        self, fault_type: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None
+    ) -> None:
         self.close()
 
 

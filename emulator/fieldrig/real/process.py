@@ -255,8 +255,8 @@ class DeviceProcess:
             self._waits.add(wait)
             wait.add_done_callback(self._waits.discard)
 
-        kind = OutsidersLink if bus.serves_outsiders else RemoteLink
-        link = kind(bus, device, self.clock, self._run, on_lost)
+        link_class = OutsidersLink if bus.serves_outsiders else RemoteLink
+        link = link_class(bus, device, self.clock, self._run, on_lost)
         if isinstance(link, OutsidersLink):
             link.pace = self.pace
         self._attachments.append(link)

@@ -174,17 +174,17 @@ def encode(message: RingMessage) -> bytes:
 def decode(data: bytes) -> RingMessage:
     """The inverse of `encode`.  ValueError for anything else."""
     try:
-        version, kind, number = _HEAD.unpack_from(data)
+        version, tag, number = _HEAD.unpack_from(data)
         if version != VERSION:
             raise ValueError(f"a ring message of version {version}: expected {VERSION}")
-        if kind == _BUFFER:
+        if tag == _BUFFER:
             return data[_HEAD.size :]
-        if kind == _FRAMES:
+        if tag == _FRAMES:
             return Frames(number, decode_frames(data, _HEAD.size))
-        if kind == _CYCLE:
+        if tag == _CYCLE:
             (reception,) = _RECEPTION.unpack_from(data, _HEAD.size)
             return Cycle(number, decode_frames(data, _HEAD.size + _RECEPTION.size), Reception(reception))
-        if kind == _REPORTS:
+        if tag == _REPORTS:
             return _decoded_reports(number, data)
     except struct.error as cause:
         raise ValueError(f"a ring message is cut short: {data.hex(' ')}") from cause

@@ -120,17 +120,17 @@ def encode(message: RingMessage) -> bytes:
 
 def decode(data: bytes) -> RingMessage:
     """The inverse of `encode`.  ValueError for anything else."""
-    kind = data[:1]
+    tag = data[:1]
     try:
-        if kind == bytes((_AT,)):
+        if tag == bytes((_AT,)):
             return data[1:]
-        if kind == bytes((_MDT,)):
+        if tag == bytes((_MDT,)):
             return Mdt(data[1:])
-        if kind == bytes((_MST,)):
+        if tag == bytes((_MST,)):
             return Mst(_MST_HEAD.unpack_from(data)[1], data[_MST_HEAD.size :])
-        if kind == bytes((_CYCLE,)):
+        if tag == bytes((_CYCLE,)):
             return _decoded_cycle(data)
-        if kind == bytes((_ANSWERS,)):
+        if tag == bytes((_ANSWERS,)):
             return _decoded_answers(data)
     except struct.error as cause:
         raise ValueError(f"a ring message is cut short: {data.hex(' ')}") from cause

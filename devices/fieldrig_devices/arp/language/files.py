@@ -93,8 +93,8 @@ def binary(text: bytes, system: int) -> bytes:
 def map_text(compiled: Compiled) -> str:
     rows = []
     for routine in compiled.program.routines:
-        kind = "interrupt" if routine.is_interrupt else "main" if routine.name == compiled.main else "subprogram"
-        rows.append(f"{routine.number:>5} {routine.end_number:>5}  {kind:<10}  {routine.name}")
+        role = "interrupt" if routine.is_interrupt else "main" if routine.name == compiled.main else "subprogram"
+        rows.append(f"{routine.number:>5} {routine.end_number:>5}  {role:<10}  {routine.name}")
         rows += (
             f"{line.number:>5}        label       {line.label}" for line in routine.lines if line.label is not None
         )

@@ -120,7 +120,9 @@ class ArpPort:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None) -> None:
+    def __exit__(
+        self, fault_type: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None
+    ) -> None:
         self.close()
 
     def request(

@@ -102,8 +102,8 @@ class Ports:
         }
 
     def _dual_port(self, plan: PortPlan, is_active: IsActive) -> Port:
-        kind = VmePort if plan.kind == "VME DUALPORT" else SimaticPort
-        return kind(plan, self.memory, self._kernel, is_active, self._options)
+        port_class = VmePort if plan.kind == "VME DUALPORT" else SimaticPort
+        return port_class(plan, self.memory, self._kernel, is_active, self._options)
 
     @property
     def may_run(self) -> bool:

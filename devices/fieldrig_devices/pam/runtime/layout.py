@@ -97,23 +97,23 @@ def reference_of(parameters: tuple[Parameter, ...], name: str) -> str | None:
 
 
 def _declare(item: Declaration, layout: Layout) -> None:
-    scope, _, kind = item.kind.rpartition(" ")
-    layout.kinds[item.name] = kind
-    if kind == "NODES_GROUP":
+    scope, _, object_class = item.kind.rpartition(" ")
+    layout.kinds[item.name] = object_class
+    if object_class == "NODES_GROUP":
         layout.counts[item.name] = number_of(item.parameters, "NUMBER") or 1
         layout.groups[item.name] = item.name
         return
     _count(item.name, item.parameters, None, layout)
-    if kind in VARIABLES and scope in ("INTERNAL", "COMMON"):
+    if object_class in VARIABLES and scope in ("INTERNAL", "COMMON"):
         is_multiple = any(parameter.name in ("NUMBER", "NODES_GROUP") for parameter in item.parameters)
-        _add_cells(item.name, VALUES[kind], is_multiple, layout, is_common=scope == "COMMON")
+        _add_cells(item.name, VALUES[object_class], is_multiple, layout, is_common=scope == "COMMON")
     for part in item.parts:
         _declare(part, layout)
 
 
 def _add_cells(
     name: str,
-    kind: Type,
+    value_type: Type,
     is_multiple: bool,
     layout: Layout,
     *,
@@ -121,7 +121,7 @@ def _add_cells(
     is_equation: bool = False,
 ) -> None:
     count = layout.counts[name]
-    layout.cells[name] = Cells(name, layout.size, count, kind, is_common, is_multiple, is_equation)
+    layout.cells[name] = Cells(name, layout.size, count, value_type, is_common, is_multiple, is_equation)
     layout.size += count
 
 

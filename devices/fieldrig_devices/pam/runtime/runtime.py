@@ -116,7 +116,8 @@ class Runtime:
             return
         types = self._fitting(routine)
         values = [
-            float(value) if kind == "real" else value for value, kind in zip(routine.arguments, types, strict=True)
+            float(value) if value_type == "real" else value
+            for value, value_type in zip(routine.arguments, types, strict=True)
         ]
         if (
             self.routines.is_full

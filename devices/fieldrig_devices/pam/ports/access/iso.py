@@ -60,12 +60,12 @@ class IsoSession:
 
     def _take(self, packet: bytes) -> bool:
         """Take a TPDU; return False if it ends the connection."""
-        size, kind = packet[0] + 1, packet[1] & 0xF0
+        size, pdu_type = packet[0] + 1, packet[1] & 0xF0
         if size > len(packet):
             return False
-        if kind == CONNECT_REQUEST and not self._is_connected:
+        if pdu_type == CONNECT_REQUEST and not self._is_connected:
             return self._connect(packet[:size])
-        if kind == DATA and self._is_connected and size == 3:
+        if pdu_type == DATA and self._is_connected and size == 3:
             return self._data(packet[2] & LAST != 0, packet[size:])
         return False
 

@@ -69,12 +69,12 @@ class S7Server:
         """Return the answer to a PDU; None for one that asks nothing or makes no sense."""
         if len(pdu) < _JOB_HEAD.size:
             return None
-        protocol, kind, _, reference, parameter_size, data_size = _JOB_HEAD.unpack_from(pdu)
+        protocol, message_type, _, reference, parameter_size, data_size = _JOB_HEAD.unpack_from(pdu)
         body = pdu[_JOB_HEAD.size :]
-        if protocol != PROTOCOL or kind not in (JOB, USER_DATA) or len(body) != parameter_size + data_size:
+        if protocol != PROTOCOL or message_type not in (JOB, USER_DATA) or len(body) != parameter_size + data_size:
             return None
         parameters, data = body[:parameter_size], body[parameter_size:]
-        function = parameters[0] if parameters and kind == JOB else None
+        function = parameters[0] if parameters and message_type == JOB else None
         try:
             if function == SETUP:
                 return _reply(reference, self._set_up(parameters), b"")
@@ -139,8 +139,8 @@ class S7Server:
             raise AddressError(WRONG_ADDRESS) from cause
 
     def _item(self, address: bytes) -> Item:
-        kind, length, syntax, size, count, block, area, place = _ADDRESS.unpack(address)
-        if (kind, length, syntax) != (0x12, 0x0A, 0x10) or size not in SIZES:
+        specification, length, syntax, size, count, block, area, place = _ADDRESS.unpack(address)
+        if (specification, length, syntax) != (0x12, 0x0A, 0x10) or size not in SIZES:
             raise AddressError(WRONG_TYPE)
         if area != DATA_BLOCKS or block != self._data_block:
             raise AddressError(NO_SUCH_BLOCK)

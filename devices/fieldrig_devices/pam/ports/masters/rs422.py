@@ -105,9 +105,9 @@ class Rs422Master:
         while (definition := (yield Message(Code.ASK_DEF_IN))).code == Code.DEF_IN:
             self._known.take_input(*(int(value) for value in definition.values[:4]))
         for key, variable in enumerate(self._known.outputs, 1):
-            _, result, kind, number = (yield Message(Code.DEF_OUT, (variable.crc, key))).values
+            _, result, class_code, number = (yield Message(Code.DEF_OUT, (variable.crc, key))).values
             if result == Result.OK:
-                self._known.take_output(key, int(kind), int(number))
+                self._known.take_output(key, int(class_code), int(number))
             else:
                 self._known.mistakes.append(f"the PAM does not know the output {variable.name}")
         yield Message(Code.END_DEF_OUT)

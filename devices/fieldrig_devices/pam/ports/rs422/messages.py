@@ -82,5 +82,5 @@ class Message:
     values: tuple[int | float, ...] = ()
 
 
-def exchange(kind: str, key: int, index: int, value: Value) -> Message:
-    return Message(XNG[kind], (key, index & 0xFFFF, value))
+def exchange(var_class: str, key: int, index: int, value: Value) -> Message:
+    return Message(XNG[var_class], (key, index & 0xFFFF, value))

@@ -43,9 +43,9 @@ class Session:
         if not 1 <= key <= len(self._inputs):
             return self._wrong(Result.BAD_KEY, "07..E03C", key, NO_KEY)
         variable = self._inputs[key - 1]
-        kind = CLASS_OF[message.code]
-        if kind != variable.kind:
-            return self._wrong(Result.BAD_CLASS, "07..E03E", CLASS_NUMBERS[kind], CLASS_NUMBERS[variable.kind])
+        var_class = CLASS_OF[message.code]
+        if var_class != variable.kind:
+            return self._wrong(Result.BAD_CLASS, "07..E03E", CLASS_NUMBERS[var_class], CLASS_NUMBERS[variable.kind])
         if index >= variable.number and not (index == ALL_ITEMS and variable.is_multiple):
             return self._wrong(Result.BAD_KEY, "07..E03C", key, key)
         self._on_value(variable, index, value)
@@ -94,8 +94,8 @@ class Session:
         return acknowledge(message, Result.OK)
 
 
-def acknowledge(message: Message, result: Result, kind: int = 0, number: int = 0) -> Message:
-    return Message(Code.ACK, (message.code, result, kind, number))
+def acknowledge(message: Message, result: Result, class_code: int = 0, number: int = 0) -> Message:
+    return Message(Code.ACK, (message.code, result, class_code, number))
 
 
 _HANDLERS: Final[Mapping[tuple[Phase, int], Callable[[Session, Message], Message | None]]] = {

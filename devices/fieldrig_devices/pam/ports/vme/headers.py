@@ -30,7 +30,7 @@ _CELLS: Final = ("MESS_ORIGIN", "MESS_NUMBER", "DATE", "TIME", "INFO_TAG", "INFO
 
 def headers(plan: PortPlan, options: PortOptions) -> Mapping[str, str]:
     """Return the texts of the files by their names."""
-    codes = {kind.removesuffix("_VAR"): str(code) for kind, code in class_codes(options.class_codes).items()}
+    codes = {var_class.removesuffix("_VAR"): str(code) for var_class, code in class_codes(options.class_codes).items()}
     return {
         "PAM_VME.H": _defines(
             "CRC of each variable of the VME DualPort",
@@ -39,7 +39,7 @@ def headers(plan: PortPlan, options: PortOptions) -> Mapping[str, str]:
         "PAM_DEF.H": _memory(),
         "VMECLASS.H": _defines(
             "Class codes of variables",
-            {kind.removesuffix("_VAR"): str(code) for kind, code in codes.items()},
+            {var_class.removesuffix("_VAR"): str(code) for var_class, code in codes.items()},
             "VME_CLASS_",
         ),
     }

@@ -67,15 +67,15 @@ _WIRE: Final = {
 _VALUE: Final = struct.Struct("<4H")
 
 
-def value_words(kind: str, value: Value) -> tuple[int, ...]:
+def value_words(var_class: str, value: Value) -> tuple[int, ...]:
     """Return the last four words of a block, the least significant first (tables 13-8 and 13-9)."""
-    return _VALUE.unpack(_WIRE[kind].pack(value).ljust(_VALUE.size, b"\0"))
+    return _VALUE.unpack(_WIRE[var_class].pack(value).ljust(_VALUE.size, b"\0"))
 
 
-def value_of(kind: str, words: tuple[int, ...]) -> Value:
+def value_of(var_class: str, words: tuple[int, ...]) -> Value:
     """Return the value in the last four words of a block."""
-    (value,) = _WIRE[kind].unpack_from(_VALUE.pack(*words))
-    return bool(value) if kind == "FLAG_VAR" else value
+    (value,) = _WIRE[var_class].unpack_from(_VALUE.pack(*words))
+    return bool(value) if var_class == "FLAG_VAR" else value
 
 
 def index_on_wire(variable: PortVariable, item: int, first: int) -> int:
@@ -90,11 +90,11 @@ def item_on_wire(variable: PortVariable, index: int, first: int) -> int:
     return index - first if index >= first else variable.number
 
 
-def input_block(key: int, index: int, kind: str, value: Value) -> tuple[int, ...]:
+def input_block(key: int, index: int, var_class: str, value: Value) -> tuple[int, ...]:
     """Return a block of the input FIFO; `index` is -1 for all items."""
-    return key, 0, index & 0xFFFF, *value_words(kind, value)
+    return key, 0, index & 0xFFFF, *value_words(var_class, value)
 
 
-def output_block(key: int, index: int, kind: str, value: Value) -> tuple[int, ...]:
+def output_block(key: int, index: int, var_class: str, value: Value) -> tuple[int, ...]:
     """Return a block of the output FIFO, with the 32 bits of the master's key."""
-    return key & 0xFFFF, key >> 16, index & 0xFFFF, *value_words(kind, value)
+    return key & 0xFFFF, key >> 16, index & 0xFFFF, *value_words(var_class, value)

@@ -70,10 +70,10 @@ class Formulas:
     table: list[Formula] = field(default_factory=list)
     texts: list[str] = field(default_factory=list)
 
-    def add(self, expression: Expression, lines: Sequence[str], kind: Type, kinds: Kinds) -> Formula:
+    def add(self, expression: Expression, lines: Sequence[str], value_type: Type, kinds: Kinds) -> Formula:
         cells, objects, asks, has_common = _dependencies(expression, kinds)
         asks = asks or not CHANGES.is_taken
-        formula = Formula(len(self.table), expression.place, kind, cells, objects, asks or has_common, asks)
+        formula = Formula(len(self.table), expression.place, value_type, cells, objects, asks or has_common, asks)
         self.table.append(formula)
         self.texts.append("".join([f"def {formula.function}(base):\n", *(f"    {line}\n" for line in lines)]))
         return formula

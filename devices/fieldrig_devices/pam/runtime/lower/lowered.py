@@ -187,4 +187,4 @@ LINES = 10_000_000
 
 def routine_name(routine: str, types: Sequence[Type]) -> str:
     """Return the name of the code of a routine for arguments of these types."""
-    return "".join([f"routine {routine}", *(f" {kind}" for kind in types)])
+    return "".join([f"routine {routine}", *(f" {value_type}" for value_type in types)])

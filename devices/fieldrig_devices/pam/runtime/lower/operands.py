@@ -107,9 +107,9 @@ class Emitter:
             return Operand(repr(float(operand.constant)), "real")
         return Operand(f"({operand.text} + 0.0)", "real")
 
-    def as_type(self, operand: Operand, kind: Type) -> Operand:
+    def as_type(self, operand: Operand, value_type: Type) -> Operand:
         """Return a value as a variable of this type stores it."""
-        match kind:
+        match value_type:
             case "flag":
                 return self.flag(operand)
             case "integer":

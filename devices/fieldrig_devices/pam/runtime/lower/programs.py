@@ -93,12 +93,12 @@ class _Lowerer:
     def _routine(self, name: str, types: tuple[Type, ...]) -> None:
         routine = self._routines[name]
         pairs = zip(routine.formals, types, strict=True)
-        formals = {formal: Formal(slot, kind) for slot, (formal, kind) in enumerate(pairs)}
+        formals = {formal: Formal(slot, value_type) for slot, (formal, value_type) in enumerate(pairs)}
         self._add(routine_name(name, types), name, routine.body, routine.place, Surroundings(formals))
 
     def _add(self, key: str, title: str, body: Sequence[tree.Statement], place: tree.Place, at: Surroundings) -> None:
-        kind = SequenceBody if at.asks is Verb.LATER else Body
-        lowerer = kind(self._expressions, self.code, self._watched, at, self._on_call)
+        body_class = SequenceBody if at.asks is Verb.LATER else Body
+        lowerer = body_class(self._expressions, self.code, self._watched, at, self._on_call)
         instructions = lowerer.lower(body, _end(body, place))
         self.code.routines[key] = Routine(instructions, lowerer.frame_size, frozenset(_registers(instructions)))
         self.code.titles[key] = title
