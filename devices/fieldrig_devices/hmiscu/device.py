@@ -151,7 +151,7 @@ class Hmiscu(Device):
 
     def why_refused(self, name: str) -> str:
         """Return why tools and masters may not set a point; empty if they may."""
-        return f"the program drives {name}" if self._plc.drives(self._fast.present_name(name)) else ""
+        return f"the program drives {name}" if self._plc.driven.has(self._fast.present_name(name)) else ""
 
     def _guarded(self, name: str, point: Point) -> Point:
         """Return the point, which refuses values while the program drives it."""
@@ -221,7 +221,7 @@ class Hmiscu(Device):
 
     def compile_sources(self, files: Sequence[SourceFile]) -> Compiled:
         """Compile a program for this controller without loading it.  CompileError with every mistake."""
-        return self._plc.compile(files)
+        return self._plc.compiler.compiled(files)
 
     @classmethod
     def tools(cls, name: str, settings: HmiscuSettings, links: Mapping[str, Any]) -> list[Tool]:

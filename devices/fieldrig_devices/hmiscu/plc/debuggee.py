@@ -33,7 +33,7 @@ class PlcDebuggee(ControllerDebuggee):
             self._plc.reset(is_cold=kind is Reset.COLD)
 
     def download(self, files: Mapping[str, str], *, is_online: bool) -> None:
-        order = self._plc.order([SourceFile(name, text) for name, text in files.items()])
+        order = self._plc.compiler.order([SourceFile(name, text) for name, text in files.items()])
         if is_online:
             self._plc.downloads.change(order)
         else:

@@ -7,7 +7,7 @@ cycle itself has taken, so neither a slow host nor another task makes it expire.
 
 from collections.abc import Callable, Sequence
 
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import MS, Alarm, Clock
 from fieldrig_devices.hmiscu.settings import MastSettings
 from fieldrig_devices.iec import program as ir
 from fieldrig_devices.iec.compiler import Compiled
@@ -72,3 +72,27 @@ class MastProgram(LoadedProgram):
             self._watcher.on_transgression(task, task.work.spent_ns, is_serious=True)
         else:
             super().on_fault(task)
+
+
+class BlockMast:
+    """MAST of a controller without a program, which calls the blocks in each of its cycles."""
+
+    def __init__(self, clock: Clock, cycle_ms: int, on_cycle: Callable[[], None]) -> None:
+        self._clock, self._cycle_ns, self._on_cycle = clock, cycle_ms * MS, on_cycle
+        self._timer = Alarm(clock)
+        self._due_ns = 0
+        self.cycles = 0
+
+    def start(self) -> None:
+        """Begin with a cycle at the present instant."""
+        self._due_ns = self._clock.now_ns()
+        self._timer.at(self._due_ns, self._run)
+
+    def stop(self) -> None:
+        self._timer.stop()
+
+    def _run(self) -> None:
+        self._due_ns += max((self._clock.now_ns() - self._due_ns) // self._cycle_ns, 1) * self._cycle_ns
+        self._timer.at(self._due_ns, self._run)
+        self.cycles += 1
+        self._on_cycle()

@@ -9,34 +9,28 @@ Without a program, MAST calls one instance of each block in every cycle, so mast
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import Enum
-from pathlib import Path
 from typing import Final, Protocol
 
-from fieldrig.clock import MS, Alarm, Clock
+from fieldrig.clock import Clock
 from fieldrig.device import Point, Value
-from fieldrig.errors import ConfigError, Mistake
-from fieldrig.loop.background import Background, Coarse
+from fieldrig.loop.background import Background
 from fieldrig.points.checks import choice_in
-from fieldrig.real import progress
 from fieldrig_devices.hmiscu.io import Terminals
 from fieldrig_devices.hmiscu.panel import Panel
+from fieldrig_devices.hmiscu.plc.compiling import Compiler
 from fieldrig_devices.hmiscu.plc.driven import Driven
-from fieldrig_devices.hmiscu.plc.library import Instances, MakeBlock
-from fieldrig_devices.hmiscu.plc.mast import MastProgram
+from fieldrig_devices.hmiscu.plc.library import MakeBlock
+from fieldrig_devices.hmiscu.plc.mast import BlockMast, MastProgram
 from fieldrig_devices.hmiscu.plc.system import SystemFunctions
 from fieldrig_devices.hmiscu.settings import INPUTS, HmiscuSettings
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.controller.downloads import Downloads
-from fieldrig_devices.iec.controller.order import HostFacts, Order
+from fieldrig_devices.iec.controller.order import Order
 from fieldrig_devices.iec.controller.task_points import task_points
 from fieldrig_devices.iec.host import Library
 from fieldrig_devices.iec.loaded import place_of
-from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.tasks.task import Task
 from fieldrig_devices.iec.thread import Fault, call_hierarchy
-from fieldrig_devices.languages.mistakes import CompileError
-from fieldrig_devices.languages.refusal import refused
-from fieldrig_devices.languages.source_file import SourceFile, decoded
 
 
 class PlcState(Enum):
@@ -87,17 +81,12 @@ class Plc:
     ) -> None:
         """`instances` are the types of the global variables of the channels.  ConfigError if a program is wrong."""
         self._clock, self._settings, self._terminals, self._owner = clock, settings, terminals, owner
-        self._instances, self._names, self._panel = Instances(clock, make), instances, panel
-        self.host = StandaloneHost(clock)
-        self.host.inputs, self.host.outputs = terminals.inputs, terminals.outputs
-        self._system = SystemFunctions()
-        own = (self._instances.library(instances), panel.library(), self._system.library())
-        self.host.libraries = (*own, *libraries)
+        self._panel, self._system = panel, SystemFunctions()
+        own = (panel.library(), self._system.library(), *libraries)
+        self.compiler = Compiler(clock, settings, (terminals.inputs, terminals.outputs), make, instances, own)
         self.state = PlcState.STOP
         self.problem = ""
         """Why the controller is in HALT, or why a program was refused."""
-        self._driven_by: Compiled | None = None
-        self._driven: Driven | None = None
         self._held = ""
         """Why the controller may not go to RUN; empty if it may."""
         self._goes_on = False
@@ -106,43 +95,17 @@ class Plc:
         """Called when another program has been loaded, or the present one has been changed."""
         self.on_stop: Callable[[Task], None] = lambda task: None
         """Called when a task has reached a breakpoint or has been stopped by a fault."""
-        self._timer = Alarm(self._clock)
-        self._due_ns = 0
-        self._cycles = 0
-        self.program = self._loaded() if settings.program else None
-
-    def _loaded(self) -> MastProgram:
-        settings = self._settings
-        files = [SourceFile(path.name, _text_of(path)) for path in settings.program]
-        try:
-            compiled = self.compile(files)
-        except CompileError as wrong:
-            raise refused(wrong, {path.name: str(path) for path in settings.program}) from wrong
-        return self._made(compiled)
+        self._mast = BlockMast(clock, settings.mast.cycle_ms, self._on_mast)
+        compiled = self.compiler.configured()
+        self.program = None if compiled is None else self._made(compiled)
+        self.driven = Driven(
+            lambda: self.program, (name for name, kind in settings.kinds.items() if kind not in INPUTS)
+        )
 
     def _made(self, compiled: Compiled) -> MastProgram:
-        program = MastProgram(self._clock, compiled, self.host, self, self._settings.mast, self._read)
-        self._instances.names = {program.runtime.find(name).steps[0]: name for name in self._names}
+        program = MastProgram(self._clock, compiled, self.compiler.host, self, self._settings.mast, self._read)
+        self.compiler.connect(program)
         return program
-
-    def compile(self, files: Sequence[SourceFile]) -> Compiled:
-        """Compile a program for this controller.  CompileError with every mistake."""
-        return self.order(files).compiled(Coarse(progress.report))
-
-    def order(self, files: Sequence[SourceFile]) -> Order:
-        settings = self._settings
-        return Order(tuple(files), settings.dialect, HostFacts.of(self.host), settings.resource, settings.costs)
-
-    def drives(self, name: str) -> bool:
-        """Return whether the program drives the point of this name."""
-        program = self.program
-        if program is None:
-            return False
-        compiled = program.runtime.compiled
-        if self._driven is None or compiled is not self._driven_by:
-            outputs = (name for name, kind in self._settings.kinds.items() if kind not in INPUTS)
-            self._driven_by, self._driven = compiled, Driven(compiled, outputs)
-        return self._driven.has(name)
 
     # ---- loading (`controller.downloads.Plc`)
 
@@ -201,8 +164,7 @@ class Plc:
         if self.program is not None:
             self.program.scheduler.start()
         else:
-            self._due_ns = self._clock.now_ns()
-            self._timer.at(self._due_ns, self._on_mast)
+            self._mast.start()
 
     def stop(self) -> None:
         """Go to STOP, which stops all moves and switches the outputs off."""
@@ -247,7 +209,7 @@ class Plc:
     def _leave(self, state: PlcState) -> None:
         if self.program is not None:
             self.program.scheduler.stop()
-        self._timer.stop()
+        self._mast.stop()
         self._terminals.fall()
         self._enter(state)
 
@@ -256,15 +218,11 @@ class Plc:
             self.state = state
             self._owner.on_state(state)
 
-    # ---- MAST without a program
+    # ---- cycles
 
     def _on_mast(self) -> None:
-        cycle_ns, now_ns = self._settings.mast.cycle_ms * MS, self._clock.now_ns()
-        self._due_ns += max((now_ns - self._due_ns) // cycle_ns, 1) * cycle_ns
-        self._timer.at(self._due_ns, self._on_mast)
         self._read()
         self._owner.call_blocks()
-        self._cycles += 1
         self._write()
 
     def _read(self) -> None:
@@ -310,14 +268,6 @@ class Plc:
         yield "plc/progress", Point(lambda: self.downloads.progress, about="progress of a download or an online change")
         yield from self._system.points()
         if self.program is None:
-            yield "plc/task/MAST/cycles", Point(lambda: self._cycles)
+            yield "plc/task/MAST/cycles", Point(lambda: self._mast.cycles)
         else:
             yield from task_points(self.program, lambda: self.program)
-
-
-def _text_of(path: Path) -> str:
-    """Return the text of a source file.  ConfigError if it cannot be read, or is too long."""
-    try:
-        return decoded(path.read_bytes())
-    except (OSError, ValueError) as cause:
-        raise ConfigError([Mistake(str(path), None, "program", str(cause), "expected a source file")]) from cause
