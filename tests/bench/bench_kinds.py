@@ -1,6 +1,10 @@
-"""Devices for the virtual-time benchmark: each answers the frame before it in a ring."""
+"""Devices for the benchmarks: relays that answer the frame before them in a ring, and a master of drives."""
 
-from fieldrig.device import Device
+import struct
+from collections.abc import Mapping
+
+from fieldrig.clock import MS, Clock
+from fieldrig.device import Device, Point
 from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig_bus.can.frame import CanFrame
@@ -25,3 +29,51 @@ class Relay(Device):
 
     def _on_frame(self, frame: CanFrame) -> None:
         self._can.send(CanFrame(self._identifier, frame.data))
+
+
+class CspMasterSettings(Settings):
+    first: int
+    """Node-ID of the first drive."""
+    drives: int
+
+
+class CspMaster(Device):
+    """Leads drives in cyclic synchronous position: a set-point for each in RPDO 3, then the SYNC, once per millisecond.
+
+    A cycle is kept if every drive has answered the SYNC by TPDO 3 before the next one.
+    """
+
+    ENABLING = (0x06, 0x07, 0x0F)
+
+    def __init__(self, clock: Clock, settings: CspMasterSettings, can: Link[CanFrame]) -> None:
+        self._clock, self._can = clock, can
+        self._nodes = range(settings.first, settings.first + settings.drives)
+        self.cycles = self.kept = 0
+        self._answers = 0
+        can.on_receive(self._on_answer, [[0x380 + node, 0x7FF] for node in self._nodes])
+
+    def start(self) -> None:
+        self._clock.call_at(self._clock.now_ns() + 500 * MS, self._begin)
+
+    def points(self) -> Mapping[str, Point]:
+        return {"cycles": Point(lambda: self.cycles), "kept": Point(lambda: self.kept)}
+
+    def _begin(self) -> None:
+        self._can.send(CanFrame(0x000, b"\x01\x00"))
+        self._clock.call_at(self._clock.now_ns() + 10 * MS, self._on_cycle)
+
+    def _on_cycle(self) -> None:
+        self._clock.call_at(self._clock.now_ns() + MS, self._on_cycle)
+        if self.cycles:
+            self.kept += self._answers == len(self._nodes)
+        self._answers = 0
+        word = self.ENABLING[min(self.cycles // 10, 2)]
+        place = max(self.cycles - 100, 0) * 1_000
+        self.cycles += 1
+        data = struct.pack("<Hi", word, place & 0x7FFF_FFFF)
+        for node in self._nodes:
+            self._can.send(CanFrame(0x400 + node, data))
+        self._can.send(CanFrame(0x080, b""))
+
+    def _on_answer(self, frame: CanFrame) -> None:
+        self._answers += 1

@@ -159,6 +159,8 @@ class Cia402Axis(Service):
             self._numbers.on_write(index, _all(actions), subindex)
 
     def _on_control(self, word: int) -> None:
+        if word == self.machine.control_word and self.machine.is_settled:
+            return  # a master that sends a control word in every cycle repeats it, which changes nothing
         self.pace.wake()
         drive, before = self.drive, self.machine.control_word
         self.machine.control(word)

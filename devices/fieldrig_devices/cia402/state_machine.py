@@ -51,6 +51,12 @@ class StateMachine:
         """True if the drive function is enabled or being enabled."""
         return self._is_enabling or self.state in (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE)
 
+    @property
+    def is_settled(self) -> bool:
+        """True if the present command has had its whole effect, so that the same one again changes nothing."""
+        is_pending = self._wanted is not None or self._after_ramp != 0 or self._is_enabling
+        return self._command is not None and not is_pending
+
     def act(self, command: Command) -> None:
         """Carry out a command for a reason within the drive, and drop the present command."""
         self.forget()
