@@ -37,6 +37,7 @@ from fieldrig_bus.telephone.faults import TelephoneFault
 from fieldrig_devices.arp.can.exchange import ExchangeSettings, Received, Sent
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs
+from fieldrig_devices.canopen import node_faults
 from fieldrig_devices.canopen.master_settings import CanMasterSettings, CanNodeSettings
 from fieldrig_devices.canopen.node import CanopenSettings
 from fieldrig_devices.canopen.point_slave import PointSlaveSettings
@@ -61,6 +62,7 @@ from fieldrig_devices.mc4.settings import (
     ParameterSettings,
     VersionSettings,
 )
+from fieldrig_devices.modbus import faults as modbus_device_faults
 from fieldrig_devices.modbus.client_settings import (
     ClientUnitSettings,
     ModbusClientSettings,
@@ -104,6 +106,8 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of every device": {"device": DeviceKeys},
     "Keys of a controller": {"controller": Controller},
     "Keys of a fault": faults.models_of(CanFault),
+    "Keys of a node fault": node_faults.MODELS,
+    "Keys of a Modbus device fault": modbus_device_faults.MODELS,
     "Keys of a Modbus fault": modbus_faults.MODELS,
     "Keys of a serial fault": serial_faults.MODELS,
     "Keys of a fault of wires": wire_faults.MODELS,

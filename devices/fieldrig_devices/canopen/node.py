@@ -15,6 +15,8 @@ from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.errors import RigError
+from fieldrig.faults.faults import Fault, Faults
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
@@ -35,6 +37,7 @@ from fieldrig_devices.canopen.heartbeat import HeartbeatConsumer, HeartbeatProdu
 from fieldrig_devices.canopen.living import LivingObjects
 from fieldrig_devices.canopen.lss import LssSlave
 from fieldrig_devices.canopen.nmt import NmtSlave
+from fieldrig_devices.canopen.node_faults import MODELS, FaultyEnd, NodeFaults
 from fieldrig_devices.canopen.node_settings import CanopenSettings
 from fieldrig_devices.canopen.node_tools import lines
 from fieldrig_devices.canopen.nonvolatile import NonVolatile
@@ -51,7 +54,6 @@ from fieldrig_devices.canopen.standard import STORED_EDS
 from fieldrig_devices.canopen.sync import Sync
 from fieldrig_devices.canopen.time_of_day import TimeOfDay
 from fieldrig_devices.canopen.variable import Variable
-from fieldrig_devices.sources.living import Chance
 
 __all__ = ["CanopenNode", "CanopenSettings"]
 
@@ -62,6 +64,7 @@ LAST_OF_COMMUNICATION, LAST = 0x1FFF, 0xFFFF
 class CanopenNode(Device):
     about = "a CANopen node (CiA 301) made from an EDS or DCF file"
     trouble_keys: ClassVar[Collection[str]] = ("emcy.code", "emcy.heard")
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(
         self,
@@ -71,7 +74,7 @@ class CanopenNode(Device):
         settings: CanopenSettings,
         store: Store,
         wires: Link[Signal] | None = None,
-        random: Chance | None = None,
+        random: Any = None,
     ) -> None:
         self.name = name
         self._settings = settings
@@ -101,6 +104,9 @@ class CanopenNode(Device):
         self._watched: list[tuple[Variable, Callable[[], bytes]]] | None = None
         """Cache of `watched`; None after a change."""
         self._services = self._make_services(clock, settings)
+        self._clock = clock
+        self.injected = InjectedFaults[Fault[Any]](clock, MODELS, Faults(Fault, random))
+        self.take_faults(self.injected)
 
     def start(self) -> None:
         if self._signals is not None:
@@ -201,6 +207,11 @@ class CanopenNode(Device):
     def attach(self, application: Service) -> None:
         """Add the application, which is reset and enters states after the services.  Call this before `start`."""
         self._services.append(application)
+
+    def take_faults(self, faults: NodeFaults) -> None:
+        """Have those of these faults that a node can have; its owner may have further ones among them."""
+        end = FaultyEnd(self._clock, self._port.link, self._port, self.dictionary, faults)
+        faults.also(end.use)
 
     def dcf(self) -> str:
         """Return the present configuration of the node as a device configuration file (CiA 306)."""

@@ -61,6 +61,17 @@ class Port:
         if not self._is_batching:
             self._connect()
 
+    @property
+    def link(self) -> Link[CanFrame]:
+        """The end of the bus that it uses."""
+        return self._can
+
+    def use(self, can: Link[CanFrame]) -> None:
+        """Use another end of the same bus from now on."""
+        if can is not self._can:
+            self._can, self._interest = can, None
+            self._connect()
+
     def on_bus_state(self, handler: Callable[[BusState], None]) -> None:
         """Call `handler` when the CAN controller changes its state."""
         self._on_bus_state = handler

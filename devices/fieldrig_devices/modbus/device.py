@@ -17,9 +17,10 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from fieldrig.bus import Bus
-from fieldrig.clock import Clock
+from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool
 from fieldrig.errors import ConfigError
+from fieldrig.faults.faults import Fault, Faults
 from fieldrig.link import Link
 from fieldrig.outside.untrusted import field, read_json, typed
 from fieldrig.settings import Claim, ConfigFile, Settings
@@ -29,12 +30,13 @@ from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.server import ModbusServer
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.modbus.faults import MODELS, ModbusDeviceFaults, Refusing, Slow
 from fieldrig_devices.modbus.port import ModbusPort, TurnaroundSettings, UnitId
 from fieldrig_devices.modbus.tools import lines_for
 from fieldrig_devices.modbus.unit import ModbusUnit
 from fieldrig_devices.registers.table import driven_wires, load_table
 from fieldrig_devices.registers.value import OutOfRange
-from fieldrig_devices.sources.living import Chance, LivingValues, seed_from
+from fieldrig_devices.sources.living import LivingValues, seed_from
 
 log = logging.getLogger(__name__)
 
@@ -131,6 +133,7 @@ def _claims(
 
 class ModbusDevice(Device):
     about: ClassVar[str] = "a Modbus device made of register tables"
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(
         self,
@@ -139,10 +142,12 @@ class ModbusDevice(Device):
         modbus: list[Link[ModbusRequest | ModbusResponse]],
         store: Store,
         wires: Link[Signal] | None = None,
-        random: Chance | None = None,
+        random: Any = None,
     ) -> None:
         """ConfigError for a register table with mistakes, RigError for an exception status that names unknown bits."""
         self._clock, self._store, self._wires = clock, store, wires
+        self.faults_of_requests = ModbusDeviceFaults(clock, MODELS, Faults(Fault, random))
+        self.injected = self.faults_of_requests
         self._moving: dict[str, Signal] = {}
         """Moving signals by wire; the registers that show them are updated before each read."""
         self._warned: set[str] = set()
@@ -174,7 +179,7 @@ class ModbusDevice(Device):
                 for unit_id, unit in by_unit.items()
             }
             port = ModbusPort(clock, link, servers, settings.turnaround_ns)
-            link.on_receive(partial(self._on_request, port), list(servers))
+            link.on_receive(partial(self._on_request, port, link), list(servers))
         self._listen_to_wires()
 
     def start(self) -> None:
@@ -235,7 +240,24 @@ class ModbusDevice(Device):
 
         return replace(point, read=read)
 
-    def _on_request(self, port: ModbusPort, message: ModbusRequest | ModbusResponse) -> None:
+    def _on_request(
+        self, port: ModbusPort, link: Link[ModbusRequest | ModbusResponse], message: ModbusRequest | ModbusResponse
+    ) -> None:
+        fault = self.faults_of_requests.of(message) if isinstance(message, ModbusRequest) and self._is_faulty else None
+        match fault:
+            case None:
+                self._do(port, message)
+            case Slow(delay_ms=delay_ms):
+                self._clock.call_at(self._clock.now_ns() + round(delay_ms * MS), partial(self._do, port, message))
+            case Refusing(code=code):
+                pdu = bytes((message.pdu[0] | 0x80, code))
+                link.send(ModbusResponse(message.unit, pdu, message.exchange))
+
+    @property
+    def _is_faulty(self) -> bool:
+        return self.faults_of_requests.given > 0
+
+    def _do(self, port: ModbusPort, message: ModbusRequest | ModbusResponse) -> None:
         self._follow()
         port.on_message(message)
 

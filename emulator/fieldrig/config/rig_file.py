@@ -298,7 +298,7 @@ class _Loader:
         return device
 
     def _faults(self, settings: Any, rest: dict[Any, Any], path: KeyPath) -> tuple[dict[str, Any], ...]:
-        """Take the key `faults` out of an entry, unless its settings have it; the device reads them when it is built."""
+        """Take the key `faults` out of an entry, unless its settings have it; the device reads it when it is built."""
         if FAULTS_KEY not in rest or FAULTS_KEY in settings.model_fields:
             return ()
         faults = rest.pop(FAULTS_KEY)

@@ -32,15 +32,25 @@ class InjectedFaults(Generic[F]):
         `on_change` is called when a fault was added or cleared, when it begins, and when its time is over.  `check`
         is called with the settings of a new fault; it raises ValueError for a fault that cannot be.
         """
-        self._clock, self._models, self._on_change, self._check = clock, models, on_change, check
+        self._clock, self._models, self._check = clock, models, check
+        self._listeners = [] if on_change is None else [on_change]
         self.records = faults
         """The faults as records, for a device that counts what each of them did."""
+
+    def also(self, on_change: Callable[[], None]) -> None:
+        """Call this too when a fault was added or cleared, when it begins, and when its time is over."""
+        self._listeners.append(on_change)
+
+    def _on_change(self) -> None:
+        for listener in self._listeners:
+            listener()
 
     def adopt(self, faults: "InjectedFaults[F]") -> None:
         """Take over the faults of the same device before it was switched off, instead of those from its start."""
         self.records.adopt(faults.records)
         for fault in self.records:
             self._call_at_turns(fault)
+        self._on_change()
 
     @property
     def given(self) -> int:
@@ -53,14 +63,13 @@ class InjectedFaults(Generic[F]):
             self._check(settings)
         fault = self.records.add(self._clock.now_ns(), settings, number)
         self._call_at_turns(fault)
-        if self._on_change is not None:
-            self._on_change()
+        self._on_change()
         return fault.number
 
     def _call_at_turns(self, fault: F) -> None:
         """Call `on_change` when the fault begins, and when its time is over."""
         for when_ns in (fault.start_ns, fault.until_ns):
-            if self._on_change is not None and when_ns is not None and when_ns > self._clock.now_ns():
+            if self._listeners and when_ns is not None and when_ns > self._clock.now_ns():
                 self._clock.call_at(when_ns, self._on_change)
 
     def add_fault(self, fault: Mapping[str, Any], number: int | None = None) -> int:
@@ -73,8 +82,7 @@ class InjectedFaults(Generic[F]):
     def clear_fault(self, number: int) -> None:
         """Remove a fault.  ValueError if there is none with this number."""
         self.records.clear(number)
-        if self._on_change is not None:
-            self._on_change()
+        self._on_change()
 
     def faults(self) -> dict[int, dict[str, Any]]:
         """Return the faults that were added and not cleared, by number, each with its state and use."""

@@ -17,6 +17,7 @@ from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.canopen.node import CanopenNode
+from fieldrig_devices.canopen.node_faults import MODELS as NODE_MODELS
 from fieldrig_devices.canopen.node_tools import lines
 from fieldrig_devices.canopen.service import Reset, Service
 from fieldrig_devices.cia402.axis import Cia402Axis
@@ -50,7 +51,7 @@ class Cia402Drive(Device):
 
     about = "a servo drive on CAN (CiA 402), with motor and load, from its own EDS or any other one"
     trouble_keys: ClassVar[Collection[str]] = ("error_code", "emcy.code")
-    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
+    fault_models: ClassVar[Mapping[str, type[Any]]] = {**MODELS, **NODE_MODELS}
 
     def __init__(
         self,
@@ -70,6 +71,7 @@ class Cia402Drive(Device):
         self._inputs = Inputs(settings, name, own)
         self.motor = Servo(clock, settings, self._inputs)
         self.injected = self.motor.faults
+        self.node.take_faults(self.injected)
         self._signalled = 0
         """Error code of the present EMCY."""
         self.axis = self._make_axis()

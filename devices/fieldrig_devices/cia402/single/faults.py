@@ -10,6 +10,7 @@ from pydantic import Field
 
 from fieldrig.faults.faults import Fault, Timed, models_of
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig_devices.canopen.node_faults import NodeFault
 
 
 class DriveError(Timed):
@@ -90,6 +91,8 @@ SingleDriveFault = Annotated[
     | Warned,
     Field(discriminator="what"),
 ]
+AnyDriveFault = Annotated[SingleDriveFault | NodeFault, Field(discriminator="what")]
+"""The same, and those of its CANopen node."""
 MODELS: Final = models_of(SingleDriveFault)
 SingleDriveFaults = InjectedFaults[Fault[Any]]
 

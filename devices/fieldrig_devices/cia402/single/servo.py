@@ -12,6 +12,7 @@ from typing import Final
 
 from fieldrig.clock import MS, Clock, S
 from fieldrig.faults.faults import Fault, Faults
+from fieldrig_devices.canopen.node_faults import MODELS as NODE_MODELS
 from fieldrig_devices.cia402.motor import Captured, Kind
 from fieldrig_devices.cia402.single.faults import (
     MODELS,
@@ -65,7 +66,7 @@ class Servo:
         self._is_blocked = False
         self.sto = settings.sto
         self.is_mains_on = True
-        self.faults = SingleDriveFaults(clock, MODELS, Faults(Fault), on_change=self._on_faults)
+        self.faults = SingleDriveFaults(clock, {**MODELS, **NODE_MODELS}, Faults(Fault), on_change=self._on_faults)
         self._errors: dict[Cause, None] = {}
         """Errors that have not been reset, the first one first."""
         self._overload = 0.0

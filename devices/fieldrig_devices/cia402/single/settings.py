@@ -11,7 +11,7 @@ from fieldrig.settings import Claim, ConfigFile, Settings
 from fieldrig_devices.canopen.node_settings import CanopenSettings
 from fieldrig_devices.cia402.behaviour import Behaviour
 from fieldrig_devices.cia402.single import foreign
-from fieldrig_devices.cia402.single.faults import SingleDriveFault
+from fieldrig_devices.cia402.single.faults import AnyDriveFault
 from fieldrig_devices.cia402.single.oddities import oddities
 from fieldrig_devices.cia402.single.own_objects import EDS
 from fieldrig_devices.drives.load import LoadSettings
@@ -127,7 +127,7 @@ class Cia402DriveSettings(CanopenSettings):
     blocked_wire: str | None = Field(default=None, description="input: true blocks the shaft")
     brake_wire: str | None = Field(default=None, description="output: true lifts the brake")
     position_wire: str | None = Field(default=None, description="output: position of the load, rad")
-    faults: list[SingleDriveFault] = Field(default=[], description="faults that the drive has from the start")
+    faults: list[AnyDriveFault] = Field(default=[], description="faults that the drive has from the start")
 
     @model_validator(mode="after")
     def _is_a_machine(self) -> Self:
