@@ -16,8 +16,8 @@ DEVICES: Final = sorted(point.name for point in entry_points(group="fieldrig.dev
 
 NOT_YET: Final = {
     "arp", "can.bridge", "dualport.shm", "ip.relay", "opcua.server", "pam.vme-master",
-    "plant.cam-switches", "plant.servo", "plant.signals", "plant.tank", "plant.winder", "pulse.counter", "pulse.generator",
-    "tcp.server", "terminal.tr", "wires.zenoh",
+    "plant.cam-switches", "plant.servo", "plant.signals", "plant.tank", "plant.winder", "pulse.counter",
+    "pulse.generator", "tcp.server", "terminal.tr", "wires.zenoh",
 }  # fmt: skip
 """Kinds without faults of their own so far; a device among them can only lose its power.  The list only shrinks."""
 
