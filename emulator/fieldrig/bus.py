@@ -93,6 +93,10 @@ class BusModel(ABC, Generic[M]):
         """
         raise ValueError(NO_FAULTS)
 
+    def begin_fault(self, now_ns: int, number: int) -> None:
+        """Begin a fault that waits for its condition, which is met now."""
+        raise ValueError(NO_FAULTS)
+
     def clear_fault(self, now_ns: int, number: int) -> None:
         """Remove a fault.  ValueError if there is none of this number."""
         raise ValueError(NO_FAULTS)

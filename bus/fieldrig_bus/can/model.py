@@ -270,6 +270,12 @@ class CanBusModel(BusModel[CanMessage]):
         self._stepwise.replan()
         return number
 
+    def begin_fault(self, now_ns: int, number: int) -> None:
+        self._stepwise.catch_up(now_ns)
+        self._medium.faults.release(now_ns, number)
+        self._choose_way(now_ns)
+        self._stepwise.replan()
+
     def clear_fault(self, now_ns: int, number: int) -> None:
         self._stepwise.release(now_ns, self._medium.faults.clear(number))
         self._choose_way(now_ns)

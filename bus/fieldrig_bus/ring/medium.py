@@ -146,6 +146,11 @@ class Medium(Generic[N]):
         """Injected faults by number."""
         return self.faults.about(now_ns)
 
+    def begin_fault(self, now_ns: int, number: int) -> None:
+        """Begin a fault that waits for its condition."""
+        self.faults.release(now_ns, number)
+        self._layout = None
+
     def clear_fault(self, number: int) -> None:
         """Clear a fault.  ValueError if there is none with this number."""
         self.faults.clear(number)

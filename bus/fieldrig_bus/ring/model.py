@@ -52,6 +52,9 @@ class MediumModel(BusModel[M], Generic[M]):
     def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
         return self._medium.add_fault(now_ns, fault)
 
+    def begin_fault(self, now_ns: int, number: int) -> None:
+        self._medium.begin_fault(now_ns, number)
+
     def clear_fault(self, now_ns: int, number: int) -> None:
         self._medium.clear_fault(number)
 

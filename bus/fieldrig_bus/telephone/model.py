@@ -251,6 +251,10 @@ class TelephoneModel(BusModel[TelephoneMessage]):
         self._apply_faults(max(now_ns, self._agenda.passed_ns))
         return number
 
+    def begin_fault(self, now_ns: int, number: int) -> None:
+        self._faults.release(now_ns, number)
+        self._apply_faults(max(now_ns, self._agenda.passed_ns))
+
     def clear_fault(self, now_ns: int, number: int) -> None:
         self._faults.clear(number)
         self._apply_faults(max(now_ns, self._agenda.passed_ns))

@@ -16,7 +16,7 @@ from fieldrig.points.values import show_number
 VERBS: Final = ("faults", "add_fault", "clear_fault")
 
 
-TIMES: Final = ("start_ms", "duration_ms")
+TIMES: Final = ("when", "start_ms", "duration_ms")
 STATE: Final = ("state", "applied")
 STANDING: Final = ("what", *STATE)
 """The keys of a fault that `fieldrig fault` shows in columns of their own."""

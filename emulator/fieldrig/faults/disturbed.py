@@ -144,9 +144,16 @@ class Disturbed(BusModel[M]):
         self.effects.check(settings, self._members)
         return self._add(now_ns, settings)
 
+    def begin_fault(self, now_ns: int, number: int) -> None:
+        fault = self._faults.release(now_ns, number)
+        if fault is not None:
+            self._plan(fault)
+            self._choose_way(now_ns)
+
     def clear_fault(self, now_ns: int, number: int) -> None:
+        is_held = self._faults.is_held(number)
         fault = self._faults.clear(number)
-        if fault.is_on(now_ns):
+        if fault.is_on(now_ns) and not is_held:
             self._turn(fault, now_ns, False)
         self._choose_way(now_ns)
 
@@ -155,11 +162,15 @@ class Disturbed(BusModel[M]):
 
     def _add(self, now_ns: int, settings: Timed) -> int:
         fault = self._faults.add(now_ns, settings)
+        if not self._faults.is_held(fault.number):
+            self._plan(fault)
+        self._choose_way(now_ns)
+        return fault.number
+
+    def _plan(self, fault: Fault[Any]) -> None:
         heappush(self._turns, _Turn(fault.start_ns, fault.number, True))
         if fault.until_ns is not None:
             heappush(self._turns, _Turn(fault.until_ns, fault.number, False))
-        self._choose_way(now_ns)
-        return fault.number
 
     def _next_ns(self) -> int:
         """Return the instant of the next arrival, or of the next begin or end of a fault, or `NEVER_NS`."""

@@ -23,11 +23,12 @@ from typing import (
     runtime_checkable,
 )
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, field_validator
 
 from fieldrig.clock import MS
 from fieldrig.config.wording import explain
 from fieldrig.config.yaml_source import key_text, read
+from fieldrig.faults.condition import condition_of
 from fieldrig.settings import Settings
 from fieldrig.text.nearest import closest
 
@@ -44,6 +45,16 @@ class Timed(Settings):
         default=0, ge=0, le=LONGEST_MS, description="after it was given; in a rig file, after the rig's start"
     )
     duration_ms: float | None = Field(default=None, gt=0, le=LONGEST_MS, description="left out: until it is cleared")
+    when: str | None = Field(
+        default=None, description="a condition on a point: start_ms counts from the instant at which it is met"
+    )
+
+    @field_validator("when")
+    @classmethod
+    def _check_when(cls, when: str | None) -> str | None:
+        if when is not None:
+            condition_of(when)
+        return when
 
 
 class Repeated(Timed):
@@ -93,14 +104,18 @@ class Fault(Generic[S]):
 
     def __init__(self, number: int, settings: S, now_ns: int, salt: int) -> None:
         self.number, self.settings, self._salt = number, settings, salt
-        self.start_ns = now_ns + round(settings.start_ms * MS)
-        duration_ms = settings.duration_ms
-        self.until_ns = None if duration_ms is None else self.start_ns + round(duration_ms * MS)
+        self.begin(now_ns)
         self._count: int | None = settings.count if isinstance(settings, Counted) else None
         self._probability = settings.probability if isinstance(settings, Chancy) else 1.0
         self._to_come = settings.nth if isinstance(settings, Repeated) else 1
         self._last_key: int | None = None
         self.applied = 0
+
+    def begin(self, now_ns: int) -> None:
+        """Count the times of the fault from now on."""
+        self.start_ns = now_ns + round(self.settings.start_ms * MS)
+        duration_ms = self.settings.duration_ms
+        self.until_ns: int | None = None if duration_ms is None else self.start_ns + round(duration_ms * MS)
 
     def is_over(self, now_ns: int) -> bool:
         is_used_up = self._count is not None and self.applied >= self._count
@@ -148,6 +163,8 @@ class Faults(Generic[F]):
         self._make = make
         self._random = random or Random(0)
         self._live: dict[int, F] = {}
+        self._held: dict[int, F] = {}
+        """Those whose condition has not been met yet; they are in no iteration."""
         self._given = 0
 
     @property
@@ -160,8 +177,20 @@ class Faults(Generic[F]):
         number = self._given + 1 if number is None else number
         self._given = max(self._given, number)
         fault = self._make(number, settings, now_ns, self._random.getrandbits(64))
-        self._live[fault.number] = fault
+        (self._live if settings.when is None else self._held)[fault.number] = fault
         return fault
+
+    def release(self, now_ns: int, number: int) -> F | None:
+        """Begin a fault whose condition is met now, and return it; None if it waits for none."""
+        fault = self._held.pop(number, None)
+        if fault is not None:
+            fault.begin(now_ns)
+            self._live[number] = fault
+        return fault
+
+    def is_held(self, number: int) -> bool:
+        """Return whether a fault still waits for its condition."""
+        return number in self._held
 
     def reserve(self, number: int) -> None:
         """Give numbers above this one from now on."""
@@ -171,13 +200,16 @@ class Faults(Generic[F]):
         """Have the faults of `faults` instead of the present ones."""
         self._live.clear()
         self._live.update(faults._live)
+        self._held = faults._held
         self._given = faults._given
 
     def clear(self, number: int) -> F:
+        if number in self._held:
+            return self._held.pop(number)
         try:
             return self._live.pop(number)
         except KeyError:
-            there = ", ".join(map(str, self._live))
+            there = ", ".join(map(str, sorted({**self._live, **self._held})))
             remedy = f"there are: {there}" if there else "there are none"
             raise ValueError(f"there is no fault {number}\n{remedy}") from None
 
@@ -191,7 +223,9 @@ class Faults(Generic[F]):
         return any(not fault.is_over(now_ns) for fault in self._live.values())
 
     def about(self, now_ns: int) -> dict[int, dict[str, Any]]:
-        return {number: fault.about(now_ns) for number, fault in self._live.items()}
+        held = {number: {**fault.about(now_ns), "state": "waiting"} for number, fault in self._held.items()}
+        found = {number: fault.about(now_ns) for number, fault in self._live.items()}
+        return dict(sorted({**found, **held}.items())) if held else found
 
 
 def keys_of(model: type[Timed]) -> list[str]:

@@ -62,9 +62,17 @@ class InjectedFaults(Generic[F]):
         if self._check is not None:
             self._check(settings)
         fault = self.records.add(self._clock.now_ns(), settings, number)
-        self._call_at_turns(fault)
+        if not self.records.is_held(fault.number):
+            self._call_at_turns(fault)
         self._on_change()
         return fault.number
+
+    def begin(self, number: int) -> None:
+        """Begin a fault that waits for its condition, which is met now."""
+        fault = self.records.release(self._clock.now_ns(), number)
+        if fault is not None:
+            self._call_at_turns(fault)
+            self._on_change()
 
     def _call_at_turns(self, fault: F) -> None:
         """Call `on_change` when the fault begins, and when its time is over."""

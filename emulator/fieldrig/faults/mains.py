@@ -24,14 +24,24 @@ class Mains:
         faults = self._faults.setdefault(device, Faults(Fault))
         faults.reserve(above)
         added = faults.add(now_ns, settings)
-        for when_ns in (added.start_ns, added.until_ns):
+        if not faults.is_held(added.number):
+            self._plan(now_ns, device, added)
+        return added.number
+
+    def begin(self, now_ns: int, device: str, number: int) -> None:
+        """Begin a fault that waits for its condition, which is met now."""
+        fault = self._faults[device].release(now_ns, number)
+        if fault is not None:
+            self._plan(now_ns, device, fault)
+
+    def _plan(self, now_ns: int, device: str, fault: Fault[Any]) -> None:
+        for when_ns in (fault.start_ns, fault.until_ns):
             if when_ns is not None and when_ns > now_ns:
                 self._clock.call_at(when_ns, lambda: self._look_at(self._clock.now_ns(), device))
         self._look_at(now_ns, device)
-        return added.number
 
     def has(self, device: str, number: int) -> bool:
-        return any(fault.number == number for fault in self._faults.get(device, ()))
+        return device in self._faults and number in self._faults[device].about(0)
 
     def clear(self, now_ns: int, device: str, number: int) -> None:
         self._faults[device].clear(number)

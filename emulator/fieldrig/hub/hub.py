@@ -13,7 +13,8 @@ from typing import Any
 
 from fieldrig.bus import Delivery, ModelBus
 from fieldrig.clock import MS, Alarm
-from fieldrig.errors import refusals
+from fieldrig.errors import BusError, refusals
+from fieldrig.faults.condition import VIRTUAL_ONLY
 from fieldrig.faults.disturbed import medium_of
 from fieldrig.hub.checked_link import uninteresting, unsendable
 from fieldrig.hub.server import HubServer
@@ -77,6 +78,9 @@ class LocalHub:
         self.bus, self.clock, self.on_delivery = bus, clock, on_delivery
         self.model = medium_of(bus)
         self.model.begin(clock.now_ns(), Random(f"{seed}/{bus.name}"))
+        if any("when" in fault for fault in self.model.all_faults(clock.now_ns()).values()):
+            what, remedy = VIRTUAL_ONLY.splitlines()
+            raise BusError(f"{bus.name}: {what}", remedy)
         self._run = run
         self._unpowered: set[str] = set()
         self._members: dict[str, Callable[[Delivery[Any]], None]] = {}
@@ -191,6 +195,8 @@ class LocalHub:
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         """Add a fault of the bus from now on, and return its number.  ControlError for a fault that it refuses."""
         with refusals(self.bus.name):
+            if fault.get("when") is not None:
+                raise ValueError(VIRTUAL_ONLY)
             number = self.model.add_fault(self.clock.now_ns(), fault)
         self.carry()
         return number

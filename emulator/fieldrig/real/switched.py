@@ -10,6 +10,7 @@ from typing import Any, Protocol, runtime_checkable
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.errors import ControlError
+from fieldrig.faults.condition import VIRTUAL_ONLY
 from fieldrig.faults.faults import fault_of
 from fieldrig.faults.mains import Mains
 from fieldrig.faults.power import MODELS, loses_power
@@ -65,6 +66,8 @@ class Switched(Device):
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         own = self.present.injected
+        if fault.get("when") is not None:
+            raise ValueError(VIRTUAL_ONLY)
         if loses_power(type(self.present), fault):
             above = 0 if own is None else own.given
             return self._mains.add(self._clock.now_ns(), self._name, fault_of(fault, MODELS), above)

@@ -54,6 +54,9 @@ class Node(Protocol):
     def add_fault(self, fault: Mapping[str, Any], above: int = 0) -> int:
         """Add a fault, and return its number, which is above `above`.  ControlError for one that the device refuses."""
 
+    def begin_fault(self, number: int) -> None:
+        """Begin a fault that waits for its condition, which is met now."""
+
     def clear_fault(self, number: int) -> None:
         """Remove a fault.  ControlError if there is none of this number."""
 
@@ -226,6 +229,10 @@ class LocalNode(EventNode):
             if self.device.injected is not None:
                 self.device.injected.records.reserve(above)
             return self.device.add_fault(fault)
+
+    def begin_fault(self, number: int) -> None:
+        if self.device.injected is not None:
+            self.device.injected.begin(number)
 
     def clear_fault(self, number: int) -> None:
         with refusals(self.name):

@@ -66,6 +66,9 @@ class RemoteNode:
         number: int = self._ask("add_fault", dict(fault), above)
         return number
 
+    def begin_fault(self, number: int) -> None:
+        self._ask("begin_fault", number)
+
     def clear_fault(self, number: int) -> None:
         self._ask("clear_fault", number)
 
@@ -139,6 +142,7 @@ def _serve(pipe: Connection, entry: DeviceEntry, seed: int, store: Store, buses:
         "set": node.set,
         "answer": node.answer,
         "add_fault": node.add_fault,
+        "begin_fault": node.begin_fault,
         "clear_fault": node.clear_fault,
         "faults": node.faults,
         "watch": node.watch,

@@ -17,6 +17,7 @@ from fieldrig.clock import MS, NEVER_NS, VirtualClock, whole_ns
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.device import Value
 from fieldrig.errors import ArgumentError, ControlError, RigError, UnmetError, refusals
+from fieldrig.faults.condition import condition_of
 from fieldrig.faults.disturbed import medium_of
 from fieldrig.faults.faults import Timed, fault_of
 from fieldrig.faults.mains import Mains
@@ -29,14 +30,15 @@ from fieldrig.text.nearest import closest
 from fieldrig.virtual.node import Deliveries, EventNode, LocalNode, Node, Outbox
 from fieldrig.virtual.readings import Readings, seconds
 from fieldrig.virtual.remote_node import RemoteNode
+from fieldrig.virtual.triggers import Triggers
 
 LONGEST_INSTANT = 10_000
 """Rounds of reactions at one instant after which the rig reports an endless exchange between devices."""
 
 ALONE: Final = Shortcut("rig.alone", "the look at all members and buses while a single device acts")
 
-MAINS: Final = "fieldrig:mains"
-"""The power of the devices, among the members that act; no device has a colon in its name."""
+RIG: Final = "fieldrig:rig"
+"""The rig itself among the members that act, for faults; no device has a colon in its name."""
 LOOK_NS: Final = 1 * MS
 """Longest time between two looks at a condition; values such as the level of a tank change without an event."""
 
@@ -83,7 +85,10 @@ class Rig:
         """The instant at which each member acts next, or `NEVER_NS`."""
         self._earliest_ns = NEVER_NS
         """The earliest of these instants."""
-        self._mains_clock = VirtualClock()
+        self._own_clock = VirtualClock()
+        self._own_ns = NEVER_NS
+        """The instant at which the rig itself acts next, for a fault."""
+        self._triggers = Triggers(self._own_clock, self, self._begin_fault, self._plan)
         self._mains: Mains | None = None
         """The power of the devices, once it has been switched."""
         self._watches: dict[str, dict[str, list[OnChange]]] = {}
@@ -255,12 +260,15 @@ class Rig:
             raise ArgumentError(f"a fault cannot be {shown(fault)}", 'expected a mapping, such as {"what": "drop"}')
         if where in self._models:
             with refusals(where):
-                return self._models[where].add_fault(self.now_ns, fault)
-        if loses_power(self.config.devices[where].cls, fault):
+                number = self._models[where].add_fault(self.now_ns, fault)
+        elif loses_power(self.config.devices[where].cls, fault):
             with refusals(where):
-                return self._lose_power(where, fault_of(fault, MODELS))
-        with self._present(where) as node:
-            return node.add_fault(fault, 0 if self._mains is None else self._mains.given(where))
+                number = self._lose_power(where, fault_of(fault, MODELS))
+        else:
+            with self._present(where) as node:
+                number = node.add_fault(fault, 0 if self._mains is None else self._mains.given(where))
+        self._arm(where, number)
+        return number
 
     def restart(self, device: str) -> None:
         """Switch a device off and on again at the present instant; it keeps its non-volatile memory and its faults."""
@@ -275,6 +283,7 @@ class Rig:
         self._check_part(where)
         if type(number) is not int:
             raise ArgumentError(f"a fault cannot have the number {shown(number)}", "expected what add_fault returned")
+        self._triggers.forget(where, number)
         if where in self._models:
             with refusals(where):
                 self._models[where].clear_fault(self.now_ns, number)
@@ -320,19 +329,52 @@ class Rig:
             for fault in entry.faults:
                 if loses_power(entry.cls, fault):
                     self.add_fault(name, fault)
+        for where in (*self._models, *self._nodes):
+            for number, given in self.faults(where).items():
+                if given["state"] == "waiting" and "when" in given:
+                    self._triggers.forget(where, number)
+                    self._arm(where, number)
 
     def _lose_power(self, device: str, fault: Timed) -> int:
         above = max(self._nodes[device].faults(self.now_ns), default=0)
         number = self._mains_of_all().add(self.now_ns, device, fault, above)
-        next_ns = self._mains_clock.next_ns()
-        self._next_of[MAINS] = NEVER_NS if next_ns is None else next_ns
-        self._earliest_ns = min(self._next_of.values())
+        self._plan()
         return number
+
+    def _plan(self) -> None:
+        """Have the rig act at its own next instant."""
+        next_ns = self._own_clock.next_ns()
+        self._own_ns = self._next_of[RIG] = NEVER_NS if next_ns is None else next_ns
+        self._earliest_ns = min(self._next_of.values())
+
+    def _arm(self, where: str, number: int) -> None:
+        """Wait for the condition of a fault, if it has one."""
+        when = self.faults(where)[number].get("when")
+        if not isinstance(when, str):
+            return
+        self._own_clock.instant_ns = max(self._own_clock.instant_ns, self.now_ns)
+        try:
+            self._triggers.add(self.now_ns, where, number, condition_of(when))
+        except ControlError:
+            self.clear_fault(where, number)
+            raise
+        self._plan()
+
+    def _begin_fault(self, where: str, number: int) -> None:
+        if where in self._models:
+            self._models[where].begin_fault(self.now_ns, number)
+        elif self._mains is not None and self._mains.has(where, number):
+            self._mains.begin(self.now_ns, where, number)
+        else:
+            self._nodes[where].begin_fault(number)
+            self._step([where], self.now_ns, {})
+        if where in self._models:
+            self._plan()
 
     def _mains_of_all(self) -> Mains:
         if self._mains is None:
-            self._mains_clock = VirtualClock(self.now_ns)
-            self._mains = Mains(self._mains_clock, self._switch)
+            self._own_clock.instant_ns = max(self._own_clock.instant_ns, self.now_ns)
+            self._mains = Mains(self._own_clock, self._switch)
         return self._mains
 
     def _switch(self, device: str, is_on: bool) -> None:
@@ -462,8 +504,6 @@ class Rig:
 
     def _run_instant(self, now_ns: int) -> None:
         self.now_ns = now_ns
-        if self._mains is not None:
-            self._next_of[MAINS] = self._mains_clock.advance_to(now_ns)
         inbox = self._arrivals(now_ns)
         active = self._active(now_ns, inbox)
         for _ in range(LONGEST_INSTANT):
@@ -483,6 +523,9 @@ class Rig:
         """Return the members that act at this instant, in the order of the configuration, which `_next_of` has."""
         if len(inbox) == 1 and self._earliest_ns > now_ns:
             return inbox
+        if self._own_ns <= now_ns:
+            self._own_clock.advance_to(now_ns)
+            self._plan()
         return [name for name, next_ns in self._next_of.items() if name in inbox or next_ns <= now_ns]
 
     def _arrivals(self, now_ns: int) -> dict[str, Deliveries]:

@@ -1,0 +1,69 @@
+"""A condition on a point at which a fault begins, such as `tank/level > 1.5` or `axis/6041:00 & 0x6f == 0x27`."""
+
+import operator
+import re
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple
+
+from fieldrig.config.yaml_source import read
+
+Value = bool | int | float | str
+OPERATORS: Final[dict[str, Callable[[Any, Any], bool]]] = {
+    "==": operator.eq,
+    "!=": operator.ne,
+    "<=": operator.le,
+    ">=": operator.ge,
+    "<": operator.lt,
+    ">": operator.gt,
+}
+VIRTUAL_ONLY: Final = "when: a fault waits for a point only in virtual time\nadd the fault at the milestone instead"
+LONGEST: Final = 1_000
+FORM: Final = "expected DEVICE/POINT, or DEVICE/POINT with ==, !=, <, >, <= or >= and a value"
+_PARTS: Final = re.compile(
+    r"\s*(?P<device>[^/\s]+)/(?P<key>\S+)\s*(&\s*(?P<mask>\S+)\s*)?((?P<operator>[=!<>]=|[<>])\s*(?P<value>.+?)\s*)?"
+)
+
+
+class Condition(NamedTuple):
+    """A condition; it is met while the point has such a value."""
+
+    device: str
+    key: str
+    mask: int | None
+    operator: str
+    value: Value
+
+    @property
+    def point(self) -> str:
+        return f"{self.device}/{self.key}"
+
+    def is_met(self, value: Value) -> bool:
+        """Return whether a value of the point meets the condition; one of another type never does."""
+        if self.mask is not None:
+            if not isinstance(value, int):
+                return False
+            value = value & self.mask
+        if isinstance(value, str) is not isinstance(self.value, str):
+            return False
+        return OPERATORS[self.operator](value, self.value)
+
+
+def condition_of(text: str) -> Condition:
+    """Return the condition that a text states.  ValueError, saying what was expected, for any other text."""
+    found = _PARTS.fullmatch(text) if len(text) <= LONGEST else None
+    if found is None:
+        raise ValueError(f"{text[:80]!r} is no condition\n{FORM}")
+    mask = None if found["mask"] is None else _value(found["mask"])
+    if mask is not None and type(mask) is not int:
+        raise ValueError(f"{found['mask']!r} is no mask\nexpected a whole number, such as 0x6f")
+    if found["operator"] is None:
+        return Condition(found["device"], found["key"], mask, "!=", 0)
+    return Condition(found["device"], found["key"], mask, found["operator"], _value(found["value"]))
+
+
+def _value(text: str) -> Any:
+    source = read(text, "")
+    value = source.data
+    if source.mistakes or not isinstance(value, bool | int | float | str):
+        raise ValueError(f"{text!r} is no value of a point\nexpected a number, true, false or a text")
+    return value
