@@ -12,13 +12,15 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, NamedTuple, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Any, NamedTuple, Union, get_args, get_origin
 
 from fieldrig.bus import Bus, Time
 from fieldrig.device import Device
 from fieldrig.errors import RigError
 from fieldrig.link import Link
-from fieldrig.settings import Settings
+
+if TYPE_CHECKING:
+    from fieldrig.settings import Settings
 
 BUSES = "fieldrig.buses"
 DEVICES = "fieldrig.devices"
@@ -96,8 +98,10 @@ def _carries(kind: str, parameter: LinkParameter) -> bool:
         return False
 
 
-def settings_model(cls: type) -> type[Settings]:
+def settings_model(cls: type) -> "type[Settings]":
     """Return the model in the annotation of the parameter `settings`, or an empty model without that parameter."""
+    from fieldrig.settings import Settings  # pydantic is a third of the time of a command that needs no kind
+
     parameter = constructor_parameters(cls).get("settings")
     model = parameter.annotation if parameter is not None else None
     return model if isinstance(model, type) and issubclass(model, Settings) else Settings

@@ -28,7 +28,6 @@ from fieldrig.config.keys import NAME, SECTIONS, BusKeys, DeviceKeys, RigKeys, a
 from fieldrig.config.links import wrong_links
 from fieldrig.config.settings_file import validated
 from fieldrig.config.source import TYPED, gather
-from fieldrig.config.wording import show
 from fieldrig.config.yaml_source import KeyPath, Source, key_text
 from fieldrig.device import FAULTS_KEY
 from fieldrig.errors import ArgumentError, ConfigError, Mistake, RigError
@@ -37,6 +36,7 @@ from fieldrig.outside.untrusted import shown
 from fieldrig.settings import Settings, WrongKey, WrongSettingsError
 from fieldrig.system.own_files import OUTSIDE_REMEDY, is_outside_allowed, leaves
 from fieldrig.text.nearest import closest
+from fieldrig.text.yaml_value import show
 
 S = TypeVar("S", bound=Settings)
 T = TypeVar("T")

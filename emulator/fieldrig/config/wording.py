@@ -4,7 +4,6 @@ A message says what was found and what was expected, the latter from the JSON Sc
 only for a mistake.
 """
 
-import json
 from collections.abc import Iterator
 from typing import Any
 
@@ -13,6 +12,7 @@ from pydantic import ValidationError
 from fieldrig.config.yaml_source import KeyPath
 from fieldrig.settings import Settings, WrongKey, WrongSettingsError
 from fieldrig.text.nearest import closest
+from fieldrig.text.yaml_value import show
 
 TYPES = {
     "integer": "a whole number",
@@ -43,12 +43,6 @@ def explain(
             by_path[path] = _wrong_key(dict(detail), path, data, schema, other_keys)
     # A union reports each of its choices; the deepest mistake belongs to the intended one.
     return [finding for path, finding in by_path.items() if path not in deeper]
-
-
-def show(value: Any) -> str:
-    """Return a value as YAML would have it, shortened."""
-    text = json.dumps(value, default=str, ensure_ascii=False)
-    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _wrong_key(detail: dict[str, Any], path: KeyPath, data: Any, schema: Any, other_keys: tuple[str, ...]) -> WrongKey:

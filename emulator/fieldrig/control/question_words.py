@@ -2,7 +2,7 @@
 
 from typing import Any, Final
 
-from fieldrig.config.wording import show
+from fieldrig.text.yaml_value import show
 
 LONGEST: Final = 60
 
