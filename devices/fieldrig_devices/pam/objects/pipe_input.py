@@ -2,15 +2,30 @@
 
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Final
+from typing import Final, Protocol
 
+from fieldrig_devices.pam.objects.site import ApplicationNode, Site
 from fieldrig_devices.pam.objects.whole import LARGEST_UNITS
 from fieldrig_devices.pam.pipes.block import is_same, nearest
 from fieldrig_devices.pam.pipes.converter import Mode
 from fieldrig_devices.pamring.frames import SetPoint, SetPointMode
 
-if TYPE_CHECKING:
-    from fieldrig_devices.pam.objects.axis import Axis
+
+class PipedAxis(Protocol):
+    """An axis as its input for a pipe knows it."""
+
+    name: str
+    site: Site
+    node: ApplicationNode
+    units: float
+    """Resolver units in a unit of length."""
+    period: float | None
+    """POSITION_PERIOD."""
+    pipe: "PipeInput | None"
+    """The pipe that drives the axis."""
+
+    @property
+    def position(self) -> float: ...
 
 
 class PipeInput:
@@ -19,7 +34,7 @@ class PipeInput:
     mode: Mode = "POSITION"
     set_point_mode = SetPointMode.POSITION
 
-    def __init__(self, axis: "Axis", period_s: float, stop_all: Callable[[], None] | None) -> None:
+    def __init__(self, axis: PipedAxis, period_s: float, stop_all: Callable[[], None] | None) -> None:
         self._axis, self._period_s, self.stop_all = axis, period_s, stop_all
         self._units, self._site, self._send, self._name = axis.units, axis.site, axis.node.send, axis.name
         self._period, self._half = axis.period, (axis.period or math.inf) / 2
@@ -75,7 +90,7 @@ class SpeedInput(PipeInput):
     mode: Mode = "SPEED"
     set_point_mode = SetPointMode.SPEED
 
-    def __init__(self, axis: "Axis", period_s: float, stop_all: Callable[[], None] | None) -> None:
+    def __init__(self, axis: PipedAxis, period_s: float, stop_all: Callable[[], None] | None) -> None:
         super().__init__(axis, period_s, stop_all)
         self.part = self.last = 0.0
 
