@@ -77,6 +77,7 @@ class Bench:
         self.line.now_ns = until_ns
 
 
+@pytest.mark.manual("PD-240")
 def test_a_connection_is_carried_to_the_device_that_offers_its_port() -> None:
     bench = Bench()
     user = User(bench.line.caller.connect(CONTROLLER, 80))
