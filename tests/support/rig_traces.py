@@ -22,7 +22,7 @@ from rig_hands import START_ALL, SYNC, CanMaster, ModbusClient
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, S
-from fieldrig.config.kinds import find_bus, settings_model
+from fieldrig.config.kinds import bus_kinds_for, find_bus, settings_model
 from fieldrig.config.rig_file import RigConfig, load
 from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
@@ -52,7 +52,8 @@ def virtual(path: Path) -> RigConfig:
         return config
     overrides = ["time=virtual", "speed=max"]
     for name, entry in config.buses.items():
-        kind = f"{entry.bus.family}.virtual"
+        kinds = bus_kinds_for("virtual", entry.bus.family)
+        kind = next((kind for kind in kinds if kind.endswith(".virtual")), kinds[0])
         known = settings_model(find_bus(kind)).model_fields
         dumped = entry.bus.settings.model_dump(mode="json", exclude_defaults=True)
         kept = {key: value for key, value in dumped.items() if key in known and value is not None}
