@@ -24,7 +24,7 @@ from fieldrig_devices.max4.can.objects import EDS as AXES
 
 pytestmark = [pytest.mark.docker, pytest.mark.timeout(3600)]
 
-RIG = load(FOLDER / "machine.yaml")
+MACHINE = FOLDER / "machine.yaml"
 INSIDE = ("ring", "pamring", "wires", "com1", "telephone", "relay", "ua")
 PROFILED_POSITION = 1
 OFFLINE, ONLINE = 6, 7  # Com1UserState: the modem is set up and waits for a call; in a call
@@ -52,12 +52,12 @@ def test_compose_files_are_valid(name: str) -> None:
 
 def test_every_part_has_a_container_and_is_shut_in(stack: Stack) -> None:
     containers = stack.containers()
-    assert containers.keys() == {"rig", *placement(RIG)}
+    assert containers.keys() == {"rig", *placement(load(MACHINE))}
     assert [name for name, container in containers.items() if not shut_in(container)] == []
 
 
 def test_every_bus_has_one_address_for_foreign_masters(stack: Stack) -> None:
-    assert sorted(RIG.buses) == sorted((*OUTSIDE, *INSIDE))
+    assert sorted(load(MACHINE).buses) == sorted((*OUTSIDE, *INSIDE))
     published = [
         int(binding["HostPort"])
         for container in stack.containers().values()

@@ -10,7 +10,9 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from threading import Lock
 
 from tests.driver import docker_daemon, needs, ppp, vcan
 from tests.driver.needs import Need
@@ -22,6 +24,8 @@ GUEST_LIMIT_S = 1200
 FOREIGN = "tests/real"
 # A test that starts a whole rig can wait long for a busy host; its own limits say earlier what hangs.
 PATIENT = ("--timeout=600",)
+COMPILING = Lock()
+"""Guests begin at the same time, and the second waits for what the first compiles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +82,16 @@ def pytest_stage(
     return Stage(name, about, lambda: command, needs, wants, around, report_of(name), again, is_apart)
 
 
+@cache
+def compile_foreign() -> None:
+    """Compile the modules of the foreign tests, once for all guests.
+
+    A process in a guest can have some 65,000 pages, which is too little to compile them all.
+    """
+    collect = [sys.executable, "-m", "pytest", FOREIGN, "--collect-only", "-p", "no:cacheprovider"]
+    subprocess.run(collect, stdout=subprocess.DEVNULL, check=False)
+
+
 def guest_stage(
     name: str,
     about: str,
@@ -93,9 +107,8 @@ def guest_stage(
 
     @contextmanager
     def prepared() -> Iterator[Mapping[str, str]]:
-        # A process in the guest can have some 65,000 pages, which is too little to compile all these modules.
-        collect = [sys.executable, "-m", "pytest", "-m", name, FOREIGN, "--collect-only", "-p", "no:cacheprovider"]
-        subprocess.run(collect, stdout=subprocess.DEVNULL, check=False)
+        with COMPILING:
+            compile_foreign()
         with around() as environment:
             yield environment
 

@@ -1,6 +1,6 @@
 """Rows of operators such as a OR b OR c may be long: they are no nesting."""
 
-from functools import reduce
+from functools import cache, reduce
 from operator import and_, or_, xor
 
 import pytest
@@ -56,13 +56,15 @@ def test_a_long_chain_in_a_condition_an_index_and_an_argument() -> None:
     assert ran(program("TRUE_ : BOOL := TRUE; one : INT := 1; a : ARRAY[1..300] OF INT;", body), "a[300]") == 300
 
 
+@pytest.mark.long
 @given(st.integers(-1, 1_001))
 @settings(max_examples=10, deadline=None)
 def test_an_if_may_have_any_number_of_alternatives(x: int) -> None:
-    ALTERNATIVES["x"], ALTERNATIVES["inner"] = x, -1
-    ALTERNATIVES.cycle()
-    assert ALTERNATIVES["y"] == (x if 0 <= x < 1_000 else -7)
-    assert ALTERNATIVES["inner"] == (x % 200 if x == 999 else -1)
+    bench = bench_of_alternatives()
+    bench["x"], bench["inner"] = x, -1
+    bench.cycle()
+    assert bench["y"] == (x if 0 <= x < 1_000 else -7)
+    assert bench["inner"] == (x % 200 if x == 999 else -1)
 
 
 def alternatives(count: int, last: str, variable: str) -> str:
@@ -70,9 +72,10 @@ def alternatives(count: int, last: str, variable: str) -> str:
     return f"{' ELS'.join(parts)} {last} END_IF;"
 
 
-ALTERNATIVES = IecBench(
-    program("x, y, inner : INT;", alternatives(1_000, alternatives(200, "", "inner") + "ELSE y := -7;", "y"))
-)
+@cache
+def bench_of_alternatives() -> IecBench:
+    inner = alternatives(200, "", "inner")
+    return IecBench(program("x, y, inner : INT;", alternatives(1_000, inner + "ELSE y := -7;", "y")))
 
 
 def test_mixed_signs_keep_their_brackets() -> None:
