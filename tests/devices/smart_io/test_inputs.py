@@ -165,6 +165,7 @@ def one_pulse(number: int, start_ns: int, frequency: int = 100) -> PulseTrain:
     return PulseTrain("motor.pulse", number, start_ns=start_ns, frequency=frequency, count=1, sent=number)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAML-086")
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(st.integers(10, 40), st.integers(0, 60)), min_size=1, max_size=20), st.booleans())

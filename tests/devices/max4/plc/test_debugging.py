@@ -276,6 +276,7 @@ LARGE = (
 )
 
 
+@pytest.mark.long
 def test_breakpoints_of_a_large_program_are_prepared_beside_the_controller(tmp_path: Path) -> None:
     bench = PlcBench(tmp_path, LARGE).run(100)
     routines = bench.loaded.runtime.code.routines

@@ -389,6 +389,7 @@ def test_a_report_from_before_the_end_of_a_pipe_does_not_move_the_position(bench
     assert bench.ask("AXI_Belt", "position") == pytest.approx(110)
 
 
+@pytest.mark.long
 @pytest.mark.manual("PAML-059")
 def test_no_order_has_the_number_of_the_one_before_even_after_65535_others(bench: Bench) -> None:
     bench.do("AXI_Belt", "run", 1)
