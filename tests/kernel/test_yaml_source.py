@@ -106,3 +106,11 @@ def test_a_folder_instead_of_a_file_says_which_files_it_has(tmp_path: Path) -> N
 def test_a_folder_without_rig_files_names_none(tmp_path: Path) -> None:
     (mistake,) = read_file(tmp_path).mistakes
     assert (mistake.what, mistake.remedy) == ("it is a folder, not a file", "")
+
+
+def test_equal_texts_are_read_apart() -> None:
+    text = "drive: {gain: 1}"
+    first, second = read(text, "a.yaml"), read(text, "b.yaml")
+    first.data["drive"]["gain"] = 2
+    assert second.data == read(text, "c.yaml").data == {"drive": {"gain": 1}}
+    assert (first.mark(("drive",)).file, second.mark(("drive",)).file) == ("a.yaml", "b.yaml")

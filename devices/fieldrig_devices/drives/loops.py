@@ -15,6 +15,7 @@ then `d` acts on the load, and the dry friction `f` on the motor.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import tau
 from typing import Final, NamedTuple, Protocol
 
@@ -126,8 +127,9 @@ class MovingAxis(Protocol):
     is_at_rest: bool
 
 
+@lru_cache(maxsize=256)
 def plant_step(plant: Plant) -> Matrix:
-    """Return the plant's exact motion in an inner step.
+    """Return the plant's exact motion in an inner step; it takes some milliseconds, and drives of a kind share it.
 
     The rows are angle, speed and torque of the motor, then twist and speed of an elastic load.  The columns are the
     same states, then set torque, `d` and `f`.

@@ -11,6 +11,7 @@ Nothing else reads YAML.
 
 import warnings
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,6 +29,8 @@ MERGE = TAG + "merge"
 TEXTS = {TAG + name for name in ("str", "timestamp", "value")}
 BASES = {"0x": 16, "0o": 8, "0b": 2}
 CONTAINERS = {TAG + "map", TAG + "seq"}
+LONGEST_KEPT = 16_384
+"""Characters of the longest text whose tree is kept: ten drives have one name plate, and reading it takes 10 ms."""
 
 LONGEST_INT = 100
 """Digits of the longest integer; Python refuses to print ints of 4300 digits."""
@@ -110,6 +113,16 @@ def _rig_files(folder: Path) -> str:
 
 
 def _compose(text: str) -> Any:
+    """Return the tree of a text, which is only read."""
+    return _kept_tree(text) if len(text) <= LONGEST_KEPT else _tree(text)
+
+
+@lru_cache(maxsize=16)
+def _kept_tree(text: str) -> Any:
+    return _tree(text)
+
+
+def _tree(text: str) -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ReusedAnchorWarning)
         try:
