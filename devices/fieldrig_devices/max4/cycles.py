@@ -79,6 +79,7 @@ class Cycles:
 
     def _tick_if_idle(self) -> None:
         """Run the process by the clock while there is no ring to drive it."""
+        # A tick that is under way is kept over a boot: a second one would double the cycles.
         if not self._is_ticking and self._system is not None:
             self._is_ticking = True
             self._clock.call_at(self._clock.now_ns() + self._system.cycle_ns, self._on_tick)

@@ -103,11 +103,13 @@ class Firmware:
         self._set_delay(self.power.delay_us)
         for axis in self.axes.values():
             axis.on_quit(self._acknowledgement.of_axis)
+        # The logger outlasts the tree, and a parameter that no start value sets calls no watcher.
         self.logger.filter = int(self.tree.get("MAx-4.General.MsgFilter"))
         if self.tree.get("MAx-4.General.RetainInit"):
             self.memory.ram.retained.clear()
         if not loaded.is_good:
             self._when_heard(Code.CONFIGURATION, MAX4, self.project.configuration_file)
+        # The faces before the program: they add the objects of their modules to the tree, which the program may name.
         for action in self._boot_actions:
             action()
         self.plc.boot()

@@ -23,6 +23,7 @@ PRODUCT: Final = "MAx-4"
 TASK_WORDS: Final = {int(state): state.name.replace("_", " ").lower() for state in TaskState}
 """Values of State of an IEC task (manual table 5-1)."""
 _COUNTER: Final = 0xFFFF_FFFF
+"""Timer1 and Timer10 are UDINT: Timer1 begins again after 49.7 days, while the boot counts on."""
 
 
 class Tasks(Protocol):

@@ -68,6 +68,7 @@ class Power:
                 self._off()
         elif not self.is_on:
             self._on(self._off_days)
+        # This is called for each change of any fault: only the begin of this one takes the content.
         is_lost = self.injected.first(MemoryLost) is not None
         if is_lost and not self._was_lost and self.is_on:
             self._memory.lose()

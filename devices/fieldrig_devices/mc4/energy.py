@@ -69,5 +69,6 @@ class Energy:
 
     def _since(self, axis: Axis, at_ns: int) -> tuple[float, float, float]:
         """Return the seconds since the last evaluation, and the result of `Axis.take` for them."""
+        # `take` begins the sums of heat and work again, and a reading must not do that.
         heat, work = copy(axis).take((at_ns - self._taken_ns) / 1e9)
         return (self._clock.now_ns() - self._taken_ns) / 1e9, heat, work

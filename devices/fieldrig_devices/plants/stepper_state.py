@@ -53,7 +53,9 @@ class StepperState:
         """The segments that are not over, each with the sign of its input."""
 
     def copy(self) -> Self:
-        return copy(self)  # whatever is behind an attribute is replaced, and never changed
+        # Flat, as whatever is behind an attribute is replaced and never changed: `replay` copies the state at each
+        # event.  Parts with states of their own would have to be copied one by one.
+        return copy(self)
 
     # ---- what happens
 

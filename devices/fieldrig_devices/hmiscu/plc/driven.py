@@ -28,6 +28,7 @@ class Driven:
         program, key = self._present(), name.casefold()
         if program is None:
             return False
+        # By the code and not by the program: an online change keeps the program, and may write other places.
         if self._compiled is not program.runtime.compiled:
             self._take(program.runtime.compiled)
         if key not in self._known:

@@ -92,6 +92,7 @@ class BlockMast:
         self._timer.stop()
 
     def _run(self) -> None:
+        # In the raster of the start, so that a late host leaves out cycles and does not shift those that follow.
         self._due_ns += max((self._clock.now_ns() - self._due_ns) // self._cycle_ns, 1) * self._cycle_ns
         self._timer.at(self._due_ns, self._run)
         self.cycles += 1

@@ -75,7 +75,7 @@ class Downloads:
         """Compile a program; then stop the present one, and load this with its start values."""
 
         def load(compiled: Compiled) -> None:
-            self.cancel()
+            self.cancel()  # a change that waits for the program that ends now
             self._plc.load(order, compiled)
             on_done("")
 
@@ -115,6 +115,7 @@ class Downloads:
                 self._refuse(NO_GAP, on_done)
 
         self.cancel()
+        # The time begins before the change, which may happen at once and then ends it.
         self._wait.after(LONGEST_WAIT_NS, give_up)
         self._withdraw = program.change(compiled, on_changed)
 

@@ -84,6 +84,7 @@ class Order:
     """The RESOURCE that runs, if the program has several."""
     costs: Costs = field(default_factory=Costs)
     limits: Limits = MAX_4
+    # A function with its arguments, and no method of the controller: the order is sent to another process.
     check: Callable[[Compiled], None] = _accept
     """Raises CompileError for a program that this controller cannot run."""
     previous: Layout | None = None

@@ -28,6 +28,7 @@ class SystemTasks:
     def do(self, scheduler: Scheduler | None, priority: int, duration_us: int, action: Callable[[], None]) -> None:
         """Call `action` when it is its turn among the tasks of this scheduler; at once while no program runs."""
         work = self._work[priority]
+        # After a stop the work that waits is still done, and what comes meanwhile must not overtake it.
         if scheduler is not None and (scheduler.is_running or work.is_busy):
             work.add(duration_us * US, action)
             scheduler.release(self._tasks[priority])
