@@ -11,7 +11,7 @@ from typing import Final, Protocol
 
 from fieldrig.clock import MS
 from fieldrig_devices.iec.tasks.system_work import IO_MAP_PRIORITY
-from fieldrig_devices.max4.configuration.tree import Group, Kind, Object, Parameter, Type
+from fieldrig_devices.max4.configuration.tree import Access, Group, Object, Parameter, Type
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.registers.packed import Element, Packed
 
@@ -37,15 +37,15 @@ class Data(Packed):
     """The values of one message, as parameters of a group."""
 
     def __init__(self, group: Group, elements: Sequence[Element], *, is_output: bool) -> None:
-        kind = Kind.INPUT if is_output else Kind.OUTPUT
-        super().__init__(elements, [group.add(_parameter(element, kind)) for element in elements])
+        access = Access.INPUT if is_output else Access.OUTPUT
+        super().__init__(elements, [group.add(_parameter(element, access)) for element in elements])
 
 
-def _parameter(element: Element, kind: Kind) -> Parameter:
+def _parameter(element: Element, access: Access) -> Parameter:
     form, type = element.form, _TYPES[element.type]
     if element.type in _NARROW:
-        return Parameter(element.name, type, kind, low=form.low or None, high=form.high)
-    return Parameter(element.name, type, kind)
+        return Parameter(element.name, type, access, low=form.low or None, high=form.high)
+    return Parameter(element.name, type, access)
 
 
 class Part(Protocol):

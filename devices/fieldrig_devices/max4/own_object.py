@@ -13,7 +13,7 @@ from fieldrig_devices.iec.tasks.task import TaskState
 from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.com1.parameters import Port
 from fieldrig_devices.max4.configuration.limits import CYCLES_MS
-from fieldrig_devices.max4.configuration.tree import Kind, ObjectTree, Parameter, Type
+from fieldrig_devices.max4.configuration.tree import Access, ObjectTree, Parameter, Type
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.process import RealTimeProcess
 from fieldrig_devices.max4.settings import Max4Settings
@@ -88,11 +88,11 @@ def _add_general(tree: ObjectTree, process: RealTimeProcess, owner: Owner) -> No
     general = tree.root.group("General")
     general.add(
         Parameter(
-            "MsgFilter", Type.UINT, Kind.INPUT_INIT, 0xFFFF, about="mask of the message classes that are recorded"
+            "MsgFilter", Type.UINT, Access.INPUT_INIT, 0xFFFF, about="mask of the message classes that are recorded"
         )
     ).watcher = set_filter
-    general.add(Parameter("CycleTime", Type.UINT, Kind.INPUT_INIT, process.cycle_ns // MS, unit="ms", only=CYCLES_MS))
-    general.add(Parameter("RetainInit", Type.BOOL, Kind.INPUT_INIT, about="true: clear retained values at each boot"))
+    general.add(Parameter("CycleTime", Type.UINT, Access.INPUT_INIT, process.cycle_ns // MS, unit="ms", only=CYCLES_MS))
+    general.add(Parameter("RetainInit", Type.BOOL, Access.INPUT_INIT, about="true: clear retained values at each boot"))
 
 
 def _add_diagnosis(tree: ObjectTree, process: RealTimeProcess, settings: Max4Settings, owner: Owner) -> None:
@@ -128,7 +128,7 @@ def add_tasks(tree: ObjectTree, symbols: Sequence[str], tasks: Tasks) -> None:
     for number, symbol in enumerate(symbols):
         general = tree.root.add("IEC Task", "IEC_TASK", symbol).group("General")
         general.add(Parameter("State", Type.UINT, read=partial(tasks.task_value, number, "State"), words=TASK_WORDS))
-        enable = general.add(Parameter("EnableLoad", Type.BOOL, Kind.INPUT, about="true: measure Load and Cycle"))
+        enable = general.add(Parameter("EnableLoad", Type.BOOL, Access.INPUT, about="true: measure Load and Cycle"))
         for name in ("Load", "Cycle"):
             general.add(Parameter(name, Type.UDINT, unit="us", read=partial(measured, enable, number, name)))
 
@@ -140,4 +140,4 @@ def trigger(name: str, action: Callable[[], None], about: str) -> Parameter:
         if value:
             action()
 
-    return Parameter(name, Type.BOOL, Kind.INPUT, read=lambda: False, write=write, about=about)
+    return Parameter(name, Type.BOOL, Access.INPUT, read=lambda: False, write=write, about=about)

@@ -19,7 +19,7 @@ from fieldrig_devices.max4.axes.simulated import SimulatedDrive
 from fieldrig_devices.max4.com1.parameters import Com1Parameters
 from fieldrig_devices.max4.configuration.files import Configuration
 from fieldrig_devices.max4.configuration.limits import CYCLES_MS
-from fieldrig_devices.max4.configuration.tree import Kind, ObjectTree, Parameter, Type
+from fieldrig_devices.max4.configuration.tree import Access, ObjectTree, Parameter, Type
 from fieldrig_devices.max4.messages.catalogue import Code
 from fieldrig_devices.max4.messages.diagnosis import MAX4, Diagnosis
 from fieldrig_devices.max4.own_object import Owner, add_own_parameters, add_tasks, trigger
@@ -75,7 +75,7 @@ class System:
     def stored_values(self) -> dict[str, Value]:
         """The values for the parameter file, by path."""
         parameters = self.tree.parameters()
-        values = {path: parameter.value for path, parameter in parameters if parameter.kind is Kind.INPUT_INIT}
+        values = {path: parameter.value for path, parameter in parameters if parameter.access is Access.INPUT_INIT}
         for symbol, drive in self.drive_parameters.items():
             for name, value in drive.start_values.items():
                 values[f"{self.axes[symbol].object.path}.{name}"] = value
@@ -84,13 +84,13 @@ class System:
     def _start_value(self, path: str, value: Value) -> None:
         try:
             parameter = self.tree.parameter(path)
-            if parameter.kind is Kind.SLOW:
+            if parameter.access is Access.SLOW:
                 owner = self.tree.object(path.rpartition(".")[0])
                 self.drive_parameters[owner.symbol].start_values[parameter.name] = parameter.checked(value)
-            elif parameter.kind is Kind.INPUT_INIT:
+            elif parameter.access is Access.INPUT_INIT:
                 parameter.set(value)
             else:
-                raise ValueError(f"{path}: expected no start value, because it is {parameter.kind.value}")
+                raise ValueError(f"{path}: expected no start value, because it is {parameter.access.value}")
         except KeyError:
             self.unknown.append(f"{path}: expected the path of a parameter")
         except ValueError as wrong:
@@ -123,7 +123,7 @@ class System:
             Parameter(
                 "ControllerEnable",
                 Type.BOOL,
-                Kind.INPUT,
+                Access.INPUT,
                 read=lambda: axis.is_enabled,
                 write=lambda value: axis.enable(bool(value)),
             )
@@ -146,7 +146,7 @@ class System:
             Parameter(
                 "FeedConst",
                 Type.LREAL,
-                Kind.INPUT_INIT,
+                Access.INPUT_INIT,
                 float(INCREMENTS),
                 unit="units",
                 about="of cams and positioning functions, in one revolution of the motor",

@@ -13,7 +13,7 @@ from fieldrig.device import Value
 from fieldrig.link import Link
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.max4.axes.axis import Axis
-from fieldrig_devices.max4.configuration.tree import Kind, Object, Parameter, Type
+from fieldrig_devices.max4.configuration.tree import Access, Object, Parameter, Type
 
 
 class DigitalInput:
@@ -43,7 +43,7 @@ class DigitalOutput:
         self._on_change = on_change
         node.group("General").add(
             Parameter(
-                "Value", Type.BOOL, Kind.INPUT, read=lambda: self.value, write=lambda value: self.put(bool(value))
+                "Value", Type.BOOL, Access.INPUT, read=lambda: self.value, write=lambda value: self.put(bool(value))
             )
         )
 

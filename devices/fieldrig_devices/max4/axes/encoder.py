@@ -7,7 +7,7 @@ position or its velocity.  A master encoder shows the position on a wire.  Their
 from fieldrig.clock import Clock, S
 from fieldrig.device import Value
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.max4.configuration.tree import Kind, Object, Parameter, Type
+from fieldrig_devices.max4.configuration.tree import Access, Object, Parameter, Type
 
 
 class LogicEncoder:
@@ -19,8 +19,12 @@ class LogicEncoder:
         self.velocity = 0.0
         """Velocity in units per second."""
         general = node.group("General")
-        general.add(Parameter("Position", Type.LREAL, Kind.INPUT, read=lambda: self.position, write=self._put_position))
-        general.add(Parameter("Velocity", Type.LREAL, Kind.INPUT, read=lambda: self.velocity, write=self._put_velocity))
+        general.add(
+            Parameter("Position", Type.LREAL, Access.INPUT, read=lambda: self.position, write=self._put_position)
+        )
+        general.add(
+            Parameter("Velocity", Type.LREAL, Access.INPUT, read=lambda: self.velocity, write=self._put_velocity)
+        )
 
     def step(self, cycle_ns: int) -> None:
         if self.velocity:

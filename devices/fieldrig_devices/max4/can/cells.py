@@ -15,13 +15,13 @@ from fieldrig_devices.canopen.live import show_number, show_text
 from fieldrig_devices.canopen.variable import Variable
 from fieldrig_devices.max4.can.motor import AxisMotor
 from fieldrig_devices.max4.can.objects import AXIS, CONTROLLER, MESSAGE, PARAMETER, SERVICE
-from fieldrig_devices.max4.configuration.tree import Kind, Parameter, Type
+from fieldrig_devices.max4.configuration.tree import Access, Parameter, Type
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.sercos.idn import Element, ServiceError
 
 IDLE, BUSY, DONE, REFUSED = range(4)
 READ, WRITE = 1, 2
-KINDS: Final = {kind: number for number, kind in enumerate(Kind)}
+ACCESS: Final = {access: number for number, access in enumerate(Access)}
 _REAL: Final = struct.Struct("<d")
 
 
@@ -74,7 +74,7 @@ class ParameterWindow:
         number.writer = lambda data: self._write(float(_REAL.unpack(data)[0]))
         show_text(text, lambda: _shown(self._parameter().value))
         text.writer = lambda data: self._write_text(data.decode("latin-1"))
-        show_number(dictionary.find(PARAMETER, 6), lambda: KINDS[self._parameter().kind])
+        show_number(dictionary.find(PARAMETER, 6), lambda: ACCESS[self._parameter().access])
 
     def _parameter(self) -> Parameter:
         parameter = self._controller.tree.parameter_at(self._address.number)

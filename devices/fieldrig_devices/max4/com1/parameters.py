@@ -10,7 +10,7 @@ from typing import Final, Protocol
 
 from fieldrig.device import Value
 from fieldrig_devices.max4.com1.states import MODEM_WORDS, STATE_WORDS, USER_WORDS, Com1State, ModemState, User
-from fieldrig_devices.max4.configuration.tree import Kind, ObjectTree, Parameter, Type
+from fieldrig_devices.max4.configuration.tree import Access, ObjectTree, Parameter, Type
 
 REMOTE_IP_ADDRESS: Final = "190.200.100.101"
 LOCAL_IP_ADDRESS: Final = "190.200.100.100"
@@ -43,7 +43,7 @@ class Com1Parameters:
             Parameter(
                 "Com1User",
                 Type.UINT,
-                Kind.INPUT_INIT,
+                Access.INPUT_INIT,
                 int(User.EPAS_4),
                 only=numbers,
                 about="user of COM1: 0 EPAS-4, 1 modem, 2 automatic, 3 none",
@@ -69,7 +69,7 @@ class _Modem:
             name: str, first: str, about: str, check: Callable[[Value], str], *, secret: bool = False
         ) -> Parameter:
             parameter = Parameter(
-                name, Type.STRING, Kind.INPUT_INIT, first, high=LONGEST_STRING, about=about, is_secret=secret,
+                name, Type.STRING, Access.INPUT_INIT, first, high=LONGEST_STRING, about=about, is_secret=secret,
                 write=lambda value: parameter.put(check(value)),
             )  # fmt: skip
             return general.add(parameter)

@@ -17,7 +17,7 @@ from fieldrig.points.checks import choice_in, number_in, text_in, truth_in, whol
 OBJECT_STEP: Final = 0x1_0000
 
 
-class Kind(Enum):
+class Access(Enum):
     """Kinds of access to a parameter (PD-026, PD-028); the manual names the second and the last."""
 
     INPUT = "input"
@@ -62,11 +62,11 @@ class Parameter:
         "_value",
         "_write",
         "about",
+        "access",
         "address",
         "first",
         "high",
         "is_secret",
-        "kind",
         "low",
         "name",
         "only",
@@ -80,7 +80,7 @@ class Parameter:
         self,
         name: str,
         type: Type,
-        kind: Kind = Kind.OUTPUT,
+        access: Access = Access.OUTPUT,
         first: Value = 0,
         *,
         unit: str = "",
@@ -98,7 +98,7 @@ class Parameter:
         `words` has the meanings of numbers, for people.
         """
         self.is_secret, self.words = is_secret, words
-        self.name, self.type, self.kind, self.unit, self.about = name, type, kind, unit, about
+        self.name, self.type, self.access, self.unit, self.about = name, type, access, unit, about
         self.low = type.low if low is None else low
         self.high = type.high if high is None else high
         self.only = only
@@ -112,7 +112,7 @@ class Parameter:
 
     @property
     def is_writable(self) -> bool:
-        return self.kind is not Kind.OUTPUT
+        return self.access is not Access.OUTPUT
 
     @property
     def value(self) -> Value:

@@ -9,7 +9,7 @@ from enum import IntEnum, IntFlag
 from typing import Final
 
 from fieldrig.device import Value
-from fieldrig_devices.max4.configuration.tree import Kind, Object, Parameter
+from fieldrig_devices.max4.configuration.tree import Access, Object, Parameter
 from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.modbus.axis import up_to
 from fieldrig_devices.registers.live import BitEntry, Entry, whole
@@ -104,7 +104,7 @@ class Found(IntEnum):
     NOTHING = 3
 
 
-KINDS: Final = {Kind.OUTPUT: 0, Kind.INPUT: 1, Kind.INPUT_INIT: 2, Kind.SLOW: 3}
+ACCESS: Final = {Access.OUTPUT: 0, Access.INPUT: 1, Access.INPUT_INIT: 2, Access.SLOW: 3}
 
 
 class Window:
@@ -120,7 +120,7 @@ class Window:
             Entry(WINDOW, "address", "u32", lambda: self._address, self._select, about="logical address"),
             Entry(WINDOW + 2, "found", "u16", self._found, about="kind of what is at this address"),
             Entry(WINDOW + 3, "type", "u16", self._type, about="IEC type"),
-            Entry(WINDOW + 4, "kind", "u16", self._kind, about="kind of access"),
+            Entry(WINDOW + 4, "kind", "u16", self._access, about="kind of access"),
             Entry(
                 WINDOW + 10, "number", "u32", self._number, self._write_number, self._check_number,
                 about="whole number; s32 for INT, DINT",
@@ -148,9 +148,9 @@ class Window:
         parameter = self._parameter()
         return 0 if parameter is None else parameter.type.number
 
-    def _kind(self) -> int:
+    def _access(self) -> int:
         parameter = self._parameter()
-        return 0 if parameter is None else KINDS[parameter.kind]
+        return 0 if parameter is None else ACCESS[parameter.access]
 
     def _unit(self) -> str:
         parameter = self._parameter()

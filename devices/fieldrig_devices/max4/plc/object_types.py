@@ -11,7 +11,7 @@ from typing import Final
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import ConfiguredObject
 from fieldrig_devices.iec.types import ObjectParameter, ObjectType, StringType
-from fieldrig_devices.max4.configuration.tree import OBJECT_STEP, Kind, Object, ObjectTree, Parameter, Type
+from fieldrig_devices.max4.configuration.tree import OBJECT_STEP, Access, Object, ObjectTree, Parameter, Type
 
 TYPES: Final[Mapping[Type, Elementary | StringType]] = {
     Type.BOOL: Elementary.BOOL,
@@ -78,4 +78,4 @@ def _extend(members: dict[str, ObjectParameter], node: Object) -> None:
 
 def _is_slow(node: Object, parameter: Parameter) -> bool:
     """True if reading or writing holds the task up: parameters in the drive, and error quit (PD-028)."""
-    return parameter.kind is Kind.SLOW or (node.type_name, parameter.name) == ("MC_4", "DiagQuit")
+    return parameter.access is Access.SLOW or (node.type_name, parameter.name) == ("MC_4", "DiagQuit")

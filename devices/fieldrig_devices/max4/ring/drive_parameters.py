@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 from fieldrig.clock import MS, Clock, S
 from fieldrig.device import Value
 from fieldrig_devices.max4.axes.axis import Axis
-from fieldrig_devices.max4.configuration.tree import Kind, Object, Parameter, Type
+from fieldrig_devices.max4.configuration.tree import Access, Object, Parameter, Type
 from fieldrig_devices.mc4 import idns
 from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos.idn import ServiceError
@@ -69,9 +69,9 @@ class DriveParameters:
         """Values from the parameter file, which are written whenever the drive joins the ring."""
         self._parameters: dict[str, Parameter] = {}
         for row in ROWS:
-            kind = Kind.SLOW if row.is_writable else Kind.OUTPUT
+            access = Access.SLOW if row.is_writable else Access.OUTPUT
             write = self._writer(row) if row.is_writable else None
-            parameter = Parameter(row.name, row.type, kind, unit=row.unit, write=write)
+            parameter = Parameter(row.name, row.type, access, unit=row.unit, write=write)
             self._parameters[row.name] = node.group(row.group).add(parameter)
 
     def exchange(self, on_done: Callable[[], None]) -> None:

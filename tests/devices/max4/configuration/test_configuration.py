@@ -12,7 +12,7 @@ from fieldrig.storage.store import MemoryStore
 from fieldrig_devices.iec.dialect import EPAS_4
 from fieldrig_devices.max4.configuration.files import configuration_of_file, parameters_of_file
 from fieldrig_devices.max4.configuration.limits import limits_of
-from fieldrig_devices.max4.configuration.tree import Kind, Object
+from fieldrig_devices.max4.configuration.tree import Access, Object
 from fieldrig_devices.max4.configuration.version import Version, goes_with, version_of
 from fieldrig_devices.max4.storage.disk import FlashDisk
 
@@ -96,10 +96,10 @@ def test_start_values_are_in_the_parameter_file() -> None:
     assert bench.get("MsgFilter") == 3, "the start value"
     bench.set("MsgFilter", 0x0007).do("save parameters").do("system reset").run(100)
     assert bench.get("MsgFilter") == 7
-    assert {parameter.kind for _, parameter in bench.max4.firmware.tree.parameters()} == {
-        Kind.INPUT,
-        Kind.INPUT_INIT,
-        Kind.OUTPUT,
+    assert {parameter.access for _, parameter in bench.max4.firmware.tree.parameters()} == {
+        Access.INPUT,
+        Access.INPUT_INIT,
+        Access.OUTPUT,
     }
 
 
