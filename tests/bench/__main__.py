@@ -29,6 +29,7 @@ import pulse_engine  # noqa: E402
 import pulses  # noqa: E402
 import ring  # noqa: E402
 import shipped_rigs  # noqa: E402
+import single_drive  # noqa: E402
 import start_up  # noqa: E402
 import teleservice  # noqa: E402
 import timers  # noqa: E402
@@ -45,6 +46,7 @@ BENCHMARKS = (
     pulses,
     shipped_rigs,
     drive_cycle,
+    single_drive,
     virtual_time,
     arp_language,
     arp_loop,

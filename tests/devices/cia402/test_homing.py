@@ -2,28 +2,20 @@
 
 import pytest
 from cia402_bench import Cia402Bench
+from homing_table import EDGES, HOME_BEGINS, HOME_ENDS, NEGATIVE, POSITIVE, REVOLUTION, ZEROS, switches
 
 pytestmark = pytest.mark.long
 
 HM = 6
-NEGATIVE, POSITIVE, HOME_BEGINS, HOME_ENDS = -300_000, 400_000, 0, 100_000
 SLOW_STEP = 50_000 * 0.004
 """Distance in a cycle at the slow speed of 6099h."""
-
-
-BEGINS = (-350_000, -100_000, 50_000, 200_000, 450_000)
-"""On the negative limit switch, below, on, and above the home switch, on the positive limit switch."""
-
-
-def switches(position: int) -> int:
-    return (position <= NEGATIVE) | (position >= POSITIVE) << 1 | (HOME_BEGINS <= position <= HOME_ENDS) << 2
 
 
 @pytest.fixture
 def bench() -> Cia402Bench:
     bench = Cia402Bench()
     bench.motor.switches = switches
-    bench.motor.revolution = 70_000
+    bench.motor.revolution = REVOLUTION
     return bench
 
 
@@ -39,51 +31,12 @@ def home(bench: Cia402Bench, method: int, begin: int, offset: int = 0) -> int:
     return zero
 
 
-# From where the axis begins, the edge that counts, and from which side it is found.
-@pytest.mark.parametrize(
-    ("method", "begin", "edge"),
-    [
-        (17, 0, NEGATIVE),
-        (17, -310_000, NEGATIVE),
-        (18, 0, POSITIVE),
-        (18, 410_000, POSITIVE),
-        (19, -100_000, HOME_BEGINS),
-        (19, 50_000, HOME_BEGINS),
-        (20, -100_000, HOME_BEGINS),
-        (20, 50_000, HOME_BEGINS),
-        (21, 200_000, HOME_ENDS),
-        (21, 50_000, HOME_ENDS),
-        (22, 200_000, HOME_ENDS),
-        (22, 50_000, HOME_ENDS),
-        *((method, begin, HOME_BEGINS) for method in (23, 24, 29, 30) for begin in BEGINS),
-        *((method, begin, HOME_ENDS) for method in (25, 26, 27, 28) for begin in BEGINS),
-    ],
-)
+@pytest.mark.parametrize(("method", "begin", "edge"), EDGES)
 def test_home_is_the_edge_of_the_switch(bench: Cia402Bench, method: int, begin: int, edge: int) -> None:
     assert home(bench, method, begin) == pytest.approx(edge, abs=2 * SLOW_STEP)
 
 
-@pytest.mark.parametrize(
-    ("method", "begin", "zero"),
-    [
-        (1, 0, -280_000),  # the first one above the negative limit switch
-        (2, 0, 350_000),
-        (3, -100_000, -70_000),  # the first one below the edge at 0
-        (4, -100_000, 70_000),
-        (5, 200_000, 140_000),
-        (6, 200_000, 70_000),
-        *((method, begin, -70_000) for method in (7, 14) for begin in BEGINS),
-        *((method, begin, 70_000) for method in (8, 13) for begin in BEGINS),
-        *((method, begin, 70_000) for method in (9, 12) for begin in BEGINS),
-        *((method, begin, 140_000) for method in (10, 11) for begin in BEGINS),
-        (33, 100, 0),
-        (33, -100, -70_000),
-        (34, 100, 70_000),
-        (34, -100, 0),
-        (34, 0, 70_000),
-        (33, 0, -70_000),
-    ],
-)
+@pytest.mark.parametrize(("method", "begin", "zero"), ZEROS)
 def test_home_is_the_zero_of_the_encoder(bench: Cia402Bench, method: int, begin: int, zero: int) -> None:
     assert home(bench, method, begin) == zero
 
