@@ -66,7 +66,8 @@ def steps_per_s(content: dict[str, Any], boot_ns: int, cycle_ns: int) -> float:
 
 def cells(time_of: str, kind: str) -> dict[str, Any]:
     """Eight buses with four drives and a master each; every cell is one process in real time."""
-    objects = {"6060:00": 8, "1402:02": 1, "1803:01": 0x8000_0480}
+    off = 0x8000_0000  # TPDOs besides TPDO 3, for which the bus has no room
+    objects = {"6060:00": 8, "1402:02": 1, "1800:01": off, "1801:01": off, "1803:01": off}
     content: dict[str, Any] = {"time": time_of, "buses": {}, "devices": {}}
     for cell in range(BUSES):
         bus, process = f"can{cell}", {"process": f"cell{cell}"} if time_of == "real" else {}
