@@ -28,10 +28,12 @@ from fieldrig_bus.can.faults import CanFault
 from fieldrig_bus.can.member import Controller
 from fieldrig_bus.modbus import faults as modbus_faults
 from fieldrig_bus.modbus.identification import Identification, ServerId
+from fieldrig_bus.opcua import faults as opcua_faults
 from fieldrig_bus.ring.pam.faults import RingFault as PamRingFault
 from fieldrig_bus.ring.sercos.faults import RingFault
 from fieldrig_bus.serial import faults as serial_faults
 from fieldrig_bus.signals import faults as wire_faults
+from fieldrig_bus.tcp import faults as tcp_faults
 from fieldrig_bus.telephone.exchange import IncomingSettings, OutgoingSettings
 from fieldrig_bus.telephone.faults import TelephoneFault
 from fieldrig_devices.arp.can.exchange import ExchangeSettings, Received, Sent
@@ -108,6 +110,8 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a fault": faults.models_of(CanFault),
     "Keys of a node fault": node_faults.MODELS,
     "Keys of a Modbus device fault": modbus_device_faults.MODELS,
+    "Keys of an OPC UA fault": opcua_faults.MODELS,
+    "Keys of a TCP service fault": tcp_faults.MODELS,
     "Keys of a Modbus fault": modbus_faults.MODELS,
     "Keys of a serial fault": serial_faults.MODELS,
     "Keys of a fault of wires": wire_faults.MODELS,

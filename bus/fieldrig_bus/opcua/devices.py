@@ -15,6 +15,7 @@ from fieldrig_bus.opcua.message import (
     Browse,
     Call,
     Find,
+    Hangup,
     Node,
     Nodes,
     Offer,
@@ -37,8 +38,10 @@ NO_ANSWER: Final = Outcome(Status.NO_ANSWER)
 
 
 class Devices:
-    def __init__(self, link: Link[OpcUaMessage], on_offer: Callable[[Offer], None]) -> None:
-        self._link, self._on_offer = link, on_offer
+    def __init__(
+        self, link: Link[OpcUaMessage], on_offer: Callable[[Offer], None], on_hangup: Callable[[], None] = lambda: None
+    ) -> None:
+        self._link, self._on_offer, self._on_hangup = link, on_offer, on_hangup
         self._exchange = 0
         self._waiting: dict[int, asyncio.Future[Answer]] = {}
         link.on_receive(self._on_message)
@@ -100,8 +103,10 @@ class Devices:
         self._exchange += 1
         return self._exchange
 
-    def _on_message(self, message: OpcUaMessage) -> None:
-        if isinstance(message, Offer):
+    def _on_message(self, message: OpcUaMessage | Hangup) -> None:
+        if isinstance(message, Hangup):
+            self._on_hangup()
+        elif isinstance(message, Offer):
             self._on_offer(message)
         elif isinstance(message, ANSWERS):
             waiting = self._waiting.get(message.exchange)

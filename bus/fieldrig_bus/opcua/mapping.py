@@ -85,6 +85,9 @@ STATUS_CODES: Final[dict[Status, int]] = {
     Status.NOT_SUPPORTED: ua.StatusCodes.BadNotSupported,
     Status.WRONG_ARGUMENTS: ua.StatusCodes.BadInvalidArgument,
     Status.TOO_LARGE: ua.StatusCodes.BadEncodingLimitsExceeded,
+    Status.BAD: ua.StatusCodes.Bad,
+    Status.SENSOR_FAILURE: ua.StatusCodes.BadSensorFailure,
+    Status.DEVICE_FAILURE: ua.StatusCodes.BadDeviceFailure,
     Status.NO_ANSWER: ua.StatusCodes.BadNoCommunication,
 }
 

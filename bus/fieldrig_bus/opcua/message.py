@@ -10,6 +10,7 @@ from enum import Enum
 from typing import Final
 
 from fieldrig.device import Value
+from fieldrig.faults.note import FaultNote
 
 LONGEST_PATH: Final = 4096
 """Longest path, name or unit, in characters; a NodeId has no more (OPC 10000-3, 8.2.4)."""
@@ -52,6 +53,9 @@ class Status(Enum):
     """Arguments of a method are not accepted, each with a status of its own."""
     TOO_LARGE = "too large"
     """A value is larger than a message can be."""
+    BAD = "bad"
+    SENSOR_FAILURE = "sensor failure"
+    DEVICE_FAILURE = "device failure"
     NO_ANSWER = "no answer"
     """The device does not answer; only the server uses it."""
 
@@ -170,9 +174,16 @@ class Outcomes:
     outcomes: tuple[Outcome, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Hangup:
+    """Tells the server to close the connections of all clients, because of an injected fault."""
+
+
 Request = Browse | Find | Read | Write | Call
 Answer = Nodes | Outcomes
 OpcUaMessage = Offer | Request | Answer
 """Every message that an OPC UA bus carries."""
+OnOpcUa = OpcUaMessage | Hangup | FaultNote
+"""The same, and those that only the server and the trace get."""
 REQUESTS: Final = (Browse, Find, Read, Write, Call)
 ANSWERS: Final = (Nodes, Outcomes)

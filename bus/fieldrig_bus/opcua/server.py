@@ -25,10 +25,11 @@ from fieldrig.outside.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_to
 from fieldrig.settings import WrongKey
 from fieldrig.text.nearest import closest
 from fieldrig_bus.net import Address, HubSettings, ServingPort, TcpServer
-from fieldrig_bus.opcua import codec
+from fieldrig_bus.opcua import codec, traced
 from fieldrig_bus.opcua.address_space import AddressSpace
 from fieldrig_bus.opcua.certificate import make_certificate
 from fieldrig_bus.opcua.devices import Devices
+from fieldrig_bus.opcua.faults import MODELS, OpcUaEffects, OpcUaFault
 from fieldrig_bus.opcua.library_log import quieten
 from fieldrig_bus.opcua.listener import LimitedServer
 from fieldrig_bus.opcua.message import ANSWERS, REQUESTS, Offer, OpcUaMessage
@@ -57,6 +58,7 @@ class OpcUaSettings(HubSettings):
         default=10.0, description="shortest sampling interval of subscriptions"
     )
 
+    faults: list[OpcUaFault] = Field(default_factory=list, description="faults from the start")
     order: list[str] = Field(
         default_factory=list,
         description="devices in the order of their namespaces, from index 2 on; others follow as they arrive",
@@ -80,9 +82,11 @@ class OpcUaServer(ModelBus[OpcUaMessage]):
     messages: ClassVar[tuple[type, ...]] = (Offer, *REQUESTS, *ANSWERS)
     own_process: ClassVar[bool] = True
 
-    encode = staticmethod(codec.encode)
-    decode = staticmethod(codec.decode)
-    show = staticmethod(codec.show)
+    fault_models = MODELS
+
+    encode = staticmethod(traced.encode)
+    decode = staticmethod(traced.decode)
+    show = staticmethod(traced.show)
     check = staticmethod(codec.check_sent)
 
     def __init__(self, name: str, settings: OpcUaSettings) -> None:
@@ -95,6 +99,9 @@ class OpcUaServer(ModelBus[OpcUaMessage]):
 
     def model(self) -> OpcUaModel:
         return OpcUaModel()
+
+    def effects(self) -> OpcUaEffects:
+        return OpcUaEffects(self.settings.faults)
 
     @staticmethod
     def standing_of(message: OpcUaMessage) -> Hashable:
@@ -160,7 +167,7 @@ class OpcUaPort(ServingPort):
         self._server, self._backend = server, backend
         link = hub.join(SERVER)
         self._hub = hub
-        backend.devices = Devices(link, self._on_offer)
+        backend.devices = Devices(link, self._on_offer, self._hang_up)
         backend.space = self._space = AddressSpace(server, backend.devices)
         for device in self._settings.order:
             await self._namespace(device)
@@ -194,6 +201,11 @@ class OpcUaPort(ServingPort):
         task = asyncio.get_running_loop().create_task(self._take(offer))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+    def _hang_up(self) -> None:
+        """Close the connections of all clients; they may connect again."""
+        for connection in list(self._listener.connections if self._listener is not None else ()):
+            connection.transport.abort()
 
     async def _take(self, offer: Offer) -> None:
         """Show a new device, or what has changed in one."""

@@ -3,7 +3,7 @@
 Bytes travel in chunks (`model`); a fault that says how often it applies counts chunks.
 """
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from random import Random
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -143,6 +143,9 @@ class SerialEffects(Effects[SerialMessage]):
         end = getattr(settings, "end", None)
         if end is not None and end not in members:
             raise ValueError(f"the line has no end {end!r}\n{closest(end, list(members))}")
+
+    def stream_of(self, delivery: Delivery[SerialMessage]) -> Hashable:
+        return delivery.sender if type(delivery.message) is bytes else None
 
     def fits(self, settings: Any, delivery: Delivery[SerialMessage]) -> bool:
         message = delivery.message

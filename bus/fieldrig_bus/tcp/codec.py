@@ -4,9 +4,22 @@ The first byte is the place of the message in `KINDS`, and the connection follow
 """
 
 import struct
-from typing import Final
+from typing import Any, Final
 
-from fieldrig_bus.tcp.message import KINDS, Connect, Connected, Data, Ended, Listening, Taken, TcpMessage, check_sent
+from fieldrig.faults import note
+from fieldrig.faults.note import FaultNote
+from fieldrig_bus.tcp.message import (
+    KINDS,
+    Connect,
+    Connected,
+    Data,
+    Ended,
+    Listening,
+    OnTcp,
+    Taken,
+    TcpMessage,
+    check_sent,
+)
 
 _HEAD: Final = struct.Struct("<BI")
 _NUMBER: Final = struct.Struct("<I")
@@ -14,7 +27,9 @@ _LONGEST_SHOWN: Final = 40
 _SEPARATOR: Final = "\n"
 
 
-def encode(message: TcpMessage) -> bytes:
+def encode(message: OnTcp) -> bytes:
+    if isinstance(message, FaultNote):
+        return note.encode(message)
     head = _HEAD.pack(KINDS.index(type(message)), message.connection)
     match message:
         case Connected(service=service, peer=peer, local=local, origin=origin):
@@ -28,8 +43,10 @@ def encode(message: TcpMessage) -> bytes:
     return head
 
 
-def decode(data: bytes) -> TcpMessage:
+def decode(data: bytes) -> Any:
     """Return the message of `encode`'s bytes.  ValueError for anything else."""
+    if data.startswith(note.LEAD):
+        return note.decode(data)
     try:
         message = _decoded(data)
         check_sent(message)
@@ -58,8 +75,10 @@ def _decoded(data: bytes) -> TcpMessage:
     return plain
 
 
-def show(message: TcpMessage) -> str:
+def show(message: OnTcp) -> str:
     """Return a message as one line."""
+    if isinstance(message, FaultNote):
+        return note.show(message)
     place = f"connection {message.connection}"
     match message:
         case Connected(service=service, peer=peer, origin=origin):

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from ipaddress import ip_address
 from typing import Any, Final
 
+from fieldrig.faults.note import FaultNote
+
 MOST_DATA: Final = 16 * 1024
 """Longest data of a message, in bytes."""
 WINDOW: Final = 4 * 1024
@@ -108,6 +110,8 @@ class Unreached:
 
 
 TcpMessage = Connected | Data | Taken | Ended | Close | Listen | Listening | Unlisten | Connect | Unreached
+OnTcp = TcpMessage | FaultNote
+"""The same, and the notes of faults that are in the trace."""
 KINDS: Final[tuple[type[Any], ...]] = (
     Connected, Data, Taken, Ended, Close, Listen, Listening, Unlisten, Connect, Unreached,
 )  # fmt: skip

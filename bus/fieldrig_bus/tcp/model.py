@@ -75,6 +75,10 @@ class TcpModel(BusModel[TcpMessage]):
         if isinstance(message, Close):
             self._owners.pop(message.connection, None)
 
+    def owner_of(self, connection: int) -> str | None:
+        """Return the member that owns a connection; None if it has ended."""
+        return self._owners.get(connection)
+
     def next_ns(self) -> int | None:
         return self._due[0].time_ns if self._due else None
 

@@ -18,6 +18,7 @@ from fieldrig.bus import ModelBus, Port, Time, words_of
 from fieldrig.device import Tool, WayIn
 from fieldrig_bus.net import Address, HubSettings
 from fieldrig_bus.tcp import codec
+from fieldrig_bus.tcp.faults import MODELS, TcpEffects, TcpServiceFault
 from fieldrig_bus.tcp.listeners import TcpPort
 from fieldrig_bus.tcp.message import KINDS, SERVICE, TcpMessage, check_sent
 from fieldrig_bus.tcp.model import TcpModel
@@ -44,6 +45,8 @@ class TcpSettings(HubSettings):
         default=None, description="first and last extra port, for the data of passive FTP; null: any free port"
     )
 
+    faults: list[TcpServiceFault] = Field(default_factory=list, description="faults from the start")
+
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if self.extra_ports is not None:
@@ -61,6 +64,7 @@ class TcpServerBus(ModelBus[TcpMessage]):
     family: ClassVar[str] = "tcp"
     serves_outsiders: ClassVar[bool] = True
     messages: ClassVar[tuple[type, ...]] = KINDS
+    fault_models = MODELS
 
     encode = staticmethod(codec.encode)
     decode = staticmethod(codec.decode)
@@ -78,6 +82,9 @@ class TcpServerBus(ModelBus[TcpMessage]):
 
     def model(self) -> TcpModel:
         return TcpModel()
+
+    def effects(self) -> TcpEffects:
+        return TcpEffects(self.settings.faults)
 
     def ports(self) -> Sequence[Port]:
         return (TcpPort(self.settings.listen, self.settings.max_connections, self.settings.extra_ports),)

@@ -6,7 +6,7 @@ a bus without faults costs nothing more.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from heapq import heappop, heappush
 from random import Random
 from typing import Any, ClassVar, Final, Generic, NamedTuple, TypeVar
@@ -59,6 +59,10 @@ class Effects(ABC, Generic[M]):
     def strike(self, fault: Fault[Any], delivery: Delivery[M]) -> Struck[M]:
         """Return what becomes of a delivery that the fault applies to."""
 
+    def stream_of(self, delivery: Delivery[M]) -> Hashable:
+        """Return the stream of a delivery, which overtakes no earlier one of that stream; None without one."""
+        return None
+
     def turn(self, fault: Fault[Any], now_ns: int, is_on: bool) -> list[Delivery[M]]:
         """Return what is delivered because the fault begins or ends."""
         return []
@@ -83,6 +87,8 @@ class Disturbed(BusModel[M]):
         self._members: dict[str, None] = {}
         self._due: list[tuple[int, int, Delivery[M]]] = []
         self._turns: list[_Turn] = []
+        self._latest_ns: dict[Hashable, int] = {}
+        """The instant of the last delivery of each stream."""
         self._ordered = self._struck = self._now_ns = 0
         self._choose_way(0)
 
@@ -214,6 +220,10 @@ class Disturbed(BusModel[M]):
                     after.append(each)
             arriving = after
         for each in arriving:
+            stream = self.effects.stream_of(each)
+            if stream is not None:
+                latest_ns = self._latest_ns[stream] = max(self._latest_ns.get(stream, 0), each.time_ns)
+                each = each._replace(time_ns=latest_ns)
             self._push(each)
 
     def _struck_key(self) -> int:
@@ -235,6 +245,7 @@ class Disturbed(BusModel[M]):
                 self.__dict__.pop(way, None)
         if is_plain:
             self._turns.clear()
+            self._latest_ns.clear()
 
 
 def medium_of(bus: ModelBus[M]) -> BusModel[M]:

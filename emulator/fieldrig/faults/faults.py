@@ -164,7 +164,7 @@ class Faults(Generic[F]):
         self._random = random or Random(0)
         self._live: dict[int, F] = {}
         self._held: dict[int, F] = {}
-        """Those whose condition has not been met yet; they are in no iteration."""
+        """The faults whose condition has not been met yet; they are in no iteration."""
         self._given = 0
 
     @property
