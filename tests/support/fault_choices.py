@@ -33,8 +33,10 @@ EITHER: Final[Mapping[str, Mapping[str, Any]]] = {"replace": {"xor": "FF"}, "dis
 """A key of faults that require one of two, which their models cannot say."""
 
 
-OF_MESSAGES: Final = frozenset({"modbus", "serial", "wires"})
-"""Families whose faults spoil any message, and so are tried with their buses (`tests/bus`), not with each machine."""
+OF_MESSAGES: Final = frozenset({"modbus", "opcua", "serial", "tcp", "wires"})
+"""Families whose faults damage any message, and so are tried with their buses (`tests/bus`), not with each machine."""
+OF_PROTOCOLS: Final = frozenset({"fieldrig_devices.canopen.node_faults", "fieldrig_devices.modbus.faults"})
+"""Modules whose faults break a protocol, and so are tried with their devices."""
 
 
 class Injected(NamedTuple):
@@ -78,8 +80,9 @@ def faults_of(config: RigConfig | str, wheres: Sequence[str] | None = None) -> l
     models: dict[tuple[Any, ...], Mapping[str, Any]] = {}
     for name, device in config.devices.items():
         names = list(getattr(device.settings, "sensors", ()))
-        groups.setdefault((device.cls, *device.cls.fault_models), []).append((name, device.kind, names))
-        models[device.cls, *device.cls.fault_models] = device.cls.fault_models
+        own = {what: of for what, of in device.cls.fault_models.items() if of.__module__ not in OF_PROTOCOLS}
+        groups.setdefault((device.cls, *own), []).append((name, device.kind, names))
+        models[device.cls, *own] = own
     for name, bus in config.buses.items():
         cls = type(bus.bus)
         if cls.family in OF_MESSAGES:
