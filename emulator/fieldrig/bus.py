@@ -140,6 +140,14 @@ class TerminalHub(Protocol):
         """Return the serial port at a path in the rig's run folder."""
 
 
+@runtime_checkable
+class ProgramBus(Protocol):
+    """A serial line that programs in virtual time open by its name."""
+
+    def program_port(self, url: str) -> "Port":
+        """Return the port of a program that opens this URL."""
+
+
 class Port(ABC):
     """An access for outside clients to a model bus: a TCP protocol, a pty, or a physical interface."""
 

@@ -15,7 +15,7 @@ from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.hub import CanHubSettings
 from fieldrig_bus.modbus.tcp import ModbusTcpSettings
 from fieldrig_bus.net import Address, Connection, TcpServer, join_as_client
-from fieldrig_bus.serial.line import SerialHubSettings
+from fieldrig_bus.serial.bus import SerialHubSettings
 from fieldrig_bus.wires import WiresHubSettings
 
 pytestmark = pytest.mark.system

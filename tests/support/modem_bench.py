@@ -8,7 +8,7 @@ from fieldrig.clock import MS, S, VirtualClock
 from fieldrig.link import Link
 from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.testing import RecordedLink
-from fieldrig_bus.serial.line import SerialSettings, SerialVirtual
+from fieldrig_bus.serial.line import SerialVirtual, SerialVirtualSettings
 from fieldrig_bus.serial.message import ControlLines, ModemInputs, SerialMessage, inputs_from
 from fieldrig_bus.telephone.bus import TelephoneSettings, TelephoneVirtual
 from fieldrig_bus.telephone.message import Carrier, Heard, Offer, TelephoneMessage, Tone
@@ -102,7 +102,7 @@ class Desk:
         self.name, self.pair = name, pair
         self.got = bytearray()
         self.lines = ControlLines()
-        bus = SerialVirtual("com", SerialSettings(baud=settings.get("baud", 38_400), paced=pair.is_paced))
+        bus = SerialVirtual("com", SerialVirtualSettings(baud=settings.get("baud", 38_400), paced=pair.is_paced))
         self.com = bus.model()
         for member in ("modem", "terminal"):
             self.com.join(member)

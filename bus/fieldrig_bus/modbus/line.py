@@ -99,6 +99,10 @@ class _ModbusLine(ModbusBus):
             return LineClient(hub.clock, link, write, self.framer(timing), settings.servers)
         return LineSession(hub.clock, link, write, self.framer(timing), timing, is_paced=settings.port is None)
 
+    def program_port(self, url: str) -> Port:
+        """Return a port for a master in virtual time that opens the line by its name."""
+        return PtyPort(self.settings.model_copy(update={"pty": url}), self.session)
+
     def framer(self, timing: LineTiming) -> LineFramer:
         raise NotImplementedError
 

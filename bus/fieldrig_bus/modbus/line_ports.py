@@ -12,6 +12,9 @@ from fieldrig_bus.modbus.dialler import Dialler, Handlers
 from fieldrig_bus.modbus.line_place import MakeSession, ModbusLineSettings, Session
 from fieldrig_bus.modbus.sockets import Master, Masters, MastersPort
 from fieldrig_bus.pty import Terminal, terminal
+from fieldrig_bus.serial.urlhandler import register
+
+register()
 
 MOST_WAITING: Final = 16
 """Requests of a master on TCP that may wait for the line."""

@@ -1,76 +1,60 @@
 """Serial lines from device to device: `serial.virtual` in virtual time, `serial.line` in real time through a hub.
 
-Every serial bus is such a line; those of the neighbouring files also have a port for an outside client.
+Every serial bus is such a line; those of the neighbouring files also have a port for an outside client.  In a block of
+`virtual_time` a program opens a line as `fieldrig://NAME`, with its control lines and breaks, or a `serial.virtual` at
+the addresses that it would have in real time.
 """
 
-from typing import Any, ClassVar, Literal
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar
 
 from pydantic import Field
 
-from fieldrig.bus import ModelBus, Time
-from fieldrig.clock import US
-from fieldrig.settings import Settings
-from fieldrig_bus.net import HubSettings
-from fieldrig_bus.serial import codec
-from fieldrig_bus.serial.faults import MODELS, SerialEffects, SerialFault
-from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage, check_interest, check_sent
-from fieldrig_bus.serial.model import SerialModel
+from fieldrig.bus import Port, Time
+from fieldrig.device import WayIn
+from fieldrig.settings import RunPath
+from fieldrig_bus.net import Address
+from fieldrig_bus.serial.bus import SerialBus, SerialHubSettings, SerialSettings
+from fieldrig_bus.serial.program import ProgramPort
+from fieldrig_bus.serial.pty import PtyPort, SerialPtySettings
+from fieldrig_bus.serial.tcp import SerialTcpSettings, TcpPort
+
+_HERE = frozenset({"path", "listen"})
 
 
-class SerialSettings(Settings):
-    baud: int = Field(
-        default=9600, ge=1, le=10_000_000, description="bits per second, for each end until it sets another rate"
+class SerialVirtualSettings(SerialSettings):
+    path: RunPath | None = Field(
+        default=None, description="path in the run folder where a program in virtual time opens the line"
     )
-    data_bits: Literal[5, 6, 7, 8] = 8
-    parity: Literal["N", "E", "O"] = "N"
-    stop_bits: Literal[1, 2] = 1
-    paced: bool = Field(
-        default=True, description="true: bytes take the time of their format; false: they arrive at once"
-    )
-    chunk_us: int = Field(
-        default=2000, ge=1, description="longest duration of a chunk in which bytes arrive; a longer byte arrives alone"
-    )
-    faults: list[SerialFault] = Field(default_factory=list, description="faults from the start")
-    garbling: bool = Field(default=False, description="an end whose format differs from the sender's receives garbage")
-
-    @property
-    def format(self) -> Format:
-        return Format(self.baud, self.data_bits, self.parity, self.stop_bits)
-
-
-class SerialHubSettings(HubSettings, SerialSettings):
-    pass
-
-
-class SerialBus(ModelBus[SerialMessage]):
-    """A serial line; all serial buses are subclasses."""
-
-    family: ClassVar[str] = "serial"
-    messages: ClassVar[tuple[type, ...]] = (bytes, ControlLines, Format, Break)
-    times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
-    fault_models = MODELS
-    settings: Any
-
-    encode = staticmethod(codec.encode)
-    decode = staticmethod(codec.decode)
-    show = staticmethod(codec.show)
-    check = staticmethod(check_sent)
-    check_interest = staticmethod(check_interest)
-
-    def model(self) -> SerialModel:
-        settings: SerialSettings = self.settings
-        return SerialModel(settings.format, settings.chunk_us * US, settings.paced, settings.garbling)
-
-    def effects(self) -> SerialEffects:
-        return SerialEffects(self.settings.faults)
+    listen: Address | None = Field(default=None, description="host:port where a program in virtual time connects")
 
 
 class SerialVirtual(SerialBus):
     about: ClassVar[str] = "a serial line between devices, in virtual time"
     times: ClassVar[frozenset[Time]] = frozenset({"virtual"})
 
-    def __init__(self, name: str, settings: SerialSettings) -> None:
+    def __init__(self, name: str, settings: SerialVirtualSettings) -> None:
         super().__init__(name, settings)
+
+    def ports(self) -> Sequence[Port]:
+        settings: SerialVirtualSettings = self.settings
+        line = settings.model_dump(include=settings.model_fields_set - _HERE)
+        ports: list[Port] = []
+        if settings.path is not None:
+            ports.append(PtyPort(settings.path, SerialPtySettings.model_validate(line)))
+        if settings.listen is not None:
+            ports.append(TcpPort(SerialTcpSettings.model_validate({**line, "listen": settings.listen})))
+        return ports
+
+    def ways_in(self, run: Path) -> list[WayIn]:
+        settings: SerialVirtualSettings = self.settings
+        places = (settings.path and str(run / settings.path), settings.listen)
+        return [WayIn("serial line", place) for place in places if place]
+
+    def program_port(self, url: str) -> Port:
+        """Return a port for a program in virtual time that opens the line by its name."""
+        return ProgramPort(url, self.settings)
 
 
 class SerialLine(SerialBus):
@@ -78,3 +62,7 @@ class SerialLine(SerialBus):
 
     def __init__(self, name: str, settings: SerialHubSettings) -> None:
         super().__init__(name, settings)
+
+    def program_port(self, url: str) -> Port:
+        """Return a port for a program in virtual time that opens the line by its name."""
+        return ProgramPort(url, self.settings)

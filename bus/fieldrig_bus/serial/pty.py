@@ -25,8 +25,8 @@ from fieldrig.device import Tool, WayIn
 from fieldrig.settings import RunPath
 from fieldrig_bus.net import join_as_client
 from fieldrig_bus.pty import Terminal, terminal
+from fieldrig_bus.serial.bus import SerialBus, SerialHubSettings, SerialSettings
 from fieldrig_bus.serial.end import OFF, LineEnd
-from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
 
 OFF_NS = 250 * MS
 """Shortest time for which DTR and RTS are off, five times the default of a modem's register S25."""
@@ -67,7 +67,7 @@ class SerialPty(SerialBus):
 
 
 class PtyPort(Port):
-    def __init__(self, path: str, settings: SerialPtySettings) -> None:
+    def __init__(self, path: str, settings: SerialSettings) -> None:
         self._path, self._settings = path, settings
         self._pty: Terminal | None = None
         self._end: LineEnd | None = None
@@ -79,6 +79,7 @@ class PtyPort(Port):
         self._dropping = Alarm(hub.clock)
         """Set while the lines of a client that has gone are going off, and until they may go on again."""
         _, link = join_as_client(hub, "pty")
+        self._link = link
         self._end = LineEnd(link, hub.clock, self._settings.format, self._settings.paced)
         self._end.on_room = self._on_room
         self._end.hang_up()

@@ -12,9 +12,9 @@ from pydantic import Field
 from fieldrig.bus import Hub, Port
 from fieldrig.device import Tool, WayIn
 from fieldrig_bus.net import Address, Connection, ServingPort, TcpServer, join_as_client
+from fieldrig_bus.serial.bus import SerialBus, SerialHubSettings
 from fieldrig_bus.serial.com_port import ComPort
 from fieldrig_bus.serial.end import LineEnd
-from fieldrig_bus.serial.line import SerialBus, SerialHubSettings
 from fieldrig_bus.serial.message import ControlLines, SerialMessage
 from fieldrig_bus.serial.outside import ClientPlace
 

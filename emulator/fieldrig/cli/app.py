@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from fieldrig.cli import fault, help, points, rigfile, status, timing, trace, up, watch
+from fieldrig.cli import exec, fault, help, points, rigfile, status, timing, trace, up, watch
 from fieldrig.cli.common import CONTEXT
 from fieldrig.cli.installed import Commands
 from fieldrig.system.exits import ABOUT, Exit
@@ -70,6 +70,7 @@ def fieldrig(
 
 
 app.command()(up.up)
+app.command("exec")(exec.exec_)
 app.command("help")(help.help_)
 app.command()(status.status)
 app.command()(watch.watch)

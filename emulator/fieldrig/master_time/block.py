@@ -62,7 +62,7 @@ def virtual_time(
             watchdog.close()
             activate(None)
             swaps.undo()
-    if scheduler.failure is not None:  # a thread was given it, and has swallowed it
+    if scheduler.failure is not None:  # it was swallowed
         raise scheduler.failure
     if scheduler.left:
         raise VirtualTimeError(f"these threads did not end with the block: {', '.join(scheduler.left)}")

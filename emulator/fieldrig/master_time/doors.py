@@ -13,8 +13,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
 
-from fieldrig.bus import Port
+from fieldrig.bus import ModelBus, Port, ProgramBus
 from fieldrig.clock import S, Timer, VirtualClock, Watchdog
+from fieldrig.device import WayIn
 from fieldrig.link import Link
 from fieldrig.loop.pace import Pace
 from fieldrig.master_time.errors import VirtualTimeError
@@ -24,6 +25,8 @@ from fieldrig.system.own_files import part_of
 from fieldrig.virtual.node import NodeLink
 from fieldrig.virtual.rig import Rig
 
+LINE: Final = "fieldrig://"
+"""Begins the URL of a line of the rig."""
 MOST_LOOKS: Final = 10_000
 """Rounds at one instant after which ports and clients are taken for an endless exchange."""
 _select = selectors.DefaultSelector.select
@@ -82,7 +85,8 @@ class DoorHub:
 
     def terminal(self, name: str) -> Terminal:
         """Return a serial port that programs open by this path, instead of a pty."""
-        return Terminal(self._doors.terminals, self._doors.rig.config.run / name)
+        place = name if "://" in name else self._doors.rig.config.run / name
+        return Terminal(self._doors.terminals, place)
 
     def path(self, name: str) -> Path:
         return part_of(self._doors.rig.config.run, name)
@@ -133,7 +137,7 @@ class RigDoors:
         self._loop.set_default_executor(_AtOnce(1))
         self._wake_ns: int | None = None
         self._has_work = True
-        self.terminals = Terminals(self._call)
+        self.terminals = Terminals(self._call, self._line)
         self._ports: list[Port] = []
         self._fault: BaseException | None = None
 
@@ -172,6 +176,23 @@ class RigDoors:
 
     def _call(self, function: Callable[[Any], None], argument: Any) -> None:
         self.arrived.append((function, argument))
+
+    def _line(self, url: str) -> Terminal | None:
+        """Return the port of a line of the rig that a program opens by its name, `fieldrig://NAME`."""
+        bus = self.rig.buses.get(url.removeprefix(LINE)) if url.startswith(LINE) else None
+        if bus is None:
+            return None
+        by_path = self.terminals.by_path
+        here = [by_path[way.address] for way in self._ways(bus) if way.address in by_path]
+        if not here and isinstance(bus, ProgramBus):
+            port = bus.program_port(url)
+            self._ports.append(port)
+            self._do(port.open(DoorHub(self, bus.name)))
+            return by_path[url]
+        return here[0] if here else None
+
+    def _ways(self, bus: ModelBus[Any]) -> list[WayIn]:
+        return bus.ways_in(self.rig.config.run.absolute())
 
     def _is_due(self) -> bool:
         if self._has_work or self.arrived:

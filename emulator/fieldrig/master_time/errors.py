@@ -1,13 +1,16 @@
 """The errors that end a master in virtual time."""
 
-from fieldrig.errors import RigError
 
+class VirtualTimeError(BaseException):
+    """A master in virtual time cannot go on, or would leave virtual time; `remedy` says what to do.
 
-class VirtualTimeError(RigError):
-    """A master in virtual time cannot go on, or would leave virtual time.
-
-    It is no OSError, because masters take that for a peer that is not there.
+    It is no Exception: a library takes any Exception of a connection for a peer that is not there, and tries again.
     """
+
+    def __init__(self, what: str, remedy: str = "") -> None:
+        super().__init__(f"{what}\n  {remedy}" if remedy else what)
+        self.what = what
+        self.remedy = remedy
 
 
 class EndedError(SystemExit):

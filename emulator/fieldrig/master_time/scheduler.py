@@ -75,7 +75,7 @@ class Scheduler:
         self.doors: Doors | None = None
         self.is_over = False
         self.failure: VirtualTimeError | None = None
-        """The first error that a thread of the master was given; it may have swallowed it."""
+        """The first error that a thread was given; from then on, each wait of the main thread raises it."""
         self.left: list[str] = []
         """The threads that would not end."""
         self.lost: list[int] = []
@@ -183,6 +183,8 @@ class Scheduler:
             raise EndedError
         assert me is self.running, "a thread without the baton waits"
         self._end_if_over(me)
+        if me is self.main and self.failure is not None and not self.is_over:
+            raise self.failure
         return me
 
     def _resume(self, me: Member) -> None:
@@ -252,6 +254,8 @@ class Scheduler:
 
     def _next(self) -> Member:
         """Return the member that runs next; let time pass until there is one."""
+        if self.failure is not None and not self.is_over:  # of another thread; the main thread gets it at once
+            raise self.failure
         while not self._runnable:
             self._look()
             if not self._runnable:

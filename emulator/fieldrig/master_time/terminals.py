@@ -43,7 +43,7 @@ _REAL: Final = {
 class Terminal:
     """One serial port, as the rig's end of it sees it; it has the calls of `fieldrig_bus.pty.Pty`."""
 
-    def __init__(self, terminals: "Terminals", path: Path) -> None:
+    def __init__(self, terminals: "Terminals", path: Path | str) -> None:
         self.path = path
         self._terminals = terminals
         self._client: socket.socket | None = None
@@ -148,12 +148,13 @@ class Terminal:
 class Terminals:
     """The serial ports of one block, and the calls that reach them."""
 
-    def __init__(self, call: Callable[..., None]) -> None:
-        """`call` calls a function with its argument in the event loop of the ports."""
-        self.call = call
+    def __init__(self, call: Callable[..., None], find: Callable[[str], Terminal | None]) -> None:
+        """`call` calls a function with its argument in the event loop of the ports.
+
+        `find` returns the port behind a URL of a line, such as `fieldrig://com1`.
+        """
+        self.call, self._find = call, find
         self.by_path: dict[str, Terminal] = {}
-        self.find: Callable[[str], Terminal | None] = lambda _: None
-        """Returns the port behind a URL of a line, such as `fieldrig://com1`."""
         self._by_descriptor: dict[int, tuple[Terminal, tuple[int, int]]] = {}
 
     def swaps(self) -> list[tuple[Any, Any]]:
@@ -171,7 +172,7 @@ class Terminals:
         if scheduler is None or not isinstance(path, str | os.PathLike):
             return _real_open(path, flags, mode, dir_fd=dir_fd)
         text = os.fspath(path)
-        terminal = self.by_path.get(_name(text)) or self.find(text)
+        terminal = self.by_path.get(_name(text)) or self._find(text)
         if terminal is not None:
             descriptor = terminal.plug_in()
             self._by_descriptor[descriptor] = terminal, _identity(descriptor)

@@ -107,10 +107,13 @@ def is_alive(self: threading.Thread) -> bool:
 
 
 def hook_without_ends(real: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """Return `threading.excepthook`, which keeps quiet about threads that the end of the block has ended."""
+    """Return `threading.excepthook`, which keeps quiet about threads that the block ends, and about its own errors.
+
+    The main thread gets those errors.
+    """
 
     def hook(arguments: Any) -> Any:
-        return None if issubclass(arguments.exc_type, EndedError) else real(arguments)
+        return None if issubclass(arguments.exc_type, (EndedError, VirtualTimeError)) else real(arguments)
 
     return hook
 

@@ -20,7 +20,8 @@ import serial
 from fieldrig.clock import MS, S
 from fieldrig.hub.hub import LocalHub
 from fieldrig.loop.real_clock import RealClock
-from fieldrig_bus.serial.line import SerialBus, SerialHubSettings, SerialLine, SerialSettings, SerialVirtual
+from fieldrig_bus.serial.bus import SerialBus, SerialHubSettings
+from fieldrig_bus.serial.line import SerialLine, SerialVirtual, SerialVirtualSettings
 from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage, inputs_from
 from fieldrig_bus.serial.pty import SerialPty, SerialPtySettings
 from fieldrig_bus.serial.rfc2217 import Rfc2217Port, SerialRfc2217, SerialRfc2217Settings
@@ -104,7 +105,7 @@ class FarDevice(Bench):
 class Virtual(FarDevice):
     async def open(self) -> None:
         self._now_ns = 0
-        self._model = SerialVirtual("com1", SerialSettings(baud=self.baud)).model()
+        self._model = SerialVirtual("com1", SerialVirtualSettings(baud=self.baud)).model()
         for member in ("near", "far"):
             self._model.join(member)
             self._model.listen(0, member, EVERYTHING)

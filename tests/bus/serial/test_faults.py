@@ -10,7 +10,7 @@ from fieldrig.clock import MS
 from fieldrig.faults.disturbed import medium_of
 from fieldrig.faults.note import FaultNote
 from fieldrig_bus.serial import codec
-from fieldrig_bus.serial.line import SerialSettings, SerialVirtual
+from fieldrig_bus.serial.line import SerialVirtual, SerialVirtualSettings
 from fieldrig_bus.serial.message import Break, ControlLines, SerialMessage
 
 HELLO, LATER = b"HELLO", 1000 * MS
@@ -19,7 +19,9 @@ OFF = ControlLines(dtr=False, rts=False, ri=False, dcd=False)
 
 class Bench:
     def __init__(self, *faults: dict[str, Any], seed: int = 1, **settings: Any) -> None:
-        made = SerialSettings.model_validate({"baud": 9600, "chunk_us": 100_000, "faults": list(faults), **settings})
+        made = SerialVirtualSettings.model_validate(
+            {"baud": 9600, "chunk_us": 100_000, "faults": list(faults), **settings}
+        )
         self.model: BusModel[SerialMessage] = medium_of(SerialVirtual("com1", made))
         self.model.begin(0, Random(f"{seed}/com1"))
         for member in ("plc", "printer"):

@@ -18,7 +18,7 @@ from fieldrig.clock import MS
 from fieldrig.errors import BusError
 from fieldrig.hub.hub import LocalHub
 from fieldrig.loop.real_clock import RealClock
-from fieldrig_bus.serial.line import SerialBus
+from fieldrig_bus.serial.bus import SerialBus
 from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
 from fieldrig_bus.serial.pty import OFF_NS, SerialPty, SerialPtySettings
 from fieldrig_bus.serial.rfc2217 import SerialRfc2217, SerialRfc2217Settings

@@ -22,6 +22,7 @@ from fieldrig.pytest_plugin import MasterRigMaker
 
 pytestmark = pytest.mark.timeout(120)
 SERIAL: Any = getattr(serial, "Serial")  # noqa: B009  it has no types
+OPEN: Any = getattr(serial, "serial_for_url")  # noqa: B009
 LAB, MODEMS = ROOT / "configs" / "lab.yaml", ROOT / "configs" / "modems.yaml"
 CONTROLLER: dict[str, Any] = {
     "buses": {
@@ -155,6 +156,77 @@ def test_pyserial_talks_to_a_modem(fieldrig_master: MasterRigMaker) -> None:
         before_s = time.monotonic()
         assert port.read(1) == b""
         assert time.monotonic() - before_s == 2
+
+
+LINES: dict[str, Any] = {
+    "buses": {
+        "com": {"kind": "serial.virtual", "baud": 38400},
+        "telephone": {"kind": "telephone.virtual", "numbers": {"office": "100"}},
+    },
+    "devices": {"office": {"kind": "modem", "links": {"line": "com", "telephone": "telephone"}}},
+}
+
+
+@pytest.mark.parametrize(
+    ("keys", "url"),
+    [({}, "fieldrig://com"), ({"path": "ttyS0"}, "run/rig/ttyS0"), ({"path": "ttyS0"}, "fieldrig://com"),
+     ({"listen": "127.0.0.1:7000"}, "socket://127.0.0.1:7000")],
+)  # fmt: skip
+def test_a_line_in_virtual_time_is_opened_by_its_name_or_address(
+    fieldrig_master: MasterRigMaker, keys: dict[str, str], url: str
+) -> None:
+    buses = {**LINES["buses"], "com": {**LINES["buses"]["com"], **keys}}
+    fieldrig_master({**LINES, "buses": buses})
+    with OPEN(url, 38400, timeout=2) as port:
+        port.write(b"ATE0\r")
+        assert port.read(12) == b"ATE0\r\r\nOK\r\n"
+
+
+def test_a_program_sees_and_sets_the_control_lines_of_a_line(fieldrig_master: MasterRigMaker) -> None:
+    fieldrig_master(LINES)
+    with OPEN("fieldrig://com", 38400, timeout=1) as port:
+        time.sleep(0.1)
+        assert (port.cts, port.dsr, port.ri, port.cd) == (True, True, False, False)
+        port.write(b"AT&C0\r")
+        time.sleep(0.1)
+        assert port.cd
+        port.write(b"AT&D2E0\r")
+        port.dtr = False
+        port.send_break()
+        time.sleep(0.5)
+        port.dtr = True
+
+
+@pytest.mark.parametrize("keys", [{"pty": "mb"}, {"listen": "127.0.0.1:5021"}, {}])
+def test_a_modbus_line_in_virtual_time_takes_the_time_of_the_line(
+    fieldrig_master: MasterRigMaker, keys: dict[str, str]
+) -> None:
+    drive = {"kind": "modbus.device", "unit_id": 1, "table": str(ROOT / "configs/registers/pump-drive.yaml")}
+    rig = fieldrig_master(
+        {
+            "buses": {"mb": {"kind": "modbus.virtual", "baud": 19200, **keys}, "wires": {"kind": "wires.virtual"}},
+            "devices": {"drive": {**drive, "links": {"modbus": ["mb"], "wires": "wires"}}},
+        }
+    )
+    assert isinstance(rig, Rig)
+    port = "run/rig/mb" if "pty" in keys else "socket://127.0.0.1:5021" if "listen" in keys else "fieldrig://mb"
+    with ModbusSerialClient(port, baudrate=19200, timeout=1) as client:
+        begin_ns = rig.now_ns
+        assert client.read_input_registers(0, count=2).registers == [0, 0]
+        line_ns = (8 + 3.5 + 9) * 11 * S / 19200
+        # The client asks again after some milliseconds; by socket:// it gets one byte each time.
+        assert line_ns <= rig.now_ns - begin_ns < line_ns + 40 * MS
+
+
+def test_a_url_of_no_line_is_refused(fieldrig_master: MasterRigMaker) -> None:
+    fieldrig_master(LINES)
+    with pytest.raises(serial.SerialException, match="No such file"):
+        OPEN("fieldrig://con")
+
+
+def test_a_url_of_a_line_outside_of_virtual_time_is_refused() -> None:
+    with pytest.raises(serial.SerialException, match="fieldrig://com needs"):
+        OPEN("fieldrig://com")
 
 
 def test_a_device_of_the_host_is_refused() -> None:

@@ -80,7 +80,7 @@ def test_a_master_that_swallows_the_error_does_not_pass() -> None:
     def body(_: Rig) -> None:
         try:
             socket.create_connection(("10.0.0.1", 502))
-        except Exception:  # noqa: BLE001
+        except BaseException:  # noqa: BLE001
             return
 
     assert "10.0.0.1:502 is outside of the rig" in refusal(body)
@@ -88,12 +88,33 @@ def test_a_master_that_swallows_the_error_does_not_pass() -> None:
 
 def test_a_thread_that_dies_of_it_fails_the_block() -> None:
     def lost() -> None:
-        try:
-            connect(("10.0.0.1", 502))(None)  # type: ignore[arg-type]
-        except VirtualTimeError:
-            return
+        connect(("10.0.0.1", 502))(None)  # type: ignore[arg-type]
 
-    assert "thread worker at" in refusal(in_thread(lost))
+    instants: list[int] = []
+
+    def body(rig: Rig) -> None:
+        try:
+            in_thread(lost)(rig)
+        finally:
+            instants.append(rig.now_ns)
+
+    assert "thread worker at" in refusal(body)
+    assert instants == [0]  # at once
+
+
+@pytest.mark.parametrize("caught", [Exception, BaseException])
+def test_a_library_that_tries_again_does_not_go_on(caught: type[BaseException]) -> None:
+    tries: list[float] = []
+
+    def body(_: Rig) -> None:
+        while len(tries) < 10:
+            with suppress(caught):
+                tries.append(time.monotonic())
+                socket.create_connection(("10.0.0.1", 502))
+            time.sleep(1)
+
+    assert "10.0.0.1:502 is outside of the rig" in refusal(body)
+    assert len(tries) == 1
 
 
 # ---- processes

@@ -1,0 +1,65 @@
+"""`SerialBus`: what all serial lines have in common, and their settings."""
+
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field
+
+from fieldrig.bus import ModelBus, Time
+from fieldrig.clock import US
+from fieldrig.settings import Settings
+from fieldrig_bus.net import HubSettings
+from fieldrig_bus.serial import codec
+from fieldrig_bus.serial.faults import MODELS, SerialEffects, SerialFault
+from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage, check_interest, check_sent
+from fieldrig_bus.serial.model import SerialModel
+from fieldrig_bus.serial.urlhandler import register
+
+register()
+
+
+class SerialSettings(Settings):
+    baud: int = Field(
+        default=9600, ge=1, le=10_000_000, description="bits per second, for each end until it sets another rate"
+    )
+    data_bits: Literal[5, 6, 7, 8] = 8
+    parity: Literal["N", "E", "O"] = "N"
+    stop_bits: Literal[1, 2] = 1
+    paced: bool = Field(
+        default=True, description="true: bytes take the time of their format; false: they arrive at once"
+    )
+    chunk_us: int = Field(
+        default=2000, ge=1, description="longest duration of a chunk in which bytes arrive; a longer byte arrives alone"
+    )
+    faults: list[SerialFault] = Field(default_factory=list, description="faults from the start")
+    garbling: bool = Field(default=False, description="an end whose format differs from the sender's receives garbage")
+
+    @property
+    def format(self) -> Format:
+        return Format(self.baud, self.data_bits, self.parity, self.stop_bits)
+
+
+class SerialHubSettings(HubSettings, SerialSettings):
+    pass
+
+
+class SerialBus(ModelBus[SerialMessage]):
+    """A serial line; all serial buses are subclasses."""
+
+    family: ClassVar[str] = "serial"
+    messages: ClassVar[tuple[type, ...]] = (bytes, ControlLines, Format, Break)
+    times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
+    fault_models = MODELS
+    settings: Any
+
+    encode = staticmethod(codec.encode)
+    decode = staticmethod(codec.decode)
+    show = staticmethod(codec.show)
+    check = staticmethod(check_sent)
+    check_interest = staticmethod(check_interest)
+
+    def model(self) -> SerialModel:
+        settings: SerialSettings = self.settings
+        return SerialModel(settings.format, settings.chunk_us * US, settings.paced, settings.garbling)
+
+    def effects(self) -> SerialEffects:
+        return SerialEffects(self.settings.faults)
