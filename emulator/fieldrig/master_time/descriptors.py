@@ -23,8 +23,8 @@ def wait_for(scheduler: Scheduler, timeout_s: float | None, ask: Callable[[], An
     if found:
         return found
     if timeout_s is not None and timeout_s <= 0:
-        scheduler.count_read()
-        return found
+        scheduler.poll()
+        return ask()
     scheduler.wait(scheduler.until(timeout_s), ready=lambda: bool(ask()))
     return ask()
 

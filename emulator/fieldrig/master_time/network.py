@@ -254,7 +254,7 @@ def _wait_until_ready(sock: socket.socket, is_write: bool) -> None:
     if descriptor < 0 or is_ready(descriptor, is_write):
         return
     if timeout_s == 0:
-        scheduler.count_read()
+        scheduler.poll()
         return
     until_ns = scheduler.until(timeout_s)
 

@@ -124,6 +124,11 @@ class Scheduler:
         if me.reads > FREE_READS:
             self._wait(self._at_turn(), self.rig.now_ns + READ_NS, None, None)
 
+    def poll(self) -> None:
+        """Count a look that does not wait, and let the ports send before it what they have ready."""
+        self.count_read()
+        self._serve()
+
     def wake(self, member: Member, is_notified: bool = True) -> None:
         """Let a member that waits run on, after all others that can run already.
 
@@ -271,17 +276,21 @@ class Scheduler:
 
     def _look(self) -> None:
         """Let the ports handle what was sent to them, and wake the members whose descriptors are ready."""
-        if self.doors is not None:
-            self.place = Place.DOORS
-            try:
-                self.doors.look()
-            finally:
-                self.place = Place.MEMBER
+        self._serve()
         self.place = Place.RIG
         for member in list(self._polled):
             if member.ready is not None and member.ready():
                 self.wake(member)
         self.place = Place.MEMBER
+
+    def _serve(self) -> None:
+        """Let the ports handle what was sent to them."""
+        if self.doors is not None:
+            self.worker, self.place = this_thread(), Place.DOORS
+            try:
+                self.doors.look()
+            finally:
+                self.place = Place.MEMBER
 
     def _pass_time(self) -> None:
         rig, wake_ns, doors_ns = self.rig, self._wake_ns(), self.doors.next_ns() if self.doors is not None else None
