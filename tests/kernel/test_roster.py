@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Callable, Coroutine
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
@@ -23,6 +24,8 @@ class Line:
         self.answer: Callable[[str, Any], Coroutine[Any, Any, Any]]
         self.on_life: Callable[[str, bool], None]
         self.states: dict[str, str] = {}
+        self.session = SimpleNamespace(info=SimpleNamespace(links=list))
+        """A session of Zenoh without connections."""
         self.heard: dict[str, Callable[[str, Any], None]] = {}
         """The handlers, by the first part of their path."""
 

@@ -100,8 +100,9 @@ WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
         (("can0", "drop"), (r"a fault cannot be 'drop'", "expected a mapping")),
         (("can0", {"what": "drip"}), ("can0: .*drip", "")),
         (("dice", {"what": "loadet"}), ("dice: .*loadet", "loaded")),
-        (("wires", {"what": "drop"}), ("wires: this bus takes no faults", "kinds that do")),
+        (("wires", {"what": "drop"}), (r"wires: there is no fault 'drop'", "did you mean drop_out")),
     ],
+    "restart": [(("dise",), NO_DEVICE), (("can0",), A_BUS), (([],), (r"has no device \[\]", "there are|did you"))],
     "clear_fault": [
         (("can", 1), NO_PART),
         (("can0", 1), ("can0: there is no fault 1", "")),
@@ -146,7 +147,7 @@ def test_a_closed_rig_does_nothing_any_more(call: str) -> None:
         "on_change": ("dice/throws", print), "detach": ("bench",),
         "get": ("dice/throws",), "set": ("dice/throws", 1), "answer": ("dice", "rethrow", {"times": 1}),
         "statistics": ("can0",), "conditions": ("can0",), "add_fault": ("can0", {"what": "drop"}),
-        "clear_fault": ("can0", 1), "faults": ("can0",),
+        "clear_fault": ("can0", 1), "faults": ("can0",), "restart": ("dice",),
     }  # fmt: skip
     with pytest.raises(RigError, match="the rig is closed\n  use it inside its `with` statement"):
         getattr(rig, call)(*right.get(call, ()))
