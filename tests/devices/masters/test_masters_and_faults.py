@@ -1,0 +1,76 @@
+"""An unchanged Modbus master in virtual time, while its bus and its device have faults: no time-out costs wall time."""
+
+import logging
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+import serial
+from doc_pages import ROOT
+from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+from pymodbus.exceptions import ModbusException
+from pymodbus.framer import FramerRTU
+
+from fieldrig import Rig, S
+from fieldrig.pytest_plugin import MasterRigMaker
+
+pytestmark = pytest.mark.timeout(120)
+OPEN: Any = getattr(serial, "Serial")  # noqa: B009  it has no types
+LAB = ROOT / "configs" / "lab.yaml"
+LINE = "run/lab/modbus-rtu"
+
+
+@pytest.fixture
+def rig(
+    fieldrig_master: MasterRigMaker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> Rig:
+    monkeypatch.chdir(tmp_path)
+    caplog.set_level(logging.CRITICAL)
+    made = fieldrig_master(LAB)
+    assert isinstance(made, Rig)
+    return made
+
+
+def rtu(body: bytes) -> bytes:
+    return body + FramerRTU.compute_CRC(body).to_bytes(2, "big")
+
+
+def test_a_late_answer_is_a_time_out_of_the_master_and_the_next_request_works(rig: Rig) -> None:
+    rig.add_fault("mb_tcp", {"what": "delay", "delay_ms": 30_000, "nth": 2, "count": 1})
+    with ModbusTcpClient("127.0.0.1", port=5020, timeout=20, retries=0) as client:
+        assert not client.write_register(0, 500).isError()
+        begin_ns = rig.now_ns
+        with pytest.raises(ModbusException):
+            client.read_input_registers(1)
+        assert rig.now_ns - begin_ns == 20 * S
+    with ModbusTcpClient("127.0.0.1", port=5020) as client:
+        assert client.read_input_registers(1).registers == [500]
+
+
+def test_a_master_repeats_its_request_after_a_wrong_crc(rig: Rig) -> None:
+    number = rig.add_fault("mb_rtu", {"what": "wrong_crc", "count": 2})
+    with ModbusSerialClient(LINE, baudrate=19200, parity="N", timeout=5, retries=3) as client:
+        begin_ns = rig.now_ns
+        assert client.read_input_registers(0, count=2).registers == [500, 0]
+        assert 10 * S <= rig.now_ns - begin_ns < 11 * S
+    assert rig.faults("mb_rtu")[number]["applied"] == 2
+
+
+def test_pyserial_reads_the_bytes_that_the_fault_makes(rig: Rig) -> None:
+    rig.add_fault("mb_rtu", {"what": "garbage", "data": "00 FE"})
+    with OPEN(LINE, 19200, timeout=1) as port:
+        port.write(rtu(bytes.fromhex("01 04 0000 0002")))
+        assert port.read(100) == b"\x00\xfe" + rtu(bytes.fromhex("01 04 04 01F4 0000"))
+
+
+def test_a_connection_that_is_cut_and_a_device_without_power(rig: Rig) -> None:
+    rig.add_fault("mb_tcp", {"what": "cut", "count": 1})
+    with ModbusTcpClient("127.0.0.1", port=5020, timeout=3, retries=0) as client:
+        with pytest.raises(ModbusException, match="closed"):
+            client.read_input_registers(0, count=1)
+        assert client.read_input_registers(0, count=1).registers == [500]
+        rig.add_fault("drive", {"what": "power_off", "duration_ms": 5_000})
+        assert client.read_input_registers(0, count=1).exception_code == 0x0B  # of the gateway that the bus is
+        time.sleep(6)
+        assert client.read_input_registers(0, count=1).registers == [500]
