@@ -56,7 +56,8 @@ def virtual(path: Path) -> RigConfig:
         kind = next((kind for kind in kinds if kind.endswith(".virtual")), kinds[0])
         known = settings_model(find_bus(kind)).model_fields
         dumped = entry.bus.settings.model_dump(mode="json", exclude_defaults=True)
-        kept = {key: value for key, value in dumped.items() if key in known and value is not None}
+        # With a pty, a virtual bus has the times of a serial line; without one, traces stay comparable with older ones.
+        kept = {key: value for key, value in dumped.items() if key in known and key != "pty" and value is not None}
         listed = {
             key: list(value) if _is_list(known[key]) else value
             for key, value in kept.items()
