@@ -15,9 +15,8 @@ BUSES: Final = sorted(point.name for point in entry_points(group="fieldrig.buses
 DEVICES: Final = sorted(point.name for point in entry_points(group="fieldrig.devices"))
 
 NOT_YET: Final = {
-    "arp", "can.bridge", "dualport.shm", "ip.relay", "pam.vme-master",
-    "plant.cam-switches", "plant.servo", "plant.signals", "plant.tank", "plant.winder", "pulse.counter",
-    "pulse.generator", "terminal.tr", "wires.zenoh",
+    "arp", "dualport.shm", "ip.relay", "pam.vme-master", "plant.servo", "plant.tank", "plant.winder", "terminal.tr",
+    "wires.zenoh",
 }  # fmt: skip
 """Kinds without faults of their own so far; a device among them can only lose its power.  The list only shrinks."""
 

@@ -11,6 +11,7 @@ from pymodbus.exceptions import ModbusException
 
 pytestmark = [pytest.mark.real, pytest.mark.system]
 
+OPEN: Any = getattr(serial, "Serial")  # noqa: B009  it has no types
 READ, ANSWER = bytes.fromhex("03 006B 0003"), bytes.fromhex("03 06 022B 0000 0064")
 
 
@@ -82,7 +83,7 @@ def test_pyserial_gets_the_bytes_of_the_fault(fault: dict[str, Any], heard: byte
     with real_bench(rtu_bus(faults=[fault])) as bench:
 
         def ask() -> bytes:
-            with serial.Serial(str(bench.run / "line"), 115200, timeout=10) as port:
+            with OPEN(str(bench.run / "line"), 115200, timeout=10) as port:
                 port.write(rtu(1, READ))
                 found: bytes = port.read(len(heard))
                 return found

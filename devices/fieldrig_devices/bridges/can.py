@@ -28,6 +28,7 @@ class CanBridgeSettings(Settings):
 
 class CanBridge(Device):
     about: ClassVar[str] = "forwards frames between two CAN buses, all or filtered"
+    no_faults: ClassVar[str] = "it only forwards frames, and the faults of frames are those of its two buses"
 
     def __init__(self, a: Link[CanFrame], b: Link[CanFrame], settings: CanBridgeSettings) -> None:
         self._a, self._b = a, b

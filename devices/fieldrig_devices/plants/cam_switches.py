@@ -53,6 +53,7 @@ class CamSwitches(Device):
     """The switches as a device of a rig."""
 
     about = "switches that a shaft or a slide actuates (a plant, on wires)"
+    no_faults = "its switches are wires, which are stuck, bounce and drop out by faults of their bus"
 
     def __init__(self, clock: Clock, name: str, settings: CamSwitchesSettings, wires: Link[Signal]) -> None:
         self._clock, self._wires = clock, wires

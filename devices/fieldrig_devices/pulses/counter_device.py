@@ -50,6 +50,7 @@ class CounterModule(Device):
     """A counter module as a device of a rig."""
 
     about = "a counter of pulses on wires: up, down, encoder, preset and compare output"
+    no_faults = "its inputs and its output are wires, and faults of their bus break them"
 
     def __init__(self, clock: Clock, name: str, settings: CounterSettings, wires: Link[Signal]) -> None:
         self._clock, self._settings, self._wires = clock, settings, wires

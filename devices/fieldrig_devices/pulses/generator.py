@@ -46,6 +46,7 @@ class Generator(Device):
     """A pulse generator as a device of a rig."""
 
     about = "a pulse generator: a pulse train or PWM on a wire, set by its points"
+    no_faults = "its output is a wire, and faults of its bus break it"
 
     def __init__(self, clock: Clock, name: str, settings: GeneratorSettings, wires: Link[Signal]) -> None:
         self._clock, self._wires, self._is_pwm = clock, wires, settings.waveform == "pwm"

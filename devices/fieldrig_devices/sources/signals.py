@@ -40,6 +40,7 @@ class Signals(Device):
     """Each value is sent at the instant of its change."""
 
     about = "signals that live by themselves: sine, ramp, counter, recording and others (a plant, on wires)"
+    no_faults = "its values are wires, and faults of their bus make them wrong"
 
     def __init__(self, clock: Clock, settings: SignalsSettings, wires: Link[Signal], random: Chance) -> None:
         seed = seed_from(random)

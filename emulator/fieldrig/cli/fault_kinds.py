@@ -7,7 +7,7 @@ import typer
 
 from fieldrig.cli.common import echo_json, echo_table
 
-COMMON: Final = frozenset({"what", "start_ms", "duration_ms"})
+COMMON: Final = frozenset({"what", "start_ms", "duration_ms", "when"})
 REQUIRED: Final = "="
 
 
@@ -33,13 +33,16 @@ def show_kinds(kind: str | None, as_json: bool) -> None:
     groups: dict[tuple[FaultKind, ...], list[str]] = {}
     for name, faults in found.items():
         groups.setdefault(faults, []).append(name)
-    typer.echo("Each takes start_ms= and duration_ms= as well.")
+    typer.echo("Each takes when=, start_ms= and duration_ms= as well.")
     for faults, names in groups.items():
         typer.echo(f"\n{', '.join(names)}:")
         if faults:
             echo_table(("what", "effect", "keys"), [(what, effect, " ".join(keys)) for what, effect, keys in faults])
         else:
-            typer.echo(_reason(names[0]) or "none")
+            typer.echo("none")
+        for name in names:
+            if reason := _reason(name):
+                typer.echo(f"{name}: {reason}")
 
 
 def _of_all() -> dict[str, tuple[FaultKind, ...]]:
