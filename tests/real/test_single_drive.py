@@ -16,7 +16,7 @@ import pytest
 from ring_process import PatientNode402
 from running_rig import RunningRig, until
 
-from fieldrig_devices.cia402.single.own_objects import EDS
+from fieldrig_devices.cia402 import EDS
 
 pytestmark = [pytest.mark.real, pytest.mark.timeout(180)]
 

@@ -12,6 +12,7 @@ LAZY = (
     "fieldrig_bus.ring.sercos",
     "fieldrig_bus.serial",
     "fieldrig_devices.arp",
+    "fieldrig_devices.cia402",
     "fieldrig_devices.conformance",
     "fieldrig_devices.dial",
     "fieldrig_devices.max4",

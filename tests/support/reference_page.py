@@ -39,6 +39,7 @@ PAGES = {
     "fieldrig_devices.arp.user_port": "arp-user-port.md",
     "fieldrig_devices.conformance": "conformance.md",
     "fieldrig_devices.dial": "dial.md",
+    "fieldrig_devices.cia402": "cia402-drive.md",
     "fieldrig_devices.max4": "cia402.md",
     "fieldrig_devices.opcua": "opcua.md",
     "fieldrig_devices.pam": "pam-ports.md",

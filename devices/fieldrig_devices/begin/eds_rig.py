@@ -18,8 +18,8 @@ COMMISSIONING = re.compile(r"(?ims)^[ \t]*\[DeviceComm?issioning\](.*?)(?=^[ \t]
 KEY = re.compile(r"(?m)^[ \t]*(\w+)[ \t]*=[ \t]*(\w+)")
 DEVICE_TYPE = 0x1000
 DRIVE_NOTE = """\
-note: the file describes a drive (CiA 402), so the node is a `cia402.drive` with a motor and a load of its own, which
-docs/cia402-drive.md explains. `fieldrig check` says what is odd in the file."""
+note: the file describes a drive (CiA 402), so the node is a `cia402.drive` with a motor and a load of its own.
+`fieldrig devices cia402.drive` lists its keys, and `fieldrig check` says what is odd in the file."""
 NODE_ID = 1
 """The node-ID for an EDS file; a DCF file has its own."""
 
