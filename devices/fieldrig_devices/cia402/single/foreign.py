@@ -87,7 +87,7 @@ def _declared(path: Path, increments: int | None, mtime_ns: int) -> Declared:
         homing_methods=file.homing_methods(),
         velocity_unit=velocity_unit,
         acceleration_unit=velocity_unit,
-        has_feed_constant=False,
+        has_feed_constant=file.has_feed_constant,
     )
     return Declared(behaviour, file.defaults(velocity_unit), file.increments, file.constants())
 
@@ -119,7 +119,7 @@ class _File:
         )
 
     def constants(self) -> frozenset[int]:
-        """Those with a value in the file, and those that a master writes."""
+        """The constants with a value in the file, and those that a master writes."""
         written = {index for index in (*CONSTANTS, objects.DC_LINK) if self._is_writable(index)}
         given = {index for index in CONSTANTS if self._number(index) is not None}
         unknown = set() if self._number(objects.SUPPORTED_MODES) else {objects.SUPPORTED_MODES}
@@ -148,6 +148,11 @@ class _File:
         if self._number(VELOCITY_DIMENSION) == RPM_DIMENSION:
             return float(10.0 ** (self._number(VELOCITY_NOTATION) or 0) / 60)
         return None
+
+    @property
+    def has_feed_constant(self) -> bool:
+        """False if 6092h gives one unit for a turn, with which there would be no position within a turn."""
+        return self._pair(objects.FEED_CONSTANT, (0, 0)) != (1, 1)
 
     # ---- defaults
 

@@ -6,9 +6,14 @@ from typing import Any
 import pytest
 from single_drive_bench import SingleDriveBench
 
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.canopen.eds.check import check_eds
 from fieldrig_devices.cia402.single.own_objects import EDS, eds_text
+from fieldrig_devices.conformance.description import Description
+from fieldrig_devices.conformance.run import choose, conform_virtual
+from fieldrig_devices.conformance.suite import Verdict
 
 pytestmark = pytest.mark.long
 
@@ -31,6 +36,15 @@ def test_the_node_says_that_it_is_a_servo_drive_with_every_mode(bench: SingleDri
     assert bench.get(0x1000) == 0x0002_0192
     assert bench.get(0x6502) == 0b11_1110_1111  # pp, vl, pv, tq, hm, ip, csp, csv, cst
     assert (bench.get(0x6075), bench.get(0x6076), bench.get(0x6079)) == (2_540, 1_270, 325_000)
+
+
+def test_the_node_passes_our_conformance_cases() -> None:
+    device = {"kind": "cia402.drive", "node_id": 3, "links": {"can": "can0"}}
+    buses = {"can0": {"kind": "can.virtual", "bitrate": 1_000_000}}
+    rig = Rig(from_dict({"time": "virtual", "buses": buses, "devices": {"axis": device}}))
+    report = conform_virtual(rig, "can0", Description(EDS, 3), choose(["OD", "PDO", "NMT"]))
+    assert report.of(Verdict.FAILED) == []
+    assert len(report.of(Verdict.PASSED)) > 30
 
 
 def test_a_drive_without_torque_computes_nothing(bench: SingleDriveBench) -> None:
@@ -273,6 +287,12 @@ def test_torques_are_limited_by_6072_and_6073(bench: SingleDriveBench) -> None:
     assert bench.get(0x6077) == 300
     bench.put(0x6072, 100).after(50)
     assert bench.get(0x6077) == 100
+
+
+def test_a_master_may_choose_a_whole_turn_as_the_unit(bench: SingleDriveBench) -> None:
+    bench.put(0x6092, 1, 1).put(0x6081, 2).put(0x6083, 20).put(0x6084, 20).enabled(PP).put(0x607A, 3).control(0x1F)
+    bench.until(lambda: bench.drive.axis.status_word & 0x0400 != 0)
+    assert bench.read("position") == pytest.approx(3 * tau, abs=0.01)
 
 
 def test_another_encoder_shows_in_608f_and_not_in_user_units() -> None:
