@@ -17,7 +17,7 @@ READ, ANSWER = bytes.fromhex("03 006B 0003"), bytes.fromhex("03 06 022B 0000 006
 
 def at_pymodbus(bench: RealBench, work: Callable[[Any], None]) -> None:
     def run() -> None:
-        client = ModbusTcpClient("127.0.0.1", port=bench.port, timeout=0.5, retries=0)
+        client: Any = ModbusTcpClient("127.0.0.1", port=bench.port, timeout=0.5, retries=0)
         try:
             assert client.connect()
             work(client)
