@@ -51,7 +51,7 @@ def test_a_rig_in_virtual_time_has_no_connections(capsys: pytest.CaptureFixture[
     config = rig("lab-virtual")
     assert list(reach.connections(config)) == []
     assert reach.help_of(config, "can0")["connections"] == []
-    assert lines(config, "drive") == {"all values": "fieldrig get drive"}
+    assert lines(config, "drive") == {"all values": "fieldrig get drive", "its faults": "fieldrig fault drive"}
     assert introduced(config, capsys)[2] == "devices: tank, io, sensor, drive"
 
 
