@@ -147,7 +147,8 @@ def test_keys_with_a_colon_where_bash_cuts_them(rig: RunningRig) -> None:
 
 
 def test_faults_and_their_keys(rig: RunningRig) -> None:
-    assert in_rig(rig, "fault", "") == ["can0"]
+    assert in_rig(rig, "fault", "") == ["can0", "wires", "tank", "terrace_io"]
+    assert in_rig(rig, "fault", "tank", "") == ["power_off"]
     assert in_rig(rig, "fault", "can0", "dr") == ["drop"]
     assert in_rig(rig, "fault", "can0", "drop", "prob") == ["probability="]
     assert at_once(rig, "fault", "can0", "drop", "probability", "=", "0.1", "prob") == []

@@ -174,10 +174,12 @@ def _parts(status: Mapping[str, Any]) -> list[str]:
 def _fault_models(kind: str) -> Mapping[str, Any]:
     from fieldrig.config.kinds import find_bus, find_device
     from fieldrig.errors import RigError
+    from fieldrig.faults.power import models_of_device
 
-    for find in (find_bus, find_device):
-        with suppress(RigError):
-            return find(kind).fault_models
+    with suppress(RigError):
+        return find_bus(kind).fault_models
+    with suppress(RigError):
+        return models_of_device(find_device(kind))
     return {}
 
 
