@@ -176,9 +176,15 @@ def test_under_virtual_time_a_fault_starts_at_the_present_instant() -> None:
             "state": "over",
             "applied": 100,
         }
+        assert rig.json("fault", "can0", "--clear", number) == {"cleared": [int(number)]}
+        before = rig.ask("bus/can0/status")["frames"]
+        rig.tool("restart", "io")
+        rig.json("step", "1ms")
+        assert rig.ask("bus/can0/status")["frames"] == before + 1  # at power-on, and not when it was due
+        unknown = rig.tool("restart", "oi")
+        assert (unknown.returncode, "no device 'oi'" in unknown.stderr) == (6, True)
         refused = rig.tool("fault", "can0", "drop", "identifer=3")
         assert (refused.returncode, "did you mean identifier?" in refused.stderr) == (6, True)
-        assert rig.json("fault", "can0", "--clear", number) == {"cleared": [int(number)]}
 
 
 def test_an_end_of_a_direct_bus_gets_the_seed_of_its_rig(real: RunningRig) -> None:

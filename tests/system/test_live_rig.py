@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fieldrig.errors import RigError
+from fieldrig.errors import ControlError, RigError
 from fieldrig.real import live_rig
 from fieldrig.real.live_rig import LiveRig
 from fieldrig.testing import free_port
@@ -44,6 +44,22 @@ def test_points_are_read_and_written_and_the_rig_ends_in_order(file: Path) -> No
         assert rig.status()["processes"]["tank"]["state"] == "ready"
         assert (rig.run / "log" / "tank.log").exists()
     assert rig.process.returncode == 0
+
+
+def test_faults_are_given_and_cleared_and_a_device_is_restarted(file: Path) -> None:
+    with LiveRig(file) as rig:
+        stuck = rig.add_fault("wires", {"what": "stuck", "wire": "tank.level", "value": 1})
+        off = rig.add_fault("tank", {"what": "power_off"})
+        assert rig.faults("wires")[stuck]["state"] == "on"
+        with pytest.raises(ControlError, match="tank is switched off"):
+            rig.get("tank/level")
+        rig.clear_fault("tank", off)
+        assert (rig.get("tank/level"), rig.faults("tank")) == (0.5, {})
+        with pytest.raises(ControlError, match="no bus or device 'tonk'"):
+            rig.faults("tonk")
+        with pytest.raises(ControlError, match="only in virtual time"):
+            rig.add_fault("wires", {"what": "drop_out", "wire": "tank.level", "when": "tank/level > 1"})
+        rig.restart("tank")
 
 
 def test_a_rig_that_ends_at_its_start_says_why(file: Path) -> None:
