@@ -20,6 +20,7 @@ import canopen_node  # noqa: E402
 import drive_cycle  # noqa: E402
 import flood  # noqa: E402
 import iec_language  # noqa: E402
+import master_time  # noqa: E402
 import modbus  # noqa: E402
 import pam  # noqa: E402
 import pam_language  # noqa: E402
@@ -48,6 +49,7 @@ BENCHMARKS = (
     drive_cycle,
     single_drive,
     virtual_time,
+    master_time,
     arp_language,
     arp_loop,
     iec_language,
