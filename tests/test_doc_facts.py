@@ -46,6 +46,7 @@ from fieldrig_devices.canopen.point_slave import PointSlaveSettings
 from fieldrig_devices.canopen.signals import SignalSettings
 from fieldrig_devices.cia402.single import faults as single_drive_faults
 from fieldrig_devices.cia402.single import settings as single_drive
+from fieldrig_devices.cia402.single.personality import PersonalitySettings
 from fieldrig_devices.drives.load import LoadSettings
 from fieldrig_devices.hiperface.faults import EncoderFault
 from fieldrig_devices.hiperface.plate import NamePlate
@@ -121,6 +122,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a modem fault": faults.models_of(ModemFault),
     "Keys of calls over TCP": {"incoming": IncomingSettings, "outgoing": OutgoingSettings},
     "Keys of an encoder fault": faults.models_of(EncoderFault),
+    "Keys of a drive's behaviour": {"behaviour": PersonalitySettings},
     "Keys of a name plate": {"plate": NamePlate},
     "Keys of a controller fault": faults.models_of(Max4Fault),
     "Keys of drives, boot and load": {"drives": DriveSettings, "boot": BootTimes, "load": ProcessTimes},

@@ -90,6 +90,10 @@ class Dictionary:
         near = sorted(self._objects, key=lambda known: abs(known - index))[:3]
         return "the nearest objects are " + ", ".join(f"{known:04X}h" for known in sorted(near))
 
+    def remove(self, index: int) -> None:
+        """Take away an object with all of its sub-indices, before any service uses it; nothing if there is none."""
+        self._objects.pop(index, None)
+
     def restore(self, first: int, last: int) -> None:
         """Set objects `first` to `last` to their power-on values, except process inputs.
 

@@ -3,7 +3,7 @@
 Source: CiA 402-2 (objects, modes, status word), CiA 402-3 (axes of a node).  The owner of the motor calls `step` once
 per motor cycle, and passes `drive.kind` and `drive.set_value` to the motor while the motor follows.  Commands from the
 network take effect immediately, so a status word that is read after a control word already shows its effect.
-Our choice: bits 8, 14 and 15 of the status word stay 0.
+Bits 8, 14 and 15 of the status word stay 0 by default (`behaviour`).
 """
 
 from collections.abc import Callable, Mapping
@@ -18,8 +18,11 @@ from fieldrig_devices.canopen.service import State as NmtState
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_drive import NO_MODE, AxisDrive
 from fieldrig_devices.cia402.axis_objects import NOTHING, AxisObjects, Key
-from fieldrig_devices.cia402.behaviour import BASELINE, Behaviour
+from fieldrig_devices.cia402.behaviour import BASELINE, Behaviour, ModeZero
+from fieldrig_devices.cia402.bits import free_bits, has_voltage_bit
 from fieldrig_devices.cia402.context import Context
+from fieldrig_devices.cia402.control_cycle import ControlCycle
+from fieldrig_devices.cia402.mode_display import ModeDisplayed
 from fieldrig_devices.cia402.modes.mode import HALT
 from fieldrig_devices.cia402.motor import Motor
 from fieldrig_devices.cia402.shown import show
@@ -64,7 +67,14 @@ class Cia402Axis(Service):
         self._motor = motor
         self._context = Context(self._numbers, motor, cycle_ns, behaviour)
         self.drive = AxisDrive(self._numbers, motor, self._context)
-        self.machine = StateMachine(self.drive, behaviour)
+        self._behaviour = behaviour
+        self.machine = StateMachine(self.drive, behaviour, clock.now_ns)
+        self.machine.has_mode = lambda: self.drive.shown_mode != NO_MODE
+        self._control = ControlCycle(clock, behaviour.control_cycle_ms, self._on_control)
+        self._displayed = ModeDisplayed(clock, behaviour, self._show)
+        self._waiting_mode = NO_MODE
+        """The mode that waits for the end of a halt."""
+        self._nmt = NmtState.INITIALISING
         self._probes = TouchProbes(clock, self._numbers, motor, self._context)
         self._was_lost = False
         self.pace = self._context.pace
@@ -77,6 +87,7 @@ class Cia402Axis(Service):
         """Last error code since power-on (603Fh); a fault reset does not clear it."""
         self._most_torque = objects.FULL_TORQUE
         """Torque limit last passed to the motor; until the first one the motor uses its own."""
+        self._context.on_quick_stop = lambda: self.machine.act(Command.QUICK_STOP)
         self._context.on_home = lambda origin: self.on_home(origin)
         self._connect()
 
@@ -92,15 +103,16 @@ class Cia402Axis(Service):
         if scope is Reset.NODE:
             self.restart()
         else:
-            self._lose_connection()
+            self.lose_connection()
 
     def enter(self, state: NmtState) -> None:
-        if state is NmtState.STOPPED:
-            self._lose_connection()
+        left, self._nmt = self._nmt is NmtState.OPERATIONAL and state is not NmtState.OPERATIONAL, state
+        if state is NmtState.STOPPED or (left and self._behaviour.leaving_counts):
+            self.lose_connection()
 
     def on_communication_error(self, is_lost: bool) -> None:
         if is_lost and not self._was_lost:
-            self._lose_connection()
+            self.lose_connection()
         self._was_lost = is_lost
 
     def use(self, cycle_ns: int, origin: float | None) -> None:
@@ -114,12 +126,20 @@ class Cia402Axis(Service):
         self.pace.wake()
         self.drive.restart()
         self._probes.restart()
+        self._control.restart()
+        self._displayed.restart()
+        self._waiting_mode = NO_MODE
         self.machine.start()
         if self._numbers[objects.MODE] in self.drive.supported:
             self._on_mode(self._numbers[objects.MODE])
         self._show()
 
-    def _lose_connection(self) -> None:
+    def fail(self, code: int) -> None:
+        """Have a fault with this error code."""
+        self.pace.wake()
+        self.drive.own_error = code
+
+    def lose_connection(self) -> None:
         """React as 6007h says.  Only an axis with power has a fault; any other axis drops its present command."""
         self.pace.wake()
         match self._numbers[objects.ABORT_CONNECTION]:
@@ -137,7 +157,7 @@ class Cia402Axis(Service):
     def _connect(self) -> None:
         numbers = self._numbers
         numbers.changed = self._context.refresh
-        numbers.on_write(objects.CONTROL_WORD, self._on_control)
+        numbers.on_write(objects.CONTROL_WORD, self._control.take)
         numbers.variable(objects.CONTROL_WORD).is_command = True
         numbers.on_write(objects.MODE, self._on_mode)
         for index in (objects.MAX_TORQUE, objects.MAX_CURRENT):
@@ -146,6 +166,7 @@ class Cia402Axis(Service):
             numbers.on_write(objects.OUTPUTS, lambda _written: self._set_outputs(), subindex)
         self._connect_modes()
         show(numbers, self._context, self._motor, self.drive)
+        numbers.read_by(objects.MODE_DISPLAY, lambda: self.mode_display)
         numbers.read_by(objects.ERROR_CODE, lambda: self._last_error)
         numbers.read_by(objects.STATUS_WORD, lambda: self.status_word)
 
@@ -167,14 +188,20 @@ class Cia402Axis(Service):
         if drive.shown_mode != NO_MODE:
             drive.mode.control(word, word & ~before if drive.is_moving else 0)
         drive.halt(bool(word & HALT))
+        if self._waiting_mode != NO_MODE and not word & HALT:
+            self._on_mode(self._waiting_mode)
         self._show()
 
     def _on_mode(self, number: int) -> None:
-        if number == NO_MODE:
+        behaviour, self._waiting_mode = self._behaviour, NO_MODE
+        if number == NO_MODE and behaviour.mode_zero is not ModeZero.REFUSED:
             return  # CiA 402-2: 'no mode change'
         if number not in self.drive.supported:
             raise Abort(Code.INVALID_VALUE)
         if number == self.drive.shown_mode:
+            return
+        if not behaviour.changes_mode_in_halt and self.machine.control_word & HALT:
+            self._waiting_mode = number
             return
         self.drive.change_mode(number)
         self.drive.mode.control(self.machine.control_word, 0)
@@ -223,8 +250,11 @@ class Cia402Axis(Service):
         motor, state = self._motor, self.machine.state
         if state is State.NOT_READY_TO_SWITCH_ON:
             return 0
-        word: int = state.value | REMOTE | self.drive.following_status
-        if motor.is_ready:
+        behaviour = self._behaviour
+        word: int = state.value | self.drive.following_status | free_bits(behaviour, motor, self._context)
+        if behaviour.remote_bit:
+            word |= REMOTE
+        if has_voltage_bit(behaviour, motor, is_enabled=state in _ON):
             word |= VOLTAGE_ENABLED
         if motor.has_warning:
             word |= WARNING
@@ -232,10 +262,15 @@ class Cia402Axis(Service):
             word |= self.drive.mode_status
         return word
 
+    @property
+    def mode_display(self) -> int:
+        """The present value of 6061h."""
+        return self._displayed.of(self.drive.shown_mode, is_enabled=self.machine.state in _ON)
+
     def _show(self) -> None:
         """Update the objects that a command may have changed, so that TPDOs of this instant carry them."""
         self._numbers.put(objects.STATUS_WORD, self.status_word)
-        self._numbers.put(objects.MODE_DISPLAY, self.drive.shown_mode)
+        self._numbers.put(objects.MODE_DISPLAY, self.mode_display)
 
 
 def _all(actions: list[Callable[[int], None]]) -> Callable[[int], None]:

@@ -9,7 +9,9 @@ from typing import Final
 
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_objects import AxisObjects
+from fieldrig_devices.cia402.behaviour import LimitSwitch
 from fieldrig_devices.cia402.context import Context
+from fieldrig_devices.cia402.limit_switches import LIMITS, NewSwitches
 from fieldrig_devices.cia402.modes.cyclic import CyclicPosition, CyclicVelocity
 from fieldrig_devices.cia402.modes.homing import Homing
 from fieldrig_devices.cia402.modes.interpolated import InterpolatedPosition
@@ -32,6 +34,8 @@ MODES: Final[tuple[type[Mode], ...]] = (
     ProfilePosition, Velocity, ProfileVelocity, ProfileTorque, Homing, InterpolatedPosition,
     CyclicPosition, CyclicVelocity, CyclicTorque,
 )  # fmt: skip
+REFERENCE_LIMIT: Final = 0x8612
+"""Error code in 603Fh."""
 SHOWS_FOLLOWING_ERROR: Final = (ProfilePosition.number, CyclicPosition.number)
 
 
@@ -50,6 +54,7 @@ class AxisDrive:
         """True while a ramp brings the axis to rest and holds it there."""
         self._is_halt_wanted = self._is_halted = False
         self.own_error = 0
+        self._limit_switch, self._switches = context.behaviour.limit_switch, NewSwitches(motor)
         self._following = Window()
         self.following_error = 0.0
         """Position demand of the previous cycle minus the actual position, in increments."""
@@ -180,6 +185,8 @@ class AxisDrive:
         """Compute `set_value` from the actual values of this cycle."""
         context, mode = self._context, self.mode
         motion = context.motion
+        if self._limit_switch in (LimitSwitch.QUICK_STOP, LimitSwitch.FAULT) and self._switches.is_new():
+            self._meet_switch()
         is_guided = self.is_moving and self.kind is Kind.POSITION
         self.following_error = motion.position - self._motor.position if is_guided else 0.0
         if self.is_moving and self.shown_mode != NO_MODE:
@@ -193,6 +200,15 @@ class AxisDrive:
             self.kind, self.set_value = Kind.POSITION, round(context.motion.position)
         else:
             self.kind, self.set_value = Kind.POSITION, self._motor.position
+
+    def _meet_switch(self) -> None:
+        if not self.is_moving or self.shown_mode == Homing.number:
+            return
+        if self._limit_switch is LimitSwitch.QUICK_STOP:
+            self._context.on_quick_stop()
+        else:
+            self.own_error = REFERENCE_LIMIT
+        self._pace.wake()
 
     def advance(self) -> None:
         """Do what `step` does, for an axis that moves and is not awake; within the band of its mode that is little."""
@@ -219,7 +235,8 @@ class AxisDrive:
         """Bits 10 to 13 of the status word of an axis with power."""
         if self.shown_mode == NO_MODE:
             return 0
-        limit = INTERNAL_LIMIT if self._context.travel.is_held_back else 0
+        is_shown = self._limit_switch is LimitSwitch.SHOWN and self._motor.inputs & LIMITS
+        limit = INTERNAL_LIMIT if self._context.travel.is_held_back or is_shown else 0
         return limit | (self.mode.status if self.is_moving else self.mode.halted_status)
 
     @property

@@ -8,6 +8,7 @@ from fieldrig.clock import S
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_objects import AxisObjects
 from fieldrig_devices.cia402.behaviour import Behaviour
+from fieldrig_devices.cia402.limit_switches import BarringSwitches
 from fieldrig_devices.cia402.motion import Motion
 from fieldrig_devices.cia402.motor import Motor
 from fieldrig_devices.cia402.options import Ramp
@@ -25,10 +26,12 @@ class Context:
         self.objects, self.motor, self.behaviour = numbers, motor, behaviour
         self.motion = Motion()
         self.pace = Pace()
-        self.travel = Travel(motor)
+        self.travel = Travel(BarringSwitches(motor, behaviour.limit_switch))
         """Limits of the motion.  Its software limits are those of 607Dh in increments, corrected by the home offset;
         there are none if min is not below max.  A limited motion is bit 11 of the status word."""
         self.on_home: Callable[[float], None] = lambda origin: None
+        self.on_quick_stop: Callable[[], None] = lambda: None
+        """Called when the drive has to stop quickly for a reason of its own."""
         self.units = Units()
         self.turn = BITS_32
         self.threshold = 0.0
@@ -82,10 +85,15 @@ class Context:
 
     def set_home(self, home: float) -> None:
         """Move the user's zero, which lies beyond the home position by the home offset (607Ch)."""
-        self.origin = home + self.units.distance(self.objects[objects.HOME_OFFSET])
+        self.origin = home + self.units.distance(self.home_offset)
         self.is_homed = True
         self.refresh()
         self.on_home(self.origin)
+
+    @property
+    def home_offset(self) -> int:
+        """The way from the home position to the user's zero, in user units (607Ch)."""
+        return -self.behaviour.home_offset_sign * self.objects[objects.HOME_OFFSET]
 
     def track(self, speed: float) -> None:
         """Let the position demand follow the motor, in modes without position control."""
@@ -146,9 +154,10 @@ class Context:
     def _range(self) -> tuple[float, float] | None:
         numbers = self.objects.numbers
         low, high = numbers[objects.POSITION_LIMIT, 1], numbers[objects.POSITION_LIMIT, 2]
-        if low >= high or (low, high) == objects.NO_POSITION_LIMITS:
+        is_literal = low == high == 0 and self.behaviour.empty_limits_count
+        if (low >= high and not is_literal) or (low, high) == objects.NO_POSITION_LIMITS:
             return None
-        offset = numbers[objects.HOME_OFFSET, 0]
+        offset = self.home_offset
         ends = self.units.increments(low - offset), self.units.increments(high - offset)
         return min(ends), max(ends)
 

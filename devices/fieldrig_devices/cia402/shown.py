@@ -9,9 +9,8 @@ from fieldrig_devices.cia402.units import BITS_32
 
 
 def show(numbers: AxisObjects, context: Context, motor: Motor, drive: AxisDrive) -> None:
-    """Connect all of these objects but the status word and the error code."""
+    """Connect all of these objects but the status word, the mode and the error code."""
     for index, read in (
-        (objects.MODE_DISPLAY, lambda: drive.shown_mode),
         (objects.POSITION_DEMAND, lambda: context.shown(drive.position_demand)),
         (objects.POSITION_INTERNAL, lambda: BITS_32.shown(motor.position)),
         (objects.POSITION_ACTUAL, lambda: context.shown(motor.position)),

@@ -6,8 +6,12 @@ brake, and the axis stays in 'operation enabled' during the ramp of transition 5
 the next one, so after a power loss the last control word takes effect again.
 """
 
-from fieldrig_devices.cia402.behaviour import BASELINE, Behaviour
+from collections.abc import Callable
+from typing import Final
+
+from fieldrig_devices.cia402.behaviour import BASELINE, Behaviour, ModeZero
 from fieldrig_devices.cia402.drive import Drive
+from fieldrig_devices.cia402.fault_resets import FaultResets
 from fieldrig_devices.cia402.options import (
     DISABLE_OPTIONS,
     FAULT_OPTIONS,
@@ -15,12 +19,19 @@ from fieldrig_devices.cia402.options import (
     SHUTDOWN_OPTIONS,
     Ramp,
 )
-from fieldrig_devices.cia402.states import ENDS, FAULT_RESET, TRANSITIONS, Command, State, command_of
+from fieldrig_devices.cia402.states import ENDS, TRANSITIONS, Command, State, command_of
+
+_NOTHING: Final[tuple[Ramp | None, bool]] = None, False
 
 
 class StateMachine:
-    def __init__(self, drive: Drive, behaviour: Behaviour = BASELINE) -> None:
+    def __init__(self, drive: Drive, behaviour: Behaviour = BASELINE, now_ns: Callable[[], int] = lambda: 0) -> None:
         self._drive, self._behaviour = drive, behaviour
+        self._resets = FaultResets(behaviour, now_ns)
+        self.has_supply: Callable[[], bool] = lambda: True
+        """Returns False as long as the drive has to stay in 'switch on disabled'."""
+        self.has_mode: Callable[[], bool] = lambda: True
+        """Returns False until a mode of operation has been chosen."""
         self.state = State.NOT_READY_TO_SWITCH_ON
         self.transition = 0
         """Number of the last transition."""
@@ -40,9 +51,9 @@ class StateMachine:
 
     def control(self, word: int) -> None:
         """Take over a received control word."""
-        rising, self.control_word = word & ~self.control_word, word
+        before, self.control_word = self.control_word, word
         self._order(command_of(word))
-        if rising & FAULT_RESET and self.state is State.FAULT:
+        if self.state is State.FAULT and self._resets.are_enough(word, before):
             self._drive.reset_fault(self._on_reset)
         self._obey()
 
@@ -83,6 +94,10 @@ class StateMachine:
             self._disable(9 if state is State.OPERATION_ENABLED else 12)
         elif state is State.SWITCHED_ON and not drive.is_ready:
             self._disable(10)
+        elif state is State.READY_TO_SWITCH_ON and not self.has_supply():
+            self._disable(7)
+        elif state is State.FAULT and self._resets.are_enough(self.control_word, self.control_word):
+            drive.reset_fault(self._on_reset)
         elif self._after_ramp and drive.is_at_rest:
             self._disable(self._after_ramp)
         self._obey()
@@ -104,12 +119,14 @@ class StateMachine:
     def _begin(self, number: int) -> None:
         drive, options = self._drive, self._drive.options
         match number:
+            case 2 if not self.has_supply():
+                pass
             case 2 | 6:
                 self._go(number)
             case 3 if drive.is_ready:
                 self._go(3)
                 self._obey()
-            case 4:
+            case 4 if self._behaviour.mode_zero is not ModeZero.NOT_ENABLED or self.has_mode():
                 self._enable()
             case 5:
                 self._brake(5, DISABLE_OPTIONS.get(options.disable))
@@ -119,7 +136,8 @@ class StateMachine:
                 self._brake(8, SHUTDOWN_OPTIONS.get(options.shutdown))
             case 11:
                 self._quick_stop()
-            case 16 if QUICK_STOP_OPTIONS.get(options.quick_stop, (None, False))[1]:
+            case 16 if self._behaviour.quick_stop_resumes or QUICK_STOP_OPTIONS.get(options.quick_stop, _NOTHING)[1]:
+                self._after_ramp = 0
                 self._go(16)
                 drive.go_on()
 
@@ -140,7 +158,7 @@ class StateMachine:
             self._drive.brake(ramp)
 
     def _quick_stop(self) -> None:
-        ramp, stays = QUICK_STOP_OPTIONS.get(self._drive.options.quick_stop, (None, False))
+        ramp, stays = QUICK_STOP_OPTIONS.get(self._drive.options.quick_stop, _NOTHING)
         self._go(11)
         if ramp is None:
             self._disable(12)
@@ -158,6 +176,7 @@ class StateMachine:
     def _fail(self) -> None:
         was_enabled = self.state in (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE)
         self._after_ramp = 0
+        self._resets.begin()
         if self._is_enabling:
             self._is_enabling = False
             self._drive.disable()

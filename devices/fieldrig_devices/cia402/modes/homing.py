@@ -12,6 +12,7 @@ from typing import Final
 
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.cia402 import objects
+from fieldrig_devices.cia402.behaviour import HomingBit
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.homing_methods import ALL_METHODS, LIMITS, Move
 from fieldrig_devices.cia402.modes.mode import BIT_12, BIT_13, TARGET_REACHED, Mode
@@ -63,7 +64,9 @@ class Homing(Mode):
         return {(objects.HOMING_METHOD, 0): self._check}
 
     def _check(self, method: int) -> None:
-        if method not in self.context.behaviour.homing_methods and method != NO_HOMING:
+        behaviour = self.context.behaviour
+        is_none = method == NO_HOMING and behaviour.accepts_no_homing
+        if method not in behaviour.homing_methods and not is_none:
             raise Abort(Code.INVALID_VALUE)
 
     def control(self, word: int, rising: int) -> None:
@@ -182,4 +185,11 @@ class Homing(Mode):
     def status(self) -> int:
         if self.is_halted and self.stage is Stage.UNDER_WAY:
             return self.halted_status
+        if self._is_bit_10_hidden:
+            return self.stage.value & ~TARGET_REACHED
         return self.stage.value
+
+    @property
+    def _is_bit_10_hidden(self) -> bool:
+        bit = self.context.behaviour.homing_bit
+        return bit is HomingBit.NEVER or (bit is HomingBit.AFTER and self.stage is Stage.IDLE)

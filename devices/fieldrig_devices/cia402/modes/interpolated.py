@@ -1,7 +1,8 @@
 """Interpolated position: takes one set-point from a buffer per period of 60C2h, and moves on straight lines.
 
 Source: CiA 402-2, chapter 'interpolated position mode'; sub mode 0, buffer organisation FIFO.  Bit 4 of the control
-word starts it.  With an empty buffer the axis holds its last set-point; a full buffer refuses further set-points.
+word starts it.  With an empty buffer the axis holds its last set-point, or has a quick stop
+(`Behaviour`); a full buffer refuses further set-points.
 Set-points are accepted only in 'operation enabled', because cyclic masters send them from the start, together with the
 control word.
 """
@@ -12,6 +13,7 @@ from typing import Final
 
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.cia402 import objects
+from fieldrig_devices.cia402.behaviour import EmptyBuffer
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.line import LinePosition
 from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED
@@ -80,6 +82,8 @@ class InterpolatedPosition(LinePosition):
             self._show()
             place = self._line.value
         self._follow(place)
+        if self._line.is_done and self._is_active and self.context.behaviour.empty_buffer is EmptyBuffer.QUICK_STOP:
+            self.context.on_quick_stop()
 
     @property
     def status(self) -> int:

@@ -2,12 +2,14 @@
 
 Source: CiA 402-2, chapter 'profile position mode'; 60F2h for the base of a relative set-point, and for the direction to
 an absolute one within the range of 607Bh.  A set-point keeps the profile values that were valid on its arrival.  The
-buffer holds one set-point besides the active one.
+buffer holds one set-point besides the active one, unless `Behaviour` says another number.
 """
 
+from collections import deque
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
+from fieldrig.clock import MS
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
@@ -44,8 +46,12 @@ class ProfilePosition(Mode):
         super().__init__(context)
         self._target = 0.0
         self._limits = Limits(1.0, 1.0, 1.0)
-        self._next: SetPoint | None = None
+        self._waiting: deque[SetPoint] = deque()
+        """Set-points behind the active one."""
+        self._buffered = context.behaviour.set_points - 1
         self._is_acknowledged = False
+        self._unshown_ns = 0
+        """Time until bit 12 shows the acknowledgement."""
         self._is_moving = False
         self._is_passing = False
         self._is_asked = False
@@ -57,23 +63,29 @@ class ProfilePosition(Mode):
     def begin(self) -> None:
         self.come_to_rest()
         self._target = self.context.motion.end
-        self._next = None
-        self._is_moving = self._is_passing = self._is_acknowledged = self._is_stopped = False
-        self._is_reached = False
+        self._waiting.clear()
+        self._is_moving = self._is_passing = self._is_stopped = self._is_reached = False
+        self._is_acknowledged, self._unshown_ns = self.context.behaviour.acknowledges_at_start, 0
         self._window.reset()
 
     def end(self) -> None:
-        self._next = None
+        self._waiting.clear()
         self._is_acknowledged = False
 
     def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
         return {(objects.POSITIONING_OPTION, 0): _check_option}
 
     def control(self, word: int, rising: int) -> None:
-        self._is_asked = bool(word & NEW_SET_POINT)
-        if rising & NEW_SET_POINT:
+        was_asked, self._is_asked = self._is_asked, bool(word & NEW_SET_POINT)
+        if rising & NEW_SET_POINT and not self._is_busy:
             self._take(word)
-        self._update_acknowledge()
+        if was_asked or not self.context.behaviour.acknowledges_at_start:
+            self._update_acknowledge()
+
+    @property
+    def _is_busy(self) -> bool:
+        """True while a drive that holds a single set-point moves to it."""
+        return self._buffered == 0 and self._is_moving and not self._is_stopped
 
     def _take(self, word: int) -> None:
         context = self.context
@@ -85,18 +97,20 @@ class ProfilePosition(Mode):
             context.profile_limits(),
         )
         if word & CHANGE_IMMEDIATELY or not self._is_moving or self._is_stopped:
-            self._next = None
+            self._waiting.clear()
             self._start(set_point)
-        elif self._next is None:
-            self._next = set_point
-            if set_point.is_passed and not self.is_halted:
+        elif len(self._waiting) < self._buffered:
+            self._waiting.append(set_point)
+            if self._waiting[0].is_passed and not self.is_halted:
                 self._run()
         else:
             return  # the buffer is full, which bit 12 has shown by staying set
         self._is_acknowledged = True
+        self._unshown_ns = round(context.behaviour.acknowledge_ms * MS)
 
     def _update_acknowledge(self) -> None:
-        if not self._is_asked and self._next is None:
+        is_full = self._is_busy if self._buffered == 0 else len(self._waiting) >= self._buffered
+        if not self._is_asked and not is_full:
             self._is_acknowledged = False
 
     def _start(self, set_point: SetPoint, seconds: float = 0.0) -> None:
@@ -124,7 +138,7 @@ class ProfilePosition(Mode):
         motion = self.context.motion
         distance = self._target - motion.position
         self._is_passing = (
-            self._next is not None and self._next.is_passed and distance != 0 and distance * motion.speed >= 0
+            bool(self._waiting) and self._waiting[0].is_passed and distance != 0 and distance * motion.speed >= 0
         )
         profile = pass_through if self._is_passing else move
         motion.start(profile(distance, motion.speed, self._limits), seconds)
@@ -137,29 +151,32 @@ class ProfilePosition(Mode):
     def step(self) -> None:
         context = self.context
         motion = context.motion
+        if self._is_acknowledged:
+            self._unshown_ns = max(self._unshown_ns - context.cycle_ns, 0)
         is_driving = self._is_moving and not self.is_halted
         if is_driving and context.travel.bars(self._target - motion.position) and not self._is_stopped:
             self._give_up()
         motion.step(context.cycle_s)
         if self.is_halted or self._is_stopped or not motion.is_done:
             return
-        if self._next is not None:
+        if self._waiting:
             self._go_to_next()
         else:
             self._is_reached = self._is_in_window()
             self._is_moving = self._is_moving and not self._is_reached
+            if self._buffered == 0 and not self._is_moving:
+                self._update_acknowledge()
 
     def _give_up(self) -> None:
-        self._is_stopped, self._next = True, None
+        self._is_stopped = True
+        self._waiting.clear()
         self._update_acknowledge()
         self.brake(Ramp.QUICK_STOP)
 
     def _go_to_next(self) -> None:
         """Start the next set-point at the instant at which the one before it was reached."""
-        motion, set_point = self.context.motion, self._next
-        assert set_point is not None
+        motion, set_point = self.context.motion, self._waiting.popleft()
         seconds, motion.position = motion.overrun_s, motion.end
-        self._next = None
         self._start(set_point, seconds)
         self._update_acknowledge()
 
@@ -174,7 +191,7 @@ class ProfilePosition(Mode):
 
     @property
     def status(self) -> int:
-        acknowledge = ACKNOWLEDGE if self._is_acknowledged else 0
+        acknowledge = ACKNOWLEDGE if self._is_acknowledged and not self._unshown_ns else 0
         if self.is_halted:
             return acknowledge | self.halted_status
         return acknowledge | (TARGET_REACHED if self._is_reached else 0)

@@ -23,11 +23,15 @@ from fieldrig_devices.canopen.service import Reset, Service
 from fieldrig_devices.cia402.axis import Cia402Axis
 from fieldrig_devices.cia402.error_register import register_of
 from fieldrig_devices.cia402.motor import Kind
+from fieldrig_devices.cia402.single import pdo_rules
 from fieldrig_devices.cia402.single.faults import MODELS
+from fieldrig_devices.cia402.single.manner_link import MannerLink
 from fieldrig_devices.cia402.single.points import points_of
+from fieldrig_devices.cia402.single.power_gate import PowerGate
 from fieldrig_devices.cia402.single.servo import Servo
 from fieldrig_devices.cia402.single.settings import Cia402DriveSettings
 from fieldrig_devices.cia402.single.shared_wires import SharedWires
+from fieldrig_devices.cia402.single.sync_watch import SYNC_LOST, SyncWatch
 from fieldrig_devices.cia402.single.terminals import Inputs
 from fieldrig_devices.drives.position_wire import PositionWire
 
@@ -64,9 +68,11 @@ class Cia402Drive(Device):
     ) -> None:
         self._clock, self._settings = clock, settings
         self._cycle_ns = settings.cycle_us * 1_000
+        manner = settings.manner
+        end = MannerLink(clock, can, manner, settings.node_id or 0)
         shared = None if wires is None else SharedWires(wires)
         own = None if shared is None else shared.share()
-        self.node = CanopenNode(clock, name, can, settings, store, None if shared is None else shared.share())
+        self.node = CanopenNode(clock, name, end, settings, store, None if shared is None else shared.share())
         self.node.read_when_sent()
         self._inputs = Inputs(settings, name, own)
         self.motor = Servo(clock, settings, self._inputs)
@@ -75,6 +81,13 @@ class Cia402Drive(Device):
         self._signalled = 0
         """Error code of the present EMCY."""
         self.axis = self._make_axis()
+        self._gate = PowerGate(clock, self.motor, manner, self._on_gate)
+        self.axis.machine.has_supply = self._gate.is_open
+        pdo_rules.apply(manner.mapping, self.node)
+        if manner.missed_syncs is not None:
+            lost = self._on_sync_fault if manner.sync_loss == "fault" else self.axis.lose_connection
+            end.sync_watch = SyncWatch(clock, self.node.dictionary, manner.missed_syncs, lost)
+            self.node.attach(end.sync_watch)
         self._timer = Alarm(clock)
         self._begin_ns = clock.now_ns()
         self._wires = own
@@ -92,7 +105,7 @@ class Cia402Drive(Device):
         settings, dictionary = self._settings, self.node.dictionary
         declared = settings.declared
         axis = Cia402Axis(
-            self._clock, dictionary, 0, self.motor, self._cycle_ns, settings.behaviour(), declared.defaults
+            self._clock, dictionary, 0, self.motor, self._cycle_ns, settings.chosen_behaviour(), declared.defaults
         )
         axis.on_error = self._on_error
         for index in declared.constants:
@@ -137,6 +150,14 @@ class Cia402Drive(Device):
 
     def _on_load_torque(self, torque_nm: float) -> None:
         self.motor.set_load(min(max(torque_nm, -LARGEST_LOAD_NM), LARGEST_LOAD_NM))
+
+    def _on_gate(self) -> None:
+        self.motor.is_changed = True
+        self._go_on()
+
+    def _on_sync_fault(self) -> None:
+        if self.axis.machine.has_power:
+            self.axis.fail(SYNC_LOST)
 
     def _on_error(self, code: int) -> None:
         """Signal a new error by EMCY; 0 says that the last one was reset."""

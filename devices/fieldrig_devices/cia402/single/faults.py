@@ -107,6 +107,8 @@ class Cause(NamedTuple):
 
 OVERLOAD: Final = Cause(0x2350, coasts=False)
 """I2t: more torque than the rated one, for too long."""
+STO: Final = Cause(0x9000, coasts=True)
+"""An open STO input, for a drive that takes it for a fault ('external error')."""
 _TOO_HOT: Final = {"motor": Cause(0x4310, coasts=False), "drive": Cause(0x4210, coasts=False)}
 _OVERCURRENT: Final = Cause(0x2310, coasts=True)
 _VOLTAGE: Final = {"overvoltage": Cause(0x3210, coasts=True), "undervoltage": Cause(0x3220, coasts=True)}

@@ -17,6 +17,7 @@ from fieldrig_devices.cia402.motor import Captured, Kind
 from fieldrig_devices.cia402.single.faults import (
     MODELS,
     OVERLOAD,
+    STO,
     Blocked,
     Cause,
     MainsLost,
@@ -66,11 +67,13 @@ class Servo:
         self._is_blocked = False
         self.sto = settings.sto
         self.is_mains_on = True
+        self._sto_faults = settings.manner.sto_faults
         self.faults = SingleDriveFaults(clock, {**MODELS, **NODE_MODELS}, Faults(Fault), on_change=self._on_faults)
         self._errors: dict[Cause, None] = {}
         """Errors that have not been reset, the first one first."""
         self._overload = 0.0
         """Share of the heat that the motor bears, 1 at its end."""
+        self._look_at_sto()
         self._is_on = self._holds_brake = False
         self._lifted_ns: int | None = None
         self.is_following = self.has_warning = False
@@ -204,6 +207,7 @@ class Servo:
     def reset(self, done: Callable[[], None]) -> None:
         self._overload = 0.0
         self._errors = dict.fromkeys(causes(self.faults))
+        self._look_at_sto()
         self._change()
         done()
 
@@ -264,12 +268,17 @@ class Servo:
 
     def _look(self) -> None:
         """Switch the torque off at once where the power stage does so."""
+        self._look_at_sto()
         if self.is_following and self._coasts:
             self.is_following = False
             self.axis.control(Mode.FREE)
             self._lifted_ns = None
             self._apply_brake()
         self._change()
+
+    def _look_at_sto(self) -> None:
+        if self._sto_faults and not self.may_turn:
+            self._errors[STO] = None
 
     def _change(self) -> None:
         self.is_changed = True

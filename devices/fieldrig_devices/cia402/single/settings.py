@@ -8,12 +8,14 @@ from pydantic import ConfigDict, Field, model_validator
 
 from fieldrig.errors import Mistake
 from fieldrig.settings import Claim, ConfigFile, Settings
+from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.node_settings import CanopenSettings
 from fieldrig_devices.cia402.behaviour import Behaviour
 from fieldrig_devices.cia402.single import foreign
 from fieldrig_devices.cia402.single.faults import AnyDriveFault
 from fieldrig_devices.cia402.single.oddities import oddities
 from fieldrig_devices.cia402.single.own_objects import EDS
+from fieldrig_devices.cia402.single.personality import Name, PersonalitySettings, personality, scale_speeds
 from fieldrig_devices.drives.load import LoadSettings
 from fieldrig_devices.drives.loops import INNER_NS
 from fieldrig_devices.drives.motor import MotorData
@@ -127,6 +129,12 @@ class Cia402DriveSettings(CanopenSettings):
     blocked_wire: str | None = Field(default=None, description="input: true blocks the shaft")
     brake_wire: str | None = Field(default=None, description="output: true lifts the brake")
     position_wire: str | None = Field(default=None, description="output: position of the load, rad")
+    personality: Name | None = Field(
+        default=None, description="how the drive behaves where the standard leaves room; default: by the book"
+    )
+    behaviour: PersonalitySettings = Field(
+        default_factory=PersonalitySettings, description="single differences beside those of the personality"
+    )
     faults: list[AnyDriveFault] = Field(default=[], description="faults that the drive has from the start")
 
     @model_validator(mode="after")
@@ -159,9 +167,21 @@ class Cia402DriveSettings(CanopenSettings):
         """The description of the drive by its EDS."""
         return foreign.declared(self.eds, self.encoder_increments)
 
-    def behaviour(self) -> Behaviour:
+    @property
+    def manner(self) -> PersonalitySettings:
+        """The personality, with the keys of `behaviour`."""
+        return personality(self.personality, self.behaviour)
+
+    def chosen_behaviour(self) -> Behaviour:
         """Return how the drive behaves where the standard leaves a choice."""
-        return self.declared.behaviour
+        return self.manner.behaviour(self.declared.behaviour, self.increments)
+
+    def dictionary(self, node_id: int | None = None) -> Dictionary:
+        dictionary = super().dictionary(node_id)
+        self.manner.trim(dictionary)
+        if self.eds == EDS:
+            scale_speeds(dictionary, self.chosen_behaviour().velocity_unit, self.objects)
+        return dictionary
 
     def claims(self, device: str) -> Iterator[Claim]:
         yield from super().claims(device)
@@ -180,4 +200,4 @@ class Cia402DriveSettings(CanopenSettings):
         own: dict[str, bool | int | float | str] = {}
         if self.eds == EDS and self.encoder_increments is not None:
             own[ENCODER] = self.encoder_increments
-        return {**own, **super()._start_values()}
+        return {**own, **self.manner.objects, **super()._start_values()}
