@@ -1,6 +1,7 @@
 """A master in virtual time: what a switch of threads and a frame cost, and a homing of a minute by python canopen.
 
-Times are processor seconds of this process, because the host may have other work.  The homing is that of the tests (`can_homing`).
+Times are processor seconds of this process, because the host may have other work.  The homing is that of the tests,
+`can_homing`.
 """
 
 import threading

@@ -201,8 +201,13 @@ class ModbusDevice(Device):
         buses: list[Bus[Any]] = []
         for joined in links.values():  # a bus, or the list of `modbus`
             buses += joined if isinstance(joined, list | tuple) else [joined]
-        by_unit: dict[int, UnitSettings] = settings.by_unit()
-        return [tool for unit_id, unit in by_unit.items() for tool in lines_for(load_table(unit.table), unit_id, buses)]
+        firsts: dict[Any, int] = {}  # units with one table are read by the same lines
+        for unit_id, unit in settings.by_unit().items():
+            firsts.setdefault(unit.table, unit_id)
+        tools = {unit_id: lines_for(load_table(table), unit_id, buses) for table, unit_id in firsts.items()}
+        if len(tools) == 1:
+            return [tool for lines in tools.values() for tool in lines]
+        return [Tool(f"{tool.label}, unit {unit_id}", tool.line) for unit_id, lines in tools.items() for tool in lines]
 
     def _keep(self) -> None:
         """Store the retained values.  StoreError if that fails."""

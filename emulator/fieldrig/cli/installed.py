@@ -49,7 +49,7 @@ COMMANDS: Final = "fieldrig.commands"
 
 
 SECTIONS: Final = {
-    "Run a rig": ("up", "restart", "stop", "pause", "step", "run"),
+    "Run a rig": ("up", "restart", "stop", "pause", "step", "run", "exec"),
     "Look and change": ("help", "status", "watch", "get", "set", "fault", "trace"),
     "Files": ("check", "schema"),
     "Programs": (),
