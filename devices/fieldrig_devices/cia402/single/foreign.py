@@ -23,6 +23,11 @@ from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 DEVICE_TYPE: Final = 0x1000
 DRIVE_PROFILE: Final = 402
 """The number of CiA 402 in the low word of 1000h."""
+USUAL_INCREMENTS: Final = 4_096
+"""Increments of an encoder of which the file says nothing: 1024 lines.
+
+The following error window of such files (6065h) is some thousand increments, which a finer encoder soon exceeds.
+"""
 FEWEST_INCREMENTS: Final = 16
 """A resolution of an encoder below this is a value that the file does not know."""
 
@@ -96,7 +101,7 @@ class _File:
     def __init__(self, dictionary: Dictionary, given: frozenset[tuple[int, int]], increments: int | None) -> None:
         self._dictionary, self._given = dictionary, given
         self._variables = {(row.index, row.subindex or 0): find(dictionary, row) for row in ROWS}
-        self.increments = increments or self._resolution() or INCREMENTS_PER_TURN
+        self.increments = increments or self._resolution() or USUAL_INCREMENTS
 
     def _number(self, index: int, subindex: int = 0) -> int | None:
         """The number that the file gives; None if it gives none."""

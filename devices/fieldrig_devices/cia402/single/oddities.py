@@ -118,7 +118,7 @@ class _Look:
         if counts is not None and counts.number < FEWEST_INCREMENTS:
             place = self._at(objects.ENCODER_RESOLUTION, 1, self._value_key(objects.ENCODER_RESOLUTION, 1))
             what = f"608Fh gives {counts.number} increments for a turn"
-            remedy = "the key encoder_increments says what the encoder has; default: 1 000 000"
+            remedy = "the key encoder_increments says what the encoder has; default: 4096"
             yield warning(*place, what, remedy)
         feed = self._dictionary.get(objects.FEED_CONSTANT, 1)
         if feed is not None and feed.number <= 1:

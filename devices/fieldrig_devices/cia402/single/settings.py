@@ -90,13 +90,17 @@ class Cia402DriveSettings(CanopenSettings):
     model_config = ConfigDict(allow_inf_nan=False)
 
     eds: Annotated[
-        ConfigFile, Field(description="EDS or DCF file of a drive, whose objects it then has; default: all of CiA 402")
-    ] = EDS
+        ConfigFile,
+        Field(
+            default_factory=lambda: EDS,
+            description="EDS or DCF file of a drive, whose objects it then has; default: all of CiA 402",
+        ),
+    ]
     cycle_us: int = Field(
         default=1_000, ge=250, le=10_000, multiple_of=INNER_NS // 1_000, description="cycle of the drive's set values"
     )
     encoder_increments: int | None = Field(
-        default=None, ge=16, le=1 << 24, description="per turn of the motor; default: what 608Fh says, else 1 000 000"
+        default=None, ge=16, le=1 << 24, description="per turn of the motor; default: what 608Fh says, else 4096"
     )
     supply_v: float = Field(default=325.0, gt=0, le=1_000, description="voltage of the DC link (6079h)")
     motor: MotorSettings = Field(default_factory=MotorSettings)

@@ -36,31 +36,33 @@ class Facts(NamedTuple):
 
 
 ALL = {1, 2, 3, 4, 6, 7, 8, 9, 10}
-M = 1_000_000
+USUAL = 4_096
 FILES = {
-    "CANOPEN-SDK--ZeroErr_Driver_V1.5.eds": Facts(0x00420192, {1, 3, 4, 8, 9, 10}, M, "60C1:01 is INTEGER16"),
-    "CANOPEN-SDK--elmo.dcf": Facts(0x00000192, ALL - {2}, M, "60E3:01 is UNSIGNED8"),
-    "EPOS_Canopen--maxon-70_10.eds": Facts(0x00020192, {1, 3, 6, 8, 9} , M, ""),
-    "Eyou_Canopen_master--YiyouServo_V1.4.eds": Facts(0x00020192, ALL - {2, 6}, M, "6072:00 is INTEGER16"),
+    "CANOPEN-SDK--ZeroErr_Driver_V1.5.eds": Facts(0x00420192, {1, 3, 4, 8, 9, 10}, USUAL, "60C1:01 is INTEGER16"),
+    "CANOPEN-SDK--elmo.dcf": Facts(0x00000192, ALL - {2}, USUAL, "60E3:01 is UNSIGNED8"),
+    "EPOS_Canopen--maxon-70_10.eds": Facts(0x00020192, {1, 3, 6, 8, 9} , USUAL, ""),
+    "Eyou_Canopen_master--YiyouServo_V1.4.eds": Facts(0x00020192, ALL - {2, 6}, USUAL, "6072:00 is INTEGER16"),
     "canopen--e35.eds": Facts(0x00020192, ALL | {-2, -1}, 2_000, "60B2:00 is INTEGER32"),
-    "cob_robots--Elmo.dcf": Facts(0x00000192, ALL - {2}, M, "6502h (supported drive modes) has no default"),
-    "cob_robots--ElmoSimplIQ.dcf": Facts(0x00020192, {1, 3, 4, 6, 7}, M, "6083:00 is 0"),
-    "cob_robots--Schunk_0_63.dcf": Facts(0, {1, 2, 7}, M, "the device type 0x00000000"),
-    "emec-drv-canopen-tester--emecdrv5.eds": Facts(0x92020100, {1, 8}, M, "the device type 0x92020100"),
+    "cob_robots--Elmo.dcf": Facts(0x00000192, ALL - {2}, USUAL, "6502h (supported drive modes) has no default"),
+    "cob_robots--ElmoSimplIQ.dcf": Facts(0x00020192, {1, 3, 4, 6, 7}, USUAL, "6083:00 is 0"),
+    "cob_robots--Schunk_0_63.dcf": Facts(0, {1, 2, 7}, USUAL, "the device type 0x00000000"),
+    "emec-drv-canopen-tester--emecdrv5.eds": Facts(0x92020100, {1, 8}, USUAL, "the device type 0x92020100"),
     "husarion_ugv_ros--roboteq_motor_controllers_v80_21a.eds": Facts(
-        0x192, ALL - {6, 7}, M, "the file describes several axes"
+        0x192, ALL - {6, 7}, USUAL, "the file describes several axes"
     ),
     "kacanopen--605.3150.51-V-EK-2-60.eds": Facts(0x00020192, {-1, 1, 3, 6, 8, 9}, 2_048, ""),
     "kacanopen--605.3150.55-D-EK-2-60.eds": Facts(0x00020192, {-1, 1, 3, 6, 8, 9}, 2_048, "6060h is not mappable"),
     "kacanopen--605.3150.67-B-EK-2-60.eds": Facts(0x00420192, {*range(-9, 0), 1, 3, 6}, 3_000, "607F:00 is 0"),
     "kacanopen--605.3150.71-A-EK-3-60.eds": Facts(0x00020192, {-1, 1, 3, 6, 8, 9}, 2_048, ""),
-    "kacanopen--epos2_347717.eds": Facts(0, {1, 3, 6, 8, 9}, M, "the device type 0x00000000"),
-    "maxon_epos4_ros1--epos4_50_15_can_ec90flat_gp52c_mile800_node1.dcf": Facts(0x00020192, {1, 3, 6, 8, 9, 10}, M, ""),
-    "pilz_robots--prbt_0_1.dcf": Facts(0, {1, 2, 7}, M, "the device type 0x00000000"),
-    "ros2_canopen--fake_slaves-cia402_slave.eds": Facts(0xFFFF0192, {1, 3, 6, 8}, M, ""),
-    "ros2_canopen--robot_control-cia402_slave.eds": Facts(0x00060192, {1, 3, 6, 7}, M, "6083:00 is 0"),
+    "kacanopen--epos2_347717.eds": Facts(0, {1, 3, 6, 8, 9}, USUAL, "the device type 0x00000000"),
+    "maxon_epos4_ros1--epos4_50_15_can_ec90flat_gp52c_mile800_node1.dcf": Facts(
+        0x00020192, {1, 3, 6, 8, 9, 10}, USUAL, ""
+    ),
+    "pilz_robots--prbt_0_1.dcf": Facts(0, {1, 2, 7}, USUAL, "the device type 0x00000000"),
+    "ros2_canopen--fake_slaves-cia402_slave.eds": Facts(0xFFFF0192, {1, 3, 6, 8}, USUAL, ""),
+    "ros2_canopen--robot_control-cia402_slave.eds": Facts(0x00060192, {1, 3, 6, 7}, USUAL, "6083:00 is 0"),
     "ros_canopen_demo_JetsonTX2_RoboteqSDC3260--roboteq_motor_controllers_v60.eds": Facts(
-        0, set(), M, "the object is missing"
+        0, set(), USUAL, "the object is missing"
     ),
 }  # fmt: skip
 MEASURED = {"CANOPEN-SDK--elmo.dcf": {"4.2", "4.8"}, "cob_robots--Elmo.dcf": {"4.2", "4.8"}}
@@ -102,7 +104,7 @@ def test_a_master_moves_the_drive_of_a_file(name: str) -> None:
 def test_the_drive_of_a_file_conforms(name: str) -> None:
     """All cases but 1.0, which is about the file itself."""
     device = {"kind": "cia402.drive", "node_id": 3, "eds": str(path_of(name)), "links": {"can": "can0"}}
-    buses = {"can0": {"kind": "can.virtual", "bitrate": M}}
+    buses = {"can0": {"kind": "can.virtual", "bitrate": 1_000_000}}
     rig = Rig(from_dict({"time": "virtual", "buses": buses, "devices": {"axis": device}}))
     cases = [case for case in choose([]) if case.number != "1.0"]
     report = conform_virtual(rig, "can0", Description(path_of(name), 3), cases)
@@ -121,3 +123,12 @@ def test_a_rig_is_made_from_a_file_and_its_oddities_are_warned_of(name: str, tmp
     assert device.kind == ("cia402.drive" if is_a_drive else "canopen.node")
     warned = {doubt.what for doubt in device.settings.doubts()}
     assert not is_a_drive or warned >= {finding.what for finding in oddities(path_of(name))}
+
+
+@pytest.mark.parametrize("name", [name for name in FILES if "epos" in name.lower()])
+def test_velocities_are_in_the_unit_of_the_file(name: str) -> None:
+    """These files say turns per minute, by 608Ch (A4h) or by 60A9h (00B44700h)."""
+    bench = SingleDriveBench(eds=str(path_of(name)))
+    bench.enabled(3).put(0x60FF, 300).after(3_000)
+    assert bench.read("speed") == pytest.approx(300, rel=0.01)
+    assert bench.get(0x606C) == pytest.approx(300, abs=3)
