@@ -355,3 +355,23 @@ def test_whatever_a_master_writes_set_values_are_numbers(orders: list[tuple[Row,
         bench.cycles(cycles)
         assert math.isfinite(bench.axis.drive.set_value)
         assert bench.get(0x6061) in (0, 1, 2, 3, 4, 6, 7, 8, 9, 10)
+
+
+@pytest.mark.parametrize("mode", [PP, PV, HM, IP, CSP, CSV])
+def test_a_control_word_that_is_repeated_in_every_cycle_changes_nothing(mode: int) -> None:
+    """A move, a halt, its end, and a quick stop, with each word once and with each word in every cycle."""
+
+    def seen(repeats: bool) -> list[tuple[int, int, float]]:
+        bench = Cia402Bench()
+        bench.put(0x6098, 33).put(0x60FF, 500_000).put(0x607A, 300_000).enabled(mode)
+        found = []
+        for word in (0x1F, 0x11F, 0x1F, 0x0F, 0x02, 0x0F):
+            bench.control(word)
+            for cycle in range(30):
+                if repeats and cycle:
+                    bench.control(word)
+                bench.cycles(1)
+                found.append((bench.motor.position, bench.axis.status_word, bench.axis.drive.set_value))
+        return found
+
+    assert seen(repeats=True) == seen(repeats=False)
