@@ -1,5 +1,6 @@
 """The block in which a master is in virtual time."""
 
+import logging
 import os
 import queue
 import socket
@@ -19,7 +20,7 @@ from fieldrig.master_time.network import Network, SocketStandIns
 from fieldrig.master_time.scheduler import Scheduler
 from fieldrig.master_time.swaps import Swaps
 from fieldrig.master_time.terminals import Terminals
-from fieldrig.master_time.threads import Refusal, hook_without_ends, is_alive, join, thread_swaps
+from fieldrig.master_time.threads import Refusal, hook_without_ends, is_alive, is_no_end, join, thread_swaps
 from fieldrig.master_time.watchdog import Watchdog
 from fieldrig.virtual.rig import Rig
 
@@ -79,6 +80,9 @@ def _swap(swaps: Swaps, network: Network, terminals: Terminals) -> None:
     swaps.attribute(threading, "_allocate_lock", Lock)
     swaps.attribute(threading, "_CRLock", None)
     swaps.attribute(threading, "excepthook", hook_without_ends(threading.excepthook))
+    executors = logging.getLogger("concurrent.futures")  # it calls the end of a worker critical
+    executors.addFilter(is_no_end)
+    swaps.later(lambda: executors.removeFilter(is_no_end))
     swaps.attribute(threading.Thread, "join", join)
     swaps.attribute(threading.Thread, "is_alive", is_alive)
     for kind, name, method in selector_methods():

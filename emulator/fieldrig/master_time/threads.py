@@ -1,6 +1,7 @@
 """Threads that a member starts are members as well; and what would leave the process is refused."""
 
 import _thread
+import logging
 import sys
 import threading
 from collections.abc import Callable
@@ -64,9 +65,11 @@ def _run(scheduler: Scheduler, member: Member, job: list[Any]) -> None:
     """Run a thread from its first turn to its end."""
     scheduler.started(member)
     try:
+        function, args, kwargs = job.pop()
         if not scheduler.is_over:
-            function, args, kwargs = job.pop()
             function(*args, **kwargs)
+        else:
+            _forget_unstarted(function)
     except EndedError:
         pass
     finally:
@@ -74,6 +77,12 @@ def _run(scheduler: Scheduler, member: Member, job: list[Any]) -> None:
         job.clear()
         function = args = kwargs = None
         scheduler.finished(member)
+
+
+def _forget_unstarted(function: Callable[..., Any]) -> None:
+    """Remove a thread that had no turn before the end from `threading.enumerate`, which lists it while it starts."""
+    starting: dict[Any, Any] = getattr(threading, "_limbo", {})
+    starting.pop(getattr(function, "__self__", None), None)
 
 
 def join(self: threading.Thread, timeout: float | None = None) -> None:
@@ -116,6 +125,11 @@ def hook_without_ends(real: Callable[[Any], Any]) -> Callable[[Any], Any]:
         return None if issubclass(arguments.exc_type, (EndedError, VirtualTimeError)) else real(arguments)
 
     return hook
+
+
+def is_no_end(record: logging.LogRecord) -> bool:
+    """Return whether a line of the log is about anything but a thread that the end of the block has ended."""
+    return not (record.exc_info and isinstance(record.exc_info[1], EndedError | VirtualTimeError))
 
 
 def thread_swaps() -> list[tuple[Any, Any]]:

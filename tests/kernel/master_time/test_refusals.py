@@ -1,6 +1,7 @@
 """A master that cannot be in virtual time fails at once, with a sentence that names the thread and the line."""
 
 import _thread
+import asyncio
 import multiprocessing
 import os
 import socket
@@ -115,6 +116,19 @@ def test_a_library_that_tries_again_does_not_go_on(caught: type[BaseException]) 
 
     assert "10.0.0.1:502 is outside of the rig" in refusal(body)
     assert len(tries) == 1
+
+
+def test_an_executor_that_still_waits_at_the_end_says_nothing_and_leaves_nothing(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    before = threading.enumerate()
+
+    async def main() -> None:
+        await asyncio.open_connection("plc.example", 502)
+
+    assert "plc.example is outside of the rig" in refusal(lambda _: asyncio.run(main()))
+    assert caplog.records == []
+    assert threading.enumerate() == before
 
 
 # ---- processes
