@@ -87,7 +87,7 @@ class Cia402Axis(Service):
         """Last error code since power-on (603Fh); a fault reset does not clear it."""
         self._most_torque = objects.FULL_TORQUE
         """Torque limit last passed to the motor; until the first one the motor uses its own."""
-        self._context.on_quick_stop = lambda: self.machine.act(Command.QUICK_STOP)
+        self._context.on_quick_stop = self._stop_quickly
         self._context.on_home = lambda origin: self.on_home(origin)
         self._connect()
 
@@ -133,6 +133,10 @@ class Cia402Axis(Service):
         if self._numbers[objects.MODE] in self.drive.supported:
             self._on_mode(self._numbers[objects.MODE])
         self._show()
+
+    def _stop_quickly(self) -> None:
+        self.pace.wake()
+        self.machine.act(Command.QUICK_STOP)
 
     def fail(self, code: int) -> None:
         """Have a fault with this error code."""

@@ -208,7 +208,7 @@ class AxisDrive:
             self._context.on_quick_stop()
         else:
             self.own_error = REFERENCE_LIMIT
-        self._pace.wake()
+            self._pace.wake()
 
     def advance(self) -> None:
         """Do what `step` does, for an axis that moves and is not awake; within the band of its mode that is little."""

@@ -37,6 +37,8 @@ class StateMachine:
         """Number of the last transition."""
         self.control_word = 0
         self._command: Command | None = None
+        self._is_lowered = False
+        """True if 'enable operation' counted as 'switch on' only; the same word again then enables."""
         self._after_ramp = 0
         """The transition that follows when the present ramp ends, or 0 if there is none."""
         self._is_enabling = False
@@ -52,6 +54,7 @@ class StateMachine:
     def control(self, word: int) -> None:
         """Take over a received control word."""
         before, self.control_word = self.control_word, word
+        self._is_lowered = False
         self._order(command_of(word))
         if self.state is State.FAULT and self._resets.are_enough(word, before):
             self._drive.reset_fault(self._on_reset)
@@ -65,7 +68,7 @@ class StateMachine:
     @property
     def is_settled(self) -> bool:
         """True if the present command has had its whole effect, so that the same one again changes nothing."""
-        is_pending = self._wanted is not None or self._after_ramp != 0 or self._is_enabling
+        is_pending = self._wanted is not None or self._after_ramp != 0 or self._is_enabling or self._is_lowered
         return self._command is not None and not is_pending
 
     def act(self, command: Command) -> None:
@@ -206,6 +209,6 @@ class StateMachine:
     def _order(self, command: Command | None) -> None:
         is_passing = command is Command.ENABLE_OPERATION and self.state is State.READY_TO_SWITCH_ON
         if is_passing and not self._behaviour.passes_switched_on:
-            command = Command.SWITCH_ON
+            command, self._is_lowered = Command.SWITCH_ON, True
         self._command = command
         self._wanted = None if command is None else TRANSITIONS.get((self.state, command))
