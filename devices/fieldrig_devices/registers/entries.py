@@ -2,7 +2,7 @@
 
 import math
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
@@ -213,6 +213,15 @@ class RecordFile(Settings):
 def words_of(entry: Bit | Register) -> int:
     """Number of addresses that one value occupies."""
     return entry.words if isinstance(entry, Register) else 1
+
+
+def each_value(entry: Bit | Register) -> Iterator[tuple[str, int]]:
+    """Yield the name and the address of each of the `count` values."""
+    if entry.count == 1:
+        yield entry.name, entry.address
+        return
+    for index in range(entry.count):
+        yield f"{entry.name}.{index}", entry.address + index * words_of(entry)
 
 
 def fields_of(entry: Bit | Register) -> Sequence[BitField]:

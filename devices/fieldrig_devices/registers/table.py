@@ -32,6 +32,7 @@ from fieldrig_devices.registers.entries import (
     RecordFile,
     Register,
     check_size,
+    each_value,
     factor_in,
     fields_of,
     number_of,
@@ -109,7 +110,7 @@ def _conflicts(table: Table) -> Iterator[WrongKey]:
         yield from _overlaps(space, entries)
         for index, entry in enumerate(entries):
             here = (space, index)
-            yield from _twice(names, entry.name, here, "name")
+            yield from _taken_names(names, entry, here)
             if space not in WRITABLE_SPACES and (entry.access or "ro") != "ro":
                 yield WrongKey((*here, "access"), f"a client cannot write {space.replace('_', ' ')}", "expected ro")
             elif entry.wire is not None and direction_of(space, entry) == "to_wire":
@@ -186,6 +187,15 @@ def _overlaps(space: str, entries: Sequence[Bit | Register]) -> Iterator[WrongKe
         end = address + entry.count * words_of(entry)
         if end > last_end:
             last_end, last = end, entry.name
+
+
+def _taken_names(names: dict[str, str], entry: Bit | Register, here: tuple[Any, ...]) -> Iterator[WrongKey]:
+    """Yield the first name of an entry that another one has too, such as `tank.1` beside a `tank` with a count."""
+    own = dict.fromkeys((entry.name, *(name for name, _ in each_value(entry))), key_text(here))
+    taken = next((name for name in own if name in names), None)
+    if taken is not None:
+        yield from _twice(names, taken, here, "name")
+    names |= {name: place for name, place in own.items() if name not in names}
 
 
 def _twice(known: dict[Any, str], used: Any, here: tuple[Any, ...], key: str) -> Iterator[WrongKey]:

@@ -53,6 +53,19 @@ holding_registers:
     assert [line.split(":")[0] for line in found] == [str(line) for line in range(3, 14)]
 
 
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("name: tank, count: 3", "name: tank.1"),
+        ("name: tank.1", "name: tank, count: 3"),
+        ("name: tank, count: 3", "name: tank, count: 2"),
+    ],
+)
+def test_a_name_that_a_count_makes_is_a_name(tmp_path: Path, first: str, second: str) -> None:
+    found = mistakes(tmp_path, f"holding_registers:\n  - {{address: 0, {first}}}\n  - {{address: 9, {second}}}\n")
+    assert [line.partition(" is already")[0].partition("name: ")[2] for line in found] in (["tank.1"], ["tank"])
+
+
 def test_conflicts_between_entries_are_told(tmp_path: Path) -> None:
     found = mistakes(
         tmp_path,
