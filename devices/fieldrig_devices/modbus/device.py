@@ -269,11 +269,12 @@ class ModbusDevice(Device):
     def _follow(self) -> None:
         """Update the registers that show moving signals, and those that live by themselves."""
         self._living.refresh()
-        if not self._moving:
-            return
-        now_ns = self._clock.now_ns()
-        for wire, signal in self._moving.items():
-            self._hear(self._listeners[wire], Signal(wire, signal.at(now_ns), signal.unit))
+        if self._moving:
+            now_ns = self._clock.now_ns()
+            for wire, signal in self._moving.items():
+                self._hear(self._listeners[wire], Signal(wire, signal.at(now_ns), signal.unit))
+        for unit in self._units.values():
+            unit.rescale()
 
     def _drive(self, signal: Signal) -> None:
         """Send a signal, also to the registers of this device, because a bus does not return a signal to its sender."""

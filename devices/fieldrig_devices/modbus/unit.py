@@ -9,7 +9,7 @@ from fieldrig.points.checks import choice_in, whole_in
 from fieldrig.storage.store import StoreError
 from fieldrig_bus.modbus.errors import ILLEGAL_DATA_ADDRESS, SERVER_DEVICE_FAILURE, ModbusError
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.registers.entries import Bit, Fifo, RecordFile, Register, Value, number_of, words_of
+from fieldrig_devices.registers.entries import Bit, Fifo, RecordFile, Register, Value, each_value, number_of, words_of
 from fieldrig_devices.registers.image import Area, BitImage, RegisterImage
 from fieldrig_devices.registers.table import Table, access_of, direction_of
 from fieldrig_devices.registers.value import BitValue, FieldValue, OutOfRange, RegisterValue
@@ -75,11 +75,16 @@ class ModbusUnit:
         self._fields: dict[str, FieldValue] = {}
         for space, image in (("coils", self.coils), ("discrete_inputs", self.discrete_inputs)):
             for bit in table.coils if space == "coils" else table.discrete_inputs:
-                for name, address in _each(bit):
+                for name, address in each_value(bit):
                     self._add(BitValue(name, bit, address, direction_of(space, bit), image))
         self._add_registers("holding_registers", table.holding_registers, self.holding_registers, out_of_range)
         self._add_registers("input_registers", table.input_registers, self.input_registers, out_of_range)
         self._begin()
+        self._rescaled = [
+            value
+            for value in self.values.values()
+            if isinstance(value, RegisterValue) and value.entry.source is not None and value.entry.is_scaled_by_another
+        ]
         self._fifos = {entry.address: FifoQueue(entry) for entry in table.fifos}
         self.files = {file.number: _file(file) for file in table.files}
         self._status = exception_status if isinstance(exception_status, int) else self._status_bits(exception_status)
@@ -110,6 +115,11 @@ class ModbusUnit:
             for value in self.values.values()
             if value.entry.source is not None
         ]
+
+    def rescale(self) -> None:
+        """Encode the values again that live by themselves, if the register of their factor has changed."""
+        for value in self._rescaled:
+            value.rescale()
 
     def collectors(self) -> list[tuple[str, Callable[[Signal], None]]]:
         """The wires whose changes are appended to queues, with the handlers of their signals."""
@@ -144,7 +154,7 @@ class ModbusUnit:
     ) -> None:
         for entry in entries:
             direction = direction_of(space, entry)
-            for name, address in _each(entry):
+            for name, address in each_value(entry):
                 value = RegisterValue(name, entry, address, direction, image, self._table.form_of(entry), out_of_range)
                 fields = [FieldValue(value, field, direction_of(space, entry, field)) for field in entry.bits]
                 self._fields |= {field.name: field for field in fields}
@@ -261,10 +271,3 @@ def _areas(space: str, entries: Sequence[Bit | Register]) -> list[Area]:
         for entry in entries
         for access in (access_of(space, entry),)
     ]
-
-
-def _each(entry: Bit | Register) -> list[tuple[str, int]]:
-    """The name and address of each of the `count` values."""
-    if entry.count == 1:
-        return [(entry.name, entry.address)]
-    return [(f"{entry.name}.{index}", entry.address + index * words_of(entry)) for index in range(entry.count)]

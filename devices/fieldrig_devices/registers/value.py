@@ -90,11 +90,16 @@ class RegisterValue:
         self._form = form
         self._is_scaled = entry.scale != 1 or entry.offset != 0 or entry.is_scaled_by_another
         self._factor: Callable[[], float] = lambda: 1
+        self._lived: Number | None = None
+        """The last value of the source."""
         self._out_of_range = out_of_range
         self._on_written: list[Callable[[], None]] = []
 
     def scale_by(self, other: "RegisterValue") -> None:
-        """Let another register take part in the scale.  The registers keep what they hold when it changes."""
+        """Let another register take part in the scale.
+
+        The registers keep what they hold when it changes, but for a value that lives by itself, which `rescale` keeps.
+        """
         is_exponent = self.entry.exponent_from is not None
         self._factor = lambda: factor_in(other.read(), is_exponent)
 
@@ -124,10 +129,16 @@ class RegisterValue:
 
     def live(self, value: Number) -> None:
         """Take the value of a source; one beyond the range of the registers becomes the end of the range."""
+        self._lived = value
         if self._form.is_number:
             self._image.put(self._address, self._saturated(value))
         else:
             self.put(value >= 0.5)
+
+    def rescale(self) -> None:
+        """Encode the last value of the source again, because the register of its factor may have changed."""
+        if self._lived is not None:
+            self.live(self._lived)
 
     def raw(self) -> bytes:
         return self._image.get(self._address, self._words)

@@ -52,6 +52,25 @@ def test_two_random_walks_go_their_own_ways_and_the_same_each_time(tmp_path: Pat
     assert ways[0][0] != ways[0][1]
 
 
+SCALED = """
+holding_registers:
+  - {address: 0, name: power, type: u16, factor_from: per_count, source: {kind: constant, value: 600}}
+  - {address: 1, name: per_count, initial: 10}
+  - {address: 2, name: current, type: s16, exponent_from: power_of_ten, source: {kind: constant, value: 12.5}}
+  - {address: 3, name: power_of_ten, type: s16, source: {kind: counter, per_s: -1}}
+"""
+
+
+def test_a_value_that_lives_stays_itself_when_the_register_of_its_factor_changes(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, SCALED)
+    assert bench.ask("03 0000 0001") == "0302003c"  # 60 * 10
+    assert bench.ask("06 0001 0064") == "0600010064"
+    assert bench.ask("03 0000 0001") == "03020006"  # 6 * 100
+    assert bench.point("power") == 600
+    bench.clock.advance_to(1 * S)
+    assert bench.ask("03 0002 0002") == "0304007dffff"  # 125 * 10^-1, and the factor lives too
+
+
 def test_nobody_can_write_a_value_that_lives(tmp_path: Path) -> None:
     bench = Bench(tmp_path, METER)
     assert bench.ask("06 0001 0005") == "8602"
