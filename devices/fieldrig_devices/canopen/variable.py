@@ -8,6 +8,7 @@ only copy bytes; the application sees decoded values.  A service that has to act
 from collections.abc import Callable
 from enum import Enum
 
+from fieldrig.points.checks import number_in
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.datatypes import DOMAIN, DataType, Value
 
@@ -151,9 +152,8 @@ class Variable:
     def put(self, value: Value) -> None:
         """Set the value from the application, regardless of the access type.  Raises ValueError if it doesn't fit."""
         data = self.type.encode(value)
-        refusal = self.refusal(data)
-        if refusal is not None:
-            raise ValueError(f"{value!r} is beyond the limits of {self.key}: expected {self.low} to {self.high}")
+        if self.refusal(data) is not None:
+            number_in(value, self.low, self.high, name=self.key)
         self.set(data)
 
     def set(self, data: bytes) -> None:

@@ -190,6 +190,20 @@ def test_value_that_is_left_out_lies_within_the_limits(tmp_path: Path) -> None:
     assert below.by_key("2000:00").value == -2
 
 
+@pytest.mark.parametrize(
+    ("limits", "told"),
+    [
+        ("LowLimit=1\n", "2000:00: expected a number of at least 1, got 0"),
+        ("HighLimit=-1\n", "2000:00: expected a number of at most -1, got 0"),
+        ("LowLimit=1\nHighLimit=9\n", "2000:00: expected a number from 1 to 9, got 0"),
+    ],
+)
+def test_a_value_of_the_user_beyond_one_limit_or_two_is_refused(tmp_path: Path, limits: str, told: str) -> None:
+    dictionary = describe(tmp_path, f"[2000]\nDataType=3\nAccessType=rw\nDefaultValue=5\n{limits}")
+    with pytest.raises(ValueError, match=told):
+        dictionary.by_key("2000:00").put(0)
+
+
 def test_count_that_is_left_out_is_the_highest_sub_index(tmp_path: Path) -> None:
     text = "[2000]\nObjectType=9\n" + "".join(f"[2000sub{n}]\nDataType=5\nAccessType=ro\n" for n in (0, 1, 4))
     assert describe(tmp_path, text).number(0x2000, 0) == 4
