@@ -6,6 +6,8 @@ comma where the semicolon or the tab separates.
 
 import csv
 import io
+import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator
 from functools import lru_cache
 from math import isfinite
@@ -29,6 +31,8 @@ class Sheet(NamedTuple):
         """Yield the line and the text of each row of a column.  ValueError if there is no such column."""
         if column not in self.names:
             raise ValueError(f"there is no column {column!r}; {closest(column, self.names)}")
+        if self.names.count(column) > 1:
+            raise ValueError(f"there are {self.names.count(column)} columns {column!r}; give each its own name")
         place = self.names.index(column)
         for line, row in zip(self.lines, self.rows, strict=True):
             yield line, row[place].strip() if place < len(row) else ""
@@ -48,14 +52,24 @@ class Sheet(NamedTuple):
 
 def read_sheet(file: Path) -> Sheet:
     """Read a file.  ValueError for one without rows, or that is no CSV; OSError if it cannot be read."""
-    return sheet_of(file.read_text(encoding="utf-8-sig", errors="replace"))
+    return sheet_of(text_of(file.read_bytes()))
+
+
+def text_of(data: bytes) -> str:
+    """Return the text of a file in UTF-8, in UTF-16 with its mark, or else in the code page of Windows."""
+    try:
+        return data.decode("utf-16" if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("cp1252", errors="replace")
 
 
 @lru_cache(maxsize=8)
 def sheet_of(text: str) -> Sheet:
     """Split the text of a file, once for all of its columns.  ValueError as for `read_sheet`."""
-    head = text.partition("\n")[0]
-    separator = max(",;\t", key=head.count)
+    head, newline, below = text.partition("\n")
+    given = re.fullmatch("sep=([,;\t])", head.strip(" \r"))  # a line of Excel's
+    separator = given[1] if given else max(",;\t", key=head.count)
+    text = f"{newline}{below}" if given else text
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
     rows, lines = [], []
     try:

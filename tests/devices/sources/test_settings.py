@@ -72,6 +72,8 @@ def test_a_recording_without_times_is_replayed_row_by_row(tmp_path: Path) -> Non
         ("a\n1\nx\n", None, "line 3: expected a number in column 'a', got 'x'"),
         ("a\nnan\n", None, "line 2: expected a number"),
         ("t,a\n0,1\n0,2\n", "t", "line 3: expected a later time"),
+        ("sep=;\na;b\n0,5;1\nx;1\n", None, "line 4: expected a number"),
+        ("a,a\n1,2\n", None, "there are 2 columns 'a'; give each its own name"),
         ("t,a\nnoon,1\n", "t", "line 2: expected seconds or a date"),
         ("t,a\n0,\n", None, "line 2: expected a number in the first row"),
         ('a\n"' + "x" * 200_000 + '"\n', None, "line 2: field larger"),
