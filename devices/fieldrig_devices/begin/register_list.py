@@ -6,13 +6,14 @@ assumed, and what cannot be read is left out; the notes say both, with the lines
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from pydantic import ValidationError
 
+from fieldrig_devices.begin.list_scales import NOTHING, factor, name_registers
 from fieldrig_devices.registers.entries import Bit, Register, words_of
 from fieldrig_devices.registers.table import SPACES
 from fieldrig_devices.registers.type_names import meant
@@ -83,6 +84,7 @@ def read_list(file: Path) -> RegisterList:
     reader = _Reader(sheet, is_numbered, made)
     for line, row in rows:
         reader.take(line, row)
+    reader.finish()
     if not any(made.entries.values()):
         raise ValueError("\n".join(["no row is a register", *made.notes]))
     for entries in made.entries.values():
@@ -97,13 +99,17 @@ class _Reader:
         self._sheet, self._is_numbered, self._made = sheet, is_numbered, made
         self._names: set[str] = set()
         self._taken: dict[str, dict[int, str]] = {space: {} for space in SPACES}
+        self._lines: dict[str, int] = {}
+        self._scaled_by: dict[str, str] = {}
+        """The text of a factor that is no number, as a name, by the name of the register."""
+        self._exponents: set[str] = set()
 
     def take(self, line: int, row: Mapping[str, str]) -> None:
         try:
             space, entry = self._entry(row)
             model = Bit if space in SPACES[:2] else Register
             words = words_of(model.model_validate(entry))
-            addresses = range(entry["address"], entry["address"] + words)
+            addresses = range(entry["address"], entry["address"] + words * entry.get("count", 1))
             taken = self._taken[space]
             other = next((taken[address] for address in addresses if address in taken), None)
             if other is not None:
@@ -113,9 +119,31 @@ class _Reader:
         except ValueError as cause:
             self._leave_out(line, str(cause))
         else:
-            self._names.add(entry["name"])
+            self._assume(line, row, space, entry, words)
             taken |= dict.fromkeys(addresses, entry["name"])
             self._made.entries[space].append(entry)
+
+    def finish(self) -> None:
+        """Resolve the factors that are names of other registers, which may come later in the list."""
+        registers = [entry for space in SPACES[2:] for entry in self._made.entries[space]]
+        for name in name_registers(registers, self._scaled_by, self._exponents):
+            self._made.notes.append(f"Line {self._lines[name]}: its factor is no number; 1 was taken.")
+
+    def _assume(self, line: int, row: Mapping[str, str], space: str, entry: Mapping[str, Any], words: int) -> None:
+        """Keep what other rows need, and note what is assumed."""
+        name, scale, length = entry["name"], row.get("scale", ""), _address(row.get("length", ""))
+        self._names.add(name)
+        self._lines[name] = line
+        if meant(row.get("type", "")) == "s16" and "sunssf" in row["type"].casefold():
+            self._exponents.add(name)
+        is_open = space in SPACES[2:] and "scale" not in entry and scale.casefold() not in NOTHING
+        if is_open and factor(scale, self._sheet.number) is None:
+            self._scaled_by[name] = _as_name(scale)
+        if row.get("space") and _space(row["space"]) is None:
+            self._made.notes.append(f"Line {line}: {row['space']!r} is no table; {space.replace('_', ' ')} was taken.")
+        words *= entry.get("count", 1)
+        if length is not None and length not in (words, 2 * words, 16 * words) and space in SPACES[2:]:
+            self._made.notes.append(f"Line {line}: its length is {length}, but {entry['type']} needs {words}.")
 
     def _leave_out(self, line: int, why: str) -> None:
         self._made.notes.append(f"Line {line} is left out: {' '.join(why.split())}.")
@@ -152,19 +180,23 @@ class _Reader:
 
     def _name(self, row: Mapping[str, str], space: str, address: int) -> str:
         text = row.get("name") or row.get("about") or ""
-        name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_").lower()[:60].strip("_")
+        name = _as_name(text)
         if not name:
             name = f"{space.removesuffix('s')}_{address}"
         name = name if not name[0].isdigit() else f"r_{name}"
         return name if name not in self._names else f"{name}_{address}"
 
     def _numbers(self, row: Mapping[str, str], type: str) -> dict[str, Any]:
-        scale, divisor = _factor(row.get("scale", ""), self._sheet.number), self._sheet.number(row.get("divisor", ""))
+        scale, divisor = factor(row.get("scale", ""), self._sheet.number), self._sheet.number(row.get("divisor", ""))
         if divisor:
             scale = 1 / divisor
         numbers: dict[str, Any] = {} if scale in (None, 0, 1) else {"scale": _short(scale or 1)}
         limits = {key: self._sheet.number(row.get(key, "")) for key in ONES}
         return numbers | {key: _short(value) for key, value in limits.items() if value is not None}
+
+
+def _as_name(text: str) -> str:
+    return re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_").lower()[:60].strip("_")
 
 
 def _columns(sheet: Sheet) -> dict[str, int]:
@@ -223,6 +255,9 @@ def _type(row: Mapping[str, str]) -> dict[str, Any]:
     type = next((known for word in (text, *words) if (known := meant(word.replace(" ", "")))), None)
     if not text:
         type = TYPES_BY_WORDS.get(length or 1)
+    array = re.search(r"\[(\d+)\]", text)
+    if array is not None and type in ("u8", "s8"):  # a text in C
+        type = "string[n]"
     if type == "string[n]":
         characters = re.search(r"\d+", text)
         count = int(characters[0]) if characters else 2 * (length or 8)
@@ -231,7 +266,8 @@ def _type(row: Mapping[str, str]) -> dict[str, Any]:
         type = type.replace("8", "16")
     if type is None:
         raise ValueError(f"{text!r} is no type that is known" if text else f"no type has {length} registers")
-    return {"type": type} | order
+    is_array = array is not None and not type.startswith("string") and int(array[1]) > 1
+    return {"type": type} | order | ({"count": int(array[1])} if array and is_array else {})
 
 
 def _access(text: str) -> str | None:
@@ -239,16 +275,6 @@ def _access(text: str) -> str | None:
     if letters in ("r", "ro", "read", "readonly"):
         return "ro"
     return "wo" if letters in ("w", "wo", "write", "writeonly") else None
-
-
-def _factor(text: str, number_in: Callable[[str], float | None]) -> float | None:
-    """Return a factor such as `0.1`, `x0.1`, `/10` or `1/10`."""
-    plain = text.strip().lstrip("x*×").strip()
-    dividend, slash, divisor = plain.partition("/")
-    if not slash:
-        return number_in(plain)
-    over, under = number_in(dividend or "1"), number_in(divisor)
-    return None if over is None or not under else over / under
 
 
 def _short(number: float) -> int | float:

@@ -8,11 +8,11 @@ OTHER_NAMES: Final = {
     "bool": ("boolean", "bit", "coil", "flag"),
     "u8": ("uint8", "usint", "byte", "uchar", "unsigned8", "ui8"),
     "s8": ("int8", "sint", "char", "i8", "signed8", "integer8", "si8"),
-    "u16": ("uint16", "uint", "word", "ushort", "unsigned", "unsigned16", "ui16"),
-    "s16": ("int16", "int", "short", "i16", "signed", "signed16", "integer", "integer16", "sint16", "si16"),
-    "u32": ("uint32", "udint", "dword", "ulong", "unsigned32", "ui32"),
+    "u16": ("uint16", "uint", "word", "ushort", "unsigned", "unsigned16", "ui16", "enum16", "bitfield16", "acc16"),
+    "s16": ("int16", "int", "short", "i16", "signed", "signed16", "integer", "integer16", "sint16", "si16", "sunssf"),
+    "u32": ("uint32", "udint", "dword", "ulong", "unsigned32", "ui32", "enum32", "bitfield32", "acc32"),
     "s32": ("int32", "dint", "long", "i32", "signed32", "integer32", "sint32", "si32"),
-    "u64": ("uint64", "ulint", "lword", "qword", "unsigned64", "ui64"),
+    "u64": ("uint64", "ulint", "lword", "qword", "unsigned64", "ui64", "bitfield64", "acc64"),
     "s64": ("int64", "lint", "i64", "signed64", "integer64", "sint64", "si64"),
     "f32": ("float", "float32", "real", "real32", "single"),
     "f64": ("double", "float64", "lreal", "real64"),
@@ -20,7 +20,7 @@ OTHER_NAMES: Final = {
     "bcd32": ("bcd8", "dword_bcd", "lbcd"),
     "string[n]": ("string", "str", "text", "ascii", "chars", "visible_string"),
 }
-"""The names in C, IEC 61131-3, CANopen, Modbus tools and historians, in lower case and without `_t`."""
+"""The names in C, IEC 61131-3, CANopen, SunSpec, Modbus tools and historians, in lower case and without `_t`."""
 _MEANT: Final = {other: name for name, others in OTHER_NAMES.items() for other in others}
 
 

@@ -71,11 +71,43 @@ def test_a_list_becomes_a_table_and_says_what_was_assumed_and_left_out(tmp_path:
         ("address,type,length\n1,,4\n", "type: u64"),
         ("address,type\n1,STRING[12]\n", 'type: "string[12]"'),
         ("address,type\n1,UINT8\n", "type: u16"),
+        ("address,type\n1,char[8]\n", 'type: "string[8]"'),
+        ("address,type\n1,INT16[3]\n", "type: s16, count: 3"),
+        ("address,type\n1,bitfield32\n", "type: u32"),
+        ("address,scale\n1,10^-2\n", "scale: 0.01"),
+        ("address,scale\n1,x 0.5 V\n", "scale: 0.5"),
+        ("address,scale\n1,0.1 kWh/bit\n", "scale: 0.1"),
+        ("sep=;\naddress;scale\n1;0,1\n", "scale: 0.1"),
+        ("address,name,type,scale\n1,A,int16,A_SF\n2,A_SF,sunssf,\n", "type: s16, exponent_from: a_sf"),
+        ("address,name,scale\n2,Gain,\n1,A,gain\n", "name: a, type: u16, factor_from: gain"),
         ("address,mode\n1,write only\n2,Read\n", "access: wo}\n  - {address: 2, name: holding_register_2, type: u16, "),
     ],
 )  # fmt: skip
 def test_what_people_write_is_understood(tmp_path: Path, text: str, entry: str) -> None:
     assert entry in table_of(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "note"),
+    [
+        ("address,fc\n1,99\n", "Line 2: '99' is no table; holding registers was taken."),
+        ("address,name,scale\n1,a,see below\n", "Line 2: its factor is no number; 1 was taken."),
+        ("address,name,scale\n1,a,b\n2,b,a\n", "Line 3: its factor is no number; 1 was taken."),
+        ("address,type,words\n1,u16,4\n", "Line 2: its length is 4, but u16 needs 1."),
+        ("address,type\n1,u16[3]\n3,u16\n", "Line 3 is left out: its address is in use by holding_register_1."),
+    ],
+)
+def test_what_is_assumed_is_said_with_its_line(tmp_path: Path, text: str, note: str) -> None:
+    made = table_of(tmp_path, text)
+    assert f"# {note}" in made
+    (tmp_path / "made.yaml").write_text(made)
+    load_table(tmp_path / "made.yaml")
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_a_list_may_have_any_encoding_of_a_spreadsheet(tmp_path: Path, encoding: str) -> None:
+    (tmp_path / "list.csv").write_bytes("address;unit\r\n1;°C\r\n".encode(encoding))
+    assert 'unit: "°C"' in read_list(tmp_path / "list.csv").text("list.csv")
 
 
 def test_an_address_that_is_in_use_is_left_out_with_its_line(tmp_path: Path) -> None:
