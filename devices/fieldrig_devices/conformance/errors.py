@@ -7,13 +7,14 @@ from typing import NamedTuple
 
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance import nmt
-from fieldrig_devices.conformance.bench import ERROR_CONTROL, Bench
+from fieldrig_devices.conformance.bench import ERROR_CONTROL, Bench, show
 from fieldrig_devices.conformance.line import Steps
 from fieldrig_devices.conformance.nmt import State
 from fieldrig_devices.conformance.pdo import INVALID, Pdo, identifier, pdos, read_mapping, size
 
 CONSUMER_TIME, COB_ID = 0x1016, 0x1014
 PDO_LENGTH, HEARTBEAT = 0x8210, 0x8130
+EMCY_SIZE = 8
 OPERATIONAL_STATE = b"\x05"
 
 
@@ -48,9 +49,13 @@ def force(bench: Bench) -> Steps[Forced]:
 
 
 def latest(bench: Bench) -> Steps[CanFrame]:
-    """Return the last EMCY message of this case; there must be one."""
+    """Return the last EMCY message of this case.  Fails without one of eight bytes with the identifier of 1014h."""
     emcy = yield from emcy_id(bench)
-    return [seen.frame for seen in bench.line.seen if not seen.is_ours and seen.frame.identifier == emcy][-1]
+    frames = [seen.frame for seen in bench.line.seen if not seen.is_ours and seen.frame.identifier == emcy]
+    if not frames:
+        bench.fail(f"an EMCY message with the identifier {emcy:X}h of 1014h", "none")
+    bench.check(len(frames[-1].data) == EMCY_SIZE, "8 bytes of EMCY", show(frames[-1]))
+    return frames[-1]
 
 
 def producer_id(bench: Bench) -> int:
