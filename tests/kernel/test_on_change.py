@@ -117,6 +117,21 @@ def test_states_of_a_program_that_last_no_millisecond_are_told(tmp_path: Path) -
     assert states[60:63] == [0.0, 1.0, 2.0]
 
 
+def test_a_fault_begins_when_the_program_reaches_a_line(tmp_path: Path) -> None:
+    with card(tmp_path) as rig:
+        lines: dict[Value, int] = {}
+        rig.on_change("card/program.line", lambda line: lines.setdefault(line, rig.now_ns))
+        rig.until(lambda: rig.get("card/V3") == 2, within=S)
+    line, at_ns = list(lines.items())[-1]
+    with card(tmp_path) as rig:
+        fault = {"what": "drop_out", "wire": "card.enable", "when": f"card/program.line == {line}"}
+        number = rig.add_fault("wires", fault)
+        rig.run_until(at_ns - 1)
+        assert rig.faults("wires")[number]["state"] == "waiting"
+        rig.run_until(at_ns)
+        assert rig.faults("wires")[number]["state"] == "on"
+
+
 @pytest.mark.long
 def test_a_watch_changes_nothing(tmp_path: Path) -> None:
     """A program without a watch, with one, or with one that comes and goes is at the same place each millisecond."""
