@@ -120,7 +120,11 @@ def test_states_of_a_program_that_last_no_millisecond_are_told(tmp_path: Path) -
 def test_a_fault_begins_when_the_program_reaches_a_line(tmp_path: Path) -> None:
     with card(tmp_path) as rig:
         lines: dict[Value, int] = {}
-        rig.on_change("card/program.line", lambda line: lines.setdefault(line, rig.now_ns))
+
+        def note(line: Value) -> None:
+            lines.setdefault(line, rig.now_ns)
+
+        rig.on_change("card/program.line", note)
         rig.until(lambda: rig.get("card/V3") == 2, within=S)
     line, at_ns = list(lines.items())[-1]
     with card(tmp_path) as rig:
