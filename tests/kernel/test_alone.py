@@ -104,6 +104,16 @@ def test_a_rig_with_a_member_from_outside_looks_at_all_members_only_when_it_has_
     assert instants() < plain / 10
 
 
+def test_a_member_from_outside_that_acts_alone_sends_at_its_instants() -> None:
+    trace = Seen()
+    with Rig(from_dict({**RIG, "devices": {}}, HERE), trace.on_delivery) as rig:
+        bench = rig.attach("bench")
+        for ms in (1, 2, 5):
+            bench.clock.call_at(ms * MS, partial(bench.link("wires").send, Signal("one.thrown", ms)))
+        rig.run_until(10 * MS)
+    assert [instant_ns for instant_ns, *_ in trace.lines] == [1 * MS, 2 * MS, 5 * MS]
+
+
 def test_what_to_call_is_a_function() -> None:
     with Rig(from_dict(RIG, HERE)) as rig, pytest.raises(ArgumentError, match="run_until cannot call 5"):
         rig.run_until(S, 5)  # type: ignore[arg-type]

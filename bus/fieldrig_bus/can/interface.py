@@ -1,6 +1,6 @@
 """The interface `fieldrig` of python-can: `can.Bus(interface="fieldrig", channel="can0")`, by the name in the rig file.
 
-In a block of `virtual_time` it is an end of the bus itself.  Otherwise it needs a rig that runs in real time.
+In a block of `virtual_time` it is an end of the bus itself.  In real time a program uses the address of the bus.
 Source: python-can 4.6, "Developer's overview".  Left out: error frames, and echoes of own frames.
 """
 

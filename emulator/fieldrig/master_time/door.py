@@ -27,7 +27,10 @@ class Door(Generic[M]):
         """
         scheduler = waiting_scheduler()
         if scheduler is None:
-            raise RigError("this thread is not in virtual time", "use `with virtual_time(rig):`, or a running rig")
+            raise RigError(
+                "this thread is not in virtual time",
+                "use `with virtual_time(rig):`; in real time connect to an address, which `fieldrig help` shows",
+            )
         self._scheduler, self._bus = scheduler, bus
         self._arrived: deque[tuple[int, M]] = deque()
         self._waiting: deque[Member] = deque()

@@ -92,6 +92,11 @@ def test_an_unknown_bus_is_named(fieldrig_master: MasterRigMaker) -> None:
         can.Bus(interface="fieldrig", channel="can1")
 
 
+def test_a_program_in_real_time_is_told_to_use_an_address() -> None:
+    with pytest.raises(can.CanInitializationError, match="not in virtual time"):
+        can.Bus(**FIELDRIG)
+
+
 def test_a_frame_that_no_bus_carries_is_refused(fieldrig_master: MasterRigMaker) -> None:
     fieldrig_master(AXES)
     with can.Bus(**FIELDRIG) as bus, pytest.raises(can.CanOperationError):
