@@ -47,7 +47,7 @@ class ModeDisplay(StrEnum):
 
 
 class ModeZero(StrEnum):
-    """What mode 0 in 6060h means."""
+    """The meaning of mode 0 in 6060h."""
 
     NO_CHANGE = "no_change"
     REFUSED = "refused"
@@ -78,7 +78,7 @@ class LimitSwitch(StrEnum):
 
 
 class EmptyBuffer(StrEnum):
-    """What follows when interpolated position runs out of set-points."""
+    """The end of a motion in interpolated position that has no further set-points."""
 
     STANDS = "stands"
     QUICK_STOP = "quick_stop"

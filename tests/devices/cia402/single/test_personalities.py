@@ -308,7 +308,7 @@ def test_the_position_at_home_is_607c_with_its_sign(sign: int) -> None:
     [("user", 2 * TURN, 120), ("counts", 20_000, 120), ("rpm", 120, 120), ("scaled", 120 * 512 * 10_000 // 1875, 120)],
 )
 def test_the_unit_of_velocities(unit: str, asked: int, rpm: float) -> None:
-    """With 10 000 increments per turn; `scaled` by the formula of the manual: rpm * 512 * resolution / 1875."""
+    """The encoder has 10 000 increments; `scaled` is the formula of a manual: rpm * 512 * resolution / 1875."""
     bench = SingleDriveBench(encoder_increments=10_000, behaviour={"velocity_unit": unit})
     bench.enabled(PV).put(0x60FF, asked).after(1_500)
     assert bench.read("speed") == pytest.approx(rpm, rel=0.01)
