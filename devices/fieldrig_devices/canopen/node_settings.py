@@ -64,12 +64,15 @@ class CanopenSettings(Settings):
                 ("node_id",), "null needs LSS, but the EDS has LSS_Supported=0; expected a number from 1 to 127"
             )
         for key, value in self._start_values().items():
-            place = ("objects", key) if key in self.objects else ("serial_number",)
-            yield from _tried(place, partial(_start, dictionary, key, value))
+            yield from _tried(self._place_of(key), partial(_start, dictionary, key, value))
         for key, signal in self.signals.items():
             yield from _tried(("signals", key), partial(bind, dictionary, {key: signal}))
         for key in self.sources:
             yield from _tried(("sources", key), partial(living_variable, dictionary, key))
+
+    def _place_of(self, key: str) -> tuple[str, ...]:
+        """Return the key of the settings that gives the start value of this object."""
+        return ("objects", key) if key in self.objects else ("serial_number",)
 
     def doubts(self) -> Iterator[Mistake]:
         from fieldrig_devices.canopen.eds.check import check_eds  # only `fieldrig check` needs it

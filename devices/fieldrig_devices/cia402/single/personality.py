@@ -11,7 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import ConfigDict, Field, StrictInt
+from pydantic import ConfigDict, Field, field_validator
 
 from fieldrig.config import yaml_source
 from fieldrig.settings import Settings
@@ -28,12 +28,15 @@ from fieldrig_devices.cia402.behaviour import (
     ModeZero,
     VoltageBit,
 )
+from fieldrig_devices.cia402.homing_methods import ALL_METHODS
 from fieldrig_devices.cia402.single.foreign import SPEEDS
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 
 LONGEST_MS: Final = 600_000.0
 FOLDER: Final = Path(__file__).with_name("personalities")
 Time = Annotated[float, Field(ge=0, le=LONGEST_MS)]
+ModeNumber = Annotated[int, Field(ge=-128, le=127)]
+Index = Annotated[int, Field(ge=0x1001, le=0xFFFF)]
 Name = Literal["step-by-step", "runs-ahead", "mains-inverter", "robot-joint", "own-units", "late-and-thin"]
 
 
@@ -48,36 +51,38 @@ class MappingRule(StrEnum):
 class PersonalitySettings(Settings):
     """Every difference with the baseline as its default; only keys that are given have an effect."""
 
-    model_config = ConfigDict(allow_inf_nan=False, strict=False)
+    model_config = ConfigDict(allow_inf_nan=False)
 
-    modes: list[StrictInt] | None = Field(default=None, description="modes of operation (6060h); default: all")
-    homing_methods: list[StrictInt] | None = Field(default=None, description="methods (6098h); default: all")
+    modes: list[ModeNumber] | None = Field(default=None, description="modes of operation (6060h); default: all")
+    homing_methods: list[int] | None = Field(default=None, description="methods (6098h); default: all")
     accepts_no_homing: bool = Field(default=True, description="6098h accepts 0")
     passes_switched_on: bool = Field(default=True, description="0Fh in 'ready to switch on' enables the drive")
     control_cycle_ms: Time = Field(default=0.0, description="the drive looks at the control word once in this time")
-    fault_reset: FaultReset = Field(default=FaultReset.EDGE, description="what of bit 7 resets a fault")
+    fault_reset: FaultReset = Field(default=FaultReset.EDGE, strict=False, description="what of bit 7 resets a fault")
     resets: int = Field(default=1, ge=1, le=10, description="resets until a fault is gone")
     reset_lock_ms: Time = Field(default=0.0, description="time after a fault without a reset")
     quick_stop_resumes: bool = Field(default=False, description="0Fh during a quick stop enables the drive again")
-    voltage_bit: VoltageBit = Field(default=VoltageBit.READY, description="meaning of bit 4 of 6041h")
+    voltage_bit: VoltageBit = Field(default=VoltageBit.READY, strict=False, description="meaning of bit 4 of 6041h")
     remote_bit: bool = Field(default=True, description="bit 9 of 6041h")
-    bit_14: FreeBit = Field(default=FreeBit.NONE, description="meaning of bit 14 of 6041h")
-    bit_15: FreeBit = Field(default=FreeBit.NONE, description="meaning of bit 15 of 6041h")
+    bit_14: FreeBit = Field(default=FreeBit.NONE, strict=False, description="meaning of bit 14 of 6041h")
+    bit_15: FreeBit = Field(default=FreeBit.NONE, strict=False, description="meaning of bit 15 of 6041h")
     changes_mode_in_halt: bool = Field(default=True, description="6060h takes effect while halt is set")
-    mode_display: ModeDisplay = Field(default=ModeDisplay.AT_ONCE, description="when 6061h follows 6060h")
+    mode_display: ModeDisplay = Field(default=ModeDisplay.AT_ONCE, strict=False, description="when 6061h follows 6060h")
     mode_display_ms: Time = Field(default=0.0, description="time until 6061h follows")
-    mode_zero: ModeZero = Field(default=ModeZero.NO_CHANGE, description="effect of mode 0")
+    mode_zero: ModeZero = Field(default=ModeZero.NO_CHANGE, strict=False, description="effect of mode 0")
     set_points: int = Field(default=2, ge=1, le=8, description="set-points that the drive holds, with the active one")
     acknowledges_at_start: bool = Field(default=False, description="bit 12 is set after enabling")
     acknowledge_ms: Time = Field(default=0.0, description="time until bit 12 answers bit 4")
-    homing_bit: HomingBit = Field(default=HomingBit.STANDING, description="bit 10 of 6041h in homing")
+    homing_bit: HomingBit = Field(default=HomingBit.STANDING, strict=False, description="bit 10 of 6041h in homing")
     home_offset_sign: Literal[-1, 1] = Field(default=-1, description="sign of 607Ch in the position at home")
     velocity_unit: Literal["user", "counts", "rpm", "scaled"] = Field(
         default="user", description="unit of 60FFh and of all velocities"
     )
     empty_limits_count: bool = Field(default=False, description="607Dh 0/0 allows position 0 only")
-    limit_switch: LimitSwitch = Field(default=LimitSwitch.BLOCKS, description="effect of a limit switch")
-    empty_buffer: EmptyBuffer = Field(default=EmptyBuffer.STANDS, description="when interpolation runs dry")
+    limit_switch: LimitSwitch = Field(default=LimitSwitch.BLOCKS, strict=False, description="effect of a limit switch")
+    empty_buffer: EmptyBuffer = Field(
+        default=EmptyBuffer.STANDS, strict=False, description="when interpolation runs dry"
+    )
     leaving_counts: bool = Field(default=False, description="6007h applies when the node leaves NMT operational")
     needs_mains: bool = Field(default=False, description="without mains it stays in 'switch on disabled'")
     mains_ms: Time = Field(default=0.0, description="time without mains until it goes there")
@@ -89,7 +94,9 @@ class PersonalitySettings(Settings):
     sync_loss: Literal["connection", "fault"] = Field(
         default="connection", description="a missed SYNC acts by 6007h, or is fault 8700h"
     )
-    mapping: MappingRule = Field(default=MappingRule.FREE, description="when the mapping of PDOs can change")
+    mapping: MappingRule = Field(
+        default=MappingRule.FREE, strict=False, description="when the mapping of PDOs can change"
+    )
     boot_up_ms: Time = Field(default=0.0, description="time from power-on or reset until the boot-up message")
     says_preoperational: bool = Field(default=False, description="a heartbeat 7Fh follows the boot-up message")
     needs_reset_node: bool = Field(default=False, description="NMT commands count only after a reset of the node")
@@ -99,7 +106,15 @@ class PersonalitySettings(Settings):
     save_ms: Time = Field(default=0.0, description="time until the answer to 1010h")
     silent_while_saving: bool = Field(default=False, description="it neither hears nor sends in this time")
     objects: dict[str, bool | int | float | str] = Field(default_factory=dict, description="power-on values")
-    missing: list[int] = Field(default_factory=list, description="indices of objects that the drive lacks")
+    missing: list[Index] = Field(default_factory=list, description="indices of objects that the drive lacks")
+
+    @field_validator("homing_methods")
+    @classmethod
+    def _are_known(cls, methods: list[int] | None) -> list[int] | None:
+        unknown = sorted(set(methods or ()) - ALL_METHODS.keys())
+        if unknown:
+            raise ValueError(f"{unknown[0]} is no homing method: expected numbers from {min(ALL_METHODS)} to 37")
+        return methods
 
     def behaviour(self, base: Behaviour, increments: int) -> Behaviour:
         """Return `base` with the keys that are given, for an encoder of `increments` per turn."""

@@ -9,13 +9,14 @@ from pydantic import ConfigDict, Field, model_validator
 from fieldrig.errors import Mistake
 from fieldrig.settings import Claim, ConfigFile, Settings
 from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.eds import reader
 from fieldrig_devices.canopen.node_settings import CanopenSettings
 from fieldrig_devices.cia402.behaviour import Behaviour
 from fieldrig_devices.cia402.single import foreign
 from fieldrig_devices.cia402.single.faults import AnyDriveFault
 from fieldrig_devices.cia402.single.oddities import oddities
 from fieldrig_devices.cia402.single.own_objects import EDS
-from fieldrig_devices.cia402.single.personality import Name, PersonalitySettings, personality, scale_speeds
+from fieldrig_devices.cia402.single.personality import Name, PersonalitySettings, personality, rows_of, scale_speeds
 from fieldrig_devices.drives.load import LoadSettings
 from fieldrig_devices.drives.loops import INNER_NS
 from fieldrig_devices.drives.motor import MotorData
@@ -204,4 +205,15 @@ class Cia402DriveSettings(CanopenSettings):
         own: dict[str, bool | int | float | str] = {}
         if self.eds == EDS and self.encoder_increments is not None:
             own[ENCODER] = self.encoder_increments
-        return {**own, **self.manner.objects, **super()._start_values()}
+        return {**own, **self._objects_of_personality(), **self.behaviour.objects, **super()._start_values()}
+
+    def _objects_of_personality(self) -> dict[str, bool | int | float | str]:
+        """Return the power-on values of the personality, as far as the file of the drive has such objects."""
+        objects = {} if self.personality is None else rows_of(self.personality).get("objects", {})
+        known = {variable.key for variable in reader.describe(self.eds, reader.CHECKED_AS).variables}
+        return {key: value for key, value in objects.items() if key in known}
+
+    def _place_of(self, key: str) -> tuple[str, ...]:
+        if key in self.objects or key not in self.behaviour.objects:
+            return super()._place_of(key)
+        return "behaviour", "objects", key

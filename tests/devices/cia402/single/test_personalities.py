@@ -3,12 +3,14 @@
 Source: the table of differences in docs/drive-personalities.md; CiA 402-2 for the words, CiA 301 for the frames.
 """
 
+from pathlib import Path
 from typing import Any, get_args
 
 import pytest
 from canopen_bench import parse
 from single_drive_bench import SingleDriveBench
 
+from fieldrig_devices.cia402 import EDS
 from fieldrig_devices.cia402.single.personality import FOLDER, Name, PersonalitySettings, rows_of
 
 pytestmark = pytest.mark.long
@@ -19,6 +21,7 @@ TURN = 1_000_000
 DISABLED, READY, ON, ENABLED, QUICK, FAULT = 0x40, 0x21, 0x23, 0x27, 0x07, 0x08
 STATE = 0x6F
 INVALID, READ_ONLY, NO_OBJECT, DEVICE_STATE = "06090030", "06010002", "06020000", "08000022"
+QUICK_ANSWERS = {"boot_up_ms": 0, "sdo_answer_ms": 0, "sdo_answer_most_ms": 0, "loses_first_sdo": False}
 ASK_1000H, ANSWER_TO_1000H = "605#40 00 10 00 00 00 00 00", "585#43 00 10 00 92 01 02 00"
 
 
@@ -228,8 +231,7 @@ def test_mode_0() -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_a_personality_has_its_modes_and_no_other(name: str) -> None:
     modes = set(rows_of(name)["modes"])
-    quick = {"boot_up_ms": 0, "sdo_answer_ms": 0, "sdo_answer_most_ms": 0, "loses_first_sdo": False}
-    bench = SingleDriveBench(personality=name, behaviour=quick)
+    bench = SingleDriveBench(personality=name, behaviour=QUICK_ANSWERS)
     taken = {mode for mode in range(-4, 11) if mode and bench.try_put(0x6060, mode) == ""}
     assert taken == modes
     bits = None if name == "late-and-thin" else sum(1 << (mode - 1) for mode in modes if mode > 0)
@@ -455,8 +457,7 @@ def test_saving_takes_its_time_in_silence() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_objects_that_a_personality_lacks_are_not_there(name: str) -> None:
-    quick = {"boot_up_ms": 0, "sdo_answer_ms": 0, "sdo_answer_most_ms": 0, "loses_first_sdo": False}
-    bench = SingleDriveBench(personality=name, behaviour=quick)
+    bench = SingleDriveBench(personality=name, behaviour=QUICK_ANSWERS)
     for index in rows_of(name).get("missing", ()):
         answer = bench.sdo(f"40 {index & 0xFF:02x} {index >> 8:02x} 00 00 00 00 00")
         assert answer == f"80 {index & 0xFF:02x} {index >> 8:02x} 00 00 00 02 06"
@@ -468,6 +469,45 @@ def test_1000h_is_not_that_of_the_eds() -> None:
     assert "585#43 00 10 00 00 00 02 00" in bench.after(40)
 
 
-def test_an_rpdo_of_another_length_is_told() -> None:
+def test_6042h_in_hertz_is_a_dimension_factor() -> None:
+    """A motor with two pairs of poles: 40 Hz are 1 200 min-1."""
+    bench = drive(objects={"604C:01": 60, "604C:02": 2}).put(0x6042, 40).enabled(VL).control(0x7F)
+    bench.after(3_000)
+    assert bench.read("speed") == pytest.approx(1_200, rel=1e-3)
+
+
+def test_wrong_keys_are_refused_at_their_place() -> None:
+    for behaviour, place in (
+        ({"homing_methods": [15]}, "behaviour.homing_methods"),
+        ({"resets": 0}, "behaviour.resets"),
+        ({"fault_reset": "twice"}, "behaviour.fault_reset"),
+        ({"sdo_answer_ms": "5"}, "behaviour.sdo_answer_ms"),
+        ({"missing": [0x1000]}, "behaviour.missing.0"),
+        ({"objects": {"5FFF:00": 1}}, "behaviour.objects.5FFF:00"),
+    ):
+        with pytest.raises(ValueError, match=place):
+            drive(**behaviour)
+
+
+def test_a_personality_on_the_file_of_another_drive_leaves_out_what_that_lacks(tmp_path: Path) -> None:
+    other = tmp_path / "other.eds"
+    other.write_text(EDS.read_text().replace("605A", "5FFA"))  # an object of the maker instead of 605Ah
+    bench = SingleDriveBench(eds=str(other), personality="step-by-step", behaviour=QUICK_ANSWERS)
+    assert (bench.try_get(0x605A), bench.get(0x6007)) == (None, 3)
+
+
+def test_any_object_may_be_missing() -> None:
+    indices = sorted({variable.index for variable in SingleDriveBench().node.dictionary})
+    for index in indices[1:]:
+        bench = drive(missing=[index])
+        bench.send("205#06 00", "205#0f 00", "080#")
+        bench.after(3)
+
+
+def test_an_rpdo_of_another_length_is_signalled() -> None:
+    longer = SingleDriveBench()
+    assert [frame for frame in longer.send("205#06 00 00") if frame.startswith("085")] == [
+        "085#20 82 11 03 02 00 00 00"
+    ]
     bench = SingleDriveBench().put(0x6060, PP)
     assert [frame for frame in bench.send("205#0f") if frame.startswith("085")] == ["085#10 82 11 01 02 00 00 00"]
