@@ -11,6 +11,8 @@ from fieldrig_devices.iec.check.project import Pins
 from fieldrig_devices.iec.check.texts import a, listed, text
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import (
+    AddressOf,
+    Binary,
     Bit,
     Cell,
     Component,
@@ -24,6 +26,7 @@ from fieldrig_devices.iec.program import (
     Pou,
     Result,
     Space,
+    Target,
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind, Section
@@ -176,7 +179,7 @@ def reference(checker: Checker, node: tree.Expression, variable: Variable) -> Pl
         return kept
     is_value = isinstance(node, tree.Literal | tree.Unary | tree.Binary) or _is_value(checker, node)
     meaning = checker.meaning(node) if not is_value else None
-    if isinstance(meaning, Constant | Result) or is_value:
+    if isinstance(meaning, Constant) or is_value or _is_of_result(meaning):
         context.say(
             node,
             f"{text(node)} is passed to the {section} {variable.name}",
@@ -241,6 +244,18 @@ def _is_text(given: Type, wanted: Type) -> bool:
 def _is_value(checker: Checker, node: tree.Expression) -> bool:
     """True for a call without a reference as its result."""
     return isinstance(node, tree.Call) and not isinstance(checker.expression(node), Load)
+
+
+def _is_of_result(place: object) -> bool:
+    """True for a part of the result of a call, whose memory the next call takes."""
+    while True:
+        match place:
+            case Component(of=of) | Element(of=of) | OpenElement(of=of) | Bit(of=of):
+                place = of
+            case Target(AddressOf(place=of)) | Target(Binary(left=AddressOf(place=of))):  # a part of a union
+                place = of
+            case _:
+                return isinstance(place, Result)
 
 
 def _fixed(place: Place) -> str:

@@ -143,6 +143,10 @@ def test_a_program_calls_another_program() -> None:
         ("w", "w is a located BOOL and has no address for the VAR_IN_OUT b; a variable without AT (PD-352)"),
         ("%QX3.0", "%QX3.0 is a located BOOL and has no address for the VAR_IN_OUT b; a variable without AT (PD-352)"),
         ("x.3", "x.3 is a bit and has no address for the VAR_IN_OUT b; a variable without AT (PD-352)"),
+        (
+            "Axis_10.Enable",
+            "Axis_10.Enable is a parameter and has no address for the VAR_IN_OUT b; a variable without AT (PD-352)",
+        ),
         ("TRUE", "TRUE is passed to the VAR_IN_OUT b; a variable"),
         ("x", "x is an INT; a variable of type BOOL for the VAR_IN_OUT b"),
     ],
