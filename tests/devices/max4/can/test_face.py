@@ -148,6 +148,20 @@ def test_a_controller_without_power_is_silent(bench: CanFaceBench) -> None:
     assert "70A#00" in bench.run(50).take()
 
 
+def test_a_diagnosis_of_an_axis_at_rest_is_a_fault_two_cycles_later(bench: CanFaceBench) -> None:
+    """Nothing else happens on the bus, so that only the change of the axis can wake its end on CAN."""
+    for control_word in ("06", "07"):
+        bench.send(f"60A#2B 40 60 00 {control_word} 00 00 00")
+    bench.run(100)
+    axis, states = bench.axis("belt"), []
+    for code in (0, 3117):
+        if code:
+            bench.max4.firmware.reports.report_axis(code, axis)
+        bench.run(2 * bench.max4.firmware.cycle_ns / MS)
+        states.append(int(bench.send("60A#40 41 60 00 00 00 00 00")[-1].split()[4], 16) & 0x4F)
+    assert states == [0x03, 0x08]  # switched on, fault
+
+
 def test_diagnosis_messages_and_quitting(bench: CanFaceBench, node: Any) -> None:
     assert (node.sdo[0x2000][1].raw, node.sdo[0x2000][3].raw, node.sdo[0x2000][5].raw) == (0, "", 1)
     bench.rig.set("max4", "RetainInit", True)
