@@ -144,6 +144,12 @@ def test_if_is_nested_15_deep(depth: int) -> None:
 
 
 @pytest.mark.manual("PD-318")
+def test_an_if_behind_another_is_no_nesting() -> None:
+    inner = "IF b THEN b := FALSE; END_IF; " * 16
+    assert messages(program("b : BOOL;", f"{inner} IF b THEN {inner} END_IF")) == []
+
+
+@pytest.mark.manual("PD-318")
 def test_elsif_is_no_nesting() -> None:
     branches = "ELSIF x = 1 THEN x := 2; " * 30
     assert messages(program("x : INT;", f"IF x = 0 THEN x := 1; {branches} END_IF")) == []
