@@ -105,7 +105,7 @@ def test_local_actions_see_the_inputs_of_cvalin_with_the_levels_of_cactin() -> N
     assert bench.read(Variable.INPUTS) == 0b101  # IN 16 is high, IN 17 is high, IN 18 is low
 
 
-@pytest.mark.manual("PAML-163")
+@pytest.mark.manual("PAML-140", "PAML-163")
 def test_the_parameters_that_grouped_axes_share() -> None:
     bench = DeviceBench(parameters={"ckv": 25.0, "cka": 400.0, "ckr": 3, "ckh": -4, "equip": 0xC000})
     codes = [Parameter.CKV, Parameter.CKA, Parameter.CKR, Parameter.CKH, Parameter.EQUIP]
@@ -113,6 +113,7 @@ def test_the_parameters_that_grouped_axes_share() -> None:
     assert [bench.read(0x600 + code) for code in codes] == expected
 
 
+@pytest.mark.manual("PAML-140")
 def test_the_other_variables(bench: DeviceBench) -> None:
     bench.send(AxisOrder(1, Move.POWER_ON))
     bench.send(AxisOrder(2, Move.RUN, 2 * TURN)).run(100)

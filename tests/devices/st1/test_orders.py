@@ -151,6 +151,21 @@ def test_power_off_stops_the_axis_first(bench: ProgramBench) -> None:
     assert bench.servo.is_powered is False
 
 
+@pytest.mark.manual("PAMS-055")
+def test_the_bits_of_the_status_are_those_of_the_table(bench: ProgramBench) -> None:
+    """Table 12-4 of the manual."""
+    seen = [int(ProgramBench(power=False).report.status), int(bench.report.status)]
+    for move in (Move.RELATIVE_MOVE, Move.RUN):
+        bench.move(move, 10.0, acceleration=100.0)
+        seen.append(int(bench.report.status))
+    bench.move(Move.STOP, deceleration=100.0)
+    bench.run_to(1000)
+    bench.send(SetPoint(SetPointMode.POSITION, 0), SetPoint(SetPointMode.POSITION, TURN))
+    bench.cycle(500)
+    seen.append(int(bench.report.status))
+    assert seen == [16 + 32, 32, 2, 4, 1]
+
+
 @pytest.mark.manual("PAML-060", "PAMS-055")
 def test_an_axis_begins_without_power() -> None:
     bench = ProgramBench(power=False)

@@ -41,6 +41,7 @@ def shape(expression: Expression) -> str:
             return type(expression).__name__
 
 
+@pytest.mark.manual("PAMS-008")
 @pytest.mark.parametrize(
     ("text", "meaning"),
     [
@@ -51,6 +52,9 @@ def shape(expression: Expression) -> str:
         ("A ? error_code = K", "((A ? error_code) = K)"),  # manual line 7701
         ("a - b - c", "((a - b) - c)"),
         ("a + b > c = d", "(((a + b) > c) = d)"),
+        ("d <> c >= a + b * e", "(d <> (c >= (a + (b * e))))"),
+        ("a < b > c", "((a < b) > c)"),
+        ("a = b <> c", "((a = b) <> c)"),
         ("-3 + +2.5", "((-3) + (+2.5))"),
         ("Pi / 2", "(PI / 2)"),
         ("a[all*] * b[i]", "(a[all*] * b[i])"),

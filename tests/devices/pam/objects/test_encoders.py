@@ -128,7 +128,7 @@ def test_position_calls_the_present_position_by_another_name(bench: Bench) -> No
     assert read(bench, "ENC_Belt", 16384 + 8192) == pytest.approx(5)
 
 
-@pytest.mark.manual("PAMS-034")
+@pytest.mark.manual("PAML-140", "PAMS-034")
 def test_speed_is_the_way_since_the_last_reading(bench: Bench) -> None:
     read(bench, "ENC_Belt", 0)
     bench.cycle(3)

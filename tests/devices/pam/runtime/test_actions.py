@@ -56,7 +56,7 @@ def test_actions_with_several_items() -> None:
     assert (bench["we"], bench["n"]) == ([1, 30, 50], 2)
 
 
-@pytest.mark.manual("PAML-264", "PAML-298", "PAML-275")
+@pytest.mark.manual("PAML-009", "PAML-264", "PAML-275", "PAML-298")
 def test_programs_start_when_all_power_on_parts_have_finished() -> None:
     programs = (
         "ACTIONS ACT_a; SPECS CYCLES = 1; END_SPECS ON_STATE !SBI_c ACTION n <- n + 1; END_ACTION"

@@ -14,7 +14,7 @@ def pulse(bench: PamBench, name: str) -> None:
     bench[name] = False
 
 
-@pytest.mark.manual("PAML-370", "PAML-375", "PAML-371")
+@pytest.mark.manual("PAML-009", "PAML-370", "PAML-371", "PAML-375")
 def test_exception_with_a_sequence() -> None:
     bench = started("EXCEPTION SBI_b TIMEOUT 1000 SEQUENCE SEQ_x; WAIT_TIME 500; at <- 1;", more=OTHER)
     bench.run(10)

@@ -75,6 +75,7 @@ def test_integers(expression: str, expected: int) -> None:
         ("1 ? cosh", math.cosh(1)),
         ("1 ? sinh", math.sinh(1)),
         ("1 ? tanh", math.tanh(1)),
+        ("-1000 ? tanh", -1.0),
     ],
 )
 def test_functions(expression: str, expected: float) -> None:

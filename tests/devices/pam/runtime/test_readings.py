@@ -285,6 +285,7 @@ def test_such_a_task_is_started_by_another_one() -> None:
 # ---- numbers
 
 
+@pytest.mark.manual("PAMS-003", "PAMS-004", "PAMS-005", "PAMS-006")
 @pytest.mark.parametrize(
     ("expression", "limit"),
     [

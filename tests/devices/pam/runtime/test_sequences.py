@@ -79,7 +79,7 @@ def test_wait_time_is_exact_to_the_cycle(thirds: int, cycles: int) -> None:
 # ---- conditions
 
 
-@pytest.mark.manual("PAML-350", "PAML-352")
+@pytest.mark.manual("PAML-009", "PAML-350", "PAML-352")
 def test_a_condition_that_holds_takes_no_time_and_one_that_does_not_waits() -> None:
     bench = started("at <- 1; CONDITION SBI_a; at <- 2; CONDITION SBI_b; at <- 3;")
     assert bench["at"] == 2
