@@ -12,7 +12,7 @@ TESTS = Path(__file__).parent
 PACKAGES = ("fieldrig", "fieldrig_bus", "fieldrig_devices")
 
 LARGEST_CIRCLE = 2
-"""Two classes may know each other; of three that do, nobody can be read or tested without the other two."""
+"""Two classes may know each other; of three that do, none can be read or tested without the other two."""
 
 
 @pytest.mark.long

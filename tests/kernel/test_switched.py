@@ -37,7 +37,7 @@ class Beacon(Device):
 
 
 class PoweredLink(RecordedLink[int]):
-    """An end whose hub is told of the power."""
+    """An end whose hub gets the state of the power."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""What questions about faults and about a bus are put to: protocols, because `bus.py` knows them too."""
+"""The parts of a rig that answer questions about faults and about a bus: protocols, as `bus.py` knows them too."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol

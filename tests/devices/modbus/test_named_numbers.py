@@ -1,4 +1,4 @@
-"""`modbus.device`: named bits and numbers, and scales that stand in other registers."""
+"""`modbus.device`: named bits and numbers, and scales that are values of other registers."""
 
 from pathlib import Path
 
@@ -89,7 +89,7 @@ holding_registers:
 
 
 def test_an_exponent_stands_in_another_register(bench: Bench) -> None:
-    """As in SunSpec's models, where W_SF is the power of ten of W; 8000h stands for "not implemented"."""
+    """In SunSpec's models, W_SF is the power of ten of W; 8000h stands for "not implemented"."""
     assert bench.ask("04 0002 0002") == "040409a60001"  # 12350 W = 2470 * 0.5 * 10
     bench.set("w_sf", -2)
     assert bench.point("w") == 12.35

@@ -74,7 +74,7 @@ def test_the_parts_of_a_date(part: str, before: int, after: int) -> None:
 
 @given(st.sampled_from(sorted(MAKERS)), st.lists(st.integers(1, 400 * MS), min_size=1, max_size=8))
 def test_a_value_changes_only_when_it_has_said_so(name: str, waits: list[int]) -> None:
-    """Who asks only at the announced ages sees what who asks at any age sees."""
+    """A reader at the announced ages only sees the same values as a reader at any age."""
     source: Source = MAKERS[name]()
     announced: Source = MAKERS[name]()
     held, next_ns, age_ns = announced.at(0), announced.next_ns(0), 0
