@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from fieldrig.testing import plain_forms
 from fieldrig_devices.cia402.pace import PACE
+from fieldrig_devices.max4.can.motor import AxisMotor
 
 SHOWN = (0x6041, 0x6061, 0x6064, 0x606C, 0x6077, 0x60F4, 0x60FC)
 SIZES = {1: 0x2F, 2: 0x2B, 4: 0x23}
@@ -62,3 +63,14 @@ def test_axes_that_do_no_more_than_they_need_answer_the_same(script: list[tuple[
     with plain_forms(PACE.name):
         plain = trace(script)
     assert trace(script) == plain
+
+
+def test_a_motor_has_news_until_a_cycle_has_taken_it_over() -> None:
+    """Without this an axis at rest would do whole cycles for ever, and nothing outside would show it."""
+    motor = AxisMotor(lambda: None)
+    seen = [motor.is_changed]
+    motor.refresh()
+    seen.append(motor.is_changed)
+    motor.bind(None, {}, {})
+    seen.append(motor.is_changed)
+    assert seen == [True, False, True]
