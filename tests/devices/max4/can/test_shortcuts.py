@@ -66,7 +66,7 @@ def test_axes_that_do_no_more_than_they_need_answer_the_same(script: list[tuple[
 
 
 def test_a_motor_has_news_until_a_cycle_has_taken_it_over() -> None:
-    """Without this an axis at rest would do whole cycles for ever, and nothing outside would show it."""
+    """An axis at rest would do whole cycles otherwise, which nothing outside shows but the time that they take."""
     motor = AxisMotor(lambda: None)
     seen = [motor.is_changed]
     motor.refresh()
