@@ -262,10 +262,10 @@ def _fixed(place: Place) -> str:
     """Return what a place is that no code may change; empty for other places."""
     while isinstance(place, Element | OpenElement) or (isinstance(place, Component) and place.variable is None):
         place = place.of
-    variable = place.variable if isinstance(place, Cell | Component) else None
-    if variable is None:
+    if not isinstance(place, Cell):  # a constant of a block is a cell too, which all instances share
         return ""
-    if variable.is_constant or (variable.is_fixed and isinstance(place, Cell)):
+    variable = place.variable
+    if variable.is_constant or variable.is_fixed:
         return "a constant"
     is_shared = variable.section is Section.INPUT and open_arrays.is_open(variable)
     return "a part of the VAR_INPUT, of which there is no copy," if is_shared else ""
