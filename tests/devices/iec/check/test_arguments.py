@@ -1,6 +1,8 @@
 """Arguments that are passed by their address: to a VAR_IN_OUT, a VAR_IN_OUT CONSTANT or an ARRAY[*]."""
 
 import pytest
+from iec_check import messages
+from iec_check import program as configured
 from iec_program import IecBench, program, refused
 
 from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4, Dialect
@@ -156,3 +158,21 @@ END_FUNCTION
 {program("", "")}"""
     expected = f"a[{index}] is a part of the VAR_INPUT, of which there is no copy, and n may be changed"
     assert any(expected in message for message in refused(text, EDITION_3))
+
+
+def test_an_array_that_is_passed_by_its_address_is_never_left_out() -> None:
+    """A call with names may leave other inputs out in edition 3."""
+    text = """FUNCTION First : INT
+VAR_INPUT a : ARRAY[*] OF INT; b, c : INT; END_VAR
+First := a[1] + b;
+END_FUNCTION
+"""
+    found = refused(text + program("n : INT;", "n := First(b := 1);"), EDITION_3)
+    assert any("the argument a is missing in the call of First" in message for message in found), found
+
+
+def test_an_object_of_the_configuration_is_never_left_out() -> None:
+    text = "FUNCTION State : INT VAR_INPUT axis : MC_4; a, b : INT; END_VAR State := a; END_FUNCTION"
+    assert messages(text, configured("n : INT;", "n := State(a := 1);"), dialect=EDITION_3) == [
+        "3:6 the argument axis is missing in the call of State; values for axis, a, b"
+    ]
