@@ -89,6 +89,17 @@ def test_a_condition_that_holds_takes_no_time_and_one_that_does_not_waits() -> N
     assert bench.trace("at", 2) == {1003: 3}
 
 
+@pytest.mark.manual("PAML-009", "PAML-350")
+def test_a_change_that_leaves_a_condition_false_does_not_end_its_wait() -> None:
+    bench = started("at <- 1; CONDITION SBI_b * SBI_c; at <- 2;")
+    bench["SBI_c"] = True
+    bench.run(10)
+    assert bench["at"] == 1
+    bench["SBI_b"] = True
+    bench.run(2)
+    assert bench["at"] == 2
+
+
 @pytest.mark.manual("PAML-351", "PAML-320")
 @pytest.mark.parametrize(("comes", "expected"), [(None, 2), (3, 1)])
 def test_timeout_of_a_condition(comes: int | None, expected: int) -> None:
