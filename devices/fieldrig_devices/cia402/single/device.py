@@ -72,7 +72,14 @@ class Cia402Drive(Device):
         end = MannerLink(clock, can, manner, settings.node_id or 0)
         shared = None if wires is None else SharedWires(wires)
         own = None if shared is None else shared.share()
-        self.node = CanopenNode(clock, name, end, settings, store, None if shared is None else shared.share())
+        self.node = CanopenNode(
+            clock,
+            name,
+            end if manner.concerns_frames else can,
+            settings,
+            store,
+            None if shared is None else shared.share(),
+        )
         self.node.read_when_sent()
         self._inputs = Inputs(settings, name, own)
         self.motor = Servo(clock, settings, self._inputs)

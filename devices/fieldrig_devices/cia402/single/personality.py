@@ -35,6 +35,11 @@ from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 LONGEST_MS: Final = 600_000.0
 FOLDER: Final = Path(__file__).with_name("personalities")
 Time = Annotated[float, Field(ge=0, le=LONGEST_MS)]
+OF_FRAMES: Final = frozenset({
+    "missed_syncs", "boot_up_ms", "says_preoperational", "needs_reset_node", "sdo_answer_ms", "sdo_answer_most_ms",
+    "loses_first_sdo", "save_ms", "silent_while_saving",
+})  # fmt: skip
+"""The keys that `manner_link` takes care of."""
 ModeNumber = Annotated[int, Field(ge=-128, le=127)]
 Index = Annotated[int, Field(ge=0x1001, le=0xFFFF)]
 Name = Literal["step-by-step", "runs-ahead", "mains-inverter", "robot-joint", "own-units", "late-and-thin"]
@@ -126,6 +131,11 @@ class PersonalitySettings(Settings):
         if "velocity_unit" in given:
             given["velocity_unit"] = _unit(self.velocity_unit, increments)
         return replace(base, **given)
+
+    @property
+    def concerns_frames(self) -> bool:
+        """True if the end of the bus has to behave in another way than by the book."""
+        return not self.model_fields_set.isdisjoint(OF_FRAMES)
 
     def trim(self, dictionary: Dictionary) -> None:
         """Take away the objects that the drive lacks, and the PDOs that would carry them."""
