@@ -1,6 +1,7 @@
-"""Whatever a master writes, the drive goes on: any objects with any values, in any mode, with and without a file."""
+"""Whatever a master writes, the drive goes on: any objects, values and modes, with any file or personality."""
 
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from hypothesis import given, settings
@@ -9,6 +10,7 @@ from single_drive_bench import SingleDriveBench
 
 from fieldrig_devices.canopen.datatypes import Integer
 from fieldrig_devices.canopen.variable import Variable
+from fieldrig_devices.cia402.single.personality import Name
 
 pytestmark = pytest.mark.long
 
@@ -21,6 +23,8 @@ NO_LIMITS = "[FileInfo]\n" + "".join(
     )
 )  # fmt: skip
 """A file without limits, in which every value is 0, and arrays are plain variables."""
+AT_ONCE = {"boot_up_ms": 0, "sdo_answer_ms": 0, "sdo_answer_most_ms": 0, "loses_first_sdo": False}
+"""For a personality: the drive answers in the same instant."""
 CONTROL = (0x06, 0x07, 0x0F, 0x1F, 0x3F, 0x5F, 0x7F, 0x10F, 0x02, 0x00, 0x80)
 
 
@@ -43,7 +47,8 @@ def writable(bench: SingleDriveBench) -> list[Variable]:
 @given(data=st.data())
 def test_it_goes_on(file: Path, is_bare: bool, data: st.DataObject) -> None:
     keys = {"eds": str(file)} if is_bare else {"switches": {"home": {"low": 1.0, "high": 2.0}}, "low_stop_rad": -9.0}
-    bench = SingleDriveBench(**keys)
+    personality = data.draw(st.sampled_from([None, *get_args(Name)]))
+    bench = SingleDriveBench(**keys, personality=personality, behaviour=AT_ONCE)
     objects = writable(bench)
     for _ in range(20):
         variable = data.draw(st.sampled_from(objects))
