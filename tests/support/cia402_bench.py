@@ -1,6 +1,7 @@
 """A CANopen node with one CiA 402 axis (or several) on a bench: frames and SDO, and a motor that obeys at once."""
 
 from collections.abc import Callable
+from math import inf
 from typing import Any, Self
 
 from canopen_bench import CanopenBench, parse, show
@@ -31,6 +32,7 @@ class FakeMotor:
         self.rated_torque_mnm = 2_500
         self.rated_current_ma = 5_000
         self.dc_link_mv = 325_000
+        self.largest_speed = inf
         self.edges: dict[int, Captured] = {}
         self.revolution = 1_000_000
         self.lag = 0

@@ -42,7 +42,7 @@ class Context:
         """True if the following error window (6065h) is monitored."""
         self.largest_speed = 0.0
         """Maximum profile velocity (607Fh) or, if lower, maximum motor speed (6080h), in increments per second."""
-        self._motor_speed = inf
+        self.motor_speed = inf
         """Maximum motor speed (6080h), in increments per second."""
         self.use(cycle_ns, None)
 
@@ -78,8 +78,8 @@ class Context:
         self.turn = turn_of(*pair(objects.POSITION_RANGE))
         self.threshold = self.speed(numbers[objects.THRESHOLD, 0])
         self.velocity_window = numbers[objects.VELOCITY_WINDOW, 0] * self.units.per_speed_unit
-        self._motor_speed = self._fastest()
-        self.largest_speed = min(self.speed(numbers[objects.MAX_VELOCITY, 0]), self._motor_speed)
+        self.motor_speed = self._fastest()
+        self.largest_speed = min(self.speed(numbers[objects.MAX_VELOCITY, 0]), self.motor_speed)
         self.has_following_window = numbers[objects.FOLLOWING_WINDOW, 0] != objects.NO_WINDOW
         self.travel.range = self._range()
 
@@ -117,14 +117,16 @@ class Context:
         """Profile limits from values in user units, restricted by 607Fh, 60C5h and 60C6h."""
         numbers = self.objects
         return Limits(
-            min(self.speed(min(speed, numbers[objects.MAX_VELOCITY])), self._motor_speed),
+            min(self.speed(min(speed, numbers[objects.MAX_VELOCITY])), self.motor_speed),
             self.rate(min(acceleration, numbers[objects.MAX_ACCELERATION])),
             self.rate(min(deceleration, numbers[objects.MAX_DECELERATION])),
         )
 
     def _fastest(self) -> float:
+        """Return the lower one of 6080h and what the motor can, beyond which a demand would only run ahead of it."""
         rpm = self.objects[objects.MAX_MOTOR_SPEED]
-        return inf if rpm == objects.NO_SPEED_LIMIT else max(self.of_rpm(rpm), SMALLEST)
+        given = inf if rpm == objects.NO_SPEED_LIMIT else max(self.of_rpm(rpm), SMALLEST)
+        return min(given, self.motor.largest_speed)
 
     def of_rpm(self, rpm: float) -> float:
         """A speed of the motor in increments per second."""

@@ -84,6 +84,10 @@ class Motor(Protocol):
         """Increments between two encoder zeros."""
 
     @property
+    def largest_speed(self) -> float:
+        """The speed that its loops do not exceed, in increments per second; infinite if it is unknown."""
+
+    @property
     def inputs(self) -> int:
         """Digital inputs as in 60FDh: those of `Switch`, and further inputs from bit 16 up."""
 

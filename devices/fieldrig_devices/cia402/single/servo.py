@@ -31,7 +31,7 @@ from fieldrig_devices.cia402.single.settings import Cia402DriveSettings
 from fieldrig_devices.cia402.single.terminals import Inputs
 from fieldrig_devices.drives.axis import CREEP, Axis, Mode, Moment
 from fieldrig_devices.drives.load import all_inertia, bandwidth, plant_of
-from fieldrig_devices.drives.loops import INCREMENTS, INNER_NS, RAD, Gains, Limits
+from fieldrig_devices.drives.loops import INCREMENTS, INNER_NS, INNER_S, RAD, Gains, Limits, most_way_of
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 
 RPM: Final = 60 / tau
@@ -137,6 +137,11 @@ class Servo:
     @property
     def rated_current_ma(self) -> int:
         return round(self._data.rated_current_a * 1_000)
+
+    @property
+    def largest_speed(self) -> float:
+        steps = self.axis.arrangement.steps
+        return most_way_of(self._limits(), steps) / (steps * INNER_S) * self._scale
 
     @property
     def dc_link_mv(self) -> int:

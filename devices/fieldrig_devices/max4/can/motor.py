@@ -6,6 +6,7 @@ diagnoses of the whole controller, because only that brings the ring up again.
 """
 
 from collections.abc import Callable
+from math import inf
 from typing import Final, Protocol
 
 from fieldrig_devices.cia402.motor import Kind
@@ -121,6 +122,10 @@ class AxisMotor:
     def rated_current_ma(self) -> int:
         """Standstill current in mA from the name plate, which is what the motor carries all the time."""
         return self._plate_value("StandstillCurrent")
+
+    @property
+    def largest_speed(self) -> float:
+        return inf
 
     def _plate_value(self, name: str) -> int:
         """A value of the motor in thousandths of its unit; 0 if it is unknown."""

@@ -73,6 +73,28 @@ def test_a_second_set_point_waits_for_the_first(bench: SingleDriveBench) -> None
     bench.until(lambda: abs(bench.read("position")) < 0.001)
 
 
+def test_no_profile_runs_ahead_of_what_the_motor_can(bench: SingleDriveBench) -> None:
+    """6000 min-1 are 100 turns per second.  A demand beyond them leaves a way that the motor makes up for later."""
+    bench.put(0x607F, 0xFFFF_FFFF).put(0x6083, 1000 * TURN).put(0x6084, 1000 * TURN)
+    bench.enabled(PV).put(0x60FF, 0x7FFF_FFFF).after(500)
+    assert bench.get(0x606C) == pytest.approx(100 * TURN, rel=1e-3)
+    assert bench.status(0x0800) == 0x0800
+    bench.put(0x60FF, 0).after(200)
+    assert abs(bench.get(0x606C)) < TURN / 10
+
+
+@pytest.mark.parametrize("mode", [PT, CST])
+@pytest.mark.parametrize(("most_rpm", "sign"), [(0xFFFF_FFFF, 1), (0xFFFF_FFFF, -1), (3000, 1)])
+def test_a_torque_drives_the_motor_to_its_largest_speed_and_no_further(
+    bench: SingleDriveBench, mode: int, most_rpm: int, sign: int
+) -> None:
+    bench.put(0x6080, most_rpm).enabled(mode).put(0x6071, sign * 300).after(2_000)
+    assert 0.95 <= sign * bench.read("speed") / min(most_rpm, 6000) <= 1
+    assert bench.status(0x0800) == 0x0800
+    bench.put(0x6085, 1000 * TURN).control(0x02).after(300)
+    assert abs(bench.get(0x606C)) < TURN / 10
+
+
 def test_profile_velocity_has_no_following_error_at_constant_speed(bench: SingleDriveBench) -> None:
     bench.enabled(PV).put(0x60FF, 10 * TURN).after(1_500)
     assert bench.get(0x606C) == pytest.approx(10 * TURN, rel=1e-3)
