@@ -24,7 +24,7 @@ NO_LIMITS = "[FileInfo]\n" + "".join(
 )  # fmt: skip
 """A file without limits, in which every value is 0, and arrays are plain variables."""
 AT_ONCE = {"boot_up_ms": 0, "sdo_answer_ms": 0, "sdo_answer_most_ms": 0, "loses_first_sdo": False}
-"""For a personality: the drive answers in the same instant."""
+"""Settings of a personality with which the drive answers in the same instant."""
 CONTROL = (0x06, 0x07, 0x0F, 0x1F, 0x3F, 0x5F, 0x7F, 0x10F, 0x02, 0x00, 0x80)
 
 
