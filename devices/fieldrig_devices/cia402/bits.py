@@ -11,13 +11,10 @@ from fieldrig_devices.cia402.motor import Motor
 
 def has_voltage_bit(behaviour: Behaviour, motor: Motor, is_enabled: bool) -> bool:
     """Return bit 4."""
-    match behaviour.voltage_bit:
-        case VoltageBit.DC_LINK:
-            return motor.dc_link_mv > 0
-        case VoltageBit.ENABLED:
-            return is_enabled
-        case _:
-            return motor.is_ready
+    meaning = behaviour.voltage_bit
+    if meaning is VoltageBit.READY:
+        return motor.is_ready
+    return is_enabled if meaning is VoltageBit.ENABLED else motor.dc_link_mv > 0
 
 
 def free_bits(behaviour: Behaviour, motor: Motor, context: Context) -> int:
