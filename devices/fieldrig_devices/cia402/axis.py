@@ -18,7 +18,7 @@ from fieldrig_devices.canopen.service import State as NmtState
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_drive import NO_MODE, AxisDrive
 from fieldrig_devices.cia402.axis_objects import NOTHING, AxisObjects, Key
-from fieldrig_devices.cia402.behaviour import BASELINE, Behaviour, ModeZero
+from fieldrig_devices.cia402.behaviour import BASELINE, Behaviour, FreeBit, ModeZero
 from fieldrig_devices.cia402.bits import free_bits, has_voltage_bit
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.control_cycle import ControlCycle
@@ -75,6 +75,8 @@ class Cia402Axis(Service):
         self._waiting_mode = NO_MODE
         """The mode that waits for the end of a halt."""
         self._nmt = NmtState.INITIALISING
+        self._remote = REMOTE if behaviour.remote_bit else 0
+        self._has_free_bits = {behaviour.bit_14, behaviour.bit_15} != {FreeBit.NONE}
         self._probes = TouchProbes(clock, self._numbers, motor, self._context)
         self._was_lost = False
         self.pace = self._context.pace
@@ -161,7 +163,7 @@ class Cia402Axis(Service):
     def _connect(self) -> None:
         numbers = self._numbers
         numbers.changed = self._context.refresh
-        numbers.on_write(objects.CONTROL_WORD, self._control.take)
+        numbers.on_write(objects.CONTROL_WORD, self._control.take if self._control.is_slow else self._on_control)
         numbers.variable(objects.CONTROL_WORD).is_command = True
         numbers.on_write(objects.MODE, self._on_mode)
         for index in (objects.MAX_TORQUE, objects.MAX_CURRENT):
@@ -255,9 +257,9 @@ class Cia402Axis(Service):
         if state is State.NOT_READY_TO_SWITCH_ON:
             return 0
         behaviour = self._behaviour
-        word: int = state.value | self.drive.following_status | free_bits(behaviour, motor, self._context)
-        if behaviour.remote_bit:
-            word |= REMOTE
+        word: int = state.value | self.drive.following_status | self._remote
+        if self._has_free_bits:
+            word |= free_bits(behaviour, motor, self._context)
         if has_voltage_bit(behaviour, motor, is_enabled=state in _ON):
             word |= VOLTAGE_ENABLED
         if motor.has_warning:

@@ -19,8 +19,6 @@ def has_voltage_bit(behaviour: Behaviour, motor: Motor, is_enabled: bool) -> boo
 
 def free_bits(behaviour: Behaviour, motor: Motor, context: Context) -> int:
     """Return bits 14 and 15."""
-    if behaviour.bit_14 is behaviour.bit_15 is FreeBit.NONE:
-        return 0
     word = 0x4000 if _holds(behaviour.bit_14, motor, context) else 0
     return word | (0x8000 if _holds(behaviour.bit_15, motor, context) else 0)
 

@@ -12,6 +12,8 @@ from fieldrig.clock import MS, Alarm, Clock
 class ControlCycle:
     def __init__(self, clock: Clock, cycle_ms: float, act: Callable[[int], None]) -> None:
         self._clock, self._cycle_ns, self._act = clock, round(cycle_ms * MS), act
+        self.is_slow = self._cycle_ns > 0
+        """False for a drive without a cycle of its own, which acts on each word at once."""
         self._due = Alarm(clock)
         self._word = 0
 
@@ -20,11 +22,9 @@ class ControlCycle:
         self._due.stop()
 
     def take(self, word: int) -> None:
-        """Take a word that has arrived."""
+        """Take a word that has arrived, if the drive has a cycle."""
         self._word = word
-        if not self._cycle_ns:
-            self._act(word)
-        elif not self._due.is_set:
+        if not self._due.is_set:
             begun = self._clock.now_ns() // self._cycle_ns
             self._due.at((begun + 1) * self._cycle_ns, self._look)
 
