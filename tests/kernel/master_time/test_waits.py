@@ -42,7 +42,12 @@ def pause(seconds: float) -> bool:
 
 
 def test_ten_minutes_take_no_time_and_all_clocks_show_them(rig: Rig) -> None:
-    clocks = (time.time, time.monotonic, time.perf_counter, lambda: time.clock_gettime(time.CLOCK_MONOTONIC))
+    clocks: tuple[Callable[[], float], ...] = (
+        time.time,
+        time.monotonic,
+        time.perf_counter,
+        lambda: time.clock_gettime(time.CLOCK_MONOTONIC),
+    )
     before = [clock() for clock in clocks]
     nanoseconds = time.time_ns(), time.monotonic_ns(), time.perf_counter_ns()
     time.sleep(600)
