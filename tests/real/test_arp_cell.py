@@ -216,9 +216,9 @@ def test_speed_is_a_variable(plc: Plc) -> None:
 def test_digital_cam_drives_an_output_of_the_remote_module(cell: Cell, plc: Plc) -> None:
     plc.run()
     mark = cell.value("line/O201")
-    until(lambda: cell.value("line/O201") is not mark)
-    until(lambda: cell.value("io1/6200:01") == 1)
-    until(lambda: cell.value("io1/6200:01") == 0)
+    until(lambda: plc.goes_on() and cell.value("line/O201") is not mark)
+    until(lambda: plc.goes_on() and cell.value("io1/6200:01") == 1)
+    until(lambda: plc.goes_on() and cell.value("io1/6200:01") == 0)
     until(lambda: cell.value("io2/6200:01") == 1)  # O301: it runs
 
 
