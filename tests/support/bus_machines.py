@@ -27,7 +27,13 @@ class Lab(Machine):
 
     file = "lab-virtual.yaml"
     can_nodes: ClassVar = {"can0": 6}
-    table = SILENT
+    table: ClassVar[Table] = {
+        **SILENT,
+        "plant.tank leak": goes_on(),
+        "plant.tank blocked_outlet": goes_on(),
+        "plant.tank stuck_sensor": waits(),
+        "plant.tank stuck_switch": goes_on(),
+    }
     looks = 0
 
     def begin(self) -> None:

@@ -3,22 +3,26 @@
 An upright cylinder, open above.  The pump's flow is proportional to its speed; it turns while its run wire is
 true, or by its speed alone until that wire is driven.  The outlet is in the bottom; the opening of its valve scales its
 area.  Water above the rim runs over.  Between two changes of its inputs the level is the exact solution (`torricelli`),
-so the step only sets how often the level is published; while nothing moves, no time is spent.
+so the step only sets how often the level is published; while nothing moves, no time is spent.  A fault changes the
+vessel or what the instruments show; `level` and the flows remain the truth.
 Left out: the pump's own inertia and back pressure, the valve's travel, waves.
 """
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
 from fieldrig.clock import MS, Clock, S
 from fieldrig.device import Device, Point
+from fieldrig.faults.faults import Fault, Faults
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.points.checks import number_in
 from fieldrig.settings import Claim, Settings
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.plants.tank_faults import MODELS, BlockedOutlet, Leak, StuckSensor, StuckSwitch
 from fieldrig_devices.plants.torricelli import moved, root_coefficient
 
 
@@ -82,6 +86,7 @@ class _Water(NamedTuple):
 
 class Tank(Device):
     about = "a tank with a pump and an outlet (a plant, on wires)"
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(self, clock: Clock, name: str, settings: TankSettings, wires: Link[Signal]) -> None:
         self._clock, self._settings, self._wires = clock, settings, wires
@@ -89,6 +94,11 @@ class Tank(Device):
         self._speed = 0.0  # 0 to 1, like openings
         self._is_running = True
         self._opening = settings.initial_outlet_percent / 100
+        self._outlet_k = self._leak_k = 0.0
+        self.injected = self._faults = InjectedFaults[Fault[Any]](
+            clock, MODELS, Faults(Fault), on_change=self._on_faults
+        )
+        self._open_holes()
         self._looked_ns = clock.now_ns()
         self._is_ticking = False
         self._is_high = self._is_low = False
@@ -116,9 +126,10 @@ class Tank(Device):
             "volume": Point(lambda: self._now().level_m * self._settings.area_m2, None, "m3"),
             "inflow": Point(lambda: self._inflow, None, "m3/s", "from the pump"),
             "outflow": Point(lambda: self._outflow(self._now().level_m), None, "m3/s", "through the outlet"),
+            "leak": Point(lambda: self._leak_k * math.sqrt(self._now().level_m), None, "m3/s", "through a leak"),
             "outlet": Point(lambda: 100 * self._opening, None, "%", "opening of the outlet's valve"),
-            "high": Point(lambda: self._is_high_at(self._now().level_m), None, "", "the switch for a high level"),
-            "low": Point(lambda: self._is_low_at(self._now().level_m), None, "", "the switch for a low level"),
+            "high": Point(lambda: self._shows("high", self._now().level_m), None, "", "the switch for a high level"),
+            "low": Point(lambda: self._shows("low", self._now().level_m), None, "", "the switch for a low level"),
             "overflow": Point(lambda: self._now().over_m3, None, "m3", "water that ran over the rim"),
             "overflows": Point(lambda: self._now().overflows, None, "", "number of overflows"),
             "dry_runs": Point(lambda: self._now().dry_runs, None, "", "number of times the tank ran empty"),
@@ -128,13 +139,25 @@ class Tank(Device):
     def _inflow(self) -> float:
         return self._settings.pump_flow_m3_per_s * self._speed if self._is_running else 0.0
 
-    @property
-    def _k(self) -> float:
-        settings = self._settings
-        return root_coefficient(settings.discharge_coefficient * settings.outlet_area_m2 * self._opening)
+    def _open_holes(self) -> None:
+        """Let the valve's opening and the faults have their effect on the ways out from now on."""
+        settings, coefficient = self._settings, self._settings.discharge_coefficient
+        is_blocked = self._faults.first(BlockedOutlet) is not None
+        opening = 0.0 if is_blocked else self._opening
+        leaks_m2 = sum(fault.area_m2 for fault in self._faults.active(Leak))
+        self._outlet_k = root_coefficient(coefficient * settings.outlet_area_m2 * opening)
+        self._leak_k = root_coefficient(coefficient * leaks_m2)
 
     def _outflow(self, level_m: float) -> float:
-        return self._k * math.sqrt(level_m)
+        return self._outlet_k * math.sqrt(level_m)
+
+    def _shows(self, switch: str, level_m: float) -> bool:
+        """Return the state of a switch at a level, with its faults."""
+        for fault in self._faults.active(StuckSwitch):
+            if fault.switch == switch:
+                stays = self._is_high if switch == "high" else self._is_low
+                return stays if fault.shows is None else fault.shows
+        return self._is_high_at(level_m) if switch == "high" else self._is_low_at(level_m)
 
     def _is_high_at(self, level_m: float) -> bool:
         return level_m >= self._settings.high - (self._settings.hysteresis_m if self._is_high else 0)
@@ -156,6 +179,13 @@ class Tank(Device):
 
     def _on_outlet(self, percent: float) -> None:
         self._opening = _share(percent)
+        self._open_holes()
+
+    def _on_faults(self) -> None:
+        self._look()
+        self._open_holes()
+        self._publish_all()
+        self._keep_ticking()
 
     def _set_level(self, value: float | str) -> None:
         height_m = self._settings.height_m
@@ -167,7 +197,8 @@ class Tank(Device):
 
     def _keep_ticking(self) -> None:
         """Keep the timer running only while something moves."""
-        is_moving = self._inflow > 0 or self._outflow(self._water.level_m) > 0
+        is_draining = self._outlet_k + self._leak_k > 0 and self._water.level_m > 0
+        is_moving = self._inflow > 0 or is_draining
         if is_moving and not self._is_ticking:
             self._clock.call_at(self._clock.now_ns() + self._settings.step_ms * MS, self._on_tick)
         self._is_ticking = is_moving or self._is_ticking
@@ -184,7 +215,9 @@ class Tank(Device):
         seconds = (self._clock.now_ns() - self._looked_ns) / S
         if seconds <= 0:
             return water
-        after = moved(water.level_m, self._inflow, self._k, settings.area_m2, settings.height_m, seconds)
+        after = moved(
+            water.level_m, self._inflow, self._outlet_k + self._leak_k, settings.area_m2, settings.height_m, seconds
+        )
         runs_over = after.over_m3 > 0 and water.level_m < settings.height_m
         runs_dry = after.level_m == 0 and water.level_m > 0
         return _Water(
@@ -197,9 +230,13 @@ class Tank(Device):
 
     def _publish_all(self) -> None:
         settings, level_m = self._settings, self._water.level_m
-        self._publish(self._level_wire, level_m, "m", settings.level_resolution_m)
+        stuck = self._faults.first(StuckSensor)
+        if stuck is None:
+            self._publish(self._level_wire, level_m, "m", settings.level_resolution_m)
+        elif stuck.level_m is not None:
+            self._publish(self._level_wire, stuck.level_m, "m")
         self._publish_flows()
-        self._is_high, self._is_low = self._is_high_at(level_m), self._is_low_at(level_m)
+        self._is_high, self._is_low = self._shows("high", level_m), self._shows("low", level_m)
         self._publish(self._high_wire, self._is_high)
         self._publish(self._low_wire, self._is_low)
 

@@ -201,3 +201,73 @@ def test_wires_have_the_names_of_the_settings() -> None:
 def test_wrong_settings_are_refused(settings: dict[str, Any], complaint: str) -> None:
     with pytest.raises(ValidationError, match=complaint):
         TankSettings(**{**LAB, **settings})
+
+
+def test_a_leak_drains_the_tank_by_torricellis_law_while_it_lasts() -> None:
+    """The root of the level falls by c * a * sqrt(2 g) / (2 A) per second."""
+    bench = Bench(initial_level_m=1.0)
+    bench.tank.add_fault({"what": "leak", "area_m2": 2e-4, "start_ms": 1_000, "duration_ms": 20_000})
+    bench.wait(1)
+    assert bench.point("level") == 1.0
+    bench.wait(20)
+    root = 1.0 - 20 * 0.62 * 2e-4 * math.sqrt(2 * 9.80665) / (2 * 0.25)
+    assert bench.point("level") == pytest.approx(root * root, rel=1e-9)
+    bench.wait(10)
+    assert bench.point("level") == pytest.approx(root * root, rel=1e-9)
+    assert (bench.point("leak"), bench.point("outflow"), bench.clock.next_ns()) == (0.0, 0.0, None)
+
+
+def test_two_leaks_drain_as_one_of_their_area() -> None:
+    twice, once = Bench(initial_level_m=1.0), Bench(initial_level_m=1.0)
+    for _ in range(2):
+        twice.tank.add_fault({"what": "leak", "area_m2": 1e-4})
+    once.tank.add_fault({"what": "leak", "area_m2": 2e-4})
+    twice.wait(5)
+    once.wait(5)
+    assert twice.point("level") == pytest.approx(float(once.point("level")), rel=1e-9)
+
+
+def test_nothing_leaves_a_blocked_outlet() -> None:
+    bench = Bench(initial_level_m=1.0)
+    bench.drive("tank.outlet", 100)
+    number = bench.tank.add_fault({"what": "blocked_outlet"})
+    bench.wait(5)
+    assert (bench.point("level"), bench.point("outflow"), bench.point("outlet")) == (1.0, 0.0, 100.0)
+    bench.drive("tank.outlet", 50)
+    assert bench.published("tank.outflow")[-1] == 0.0
+    bench.tank.clear_fault(number)
+    assert bench.published("tank.outflow")[-1] == pytest.approx(0.62 * 1e-4 * math.sqrt(2 * 9.80665))
+
+
+def test_a_stuck_sensor_shows_the_same_level(bench: Bench) -> None:
+    bench.drive("pump.speed", 100)
+    bench.wait(10)
+    number = bench.tank.add_fault({"what": "stuck_sensor"})
+    shown = bench.published("tank.level")
+    bench.wait(10)
+    assert bench.published("tank.level") == shown
+    assert bench.point("level") == pytest.approx(20 * 0.001 / 0.25)
+    bench.tank.clear_fault(number)
+    assert bench.published("tank.level")[-1] == pytest.approx(0.08)
+    bench.tank.add_fault({"what": "stuck_sensor", "level_m": 1.5, "duration_ms": 100})
+    bench.wait(0.05)
+    assert bench.published("tank.level")[-1] == 1.5
+    bench.wait(0.1)
+    assert bench.published("tank.level")[-1] < 0.1
+
+
+@pytest.mark.parametrize(("switch", "level_m", "open_m"), [("high", 1.9, 1.0), ("low", 0.1, 1.0)])
+def test_a_stuck_switch_stays_as_it_is(switch: str, level_m: float, open_m: float) -> None:
+    bench = Bench(initial_level_m=level_m)
+    level = bench.tank.points()["level"]
+    assert level.write is not None
+    number = bench.tank.add_fault({"what": "stuck_switch", "switch": switch})
+    level.write(open_m)
+    assert bench.point(switch) is True
+    assert bench.published(f"tank.{switch}") == [True]
+    bench.tank.clear_fault(number)
+    assert bench.published(f"tank.{switch}") == [True, False]
+    bench.tank.add_fault({"what": "stuck_switch", "switch": switch, "shows": True, "duration_ms": 1})
+    assert bench.published(f"tank.{switch}")[-1] is True
+    bench.wait(0.002)
+    assert bench.published(f"tank.{switch}")[-1] is False
