@@ -95,6 +95,13 @@ def test_a_fault_leaves_the_machine_safe_and_it_comes_back(yard: Yard, kind: typ
     yard.give_back(machine)
 
 
+def test_a_nip_without_its_encoder_is_switched_off_and_comes_back() -> None:
+    cell = Cell()
+    assert cell.works()
+    try_fault(cell, Injected("nip", "plant.servo", {"what": "encoder_signal"}), stops())
+    cell.rig.close()
+
+
 @pytest.mark.parametrize("kind", MACHINES, ids=lambda kind: kind.__name__)
 def test_a_table_has_no_entry_without_a_fault(kind: type[Machine]) -> None:
     keys = {key for injected in faults_tried(kind) for key in keys_of(injected.words)}

@@ -134,7 +134,7 @@ class SmartIo(Machine):
 
 
 class Cell(Machine):
-    """docs/arp-cell.md: without the other card the line stops; Enable is opened and closed, and a person starts."""
+    """docs/arp-cell.md: without the other card or a motor the line stops; Enable is opened and closed, and a person starts."""
 
     file = "arp-cell-virtual.yaml"
     can_nodes: ClassVar = {"can0": 3}
@@ -148,6 +148,8 @@ class Cell(Machine):
         "can short": stops(),
         "can wrong_bit_rate": may_stop(),  # its error flags reach the frames of the cards for some time
         "can babble": stops(),
+        "plant.servo blocked": stops(),
+        "plant.servo encoder_signal": stops(Sign("line", "error", 116)),
     }
 
     def begin(self) -> None:
@@ -179,5 +181,5 @@ class Cell(Machine):
         for level in (0, 1):
             self.set("panel", "6200:01", level)
             self.wait(1)
-        assert self.is_safe("can0")
+        assert self.is_safe(injected.where)
         self.start()

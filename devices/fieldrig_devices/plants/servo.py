@@ -5,20 +5,24 @@ up to its controller.  Between two changes of its inputs the axis is the exact s
 published as a `Motion`: again when the motion changes, or before the published parabola is off by
 `encoder_tolerance_counts`.  So an axis at standstill or at constant speed needs no work.  The value of the encoder is a
 real number, of which a counter sees the integer part.  The brake opens on true, and holds until its wire is driven.
+While the encoder's signal is lost its count stays; as the encoder is incremental, the counts that were missed are lost.
 Left out: thermal limits, cogging, the voltage limit at high speed, elasticity, and the line noise of the encoder.
 """
 
 from collections.abc import Mapping
 from dataclasses import replace
 from math import ceil, floor, inf, isfinite, tau
+from typing import Any, ClassVar
 
 from fieldrig.clock import Alarm, Clock, S
 from fieldrig.device import Device, Point, Value
+from fieldrig.faults.faults import Fault, Faults
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.points.checks import number_in, truth_in
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.plants.axis_model import Segment, State, after
-from fieldrig_devices.plants.servo_settings import ServoSettings
+from fieldrig_devices.plants.servo_settings import MODELS, Blocked, EncoderSignal, ServoSettings
 from fieldrig_devices.plants.switches import Switch
 
 FULL_SCALE_V = 10.0
@@ -31,6 +35,7 @@ class Servo(Device):
     """A servo axis as a device of a rig."""
 
     about = "a servo axis: current amplifier, motor, load and encoder (a plant, on wires)"
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(self, clock: Clock, name: str, settings: ServoSettings, wires: Link[Signal]) -> None:
         self._clock, self._settings, self._wires = clock, settings, wires
@@ -41,6 +46,12 @@ class Servo(Device):
         self._jammed = replace(self._free, breakaway=inf)
         self._volt = self._reference_nm = 0.0
         self._load_nm = 0.0  # external torque, at the load
+        self.injected = self._faults = InjectedFaults[Fault[Any]](
+            clock, MODELS, Faults(Fault), on_change=self._on_faults
+        )
+        self._held_count: float | None = None
+        """The count at which the encoder's signal was lost; None while it is there."""
+        self._lost_counts = 0.0
         self._is_blocked, self._is_braked = False, settings.brake_torque_nm is not None
         self._since_ns = clock.now_ns()
         self._state = State(settings.initial_position_rad * settings.gear_ratio)
@@ -68,13 +79,13 @@ class Servo(Device):
         return {
             "position": Point(lambda: self._now().position / gear, None, "rad", "of the load"),
             "speed": Point(lambda: self._now().speed / gear, None, "rad/s", "of the load"),
-            "encoder": Point(lambda: floor(self._now().position * self._counts_per_rad), None, "count"),
+            "encoder": Point(lambda: floor(self._count(self._now())), None, "count"),
             "reference": Point(lambda: self._volt, None, "V", "to the amplifier"),
             "torque": Point(lambda: self._now().torque, None, "N m", "of the motor"),
             "load_torque": Point(
                 lambda: self._load_nm, self._write_load_torque, "N m", "external, at the load; positive pulls down"
             ),
-            "blocked": Point(lambda: self._is_blocked, self._write_blocked, "", "the axis is jammed"),
+            "blocked": Point(self._is_jammed, self._write_blocked, "", "the axis is jammed"),
             "brake": Point(lambda: self._is_braked, None, "", "the brake is applied"),
             "at_stop": Point(self._is_at_stop, None, "", "the load is at a stop"),
         }
@@ -100,14 +111,37 @@ class Servo(Device):
     def _on_blocked(self, is_on: float) -> None:
         self._look()
         self._is_blocked = bool(is_on)
-        if is_on:
-            self._state = self._state._replace(speed=0.0)
-        self._go_on()
+        self._jam()
 
     def _on_brake(self, is_open: float) -> None:
         self._look()
         self._is_braked = not is_open
         self._go_on()
+
+    def _is_jammed(self) -> bool:
+        return self._is_blocked or self._faults.first(Blocked) is not None
+
+    def _jam(self) -> None:
+        """Go on, from a standstill if the axis is jammed."""
+        if self._is_jammed():
+            self._state = self._state._replace(speed=0.0)
+        self._go_on()
+
+    def _on_faults(self) -> None:
+        self._look()
+        is_lost, count = self._faults.first(EncoderSignal) is not None, self._count(self._state)
+        if is_lost and self._held_count is None:
+            self._held_count = count
+        elif not is_lost and self._held_count is not None:
+            self._held_count = None
+            self._lost_counts += self._count(self._state) - count
+        self._jam()
+
+    def _count(self, state: State) -> float:
+        """Return what the encoder shows in a state."""
+        if self._held_count is not None:
+            return self._held_count
+        return state.position * self._counts_per_rad - self._lost_counts
 
     def _write_load_torque(self, value: Value) -> None:
         self._on_load_torque(number_in(value, unit="N m"))
@@ -135,7 +169,7 @@ class Servo(Device):
     def _begin(self) -> None:
         """Start a new segment from the present state."""
         settings = self._settings
-        self._mechanics = self._jammed if self._is_blocked else self._braked if self._is_braked else self._free
+        self._mechanics = self._jammed if self._is_jammed() else self._braked if self._is_braked else self._free
         self._outer_nm = -(settings.load_torque_nm + self._load_nm) / settings.gear_ratio
         self._segment = Segment(self._mechanics, self._state, self._reference_nm, self._outer_nm)
         self._tangent = self._segment.tangent(self._tolerance_rad)
@@ -154,10 +188,11 @@ class Servo(Device):
             self._timer.at(self._since_ns + max(1, ceil(self._wake_s * S)), self._on_timer)
 
     def _publish_encoder(self) -> None:
-        scale, last = self._counts_per_rad, self._published
+        is_lost, last = self._held_count is not None, self._published
+        scale = 0.0 if is_lost else self._counts_per_rad
         speed, acceleration, _ = self._tangent
-        value = self._state.position * scale
-        if last is not None and not self._segment.direction and last.value == value and not last.speed:
+        value, is_still = self._count(self._state), is_lost or not self._segment.direction
+        if last is not None and is_still and last.value == value and not last.speed:
             return  # its published position still holds
         self._published = Motion(
             self._encoder_wire, value, "count", self._since_ns, speed * scale, acceleration * scale

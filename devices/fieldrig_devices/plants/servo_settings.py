@@ -1,12 +1,13 @@
-"""The keys of a servo axis in a rig file."""
+"""The keys of a servo axis in a rig file, and its faults."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import inf
-from typing import Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
+from fieldrig.faults.faults import Timed, models_of
 from fieldrig.settings import Claim
 from fieldrig_devices.plants.axis_model import Mechanics
 from fieldrig_devices.plants.settings import PlantSettings
@@ -116,3 +117,18 @@ class ServoSettings(PlantSettings):
             high=self.high_rad * self.gear_ratio,
             lag_s=self.current_lag_ms / 1000,
         )
+
+
+class Blocked(Timed):
+    """The axis is jammed: it stands, whatever the torque."""
+
+    what: Literal["blocked"]
+
+
+class EncoderSignal(Timed):
+    """The encoder's signal is lost: the count stays, and the counts that are missed are lost."""
+
+    what: Literal["encoder_signal"]
+
+
+MODELS: Final[Mapping[str, type[Any]]] = models_of(Annotated[Blocked | EncoderSignal, Field(discriminator="what")])

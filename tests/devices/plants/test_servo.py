@@ -326,3 +326,58 @@ def test_axis_that_makes_no_sense_is_refused(wrong: dict[str, Any], says: str) -
 def test_point_says_what_would_be_right(key: str, value: Value) -> None:
     with pytest.raises(ValueError, match=r"expected (true or false|a number in N m), got"):
         Bench().push(key, value)
+
+
+def test_an_axis_that_is_blocked_by_a_fault_stands_until_it_ends() -> None:
+    bench = Bench(load_inertia_kg_m2=0.009)
+    bench.drive("reference", 5.0)
+    bench.wait(0.1)
+    before = bench.number("position")
+    bench.servo.add_fault({"what": "blocked", "duration_ms": 200})
+    assert (bench.point("blocked"), bench.number("speed")) == (True, 0.0)
+    bench.wait(0.2)
+    assert bench.number("position") == pytest.approx(before)
+    assert bench.point("blocked") is False
+    bench.wait(0.1)  # 1 N m on 0.01 kg m2
+    assert bench.number("speed") == pytest.approx(10.0)
+    assert bench.number("position") - before == pytest.approx(0.5)
+
+
+def test_an_axis_that_is_jammed_twice_stands_until_nothing_jams_it() -> None:
+    bench = Bench()
+    bench.push("blocked", True)
+    number = bench.servo.add_fault({"what": "blocked"})
+    bench.drive("reference", 5.0)
+    bench.push("blocked", False)
+    bench.wait(0.1)
+    assert (bench.point("blocked"), bench.number("position")) == (True, 0.0)
+    bench.servo.clear_fault(number)
+    assert bench.point("blocked") is False
+    bench.wait(0.1)
+    assert bench.number("speed") > 0
+
+
+def test_counts_that_an_encoder_misses_without_signal_are_lost() -> None:
+    bench = Bench(load_inertia_kg_m2=0.009)
+    bench.drive("reference", 5.0)
+    bench.wait(0.1)
+    shown = bench.count
+    assert shown == pytest.approx(0.5 * COUNTS_PER_RAD)
+    number = bench.servo.add_fault({"what": "encoder_signal", "start_ms": 0})
+    bench.servo.add_fault({"what": "encoder_signal", "duration_ms": 50})
+    bench.wait(0.1)
+    assert (bench.count, bench.point("encoder")) == (pytest.approx(shown), floor(shown))
+    assert bench.number("position") == pytest.approx(2.0), "the axis moves on"
+    bench.servo.clear_fault(number)
+    assert bench.count == pytest.approx(shown)
+    bench.wait(0.1)
+    assert bench.count == pytest.approx(shown + 2.5 * COUNTS_PER_RAD, abs=0.3)
+    assert bench.point("encoder") == floor(bench.count)
+
+
+def test_an_axis_at_standstill_says_nothing_when_its_encoder_is_lost_and_back() -> None:
+    bench = Bench()
+    bench.wires.take()
+    bench.servo.add_fault({"what": "encoder_signal", "duration_ms": 10})
+    bench.wait(1)
+    assert bench.wires.take() == []
