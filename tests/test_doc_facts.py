@@ -79,7 +79,7 @@ from fieldrig_devices.pam.objects.readings import ObjectReadings
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import ClassCodes, PortOptions
 from fieldrig_devices.pam.settings import ProgramReadings, RingReadings
-from fieldrig_devices.plants import dc_motor, heater, pulse_servo, servo_settings, tank_faults
+from fieldrig_devices.plants import dc_motor, heater, pulse_servo, servo_settings, tank_faults, winder_settings
 from fieldrig_devices.plants.cam_switches import CamSettings
 from fieldrig_devices.plants.conveyor_settings import ConveyorFault, SensorSettings
 from fieldrig_devices.plants.stepper_settings import StepperFault
@@ -170,6 +170,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a heater fault": heater.MODELS,
     "Keys of a tank fault": tank_faults.MODELS,
     "Keys of a servo axis fault": servo_settings.MODELS,
+    "Keys of a winder fault": winder_settings.MODELS,
     "Keys of a DC motor fault": dc_motor.MODELS,
     "Keys of modules and motors": {"modules": SmartIoModule, "motors": SmartIoMotor},
     "Readings of a Smart-IO": {"readings": NodeReadings},

@@ -134,7 +134,7 @@ class SmartIo(Machine):
 
 
 class Cell(Machine):
-    """docs/arp-cell.md: without the other card or a motor the line stops; Enable is opened and closed, and a person starts."""
+    """docs/arp-cell.md: without the other card, a motor or film the line stops; a person opens Enable, and starts."""
 
     file = "arp-cell-virtual.yaml"
     can_nodes: ClassVar = {"can0": 3}
@@ -150,6 +150,8 @@ class Cell(Machine):
         "can babble": stops(),
         "plant.servo blocked": stops(),
         "plant.servo encoder_signal": stops(Sign("line", "error", 116)),
+        "plant.winder torn": stops(),
+        "plant.winder slip": goes_on(),  # the tension stays; nothing measures the film behind the nip
     }
 
     def begin(self) -> None:

@@ -2,23 +2,26 @@
 
 The line sets the pace: a wire with its speed, or the encoder of the axis that drives it.  The drive of the roll turns
 its reference into torque, as a current amplifier does; as a brake it only holds against the rotation.  Physics and
-steps are in `winder_model`; a winder in which nothing moves takes no steps.  A web breaks by the point `break_web`, at
-`breaking_tension_n`, and where an unwound roll ends; `break_web=false` threads a new one.
+steps are in `winder_model`; a winder in which nothing moves takes no steps.  A web breaks by the point `break_web`, by
+a fault, at `breaking_tension_n`, and where an unwound roll ends; `break_web=false` threads a new one.
 Left out: the rollers between roll and line, lag and limits of the drive, the way of the web over the load cell.
 """
 
 from collections.abc import Mapping
 from copy import copy
 from math import ceil, floor, isfinite
+from typing import Any, ClassVar
 
 from fieldrig.clock import US, Alarm, Clock, S
 from fieldrig.device import Device, Point, Value
+from fieldrig.faults.faults import Fault, Faults
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.points.checks import number_in, truth_in
 from fieldrig_bus.wires import Motion, Signal
 from fieldrig_devices.plants.line_feed import LineFeed
 from fieldrig_devices.plants.winder_model import WinderModel
-from fieldrig_devices.plants.winder_settings import WinderSettings
+from fieldrig_devices.plants.winder_settings import MODELS, Slip, Torn, WinderSettings
 
 FULL_SCALE_V = 10.0
 STILL_M_PER_S = 1e-6
@@ -32,11 +35,19 @@ class Winder(Device):
     """A winder as a device of a rig."""
 
     about = "a winder: roll, elastic web, drive, load cell and dancer (a plant, on wires)"
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(self, clock: Clock, name: str, settings: WinderSettings, wires: Link[Signal]) -> None:
         self._clock, self._settings, self._wires = clock, settings, wires
         self._model = WinderModel(settings)
         self._line = LineFeed(settings.line_m_per_count)
+        self.injected = self._faults = InjectedFaults[Fault[Any]](
+            clock, MODELS, Faults(Fault), on_change=self._on_faults
+        )
+        self._is_torn = False
+        """A fault tears the web."""
+        self._grip = 1.0
+        """The share of the line's way that draws web."""
         self._step_ns = settings.step_us * US
         self._volt = 0.0
         self._looked_ns = clock.now_ns()
@@ -90,12 +101,16 @@ class Winder(Device):
         if now_ns <= self._looked_ns or not self._is_moving:
             return self._model
         ahead = copy(self._model)
-        self._step(ahead, (now_ns - self._looked_ns) / S, copy(self._line).passed_m(now_ns))
-        self._break_if_torn(ahead, ahead.tension(self._line.speed(now_ns)))
+        self._step(ahead, (now_ns - self._looked_ns) / S, copy(self._line).passed_m(now_ns) * self._grip)
+        self._break_if_torn(ahead, ahead.tension(self._web_speed(now_ns)))
         return ahead
 
     def _tension_now(self) -> float:
-        return self._now().tension(self._line.speed(self._clock.now_ns()))
+        return self._now().tension(self._web_speed(self._clock.now_ns()))
+
+    def _web_speed(self, now_ns: int) -> float:
+        """Return the speed of the web at the line."""
+        return self._line.speed(now_ns) * self._grip
 
     def _on_signal(self, signal: Signal) -> None:
         if not isfinite(signal.value):
@@ -108,15 +123,32 @@ class Winder(Device):
         self._go_on()
 
     def _write_break(self, value: Value) -> None:
-        is_broken = truth_in(value)
-        settings, model = self._settings, self._model
-        if not is_broken and settings.role == "unwinder" and model.radius_m <= settings.core_radius_m:
+        is_broken, model = truth_in(value), self._model
+        if not is_broken and self._is_empty():
             raise ValueError("the roll is empty; set `radius` first")
+        if not is_broken and self._is_torn:
+            raise ValueError("a fault tears the web; clear it first")
         self._look()
         if is_broken:
             model.break_web()
         elif model.is_broken:
             model.thread_web()
+        self._go_on()
+
+    def _is_empty(self) -> bool:
+        return self._settings.role == "unwinder" and self._model.radius_m <= self._settings.core_radius_m
+
+    def _on_faults(self) -> None:
+        """Let the faults have their effect from now on; a web is threaded where one was torn, if the roll has any."""
+        self._look()
+        was_torn, self._is_torn = self._is_torn, self._faults.first(Torn) is not None
+        if self._is_torn:
+            self._model.break_web()
+        elif was_torn and not self._is_empty():
+            self._model.thread_web()
+        self._grip = 1.0
+        for slip in self._faults.active(Slip):
+            self._grip *= 1 - slip.percent / 100
         self._go_on()
 
     def _write_radius(self, value: Value) -> None:
@@ -142,7 +174,7 @@ class Winder(Device):
         now_ns = self._clock.now_ns()
         if now_ns <= self._looked_ns:
             return  # the web that passes at this instant is counted with the next step
-        seconds, passed_m = (now_ns - self._looked_ns) / S, self._line.passed_m(now_ns)
+        seconds, passed_m = (now_ns - self._looked_ns) / S, self._line.passed_m(now_ns) * self._grip
         self._looked_ns = now_ns
         if not self._is_moving:
             return
@@ -165,7 +197,7 @@ class Winder(Device):
     def _look_at_model(self) -> None:
         """Publish the result of a step; True if anything still moves."""
         model = self._model
-        self._tension = model.tension(self._line.speed(self._looked_ns))
+        self._tension = model.tension(self._web_speed(self._looked_ns))
         if self._break_if_torn(model, self._tension):
             self._tension = 0.0
         torque, held = self._drive()

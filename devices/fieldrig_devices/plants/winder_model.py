@@ -74,8 +74,8 @@ class WinderModel:
         self.is_broken = True
 
     def thread_web(self) -> None:
-        """Thread a new web through the span, without tension."""
-        self.is_broken = False
+        """Thread a new web through the span, without tension, for which the roll is stopped."""
+        self.is_broken, self.speed = False, 0.0
         self.span_m = self._way
 
     def tension(self, line_speed: float) -> float:

@@ -1,11 +1,12 @@
-"""The keys of a winder in a rig file."""
+"""The keys of a winder in a rig file, and its faults."""
 
 import math
-from collections.abc import Iterator
-from typing import Literal, Self
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
+from fieldrig.faults.faults import Timed, models_of
 from fieldrig.settings import Claim
 from fieldrig_devices.plants.settings import PlantSettings
 
@@ -121,3 +122,19 @@ class WinderSettings(PlantSettings):
         outer, inner = radius_m * radius_m, self.core_radius_m * self.core_radius_m
         hollow = math.pi / 2 * self.density_kg_m3 * self.width_m * (outer * outer - inner * inner)
         return self.core_inertia_kg_m2 + hollow
+
+
+class Torn(Timed):
+    """The web is torn, and a new one is threaded when the fault ends."""
+
+    what: Literal["torn"]
+
+
+class Slip(Timed):
+    """The web slips in the line, which draws less of it than it turns."""
+
+    what: Literal["slip"]
+    percent: float = Field(default=50.0, gt=0, le=100, description="share of the line's way that draws no web")
+
+
+MODELS: Final[Mapping[str, type[Any]]] = models_of(Annotated[Torn | Slip, Field(discriminator="what")])

@@ -326,3 +326,58 @@ def test_winder_that_makes_no_sense_is_refused(wrong: dict[str, Any], says: str)
 def test_point_says_what_would_be_right(key: str, value: Value) -> None:
     with pytest.raises(ValueError, match=r"expected (true or false|a number from .* (m|N)), got"):
         Bench(dancer=DANCER).push(key, value)
+
+
+def test_a_web_is_torn_as_long_as_the_fault_lasts() -> None:
+    bench = Bench(initial_tension_n=100.0)
+    bench.drive("w.reference", 4.0)
+    bench.winder.add_fault({"what": "torn", "start_ms": 10, "duration_ms": 20})
+    assert bench.number("tension") == pytest.approx(100.0)
+    bench.wait(0.010)
+    assert (bench.number("tension"), bench.published("w.web")) == (0.0, False)
+    with pytest.raises(ValueError, match="a fault tears the web; clear it first"):
+        bench.push("break_web", False)
+    bench.wait(0.020)
+    assert bench.number("break_web") is False
+    assert bench.published("w.web") is True
+
+
+def test_no_web_is_threaded_from_an_empty_roll() -> None:
+    bench = Bench()
+    bench.push("radius", 0.05)
+    bench.winder.clear_fault(bench.winder.add_fault({"what": "torn"}))
+    assert bench.published("w.web") is False
+
+
+def test_a_web_that_slips_is_drawn_less() -> None:
+    """The line draws 60 mm, 25 % of the last 50 mm without web; the roll swings by less than 3 mm on the web."""
+    bench, drawn_m = Bench(modulus_pa=1e9, damping_s=0.01), 0.010 + 0.75 * 0.050
+    bench.drive("w.reference", 1.0)
+    before = bench.number("length")
+    bench.drive("line.speed", 0.1, "m/s")
+    bench.wait(0.1)
+    bench.winder.add_fault({"what": "slip", "percent": 25})
+    bench.wait(0.5)
+    assert bench.number("line_speed") == 0.1
+    assert before - bench.number("length") == pytest.approx(drawn_m, abs=0.003)
+
+
+def test_a_web_that_slips_altogether_is_not_drawn_until_the_fault_ends() -> None:
+    bench = Bench()
+    bench.winder.add_fault({"what": "slip", "percent": 100, "duration_ms": 100})
+    before = bench.number("length")
+    bench.drive("line.speed", 0.1, "m/s")
+    bench.wait(0.1)
+    assert bench.number("length") == before
+    bench.wait(0.1)
+    assert bench.number("length") < before
+
+
+def test_a_roll_is_stopped_to_thread_a_new_web() -> None:
+    bench = Bench()
+    number = bench.winder.add_fault({"what": "torn"})
+    bench.drive("w.reference", 5.0)
+    bench.wait(0.5)
+    assert abs(bench.number("speed")) > 1
+    bench.winder.clear_fault(number)
+    assert bench.number("speed") == 0.0
