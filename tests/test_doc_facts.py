@@ -39,6 +39,7 @@ from fieldrig_bus.telephone.faults import TelephoneFault
 from fieldrig_devices.arp.can.exchange import ExchangeSettings, Received, Sent
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs
+from fieldrig_devices.arp.terminal import faults as terminal_faults
 from fieldrig_devices.canopen import node_faults
 from fieldrig_devices.canopen.master_settings import CanMasterSettings, CanNodeSettings
 from fieldrig_devices.canopen.node import CanopenSettings
@@ -170,6 +171,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a heater fault": heater.MODELS,
     "Keys of a tank fault": tank_faults.MODELS,
     "Keys of a servo axis fault": servo_settings.MODELS,
+    "Keys of a terminal fault": terminal_faults.OWN,
     "Keys of a winder fault": winder_settings.MODELS,
     "Keys of a DC motor fault": dc_motor.MODELS,
     "Keys of modules and motors": {"modules": SmartIoModule, "motors": SmartIoMotor},

@@ -22,6 +22,7 @@ VALUES: Final[Mapping[str, Any]] = {
     "node": "",
     "after": "",
     "station": "",
+    "key": "F2",
 }
 """Values of keys that have no list of choices: those that a fault requires, and some that let it be felt.
 

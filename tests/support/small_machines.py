@@ -150,6 +150,7 @@ class Cell(Machine):
         "can babble": stops(),
         "plant.servo blocked": stops(),
         "plant.servo encoder_signal": stops(Sign("line", "error", 116)),
+        "terminal.tr stuck_key": stops(),
         "plant.winder torn": stops(),
         "plant.winder slip": goes_on(),  # the tension stays; nothing measures the film behind the nip
     }

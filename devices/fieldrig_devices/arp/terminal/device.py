@@ -12,12 +12,16 @@ from typing import Any, ClassVar, Final
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
+from fieldrig.faults.faults import Fault, Faults
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.points.checks import truth_in
 from fieldrig.storage.store import Store, StoreError
+from fieldrig.text.nearest import closest
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.terminal import panel
 from fieldrig_devices.arp.terminal.application import Application
+from fieldrig_devices.arp.terminal.faults import MODELS, StuckKey
 from fieldrig_devices.arp.terminal.messages import COUNT
 from fieldrig_devices.arp.terminal.presses import Presses
 from fieldrig_devices.arp.terminal.screen import LINES
@@ -30,6 +34,7 @@ _NODE_POINTS: Final = ("nmt.state", "node_id", "emcy.code", "error_register", "t
 class Terminal(Device):
     about = "the operator terminal of an ARP card: screen, keys, LEDs, printer"
     trouble_keys: ClassVar[Collection[str]] = ("emcy.code",)
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(
         self,
@@ -45,6 +50,12 @@ class Terminal(Device):
         self._application = Application(self._node, settings, store, printer)
         self._keys = panel.keys(settings.model)
         self._presses = Presses(clock, frozenset(self._keys), self._on_key)
+        self._shown: set[str] = set()
+        """The keys that are down for the node."""
+        self.injected = self._faults = InjectedFaults[Fault[Any]](
+            clock, MODELS, Faults(Fault), on_change=self._on_faults, check=self._check
+        )
+        self._node.take_faults(self.injected)
         self._points = {
             **self._screen_points(),
             **self._panel_points(panel.leds(settings.model)),
@@ -116,6 +127,23 @@ class Terminal(Device):
         self._presses.set(name, truth_in(value))
 
     def _on_key(self, name: str, is_down: bool) -> None:
+        if all(fault.key.upper() != name for fault in self._faults.active(StuckKey)):
+            self._show_key(name, is_down)
+
+    def _on_faults(self) -> None:
+        stuck = {fault.key.upper(): fault.pressed for fault in self._faults.active(StuckKey)}
+        for name in self._keys:
+            self._show_key(name, stuck.get(name, name in self._presses.down))
+
+    def _show_key(self, name: str, is_down: bool) -> None:
+        if is_down == (name in self._shown):
+            return
+        (self._shown.add if is_down else self._shown.remove)(name)
         self._application.set_key(self._keys[name], is_down)
         if is_down:
             self._application.editor.press(name)
+
+    def _check(self, fault: Any) -> None:
+        """ValueError for a fault of a key that this model does not have."""
+        if isinstance(fault, StuckKey) and fault.key.upper() not in self._keys:
+            raise ValueError(f"key: there is no key {fault.key!r}\n{closest(fault.key.upper(), list(self._keys))}")
