@@ -109,3 +109,16 @@ def test_a_device_can_refuse_a_fault_that_cannot_be() -> None:
     with pytest.raises(ValueError, match="there is no fault 2\nthere are: 1"):
         bench.faults.clear_fault(2)
     assert list(bench.faults.faults()) == [1]
+
+
+def test_a_fault_that_is_a_state_is_applied_when_it_begins() -> None:
+    bench = Bench()
+    bench.faults.add_fault({"what": "stuck", "start_ms": 2, "duration_ms": 3})
+    bench.faults.add_fault({"what": "open", "when": "io/level > 1"})
+    bench.run_until(2 * MS - 1)
+    assert [fault["applied"] for fault in bench.faults.faults().values()] == [0, 0]
+    bench.run_until(2 * MS)
+    bench.faults.begin(2)
+    assert [fault["applied"] for fault in bench.faults.faults().values()] == [1, 1]
+    bench.run_until(9 * MS)
+    assert bench.faults.faults()[1] == {"what": "stuck", "duration_ms": 3, "start_ms": 2, "state": "over", "applied": 1}

@@ -185,7 +185,7 @@ def test_a_device_takes_faults_at_run_time_wherever_it_is(processes: str) -> Non
     with Rig(from_dict(dice_rig(processes=processes), HERE), trace) as rig:
         number = rig.add_fault("one", {"what": "loaded", "duration_ms": "45"})
         rig.run_until(60 * MS)
-        assert rig.faults("one")[number] == {"what": "loaded", "duration_ms": 45, "state": "over", "applied": 0}
+        assert rig.faults("one")[number] == {"what": "loaded", "duration_ms": 45, "state": "over", "applied": 1}
         rig.clear_fault("one", number)
         assert rig.faults("one") == {}
         with pytest.raises(ControlError, match="one: there is no fault 'loded'"):

@@ -78,7 +78,7 @@ def test_a_fault_is_added_applied_shown_and_cleared(real: RunningRig) -> None:
 
 def test_a_device_takes_faults_too(real: RunningRig) -> None:
     number = real.tool("fault", "io", "mute").stdout.strip()
-    assert real.json("fault", "io") == {number: {"what": "mute", "state": "on", "applied": 0}}
+    assert real.json("fault", "io") == {number: {"what": "mute", "state": "on", "applied": 1}}
     assert real.tool("fault", "io", "--clear", "all").stdout == f"cleared: {number}\n"
     assert real.tool("fault", "io").stdout == "none\n"
 

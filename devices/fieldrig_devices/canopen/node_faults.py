@@ -6,7 +6,7 @@ concern the default server of the node.  Block transfers have no segments here: 
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import Field
 
@@ -88,6 +88,7 @@ class PdoLength(Repeated):
 class Silent(Timed):
     """The node neither sends nor hears anything."""
 
+    counts_uses: ClassVar[bool] = True
     what: Literal["silent"]
 
 

@@ -1,6 +1,6 @@
 """The faults of a HIPERFACE encoder, and their effects."""
 
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import Field, ValidationError
 
@@ -14,6 +14,8 @@ from fieldrig_devices.hiperface.requests import Trouble
 
 
 class _Struck(Timed):
+    counts_uses: ClassVar[bool] = True
+
     count: int | None = Field(default=None, ge=1, description="number of telegrams affected; default: no limit")
     probability: float = Field(default=1.0, gt=0, le=1, description="probability that a matching telegram is affected")
 
@@ -39,6 +41,8 @@ class Checksum(_Struck):
 
 class WrongPlate(Timed):
     """Another motor's plate is in the memory."""
+
+    counts_uses: ClassVar[bool] = True
 
     what: Literal["wrong_plate"]
     type: str | None = Field(default=None, min_length=1, max_length=24, description="of the other motor")

@@ -12,6 +12,7 @@ from types import NoneType, UnionType
 from typing import (
     Annotated,
     Any,
+    ClassVar,
     Final,
     Generic,
     Literal,
@@ -41,6 +42,9 @@ _64: Final = (1 << 64) - 1
 class Timed(Settings):
     """Start and duration of a fault."""
 
+    counts_uses: ClassVar[bool] = False
+    """True if each use counts, such as a message that it spoils; the fault of a device that is a state counts once."""
+
     start_ms: float = Field(
         default=0, ge=0, le=LONGEST_MS, description="after it was given; in a rig file, after the rig's start"
     )
@@ -59,6 +63,8 @@ class Timed(Settings):
 
 class Repeated(Timed):
     """A fault of single messages, which says how often it applies."""
+
+    counts_uses: ClassVar[bool] = True
 
     nth: int = Field(
         default=1, ge=1, le=MOST_MESSAGES, description="the first message that it affects, of those that match"

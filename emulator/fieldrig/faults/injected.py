@@ -93,8 +93,16 @@ class InjectedFaults(Generic[F]):
         self._on_change()
 
     def faults(self) -> dict[int, dict[str, Any]]:
-        """Return the faults that were added and not cleared, by number, each with its state and use."""
-        return self.records.about(self._clock.now_ns())
+        """Return the faults that were added and not cleared, by number, each with its state and use.
+
+        One that is a state was applied when it began to act.
+        """
+        now_ns = self._clock.now_ns()
+        found = self.records.about(now_ns)
+        for fault in self.records:
+            if not fault.settings.counts_uses and now_ns >= fault.start_ns:
+                found[fault.number]["applied"] = max(fault.applied, 1)
+        return found
 
     def active(self, kind: type[T]) -> Iterator[T]:
         """Yield the settings of the faults of this kind that are on at present, in the order of adding."""
