@@ -50,6 +50,8 @@ class Emcy(Service):
         self._clock, self._port = clock, port
         self._inhibited = Alarm(clock)
         self._active: dict[tuple[int, int], int] = {}
+        self._shared: set[int] = set()
+        """Codes of events that have several sources, and are reported once."""
         self._waiting: deque[bytes] = deque()
         self._history: deque[bytes] = deque(maxlen=max(1, len(dictionary.members(HISTORY))))
         self._register = dictionary.get(ERROR_REGISTER)
@@ -59,22 +61,39 @@ class Emcy(Service):
         """Error code of the last report, whether or not it could be sent."""
         self._connect()
 
-    def raise_error(self, code: int, register: int = 0, info: bytes = b"", source: int = 0) -> None:
+    def raise_error(
+        self, code: int, register: int = 0, info: bytes = b"", source: int = 0, *, is_shared: bool = False
+    ) -> None:
         """Report error `code` with its bits of the error register and up to 5 manufacturer-specific bytes.
 
-        An active error is not reported again.  The same code from another `source`, such as an axis, is another error.
+        An active error is not reported again.  The same code from another `source`, such as an axis, is another error;
+        with `is_shared` it is the same event (7.2.7.1: an EMCY is sent once per event), which ends with its last source.
         """
         if (code, source) in self._active:
             return
+        is_known = is_shared and self._has(code)
         self._active[code, source] = register | GENERIC
+        if is_shared:
+            self._shared.add(code)
+        if is_known:
+            self._show()
+            return
         log.info("error %04X", code)
         self._history.appendleft(code.to_bytes(2, "little") + info[:2].ljust(2, b"\x00"))
         self._report(code, info)
 
     def clear_error(self, code: int, source: int = 0) -> None:
         """Clear an error, and report 'error reset or no error' with the remaining bits of the register."""
-        if self._active.pop((code, source), None) is not None:
-            self._report(NO_ERROR, b"")
+        if self._active.pop((code, source), None) is None:
+            return
+        if code in self._shared and self._has(code):
+            self._show()
+            return
+        self._shared.discard(code)
+        self._report(NO_ERROR, b"")
+
+    def _has(self, code: int) -> bool:
+        return any(active == code for active, _ in self._active)
 
     def clear_all(self) -> None:
         for code, source in list(self._active):
@@ -97,6 +116,7 @@ class Emcy(Service):
             self.last_code = NO_ERROR
         for error in [error for error in self._active if error[0] >> 8 in OF_COMMUNICATION]:
             del self._active[error]
+        self._shared = {code for code in self._shared if self._has(code)}
         self._show()
 
     def enter(self, state: State) -> None:

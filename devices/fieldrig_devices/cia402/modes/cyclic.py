@@ -58,9 +58,11 @@ class CyclicPosition(LinePosition):
 
     @property
     def status(self) -> int:
+        """Bit 12 is 0 as well while the axis comes to rest from another mode, and no set-point has come yet."""
         if self.is_halted:
             return self.halted_status
-        return 0 if self.context.travel.held else FOLLOWS
+        follows = self._is_led or self.context.motion.is_done
+        return FOLLOWS if follows and not self.context.travel.held else 0
 
 
 class CyclicVelocity(Mode):

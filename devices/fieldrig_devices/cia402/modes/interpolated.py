@@ -89,5 +89,6 @@ class InterpolatedPosition(LinePosition):
     def status(self) -> int:
         if self.is_halted:
             return self.halted_status
-        is_there = self._line.is_done and not self._buffer and not self.context.travel.held
+        is_at_rest = self._is_led or self.context.motion.is_done
+        is_there = is_at_rest and self._line.is_done and not self._buffer and not self.context.travel.held
         return (ACTIVE if self._is_active else 0) | (TARGET_REACHED if is_there else 0)

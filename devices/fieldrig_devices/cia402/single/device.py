@@ -20,7 +20,7 @@ from fieldrig_devices.canopen.node import CanopenNode
 from fieldrig_devices.canopen.node_faults import MODELS as NODE_MODELS
 from fieldrig_devices.canopen.node_tools import lines
 from fieldrig_devices.canopen.service import Reset, Service
-from fieldrig_devices.cia402.axis import Cia402Axis
+from fieldrig_devices.cia402.axis import COMMUNICATION_LOST, Cia402Axis
 from fieldrig_devices.cia402.error_register import register_of
 from fieldrig_devices.cia402.motor import Kind
 from fieldrig_devices.cia402.single import pdo_rules
@@ -173,7 +173,8 @@ class Cia402Drive(Device):
             emcy.clear_error(self._signalled, 1)
         self._signalled = code
         if code:
-            emcy.raise_error(code, register_of(code), source=1)
+            # 8130h is the loss that the node has reported already, if it was one of the heartbeat or of the guarding.
+            emcy.raise_error(code, register_of(code), source=1, is_shared=code == COMMUNICATION_LOST)
 
     # ---- cycles
 

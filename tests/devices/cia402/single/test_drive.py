@@ -95,6 +95,27 @@ def test_a_torque_drives_the_motor_to_its_largest_speed_and_no_further(
     assert abs(bench.get(0x606C)) < TURN / 10
 
 
+@pytest.mark.parametrize(("before", "target"), [(PT, (0x6071, 300)), (CST, (0x6071, 300)), (CSV, (0x60FF, 90 * TURN))])
+@pytest.mark.parametrize(("after", "bit"), [(IP, 0x0400), (CSP, 0x1000), (HM, 0x1400)])
+def test_a_mode_without_a_set_point_brings_the_motor_to_rest_by_6084h(
+    bench: SingleDriveBench, before: int, target: tuple[int, int], after: int, bit: int
+) -> None:
+    """CiA 402-2: the new mode's demand counts, and none of these has one yet.  90 turns/s at 100 turns/s2: 0.9 s.
+
+    Bit 10 (ip: set-point reached) and bit 12 (csp: follows the set-point; hm: homed) do not come before.
+    """
+    bench.put(0x6084, 100 * TURN).put(0x6080, 5_400).put(0x6087, 1_000_000).enabled(before).put(*target).after(800)
+    began = bench.get(0x606C)
+    assert began > 80 * TURN
+    bench.put(0x6060, after).after(500)
+    assert bench.get(0x606C) == pytest.approx(began - 50 * TURN, rel=0.02)
+    if after != HM:
+        assert bench.status(bit) == 0
+    bench.after(500)
+    assert abs(bench.get(0x606C)) < TURN / 10
+    assert bench.status(bit) == (0x0400 if after == HM else bit)
+
+
 def test_profile_velocity_has_no_following_error_at_constant_speed(bench: SingleDriveBench) -> None:
     bench.enabled(PV).put(0x60FF, 10 * TURN).after(1_500)
     assert bench.get(0x606C) == pytest.approx(10 * TURN, rel=1e-3)
@@ -259,6 +280,22 @@ def test_a_blocked_shaft_ends_in_an_overload_without_a_window(bench: SingleDrive
     bench.enabled(PV).put(0x60FF, TURN).after(500)
     bench.wire("axis.blocked", True)
     assert bench.until(lambda: bench.get(0x603F) == 0x2350, 8_000) == pytest.approx(3_000, rel=0.15)
+
+
+@pytest.mark.parametrize("reset_first", [False, True])
+def test_a_lost_heartbeat_is_one_event_of_node_and_drive(bench: SingleDriveBench, reset_first: bool) -> None:
+    """CiA 301 7.2.7.1: an EMCY once per event.  It is over once the heartbeat is back and the drive is reset."""
+    bench.put(0x1016, 0x10 << 16 | 100, 1).enabled(PV).send("710#05")
+    assert [frame for frame in bench.after(200) if frame[:3] == "085"] == ["085#30 81 11 00 00 00 00 00"]
+    assert (bench.get(0x603F), bench.status(0x4F), bench.get(0x1003)) == (0x8130, FAULT, 1)
+    ends = [lambda: bench.control(0x80), lambda: bench.send("710#05")]
+    first, last = ends if reset_first else reversed(ends)
+    first()
+    bench.after(20)
+    assert (bench.read("emcy.code"), bench.get(0x1001)) == (0x8130, 0x11)
+    last()
+    bench.after(20)
+    assert (bench.read("emcy.code"), bench.get(0x1001), bench.get(0x1003)) == (0, 0, 1)
 
 
 @pytest.mark.parametrize(
