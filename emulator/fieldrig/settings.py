@@ -72,8 +72,8 @@ class Settings(BaseModel):
         given: str | None = getattr(self, f"{what}_wire")
         return given or f"{device}.{what}"
 
-    def doubts(self) -> Iterator[Mistake]:
-        """Yield what is unusual in the files that these settings name, though a rig can run with them.
+    def doubts(self) -> Iterator[Mistake | WrongKey]:
+        """Yield what is unusual in these settings, or in the files that they name, though a rig can run with them.
 
         `fieldrig check` prints it as warnings.
         """

@@ -67,7 +67,7 @@ class Emcy(Service):
         """Report error `code` with its bits of the error register and up to 5 manufacturer-specific bytes.
 
         An active error is not reported again.  The same code from another `source`, such as an axis, is another error;
-        with `is_shared` it is the same event (7.2.7.1: an EMCY is sent once per event), which ends with its last source.
+        with `is_shared` it is the same event (7.2.7.1: one EMCY per event), which ends with its last source.
         """
         if (code, source) in self._active:
             return

@@ -74,7 +74,7 @@ class CanopenSettings(Settings):
         """Return the key of the settings that gives the start value of this object."""
         return ("objects", key) if key in self.objects else ("serial_number",)
 
-    def doubts(self) -> Iterator[Mistake]:
+    def doubts(self) -> Iterator[Mistake | WrongKey]:
         from fieldrig_devices.canopen.eds.check import check_eds  # only `fieldrig check` needs it
 
         for finding in check_eds(self.eds):

@@ -11,18 +11,24 @@ from functools import partial
 from typing import Final
 
 from fieldrig.clock import Clock
-from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_objects import AxisObjects
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.motor import Captured, Motor, passed_zero
+from fieldrig_devices.cia402.permitted import (
+    HARDWARE_ZERO,
+    INPUT,
+    PROBE_1,
+    PROBE_FUNCTION,
+    PROBE_SOURCE,
+    PROBE_SOURCES,
+    SOFTWARE_ZERO,
+    ZERO,
+)
 
 # 60B8h, in the lower byte for the first probe and in the upper one for the second
 ENABLE: Final = 0x01
 CONTINUOUS: Final = 0x02
-SOURCE: Final = 0x0C
-INPUT, ZERO, BY_OBJECT = 0x00, 0x04, 0x08
-"""Sources in bits 2 and 3: the input of the probe, the encoder zero, or what 60D0h names."""
 EDGES: Final = {True: 0x10, False: 0x20}
 """Bits of the rising edge (True) and of the falling edge."""
 
@@ -30,8 +36,6 @@ EDGES: Final = {True: 0x10, False: 0x20}
 ENABLED: Final = 0x01
 STORED: Final = {True: 0x02, False: 0x04}
 
-PROBE_1, PROBE_2, HARDWARE_ZERO, SOFTWARE_ZERO = 1, 2, 5, 6
-"""Sources in 60D0h."""
 FIRST_INPUT: Final = 16
 """Bit of the first probe in 60FDh."""
 LOW_32: Final = 0xFFFF_FFFF
@@ -84,7 +88,7 @@ class Probe:
     @property
     def bit(self) -> int | None:
         """The bit of the input in 60FDh that triggers the probe; None if the encoder zero does."""
-        source = self.function & SOURCE
+        source = self.function & PROBE_SOURCE
         number = {INPUT: self._own, ZERO: HARDWARE_ZERO}.get(source) or self._source_in()
         return None if number in (HARDWARE_ZERO, SOFTWARE_ZERO) else FIRST_INPUT + number - PROBE_1
 
@@ -111,7 +115,7 @@ class TouchProbes:
         self.is_armed = False
         numbers.on_write(objects.PROBE_FUNCTION, self._on_function)
         for subindex in (1, 2):
-            numbers.on_write(objects.PROBE_SOURCE, _check_source, subindex)
+            numbers.on_write(objects.PROBE_SOURCE, PROBE_SOURCES.check, subindex)
         self._show(numbers)
 
     def _show(self, numbers: AxisObjects) -> None:
@@ -130,9 +134,8 @@ class TouchProbes:
             probe.order(0)
 
     def _on_function(self, word: int) -> None:
+        PROBE_FUNCTION.check(word)
         halves = word & 0xFF, word >> 8
-        if any(half & SOURCE not in (INPUT, ZERO, BY_OBJECT) for half in halves):
-            raise Abort(Code.INVALID_VALUE)
         for probe, half in zip(self._probes, halves, strict=True):
             probe.order(half)
         if not self.is_armed:
@@ -154,8 +157,3 @@ class TouchProbes:
             elif (inputs ^ self._inputs) >> bit & 1:
                 probe.store(bool(inputs >> bit & 1), motor.captured(bit) or Captured(position, now_ns))
         self._inputs, self._position = inputs, position
-
-
-def _check_source(source: int) -> None:
-    if source not in (PROBE_1, PROBE_2, HARDWARE_ZERO, SOFTWARE_ZERO):
-        raise Abort(Code.INVALID_VALUE)

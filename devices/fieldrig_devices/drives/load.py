@@ -5,7 +5,7 @@ from typing import Final, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from fieldrig.settings import Settings
+from fieldrig.settings import Settings, WrongKey, refuse_all
 from fieldrig_devices.drives.loops import Elastic, Plant
 from fieldrig_devices.drives.motor import MotorData
 
@@ -33,7 +33,9 @@ class LoadSettings(Settings):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         if self.stiffness_nm_per_rad is not None and not self.inertia_kg_m2:
-            raise ValueError("stiffness_nm_per_rad needs a load; expected inertia_kg_m2 above 0")
+            refuse_all(
+                iter([WrongKey(("stiffness_nm_per_rad",), "this needs a load", "expected inertia_kg_m2 above 0")])
+            )
         return self
 
 

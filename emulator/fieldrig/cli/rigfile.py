@@ -10,8 +10,10 @@ from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Overrides, argument, echo_json, echo_table
 
 if TYPE_CHECKING:
+    from fieldrig.config.entries import DeviceEntry
     from fieldrig.config.rig_file import RigConfig
     from fieldrig.errors import Mistake
+    from fieldrig.settings import WrongKey
 
 
 def check(
@@ -61,7 +63,18 @@ def _looked_through(file: Path, overrides: Sequence[str]) -> "tuple[RigConfig | 
 
     config, right, mistakes = look_through(file, overrides)
     mistakes = [*mistakes, *try_devices(right)]
-    return config, mistakes, list(dict.fromkeys(doubt for device in right for doubt in device.settings.doubts()))
+    doubts = (_placed(doubt, device) for device in right for doubt in device.settings.doubts())
+    return config, mistakes, list(dict.fromkeys(doubts))
+
+
+def _placed(doubt: "Mistake | WrongKey", device: "DeviceEntry") -> "Mistake":
+    """Return a doubt about a key of this device with its place, the first line of the device."""
+    from fieldrig.config.yaml_source import key_text
+    from fieldrig.errors import Mistake
+
+    if isinstance(doubt, Mistake):
+        return doubt
+    return Mistake(*device.place, key_text(("devices", device.name, *doubt.path)), doubt.what, doubt.remedy)
 
 
 def _content(config: "RigConfig") -> str:

@@ -10,17 +10,15 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Final
 
-from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.behaviour import HomingBit
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.homing_methods import ALL_METHODS, LIMITS, Move
 from fieldrig_devices.cia402.modes.mode import BIT_12, BIT_13, TARGET_REACHED, Mode
 from fieldrig_devices.cia402.motor import passed_zero
+from fieldrig_devices.cia402.permitted import NO_HOMING, homing_method
 from fieldrig_devices.motion.profile import Limits, brake, change_speed
 
-NO_HOMING: Final = 0
-"""Value of 6098h for no homing: the origin stays as it is, and there is nothing to search for."""
 START: Final = 0x0010
 ATTAINED: Final = BIT_12
 ERROR: Final = BIT_13
@@ -61,13 +59,7 @@ class Homing(Mode):
         self.stage = Stage.IDLE
 
     def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
-        return {(objects.HOMING_METHOD, 0): self._check}
-
-    def _check(self, method: int) -> None:
-        behaviour = self.context.behaviour
-        is_none = method == NO_HOMING and behaviour.accepts_no_homing
-        if method not in behaviour.homing_methods and not is_none:
-            raise Abort(Code.INVALID_VALUE)
+        return {(objects.HOMING_METHOD, 0): homing_method(self.context.behaviour).check}
 
     def control(self, word: int, rising: int) -> None:
         if rising & START and self._is_begun:

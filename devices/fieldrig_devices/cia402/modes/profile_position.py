@@ -10,11 +10,11 @@ from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from fieldrig.clock import MS
-from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED, Mode
 from fieldrig_devices.cia402.options import Ramp
+from fieldrig_devices.cia402.permitted import FROM_ACTUAL, POSITIONING, RELATIVE_OPTION
 from fieldrig_devices.cia402.units import Direction
 from fieldrig_devices.cia402.window import Window
 from fieldrig_devices.motion.profile import Limits, move, pass_through
@@ -24,10 +24,7 @@ CHANGE_IMMEDIATELY: Final = 0x0020
 RELATIVE: Final = 0x0040
 CHANGE_ON_SET_POINT: Final = 0x0200
 ACKNOWLEDGE: Final = BIT_12
-FROM_TARGET, FROM_DEMAND, FROM_ACTUAL = 0, 1, 2
-RELATIVE_OPTION: Final = 0x0003
-"""Bits 0 and 1 of 60F2h; bits 6 and 7 are the direction within the range, and the others are not supported."""
-DIRECTION_OPTION: Final = 0x00C0
+FROM_DEMAND: Final = 1
 
 
 class SetPoint(NamedTuple):
@@ -73,7 +70,7 @@ class ProfilePosition(Mode):
         self._is_acknowledged = False
 
     def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
-        return {(objects.POSITIONING_OPTION, 0): _check_option}
+        return {(objects.POSITIONING_OPTION, 0): POSITIONING.check}
 
     def control(self, word: int, rising: int) -> None:
         was_asked, self._is_asked = self._is_asked, bool(word & NEW_SET_POINT)
@@ -195,8 +192,3 @@ class ProfilePosition(Mode):
         if self.is_halted:
             return acknowledge | self.halted_status
         return acknowledge | (TARGET_REACHED if self._is_reached else 0)
-
-
-def _check_option(option: int) -> None:
-    if option & ~(RELATIVE_OPTION | DIRECTION_OPTION) or option & RELATIVE_OPTION > FROM_ACTUAL:
-        raise Abort(Code.INVALID_VALUE)

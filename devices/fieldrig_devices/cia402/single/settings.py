@@ -7,11 +7,15 @@ from typing import Annotated, Final, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from fieldrig.errors import Mistake
-from fieldrig.settings import Claim, ConfigFile, Settings
+from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
+from fieldrig.text.nearest import closest
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds import reader
 from fieldrig_devices.canopen.node_settings import CanopenSettings
+from fieldrig_devices.cia402 import objects as profile
+from fieldrig_devices.cia402.axis_drive import MODES
 from fieldrig_devices.cia402.behaviour import Behaviour
+from fieldrig_devices.cia402.permitted import start_rules
 from fieldrig_devices.cia402.single import foreign
 from fieldrig_devices.cia402.single.faults import AnyDriveFault
 from fieldrig_devices.cia402.single.oddities import oddities
@@ -82,8 +86,10 @@ class CamSettings(Settings):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        if not self.low < self.high < self.low + (self.every or inf):
-            raise ValueError("high: expected more than low, and less than a period behind it")
+        most = self.low + (self.every or inf)
+        if not self.low < self.high < most:
+            remedy = f"expected more than low, {self.low:g}" + (f", and less than {most:g}" if self.every else "")
+            refuse_all(iter([WrongKey(("high",), f"{self.high:g} doesn't fit", remedy)]))
         return self
 
 
@@ -142,17 +148,26 @@ class Cia402DriveSettings(CanopenSettings):
     )
     faults: list[AnyDriveFault] = Field(default=[], description="faults that the drive has from the start")
 
-    @model_validator(mode="after")
-    def _is_a_machine(self) -> Self:
-        unknown = [name for name in self.switches if name not in INPUTS]
-        if unknown:
-            raise ValueError(f"switches.{unknown[0]}: expected one of {', '.join(INPUTS)}")
+    def _wrong_machine(self) -> Iterator[WrongKey]:
+        for name in self.switches:
+            if name not in INPUTS:
+                yield WrongKey(("switches", name), "there is no such input", closest(name, list(INPUTS)))
+            elif getattr(self, f"{name}_wire") is not None:
+                what = f"the input {name} has a switch, switches.{name}"
+                yield WrongKey((f"{name}_wire",), what, "remove the wire or the switch")
         low, high = self.stops
-        if not low < high or not low <= self.initial_position_rad <= high:
-            raise ValueError("initial_position_rad: expected a position between low_stop_rad and high_stop_rad")
-        if self.motor.peak_torque_nm < self.motor.rated_torque_nm:
-            raise ValueError(f"motor.peak_torque_nm: expected at least rated_torque_nm, {self.motor.rated_torque_nm:g}")
-        return self
+        if not low < high:
+            yield WrongKey(("low_stop_rad",), f"{low:g} is not below high_stop_rad", f"expected less than {high:g}")
+        elif self.initial_position_rad < low:
+            what = f"{self.initial_position_rad:g} is below low_stop_rad"
+            yield WrongKey(("initial_position_rad",), what, f"expected at least {low:g}")
+        elif self.initial_position_rad > high:
+            what = f"{self.initial_position_rad:g} is above high_stop_rad"
+            yield WrongKey(("initial_position_rad",), what, f"expected at most {high:g}")
+        rated, peak = self.motor.rated_torque_nm, self.motor.peak_torque_nm
+        if peak < rated:
+            what = f"{peak:g} is less than rated_torque_nm"
+            yield WrongKey(("motor", "peak_torque_nm"), what, f"expected at least {rated:g}")
 
     @property
     def stops(self) -> tuple[float, float]:
@@ -195,7 +210,39 @@ class Cia402DriveSettings(CanopenSettings):
         for wire in self.output_wires:
             yield Claim("wires", "wire", wire, ("output_wires",))
 
-    def doubts(self) -> Iterator[Mistake]:
+    def _wrong(self) -> Iterator[WrongKey]:
+        mistakes = list(super()._wrong())
+        yield from mistakes
+        if not mistakes:
+            yield from self._wrong_starts()
+        yield from self._wrong_machine()
+
+    def _wrong_starts(self) -> Iterator[WrongKey]:
+        """Yield the power-on values that the drive would refuse to a master."""
+        behaviour, dictionary = self.chosen_behaviour(), self.dictionary()
+        modes = behaviour.modes or {mode.number for mode in MODES}
+        rules = start_rules(behaviour, modes)
+        for key in self._start_values():
+            variable = dictionary.by_key(key)
+            rule = rules.get((variable.index, variable.subindex))
+            if rule is not None and not rule.takes(int(variable.value)):
+                yield WrongKey(
+                    self._place_of(key), f"the drive has no {variable.value} here", f"expected {rule.wanted}"
+                )
+
+    def _reversed_limits(self) -> Iterator[WrongKey]:
+        """Yield a software limit in `objects` that is above the other one; a drive that has both takes neither."""
+        ends = [f"{profile.POSITION_LIMIT:04X}:{subindex:02X}" for subindex in (1, 2)]
+        given = [key for key in self._start_values() if key.upper() in ends]
+        dictionary = self.dictionary() if given else None
+        if dictionary is not None and all(dictionary.get(profile.POSITION_LIMIT, subindex) for subindex in (1, 2)):
+            low, high = (float(dictionary.by_key(end).value) for end in ends)
+            if low > high:
+                what = f"the lower software limit, {low:.0f}, is above the upper one, {high:.0f}: the drive has no limits"
+                yield WrongKey(self._place_of(given[0]), what, "expected 607D:01 below 607D:02")
+
+    def doubts(self) -> Iterator[Mistake | WrongKey]:
+        yield from self._reversed_limits()
         if self.eds != EDS:
             yield from super().doubts()
             for finding in oddities(self.eds):

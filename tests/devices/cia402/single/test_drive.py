@@ -1,5 +1,6 @@
 """A single drive with motor and load: modes of operation, faults, terminals; torques and times from physics."""
 
+from collections.abc import Callable
 from math import pi, tau
 from typing import Any
 
@@ -288,7 +289,7 @@ def test_a_lost_heartbeat_is_one_event_of_node_and_drive(bench: SingleDriveBench
     bench.put(0x1016, 0x10 << 16 | 100, 1).enabled(PV).send("710#05")
     assert [frame for frame in bench.after(200) if frame[:3] == "085"] == ["085#30 81 11 00 00 00 00 00"]
     assert (bench.get(0x603F), bench.status(0x4F), bench.get(0x1003)) == (0x8130, FAULT, 1)
-    ends = [lambda: bench.control(0x80), lambda: bench.send("710#05")]
+    ends: list[Callable[[], object]] = [lambda: bench.control(0x80), lambda: bench.send("710#05")]
     first, last = ends if reset_first else reversed(ends)
     first()
     bench.after(20)
