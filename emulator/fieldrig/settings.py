@@ -92,7 +92,7 @@ class WrongSettingsError(ValueError):
         super().__init__("; ".join(f"{'.'.join(map(str, key.path))}: {key.what}" for key in self.wrong))
 
 
-def refuse_all(wrong: Iterator[WrongKey]) -> None:
+def refuse_all(wrong: Iterable[WrongKey]) -> None:
     """Raise WrongSettingsError with all of the mistakes, if there are any."""
     mistakes = tuple(wrong)
     if mistakes:

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Self
 
 import pytest
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from fieldrig.config.settings_file import load_settings, settings_of
 from fieldrig.config.yaml_source import Source
@@ -18,10 +18,23 @@ class Channel(Settings):
     gain: float = Field(default=1, gt=0)
 
 
+class Span(Settings):
+    low: float
+    high: float
+
+    @model_validator(mode="after")
+    def _is_ordered(self) -> Self:
+        if self.low > self.high:
+            raise ValueError("low is above high")
+        return self
+
+
 class Card(Settings):
     mode: Literal["fast", "slow"] = "slow"
     channels: tuple[Channel, ...] = ()
     table: ConfigFile | None = None
+    span: Span | None = Field(default=None, description="where it measures")
+    spans: tuple[Span, ...] | None = None
 
 
 def twice(card: Card) -> Iterator[WrongKey]:
@@ -88,3 +101,10 @@ def test_a_file_that_is_none_is_one_mistake(file: Path, content: bytes | None, w
 def test_data_from_elsewhere_is_checked_the_same_way() -> None:
     with pytest.raises(ConfigError, match="mode"):
         settings_of(Source({"mode": 1}), Card)
+
+
+@pytest.mark.parametrize("text", ["span: {low: 2, high: 1}", "spans: [{low: 2, high: 1}]"])
+def test_what_is_wrong_with_a_whole_mapping_has_no_remedy_of_its_type(tmp_path: Path, text: str) -> None:
+    (tmp_path / "card.yaml").write_text(text)
+    (mistake,) = mistakes(tmp_path / "card.yaml")
+    assert (mistake.what, mistake.remedy) == ("low is above high", "")

@@ -33,9 +33,7 @@ class LoadSettings(Settings):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         if self.stiffness_nm_per_rad is not None and not self.inertia_kg_m2:
-            refuse_all(
-                iter([WrongKey(("stiffness_nm_per_rad",), "this needs a load", "expected inertia_kg_m2 above 0")])
-            )
+            refuse_all([WrongKey(("stiffness_nm_per_rad",), "this needs a load", "expected inertia_kg_m2 above 0")])
         return self
 
 

@@ -11,7 +11,7 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from fieldrig.clock import MS, S
-from fieldrig.settings import ConfigFile, Settings
+from fieldrig.settings import ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.sources.recording import read_recording
 from fieldrig_devices.sources.shapes import (
     Constant,
@@ -51,7 +51,8 @@ class _Between(Settings):
     @model_validator(mode="after")
     def _is_ordered(self) -> Self:
         if self.low > self.high:
-            raise ValueError(f"low {self.low:.12g}: expected at most high, which is {self.high:.12g}")
+            what = f"low {self.low:.12g} is above high {self.high:.12g}"
+            _refuse(self, ("low", "high"), what, f"expected at most high, which is {self.high:.12g}")
         return self
 
 
@@ -95,7 +96,8 @@ class SquareSettings(_Between):
     @model_validator(mode="after")
     def _has_two_parts(self) -> Self:
         if not 0 < self._high_ns() < _ns(self.period_ms):
-            raise ValueError("period_ms: expected parts of at least a nanosecond")
+            what = f"a part of {self.period_ms:g} ms is too short"
+            _refuse(self, ("period_ms",), what, "expected parts of at least a nanosecond")
         return self
 
     def begin(self, name: str) -> Source:
@@ -117,7 +119,8 @@ class RandomWalkSettings(_Between):
     @model_validator(mode="after")
     def _begins_inside(self) -> Self:
         if self.first is not None and not self.low <= self.first <= self.high:
-            raise ValueError(f"first: expected {self.low:.12g} to {self.high:.12g}, got {self.first:.12g}")
+            what = f"{self.first:.12g} is not between low and high"
+            _refuse(self, ("first",), what, f"expected {self.low:.12g} to {self.high:.12g}, got {self.first:.12g}")
         return self
 
     def begin(self, name: str) -> Source:
@@ -138,7 +141,8 @@ class CounterSettings(Settings):
     @model_validator(mode="after")
     def _is_no_faster_than_time(self) -> Self:
         if abs(self.per_s) / self.step > 1e6:
-            raise ValueError(f"step: expected at most 1,000,000 changes a second, got {abs(self.per_s) / self.step:g}")
+            what = f"these are {abs(self.per_s) / self.step:g} changes a second"
+            _refuse(self, ("step", "per_s"), what, "expected at most 1,000,000 changes a second")
         return self
 
     def begin(self, name: str) -> Source:
@@ -193,7 +197,7 @@ class ReplaySettings(Settings):
         try:
             self._recording()
         except ValueError as cause:
-            raise ValueError(f"file {self.file.name}: {cause}") from cause
+            _refuse(self, ("file",), f"{self.file.name}: {cause}")
         return self
 
     def begin(self, name: str) -> Source:
@@ -218,6 +222,12 @@ SourceSettings = Annotated[
     Field(discriminator="kind"),
 ]
 """A value that lives by itself."""
+
+
+def _refuse(source: Settings, keys: tuple[str, ...], what: str, remedy: str = "") -> None:
+    """Refuse what is wrong together at the first of the keys that is given."""
+    given = [key for key in keys if key in source.model_fields_set] or [keys[0]]
+    refuse_all([WrongKey((given[0],), what, remedy)])
 
 
 def _ns(ms: float) -> int:

@@ -56,7 +56,8 @@ def _wrong_key(detail: dict[str, Any], path: KeyPath, data: Any, schema: Any, ot
     if detail["type"] == "missing":
         return WrongKey(path, "this key is missing", remedy)
     if detail["type"] in ("value_error", "assertion_error"):
-        is_vague = not path or wanted == TYPES["object"]
+        # of a whole mapping or list, such as limits that are reversed, its type is not what is wrong
+        is_vague = not path or isinstance(_value_at(data, path), dict | list)
         return WrongKey(path, str(detail["ctx"]["error"]), "" if is_vague else remedy)
     there = _value_at(data, path)
     return WrongKey(path, f"{show(there)} doesn't fit", remedy or f"it says: {detail['msg']}")

@@ -35,14 +35,17 @@ def test_defaults() -> None:
 @pytest.mark.parametrize(
     ("keys", "told"),
     [
-        ({"kind": "sine", "low": 2.0, "high": 1.0, "period_ms": 5.0}, "expected at most high"),
+        ({"kind": "sine", "low": 2.0, "high": 1.0, "period_ms": 5.0}, "low 2 is above high 1"),
         ({"kind": "triangle"}, "does not match any of the expected tags"),
-        ({"kind": "random_walk", "low": 0.0, "high": 1.0, "step": 0.1, "first": 2.0}, "expected 0 to 1, got 2"),
-        ({"kind": "counter", "per_s": 1e6, "step": 1e-6}, "at most 1,000,000 changes a second"),
+        (
+            {"kind": "random_walk", "low": 0.0, "high": 1.0, "step": 0.1, "first": 2.0},
+            "first: 2 is not between low and high",
+        ),
+        ({"kind": "counter", "per_s": 1e6, "step": 1e-6}, "step: these are 1e\\+12 changes a second"),
         ({"kind": "clock", "first": "yesterday"}, "expected a date such as"),
         ({"kind": "clock", "first": "9999-01-01"}, "up to the year 9000"),
         ({"kind": "sine", "low": 0.0, "high": float("inf"), "period_ms": 5.0}, "finite number"),
-        ({"kind": "square", "period_ms": 0.001, "high_percent": 0.01}, "parts of at least a nanosecond"),
+        ({"kind": "square", "period_ms": 0.001, "high_percent": 0.01}, "period_ms: a part of 0.001 ms is too short"),
     ],
 )
 def test_mistakes(keys: dict[str, Any], told: str) -> None:

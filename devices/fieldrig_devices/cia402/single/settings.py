@@ -89,7 +89,7 @@ class CamSettings(Settings):
         most = self.low + (self.every or inf)
         if not self.low < self.high < most:
             remedy = f"expected more than low, {self.low:g}" + (f", and less than {most:g}" if self.every else "")
-            refuse_all(iter([WrongKey(("high",), f"{self.high:g} doesn't fit", remedy)]))
+            refuse_all([WrongKey(("high",), f"{self.high:g} doesn't fit", remedy)])
         return self
 
 
@@ -238,7 +238,7 @@ class Cia402DriveSettings(CanopenSettings):
         if dictionary is not None and all(dictionary.get(profile.POSITION_LIMIT, subindex) for subindex in (1, 2)):
             low, high = (float(dictionary.by_key(end).value) for end in ends)
             if low > high:
-                what = f"the lower software limit, {low:.0f}, is above the upper one, {high:.0f}: the drive has no limits"
+                what = f"the lower software limit, {low:.0f}, is above the upper one, {high:.0f}: it has none"
                 yield WrongKey(self._place_of(given[0]), what, "expected 607D:01 below 607D:02")
 
     def doubts(self) -> Iterator[Mistake | WrongKey]:
