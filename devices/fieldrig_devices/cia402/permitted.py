@@ -31,7 +31,7 @@ class Rule(NamedTuple):
 
     takes: Callable[[int], bool]
     wanted: str
-    """What was expected, for a person."""
+    """The words for a message, such as `a mode of 6502h`."""
 
     def check(self, number: int) -> None:
         """Abort as for a write of this number."""
