@@ -72,7 +72,8 @@ class Connection(Portions):
         if self.pace is not None:
             self.pace.leave(self)
             self.pace = None
-        self.lost.set_result(None)
+        if not self.lost.done():  # whoever waited for it may have been cut short
+            self.lost.set_result(None)
 
     def take(self, data: bytes) -> None:
         if self.transport.is_closing():  # something in the same portion was the reason

@@ -157,10 +157,21 @@ class RigDoors:
                 self._do(port.open(DoorHub(self, bus.name)))
 
     def close(self) -> None:
-        """Close them, and the loop."""
+        """Close them, and the loop.
+
+        This takes no virtual time, so that the rig ends at the instant at which the master has ended.  A port that
+        would take some, for example for a client that is gone, is cut short.
+        """
         try:
             while self._ports:
-                self._do(self._ports.pop().close())
+                task = self._begin(self._ports.pop().close())
+                self._scheduler.serve()
+                if not task.done():
+                    task.cancel()
+                    self._has_work = True
+                    self._scheduler.serve()
+                elif not task.cancelled():
+                    task.result()
         finally:
             self._loop.close()
 
@@ -220,10 +231,14 @@ class RigDoors:
 
     def _do(self, work: Coroutine[Any, Any, None]) -> None:
         """Do this, while the rig and the members go on if it takes time."""
-        task = self._loop.create_task(work)
-        self._has_work = True
+        task = self._begin(work)
         self._scheduler.wait(ready=task.done)
         task.result()
+
+    def _begin(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":
+        task = self._loop.create_task(work)
+        self._has_work = True
+        return task
 
 
 def addresses_of(rig: Rig) -> list[str]:

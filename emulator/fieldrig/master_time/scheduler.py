@@ -127,7 +127,7 @@ class Scheduler:
     def poll(self) -> None:
         """Count a look that does not wait, and let the ports send before it what they have ready."""
         self.count_read()
-        self._serve()
+        self.serve()
 
     def wake(self, member: Member, is_notified: bool = True) -> None:
         """Let a member that waits run on, after all others that can run already.
@@ -276,14 +276,14 @@ class Scheduler:
 
     def _look(self) -> None:
         """Let the ports handle what was sent to them, and wake the members whose descriptors are ready."""
-        self._serve()
+        self.serve()
         self.place = Place.RIG
         for member in list(self._polled):
             if member.ready is not None and member.ready():
                 self.wake(member)
         self.place = Place.MEMBER
 
-    def _serve(self) -> None:
+    def serve(self) -> None:
         """Let the ports handle what was sent to them."""
         if self.doors is not None:
             self.worker, self.place = this_thread(), Place.DOORS
