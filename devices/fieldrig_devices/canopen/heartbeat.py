@@ -3,7 +3,7 @@
 Source: CiA 301 7.2.8.2.2.3, 7.5.2.19, 7.5.2.20.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from fieldrig.clock import MS, Alarm, Clock
 from fieldrig_bus.can.frame import CanFrame
@@ -85,8 +85,7 @@ class HeartbeatConsumer(Service):
     def _writer(self, entry: Variable) -> Callable[[bytes], None]:
         def write(data: bytes) -> None:
             node_id, time_ms = data[2], int.from_bytes(data[:2], "little")
-            others = [_parse(other) for other in self._entries if other is not entry]
-            if _is_used(node_id, time_ms) and any(node_id == other and time > 0 for other, time in others):
+            if _has_other(entry, node_id, time_ms, self._entries):
                 raise Abort(Code.PARAMETER_INCOMPATIBLE)  # 7.5.2.19: only one time per node
             entry.set(data)
 
@@ -118,6 +117,16 @@ class _Watch:
     def _on_due(self) -> None:
         self.is_lost = True
         self._on_change()
+
+
+def is_watched_twice(entry: Variable, entries: Iterable[Variable]) -> bool:
+    """True if another entry of 1016h is in use for the same node (7.5.2.19: only one time per node)."""
+    return _has_other(entry, *_parse(entry), entries)
+
+
+def _has_other(entry: Variable, node_id: int, time_ms: int, entries: Iterable[Variable]) -> bool:
+    others = [_parse(other) for other in entries if other is not entry]
+    return _is_used(node_id, time_ms) and any(node_id == other and time > 0 for other, time in others)
 
 
 def _parse(entry: Variable) -> tuple[int, int]:

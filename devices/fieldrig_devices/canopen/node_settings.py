@@ -15,6 +15,7 @@ from fieldrig_devices.canopen.eds.text import EdsError
 from fieldrig_devices.canopen.living import living_variable
 from fieldrig_devices.canopen.port import UNCONFIGURED
 from fieldrig_devices.canopen.signals import SignalSettings, bind
+from fieldrig_devices.canopen.start_values import wrong_start
 from fieldrig_devices.sources.settings import SourceSettings
 
 SERIAL_NUMBER = "1018:04"
@@ -65,10 +66,21 @@ class CanopenSettings(Settings):
             )
         for key, value in self._start_values().items():
             yield from _tried(self._place_of(key), partial(_start, dictionary, key, value))
+        yield from self._wrong_starts_of(dictionary)
         for key, signal in self.signals.items():
             yield from _tried(("signals", key), partial(bind, dictionary, {key: signal}))
         for key in self.sources:
             yield from _tried(("sources", key), partial(living_variable, dictionary, key))
+
+    def _wrong_starts_of(self, dictionary: Dictionary) -> Iterator[WrongKey]:
+        """Yield the objects of these settings with a value that the node would refuse to a master."""
+        for key in self.objects:
+            try:
+                variable = dictionary.by_key(key)
+            except ValueError:  # it has been told
+                continue
+            if remedy := wrong_start(dictionary, variable):
+                yield WrongKey(self._place_of(key), f"the node has no {variable.value} here", remedy)
 
     def _place_of(self, key: str) -> tuple[str, ...]:
         """Return the key of the settings that gives the start value of this object."""

@@ -158,7 +158,12 @@ class Rpdo(Service):
             self._unpack(data)
 
     def _on_type_written(self, data: bytes) -> None:
-        if data[0] > LAST_SYNCHRONOUS and data[0] not in EVENT_DRIVEN:
+        if not is_type(data[0]):
             raise Abort(Code.INVALID_VALUE)
         assert self._type is not None
         self._type.set(data)
+
+
+def is_type(number: int) -> bool:
+    """True for a transmission type that an RPDO may have."""
+    return number <= LAST_SYNCHRONOUS or number in EVENT_DRIVEN

@@ -247,8 +247,13 @@ def _number(variable: Variable | None, default: int = 0) -> int:
 
 
 def _check_type(data: bytes) -> None:
-    if LAST_CYCLIC < data[0] < RTR_SYNCHRONOUS:
+    if not is_type(data[0]):
         raise Abort(Code.INVALID_VALUE)
+
+
+def is_type(number: int) -> bool:
+    """True for a transmission type that a TPDO may have."""
+    return not LAST_CYCLIC < number < RTR_SYNCHRONOUS
 
 
 def _checked(variable: Variable, check: Callable[[bytes], None]) -> Callable[[bytes], None]:

@@ -61,7 +61,8 @@ def test_a_mistake_of_the_whole_drive_is_at_its_key(
     [
         (0x6060, 0, 55, 8, None), (0x6060, 0, 2, 3, {"modes": [1, 3]}), (0x6060, 0, -1, 1, None),
         (0x6098, 0, 36, 33, None), (0x60D0, 2, 3, 5, None), (0x60B8, 0, 0x0C, 0x18, None), (0x60F2, 0, 3, 0x42, None),
-        (0x6007, 0, 4, 3, None), (0x60C2, 1, 0, 2, None),
+        (0x6007, 0, 4, 3, None), (0x60C2, 1, 0, 2, None), (0x1029, 1, 7, 2, None),
+        (0x1400, 2, 250, 254, None), (0x1802, 2, 245, 252, None), (0x1400, 1, 0x601, 0x8000_0205, None),
     ],
 )  # fmt: skip
 def test_a_power_on_value_is_judged_as_a_write(
