@@ -15,7 +15,7 @@ default None it may be left out, as `list[Link[M]]` it takes one bus or several.
 """
 
 import shlex
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -47,6 +47,8 @@ class Point:
     write: Callable[[Value], None] | None = None
     unit: str = ""
     about: str = ""
+    states: Sequence[str] = ()
+    """All texts that the point can have, if it is a state with a name; empty for other points."""
 
 
 RUN = "{run}"

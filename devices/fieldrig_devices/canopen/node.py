@@ -186,7 +186,9 @@ class CanopenNode(Device):
 
     def _own_points(self) -> dict[str, Point]:
         return {
-            "nmt.state": Point(lambda: self.nmt.state.name.lower(), about="state of the node"),
+            "nmt.state": Point(
+                lambda: self.nmt.state.name.lower(), about="state of the node", states=[of.name.lower() for of in State]
+            ),
             "error_register": Point(lambda: self.emcy.register, about="1001h"),
             "emcy.code": Point(
                 lambda: self.emcy.last_code,

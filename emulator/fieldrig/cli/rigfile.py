@@ -60,9 +60,11 @@ def _looked_through(file: Path, overrides: Sequence[str]) -> "tuple[RigConfig | 
     """Return the rig, its mistakes, and its doubts."""
     from fieldrig.config.build import try_devices
     from fieldrig.config.rig_file import look_through
+    from fieldrig.config.source import gather
+    from fieldrig.faults.milestones import wrong_conditions
 
     config, right, mistakes = look_through(file, overrides)
-    mistakes = [*mistakes, *try_devices(right)]
+    mistakes = [*mistakes, *try_devices(right), *wrong_conditions(gather(file, overrides), right)]
     doubts = (_placed(doubt, device) for device in right for doubt in device.settings.doubts())
     return config, mistakes, list(dict.fromkeys(doubts))
 

@@ -10,6 +10,7 @@ from fieldrig_devices.cia402.axis import Cia402Axis
 from fieldrig_devices.cia402.single.servo import RPM, Servo
 from fieldrig_devices.cia402.single.settings import INPUTS
 from fieldrig_devices.cia402.single.terminals import Inputs
+from fieldrig_devices.cia402.states import State
 from fieldrig_devices.drives.position_wire import DECIMALS, POSITION_DECIMALS
 
 MOST_NM: Final = 1e6
@@ -18,7 +19,9 @@ MOST_NM: Final = 1e6
 def points_of(motor: Servo, axis: Cia402Axis, inputs: Inputs) -> Mapping[str, Point]:
     drive = axis.drive
     return {
-        "state": Point(lambda: axis.machine.state.name.lower().replace("_", " "), about="state of the drive (CiA 402)"),
+        "state": Point(
+            lambda: _words(axis.machine.state), about="state of the drive (CiA 402)", states=[*map(_words, State)]
+        ),
         "mode": Point(lambda: drive.shown_mode, about="mode of operation, as in 6061h"),
         "error_code": Point(lambda: drive.error, about="present error, as in 603Fh; 0 if there is none"),
         "status_word": Point(lambda: axis.status_word, about="as in 6041h"),
@@ -56,3 +59,7 @@ def _input_point(name: str, bit: int, inputs: Inputs, motor: Servo) -> Point:
 
 def _is_on(bit: int, motor: Servo) -> bool:
     return bool(motor.inputs >> bit & 1)
+
+
+def _words(state: State) -> str:
+    return state.name.lower().replace("_", " ")
