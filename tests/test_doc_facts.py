@@ -37,6 +37,7 @@ from fieldrig_bus.tcp import faults as tcp_faults
 from fieldrig_bus.telephone.exchange import IncomingSettings, OutgoingSettings
 from fieldrig_bus.telephone.faults import TelephoneFault
 from fieldrig_devices.arp.can.exchange import ExchangeSettings, Received, Sent
+from fieldrig_devices.arp.card import faults as card_faults
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs
 from fieldrig_devices.arp.terminal import faults as terminal_faults
@@ -171,6 +172,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a heater fault": heater.MODELS,
     "Keys of a tank fault": tank_faults.MODELS,
     "Keys of a servo axis fault": servo_settings.MODELS,
+    "Keys of a card fault": card_faults.MODELS,
     "Keys of a terminal fault": terminal_faults.OWN,
     "Keys of a winder fault": winder_settings.MODELS,
     "Keys of a DC motor fault": dc_motor.MODELS,

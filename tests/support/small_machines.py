@@ -150,6 +150,10 @@ class Cell(Machine):
         "can babble": stops(),
         "plant.servo blocked": stops(),
         "plant.servo encoder_signal": stops(Sign("line", "error", 116)),
+        "arp memory": goes_on(),  # it is not accessed while the program runs
+        "arp encoder_signal 1": goes_on(),  # of the unwinder, which regulates by its load cell
+        "arp encoder_signal 2": stops(Sign("line", "error", 116)),
+        "arp program_stopped": stops(Sign("unwinder", "error", 111)),
         "terminal.tr stuck_key": stops(),
         "plant.winder torn": stops(),
         "plant.winder slip": goes_on(),  # the tension stays; nothing measures the film behind the nip
@@ -164,7 +168,7 @@ class Cell(Machine):
         self.set("io1", "6000:01", 1)
         self.wait(0.3)
         self.set("io1", "6000:01", 0)
-        self.until(self.works, 20, what="the film")
+        self.until(self.works, 60, what="the film")
 
     def works(self) -> bool:
         self.wait(0.2)

@@ -26,11 +26,12 @@ from fieldrig_devices.arp.can.face import CanFace
 from fieldrig_devices.arp.card import tools
 from fieldrig_devices.arp.card.access import Access
 from fieldrig_devices.arp.card.assembly import assemble
+from fieldrig_devices.arp.card.faults import MODELS, ArpFaults
 from fieldrig_devices.arp.card.operation import Operation
 from fieldrig_devices.arp.card.points import points
 from fieldrig_devices.arp.card.settings import ArpSettings
 from fieldrig_devices.arp.card_access import CardState
-from fieldrig_devices.arp.card_errors import CardErrors
+from fieldrig_devices.arp.card_errors import STOPPED_PROGRAM, CardErrors
 from fieldrig_devices.arp.debug_sources import of_file
 from fieldrig_devices.arp.debuggee import ArpDebuggee
 from fieldrig_devices.arp.fixed import SCALE
@@ -45,6 +46,7 @@ from fieldrig_devices.languages.debugging.service import DebugService
 class ArpCard(Device):
     about = "ASA-RT ARP two-axis card: BASIC program, axes, electronic cam, tension control, CAN, USER port"
     trouble_keys: ClassVar[Collection[str]] = ("error", "warning")
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(
         self,
@@ -76,6 +78,8 @@ class ArpCard(Device):
             shared.share() if shared is not None and settings.terminal else None,
             CardErrors(self._on_blocking),
         )
+        self.injected = self._faults = ArpFaults(clock)
+        self.parts.memory.answers = lambda: self._faults.has_memory
         self.operation = Operation(self.parts, settings.parameters, program, background)
         self.access = Access(self.parts, self.operation)
         self._face: CanFace | None = None
@@ -148,6 +152,8 @@ class ArpCard(Device):
         self._clock.call_at(self._clock.now_ns() + self._scheduler_period_ns, self._on_scheduler)
         parts = self.parts
         self.operation.look_at_enable(parts.io.is_enabled)
+        if self._faults.stops_program and self.operation.state is CardState.RUN:
+            parts.errors.fail(STOPPED_PROGRAM)
         if parts.remote_io is not None:
             parts.remote_io.refresh()
         parts.terminal.refresh()
@@ -165,7 +171,7 @@ class ArpCard(Device):
         if debuggee is not None:
             debuggee.force_inputs()
         parts.analog_inputs.control(now_ns)
-        parts.axes.control(now_ns, io.counts, io.latches)
+        parts.axes.control(now_ns, self._faults.counted(io.counts), io.latches)
         if state is CardState.RUN or state is CardState.STOPPED:
             parts.regulators.control(now_ns)
             parts.cam_switches.control()

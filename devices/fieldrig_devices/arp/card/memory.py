@@ -43,12 +43,15 @@ class Memory:
     def __init__(self, store: Store) -> None:
         self._store = store
         self.content = Content()
+        self.answers: Callable[[], bool] = lambda: True
+        """Returns whether the memory answers, which a fault can prevent."""
 
     def read(self) -> bool:
         """Read `content` from the store.  False, with `content` unchanged, if nothing was ever saved.
 
         Raises MemoryFaultError if no version of it is usable.
         """
+        self._look_whether_it_answers()
         restored = restore(self._store, _decode)
         if restored.content is None and restored.is_damaged:
             raise MemoryFaultError("the stored data are damaged")
@@ -58,10 +61,15 @@ class Memory:
 
     def write(self) -> None:
         """Save `content`.  Raises MemoryFaultError if the store fails."""
+        self._look_whether_it_answers()
         try:
             self._store.save(_encode(self.content))
         except StoreError as cause:
             raise MemoryFaultError(f"the store cannot be written: {cause.strerror}", cause.errno) from cause
+
+    def _look_whether_it_answers(self) -> None:
+        if not self.answers():
+            raise MemoryFaultError("the memory does not answer")
 
     def section(self, name: str, on_fault: Callable[[], None]) -> Store:
         """Return a section of the memory as a store for a part of the card."""
