@@ -79,6 +79,7 @@ from fieldrig_devices.modem.faults import ModemFault
 from fieldrig_devices.pam import faults as pam_faults
 from fieldrig_devices.pam.objects.readings import ObjectReadings
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
+from fieldrig_devices.pam.ports.masters import device as vme_master
 from fieldrig_devices.pam.ports.options import ClassCodes, PortOptions
 from fieldrig_devices.pam.settings import ProgramReadings, RingReadings
 from fieldrig_devices.plants import dc_motor, heater, pulse_servo, servo_settings, tank_faults, winder_settings
@@ -173,6 +174,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a tank fault": tank_faults.MODELS,
     "Keys of a servo axis fault": servo_settings.MODELS,
     "Keys of a card fault": card_faults.MODELS,
+    "Keys of a VME master fault": vme_master.MODELS,
     "Keys of a terminal fault": terminal_faults.OWN,
     "Keys of a winder fault": winder_settings.MODELS,
     "Keys of a DC motor fault": dc_motor.MODELS,

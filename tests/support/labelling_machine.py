@@ -41,6 +41,8 @@ LABELLER: Final[Table] = {
     "pamring off": FATAL,
     "pamring distort": FATAL,
     "pamring halt": stops(IN_ERROR),
+    "pam.vme-master stopped": goes_on(),  # the PAM runs without a master; keys and limit switches stop it
+    "pam.vme-master slow": goes_on(),
 }
 
 
@@ -82,6 +84,10 @@ class Labeller(Machine):
     def come_back(self, injected: Injected, effect: Effect) -> None:
         if injected.kind == "plant.dc-motor":
             self._guide_moves()
+        if injected.fault["what"] == "stopped":  # 07..E01E ends with a reset
+            self.set("pam", "reset", True)
+            self.wait(1)
+            self.start()
         if effect is Effect.GOES_ON:
             return
         if self._state() == ERROR and injected.fault["what"] != "low_battery":

@@ -168,3 +168,35 @@ def test_a_request_that_fails_is_raised_in_the_script(answer: str, said: str) ->
         return [str(word)]
 
     assert Answers(answer).play(script()) == [said, "end"]
+
+
+def test_a_pam_runs_without_a_master_that_stands_until_it_is_reset(rig: Rig) -> None:
+    """The PAM notes 07..E01E, which ends with its reset."""
+    rig.run_until(S)
+    number = rig.add_fault("plc", {"what": "stopped", "start_ms": 100})
+    rig.set("plc", "DWI_MachPressure", 3)
+    rig.run_until(1_090 * MS)
+    assert rig.get("pam", "DWI_MachPressure.0") == 3
+    rig.run_until(1_150 * MS)
+    rig.set("plc", "DWI_MachPressure", 4)
+    rig.run_until(4 * S)
+    assert rig.get("pam", "state") == "running without a master"
+    assert rig.get("pam", "DWI_MachPressure.0") == 3
+    rig.clear_fault("plc", number)
+    rig.run_until(6 * S)
+    assert rig.get("pam", "state") == "running without a master"
+
+
+def test_a_slow_master_serves_later(rig: Rig) -> None:
+    rig.run_until(S)
+    rig.add_fault("plc", {"what": "slow", "delay_ms": 150, "duration_ms": 1000})
+    rig.run_until(S + 100 * MS)
+    rig.set("plc", "DWI_MachPressure", 5)
+    rig.run_until(S + 140 * MS)
+    assert rig.get("pam", "DWI_MachPressure.0") == -4
+    rig.run_until(S + 400 * MS)
+    assert rig.get("pam", "DWI_MachPressure.0") == 5
+    rig.run_until(3 * S)
+    rig.set("plc", "DWI_MachPressure", 6)
+    rig.run_until(3 * S + 40 * MS)
+    assert rig.get("pam", "DWI_MachPressure.0") == 6

@@ -6,13 +6,15 @@ It stands for the PLC in rigs without one.  When the PAM is gone, it begins the 
 import logging
 from collections.abc import Iterator, Mapping
 from functools import partial
-from typing import ClassVar, Final
+from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import Field
 
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.errors import RigError
+from fieldrig.faults.faults import LONGEST_MS, Fault, Faults, Timed, models_of
+from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.points.checks import number_in, truth_in, whole_in
 from fieldrig.settings import Claim, ConfigFile, Settings
@@ -54,8 +56,25 @@ class VmeMasterSettings(Settings):
         yield Claim("modbus", "unit", self.unit_id, ("unit_id",))
 
 
+class Stopped(Timed):
+    """The master's program stands: it serves neither the watchdog nor the variables."""
+
+    what: Literal["stopped"]
+
+
+class Slow(Timed):
+    """Each cycle of the master takes longer."""
+
+    what: Literal["slow"]
+    delay_ms: float = Field(gt=0, le=LONGEST_MS, description="time by which a cycle is longer")
+
+
+MODELS: Final[Mapping[str, type[Any]]] = models_of(Annotated[Stopped | Slow, Field(discriminator="what")])
+
+
 class VmeMasterDevice(Device):
     about: ClassVar[str] = "a VME master for a PAM, in the place of a PLC"
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(self, clock: Clock, settings: VmeMasterSettings, modbus: Link[ModbusEvent]) -> None:
         """ConfigError for an application with mistakes; RigError if it has no VME DualPort, or not all inputs."""
@@ -65,6 +84,7 @@ class VmeMasterDevice(Device):
         self._wanted: dict[tuple[str, int], PamValue] = {}
         """Inputs that a user has written, until they are sent."""
         self._is_running = False
+        self.injected = self._faults = InjectedFaults[Fault[Any]](clock, MODELS, Faults(Fault))
         self._script = ModbusScript(clock, modbus, settings.unit_id, self._work(), lambda: None)
         modbus.on_receive(self._script.on_message, [])  # a client
 
@@ -77,15 +97,27 @@ class VmeMasterDevice(Device):
     def _work(self) -> Script[None]:
         while True:
             try:
+                yield from self._stand()
                 yield from self._master.start_up(self._settings.initial)
                 self._is_running = True
                 while (yield from self._master.watch()):
                     yield from self._exchange()
-                    yield Pause(self._settings.cycle_ms * MS)
+                    slow = self._faults.first(Slow)
+                    yield Pause(self._cycle_ns + (0 if slow is None else round(slow.delay_ms * MS)))
+                    yield from self._stand()
             except MasterError as fault:
                 log.debug("%s", fault)
             self._is_running = False
             yield Pause(RETRY_NS)
+
+    @property
+    def _cycle_ns(self) -> int:
+        return self._settings.cycle_ms * MS
+
+    def _stand(self) -> Script[None]:
+        """Do nothing while a fault stops the master."""
+        while self._faults.first(Stopped) is not None:
+            yield Pause(self._cycle_ns)
 
     def _exchange(self) -> Script[None]:
         yield from self._master.take()
