@@ -72,7 +72,7 @@ class Connection(Portions):
         if self.pace is not None:
             self.pace.leave(self)
             self.pace = None
-        if not self.lost.done():  # whoever waited for it may have been cut short
+        if not self.lost.done():  # the wait for it may have been cut short
             self.lost.set_result(None)
 
     def take(self, data: bytes) -> None:

@@ -77,7 +77,7 @@ class CanopenSettings(Settings):
         for key in self.objects:
             try:
                 variable = dictionary.by_key(key)
-            except ValueError:  # it has been told
+            except ValueError:  # another mistake already
                 continue
             if remedy := wrong_start(dictionary, variable):
                 yield WrongKey(self._place_of(key), f"the node has no {variable.value} here", remedy)
