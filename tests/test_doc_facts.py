@@ -26,6 +26,7 @@ from fieldrig.settings import Settings
 from fieldrig.system.exits import ABOUT, Exit
 from fieldrig_bus.can.faults import CanFault
 from fieldrig_bus.can.member import Controller
+from fieldrig_bus.ip import faults as ip_faults
 from fieldrig_bus.modbus import faults as modbus_faults
 from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.opcua import faults as opcua_faults
@@ -116,6 +117,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a Modbus device fault": modbus_device_faults.MODELS,
     "Keys of an OPC UA fault": opcua_faults.MODELS,
     "Keys of a TCP service fault": tcp_faults.MODELS,
+    "Keys of a relay fault": ip_faults.MODELS,
     "Keys of a Modbus fault": modbus_faults.MODELS,
     "Keys of a serial fault": serial_faults.MODELS,
     "Keys of a fault of wires": wire_faults.MODELS,

@@ -15,7 +15,7 @@ BUSES: Final = sorted(point.name for point in entry_points(group="fieldrig.buses
 DEVICES: Final = sorted(point.name for point in entry_points(group="fieldrig.devices"))
 
 NOT_YET: Final = {
-    "dualport.shm", "ip.relay",
+    "dualport.shm",
     "wires.zenoh",
 }  # fmt: skip
 """Kinds without faults of their own so far; a device among them can only lose its power.  The list only shrinks."""

@@ -34,7 +34,7 @@ EITHER: Final[Mapping[str, Mapping[str, Any]]] = {"replace": {"xor": "FF"}, "dis
 """A key of faults that require one of two, which their models cannot say."""
 
 
-OF_MESSAGES: Final = frozenset({"modbus", "opcua", "serial", "tcp", "wires"})
+OF_MESSAGES: Final = frozenset({"ip", "modbus", "opcua", "serial", "tcp", "wires"})
 """Families whose faults damage any message, and so are tried with their buses (`tests/bus`), not with each machine."""
 OF_PROTOCOLS: Final = frozenset({"fieldrig_devices.canopen.node_faults", "fieldrig_devices.modbus.faults"})
 """Modules whose faults break a protocol, and so are tried with their devices."""

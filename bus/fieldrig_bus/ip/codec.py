@@ -9,6 +9,8 @@ import struct
 from ipaddress import IPv4Address
 from typing import Final
 
+from fieldrig.faults import note
+from fieldrig.faults.note import FaultNote
 from fieldrig.outside.untrusted import MalformedError
 from fieldrig_bus.ip.message import (
     OF_LINK,
@@ -20,6 +22,7 @@ from fieldrig_bus.ip.message import (
     LinkDown,
     LinkUp,
     Offered,
+    OnRelay,
     Opened,
     Portion,
     RelayMessage,
@@ -42,7 +45,11 @@ _NUMBER: Final = struct.Struct("!I")
 _LINK: Final = struct.Struct("!4s4sH")
 
 
-def encode(message: RelayMessage) -> bytes:
+def encode(message: OnRelay) -> bytes:
+    return note.encode(message) if isinstance(message, FaultNote) else _encoded(message)
+
+
+def _encoded(message: RelayMessage) -> bytes:
     code = bytes((_CODES[type(message)],))
     match message:
         case Offered():
@@ -83,8 +90,10 @@ def _unpacked(data: bytes) -> tuple[int, ...]:
     return struct.unpack(f"!{len(data) // 2}H", data)
 
 
-def decode(data: bytes) -> RelayMessage:
+def decode(data: bytes) -> OnRelay:
     """Return the message of `encode`'s bytes.  ValueError for anything else."""
+    if data.startswith(note.LEAD):
+        return note.decode(data)
     try:
         message = _decoded(data)
         check_sent(message)
@@ -136,8 +145,10 @@ def _of_channel(code: int, opener: str, number: int, rest: bytes) -> RelayMessag
     raise MalformedError(f"not a message of a relay: kind {code}")
 
 
-def show(message: RelayMessage) -> str:
+def show(message: OnRelay) -> str:
     """Return a message as one line."""
+    if isinstance(message, FaultNote):
+        return note.show(message)
     if isinstance(message, Offered):
         return f"offers port {', '.join(map(str, message.ports))}" if message.ports else "offers no port"
     if isinstance(message, KernelOffered):

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from ipaddress import IPv4Address
 from typing import Any, Final
 
+from fieldrig.faults.note import FaultNote
+
 WINDOW: Final = 65_536
 LARGEST: Final = 8_192
 """Bytes in one portion."""
@@ -112,6 +114,8 @@ class IpPacket:
 
 
 RelayMessage = Offered | Opened | Portion | Consumed | Ended | Closed | KernelOffered | LinkUp | LinkDown | IpPacket
+OnRelay = RelayMessage | FaultNote
+"""The same, and the notes of faults that are in the trace."""
 IN_CHANNEL: Final = (Portion, Consumed, Ended, Closed)
 OF_LINK: Final = (LinkUp, LinkDown, IpPacket)
 

@@ -14,9 +14,9 @@ from fieldrig_bus.ip.message import (
     LinkDown,
     LinkUp,
     Offered,
+    OnRelay,
     Opened,
     Portion,
-    RelayMessage,
 )
 
 RELAY: Final = "ip:relay"
@@ -38,10 +38,10 @@ class _Channel:
         return self.service if member == self.opener else self.opener
 
 
-class RelayModel(BusModel[RelayMessage]):
+class RelayModel(BusModel[OnRelay]):
     def __init__(self) -> None:
         self._members: list[str] = []
-        self._due: list[Delivery[RelayMessage]] = []
+        self._due: list[Delivery[OnRelay]] = []
         self._latest_ns = 0
         self._offers: dict[str, Offered] = {}
         self._channels: dict[tuple[str, int], _Channel] = {}
@@ -71,7 +71,7 @@ class RelayModel(BusModel[RelayMessage]):
         if self._kernel not in (None, member):
             self._deliver(str(self._kernel), KernelOffered(), member)
 
-    def submit(self, now_ns: int, member: str, message: RelayMessage) -> None:
+    def submit(self, now_ns: int, member: str, message: OnRelay) -> None:
         self._latest_ns = max(self._latest_ns, now_ns)
         match message:
             case Offered():
@@ -84,13 +84,22 @@ class RelayModel(BusModel[RelayMessage]):
                 self._deliver(member, message, *(other for other in self._members if other != member))
             case LinkUp() | LinkDown() | IpPacket():
                 self._pass_on_link(member, message)
-            case _:
+            case Portion() | Consumed() | Ended() | Closed():
                 self._pass_on(member, message)
+
+    def cut(self, now_ns: int, opener: str, number: int, why: str, *, is_new: bool) -> None:
+        """Lose a channel: its ends hear of it, of a new one only the opener."""
+        self._latest_ns = max(self._latest_ns, now_ns)
+        channel = self._channels.pop((opener, number), None)
+        if channel is not None:
+            self._refuse(channel.opener, opener, number, why)
+            if not is_new:
+                self._refuse(channel.service, opener, number, why)
 
     def next_ns(self) -> int | None:
         return self._due[0].time_ns if self._due else None
 
-    def collect(self, now_ns: int) -> list[Delivery[RelayMessage]]:
+    def collect(self, now_ns: int) -> list[Delivery[OnRelay]]:
         deliveries = [delivery for delivery in self._due if delivery.time_ns <= now_ns]
         self._due = self._due[len(deliveries) :]
         return deliveries
@@ -167,5 +176,5 @@ class RelayModel(BusModel[RelayMessage]):
         direction = receiver == opener if is_answer is None else is_answer
         self._deliver(RELAY, Closed(opener, number, direction, why), receiver)
 
-    def _deliver(self, sender: str, message: RelayMessage, *receivers: str) -> None:
+    def _deliver(self, sender: str, message: OnRelay, *receivers: str) -> None:
         self._due.append(Delivery(self._latest_ns, sender, message, receivers))

@@ -18,6 +18,7 @@ from fieldrig.outside.addresses import split_address
 from fieldrig_bus.ip import codec
 from fieldrig_bus.ip.channel import Channel
 from fieldrig_bus.ip.channels import Channels
+from fieldrig_bus.ip.faults import MODELS, RelayEffects, RelayFault
 from fieldrig_bus.ip.kernel import KernelPort
 from fieldrig_bus.ip.message import (
     MOST_PORTS,
@@ -29,6 +30,7 @@ from fieldrig_bus.ip.message import (
     LinkDown,
     LinkUp,
     Offered,
+    OnRelay,
     Opened,
     Portion,
     RelayMessage,
@@ -48,6 +50,7 @@ PortNumber = Annotated[int, Field(ge=1, le=65_535)]
 
 
 class RelaySettings(HubSettings):
+    faults: list[RelayFault] = Field(default_factory=list, description="faults from the start")
     services: dict[PortNumber, Address] = Field(
         default={},
         max_length=MOST_PORTS,
@@ -62,7 +65,8 @@ class RelaySettings(HubSettings):
     )
 
 
-class IpRelay(ModelBus[RelayMessage]):
+class IpRelay(ModelBus[OnRelay]):
+    fault_models = MODELS
     about: ClassVar[str] = "TCP streams between devices with a TCP/IP stack and the listeners of this host"
     times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
     family: ClassVar[str] = "ip"
@@ -87,8 +91,11 @@ class IpRelay(ModelBus[RelayMessage]):
     def model(self) -> RelayModel:
         return RelayModel()
 
+    def effects(self) -> RelayEffects:
+        return RelayEffects(self.settings.faults)
+
     @staticmethod
-    def standing_of(message: RelayMessage) -> Hashable:
+    def standing_of(message: OnRelay) -> Hashable:
         """An offer stands until its member makes another one, and a link until it is down."""
         if isinstance(message, LinkUp | LinkDown):
             return "link"
