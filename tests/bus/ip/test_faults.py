@@ -1,4 +1,4 @@
-"""Each fault of a relay: which bytes and packets arrive, when, and who hears that a connection is lost."""
+"""Each fault of a relay: which bytes and packets arrive, when, and which ends learn that a connection is lost."""
 
 from ipaddress import IPv4Address
 from random import Random
@@ -34,7 +34,7 @@ class Bench:
             self.trace += self.model.collect(next_ns)
 
     def heard(self, member: str) -> list[tuple[int, OnRelay]]:
-        """What a member has heard besides offers, with its time in ms."""
+        """Return the messages that a member has heard besides offers, each with its time in ms."""
         while (next_ns := self.model.next_ns()) is not None:
             self.trace += self.model.collect(next_ns)
         heard = [(each.time_ns // MS, each.message) for each in self.trace if member in each.receivers]
