@@ -26,7 +26,7 @@ OF_THE_DRIVE = {
 SAYS = {
     **{f"drive {label} by {bus}": said for bus in ("mb_tcp", "mb_rtu") for label, said in OF_THE_DRIVE.items()},
     **{f"{part} all values": rf"^{part}/" for part in ("tank", "io", "sensor", "drive")},
-    **{f"{part} its faults": r"^none$" for part in ("io", "sensor", "drive")},
+    **{f"{part} its faults": r"^none$" for part in ("tank", "io", "sensor", "drive")},
     "io what it is": r"^IO32$",
     "io start it": r"^$",
     "sensor what it is": r"^Level sensor$",
