@@ -117,7 +117,7 @@ def test_rig_files(tmp_path: Path) -> None:
 def test_devices_then_the_keys_of_one(rig: RunningRig) -> None:
     assert in_rig(rig, "get", "") == ["tank", "terrace_io"]
     assert in_rig(rig, "get", "ta")[:2] == ["tank", "tank/level"]
-    assert in_rig(rig, "get", "tank/le") == ["tank/level"]
+    assert in_rig(rig, "get", "tank/lev") == ["tank/level"]
     assert in_rig(rig, "get", "tank/level", "te")[0] == "terrace_io"
     assert at_once(rig, "get", "door/") == []
 
@@ -148,7 +148,8 @@ def test_keys_with_a_colon_where_bash_cuts_them(rig: RunningRig) -> None:
 
 def test_faults_and_their_keys(rig: RunningRig) -> None:
     assert in_rig(rig, "fault", "") == ["can0", "wires", "tank", "terrace_io"]
-    assert in_rig(rig, "fault", "tank", "") == ["power_off"]
+    assert in_rig(rig, "fault", "tank", "p") == ["power_off"]
+    assert in_rig(rig, "fault", "tank", "l") == ["leak"]
     assert in_rig(rig, "fault", "can0", "dr") == ["drop"]
     assert in_rig(rig, "fault", "can0", "drop", "prob") == ["probability="]
     assert at_once(rig, "fault", "can0", "drop", "probability", "=", "0.1", "prob") == []
@@ -163,7 +164,7 @@ def test_buses_and_processes(rig: RunningRig) -> None:
 
 
 def test_the_endpoint_may_be_on_the_line(rig: RunningRig) -> None:
-    assert offered(rig.folder, {}, "get", "--control", rig.endpoint, "tank/le") == ["tank/level"]
+    assert offered(rig.folder, {}, "get", "--control", rig.endpoint, "tank/lev") == ["tank/level"]
 
 
 @pytest.mark.parametrize("words", [("get", ""), ("set", "tank/"), ("fault", ""), ("fault", "can0", ""), ("watch", "")])
@@ -186,5 +187,5 @@ def test_tab_in_a_bash(rig: RunningRig) -> None:
         terminal.until_shown("ready> ")
         terminal.type("fieldrig get terrace_io/6200:04\tX")
         terminal.until_shown("terrace_io/6200:04 X")
-        terminal.type("\x15fieldrig get tank/le\t\n")
+        terminal.type("\x15fieldrig get tank/lev\t\n")
         terminal.until_shown("tank/level = 0 m")
