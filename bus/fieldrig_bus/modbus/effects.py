@@ -29,7 +29,7 @@ from fieldrig_bus.modbus.message import (
     OnModbus,
 )
 from fieldrig_bus.modbus.routing import OUTSIDE
-from fieldrig_bus.serial.garble import garbled
+from fieldrig_bus.serial.garble import garbled_by_rate, noisy, thinned
 from fieldrig_bus.serial.message import Format
 
 LINE_PORTS: Final = frozenset({"pty", "port"})
@@ -174,14 +174,12 @@ class ModbusEffects(Effects[OnModbus]):
             case faults.Split(keep=keep, gap_ms=gap_ms):
                 return self._split(delivery, frame, half if keep is None else keep, round(gap_ms * MS))
             case faults.Noise(bit_error_rate=rate):
-                return self._changed(delivery, frame, self._noisy(frame, rate), "noise")
+                return self._changed(delivery, frame, noisy(frame, rate, self._random), "noise")
             case faults.LoseBytes(share=share):
-                kept = bytes(byte for byte in frame if self._random.random() >= share)
-                return self._changed(delivery, frame, kept, "bytes lost")
+                return self._changed(delivery, frame, thinned(frame, share, self._random), "bytes lost")
             case faults.WrongBaud(baud=baud):
-                form = self._form
-                wrong = Format(baud, form.data_bits, form.parity, form.stop_bits)
-                return self._changed(delivery, frame, garbled(frame, wrong, form), f"sent at {baud} bit/s")
+                heard = garbled_by_rate(frame, baud, self._form)
+                return self._changed(delivery, frame, heard, f"sent at {baud} bit/s")
         raise AssertionError(f"no effect of {settings}")
 
     @property
@@ -198,10 +196,6 @@ class ModbusEffects(Effects[OnModbus]):
         if not self._is_ascii:
             return frame[:-2] + bytes(byte ^ 0xFF for byte in frame[-2:])
         return frame[:-4] + f"{int(frame[-4:-2], 16) + 1 & 0xFF:02X}".encode() + frame[-2:]
-
-    def _noisy(self, frame: bytes, rate: float) -> bytes:
-        flips = (sum((self._random.random() < rate) << place for place in range(8)) for _ in frame)
-        return bytes(byte ^ flip for byte, flip in zip(frame, flips, strict=True))
 
     def _changed(self, delivery: Delivery[Any], frame: bytes, heard: bytes, what: str) -> Struck[OnModbus]:
         """Return the effect of chance, which may leave the frame as it was."""

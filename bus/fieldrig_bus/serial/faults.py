@@ -16,8 +16,8 @@ from fieldrig.faults.disturbed import Effects, Struck
 from fieldrig.faults.faults import LONGEST_MS, Fault, Repeated, Timed
 from fieldrig.faults.hex_bytes import Hex, flipped, replaced
 from fieldrig.text.nearest import closest
-from fieldrig_bus.serial.garble import garbled
-from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
+from fieldrig_bus.serial.garble import garbled_by_rate, noisy, thinned
+from fieldrig_bus.serial.message import Break, ControlLines, SerialMessage
 from fieldrig_bus.serial.model import SerialModel
 
 LONGEST_BREAK_MS: Final = 1_000_000.0
@@ -174,13 +174,12 @@ class SerialEffects(Effects[SerialMessage]):
             case Garbage(data=given):
                 return self._as(delivery, bytes.fromhex(given) + data, "garbage before it")
             case Noise(bit_error_rate=rate):
-                return self._as(delivery, self._noisy(data, rate), "noise")
+                return self._as(delivery, noisy(data, rate, self._random), "noise")
             case LoseBytes(share=share):
-                return self._as(delivery, bytes(byte for byte in data if self._random.random() >= share), "bytes lost")
+                return self._as(delivery, thinned(data, share, self._random), "bytes lost")
             case WrongBaud(baud=baud):
-                form = self.medium.format_of(delivery.sender)
-                wrong = Format(baud, form.data_bits, form.parity, form.stop_bits)
-                return self._as(delivery, garbled(data, wrong, form), f"sent at {baud} bit/s")
+                heard = garbled_by_rate(data, baud, self.medium.format_of(delivery.sender))
+                return self._as(delivery, heard, f"sent at {baud} bit/s")
         raise AssertionError(f"no effect of {settings}")
 
     def turn(self, fault: Fault[Any], now_ns: int, is_on: bool) -> list[Delivery[SerialMessage]]:
@@ -219,7 +218,3 @@ class SerialEffects(Effects[SerialMessage]):
     def _as(self, delivery: Delivery[Any], data: bytes, what: str) -> Struck[SerialMessage]:
         """Bytes that chance leaves as they are arrive; none at all are no delivery."""
         return Struck([delivery._replace(message=data)] if data else [], what)
-
-    def _noisy(self, data: bytes, rate: float) -> bytes:
-        flips = (sum((self._random.random() < rate) << place for place in range(8)) for _ in data)
-        return bytes(byte ^ flip for byte, flip in zip(data, flips, strict=True))

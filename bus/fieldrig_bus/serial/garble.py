@@ -1,11 +1,30 @@
-"""The characters that a receiver reads when they were sent in another format: the line's bits, sampled at its own rate.
+"""The characters that a receiver reads from a line that disturbs them: by noise, by losses, or by another format.
 
-The receiver looks for the start bit (a falling edge), samples each bit in its middle, and accepts the character
-regardless of parity and stop bits, as a UART hands it over with an error flag.  Each chunk of bytes is sampled by
-itself.
+For another format the line's bits are sampled at the receiver's own rate.  The receiver looks for the start bit (a
+falling edge), samples each bit in its middle, and accepts the character regardless of parity and stop bits, as a UART
+hands it over with an error flag.  Each chunk of bytes is sampled by itself.
 """
 
+from random import Random
+
 from fieldrig_bus.serial.message import Format
+
+
+def noisy(data: bytes, bit_error_rate: float, random: Random) -> bytes:
+    """Return the characters with each bit inverted by chance."""
+    flips = (sum((random.random() < bit_error_rate) << place for place in range(8)) for _ in data)
+    return bytes(byte ^ flip for byte, flip in zip(data, flips, strict=True))
+
+
+def thinned(data: bytes, share: float, random: Random) -> bytes:
+    """Return the characters without those that are lost by chance."""
+    return bytes(byte for byte in data if random.random() >= share)
+
+
+def garbled_by_rate(data: bytes, baud: int, received_as: Format) -> bytes:
+    """Return the characters that were sent in the receiver's format but for the rate, in bit/s."""
+    sent_as = Format(baud, received_as.data_bits, received_as.parity, received_as.stop_bits)
+    return garbled(data, sent_as, received_as)
 
 
 def garbled(data: bytes, sent_as: Format, received_as: Format) -> bytes:

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from fieldrig.clock import MS, NEVER_NS
 from fieldrig.faults import faults
 from fieldrig.faults.faults import LONGEST_MS, Timed
+from fieldrig_bus.serial.garble import noisy
 from fieldrig_bus.telephone.modulation import FASTEST_BPS, SLOWEST_BPS
 
 
@@ -116,10 +117,7 @@ class LineFaults(faults.Faults[faults.Fault[Any]]):
     def with_noise(self, now_ns: int, data: bytes, *members: str) -> bytes:
         """Return `data` as it is heard over the lines of the members."""
         rate = max((noise.bit_error_rate for noise in self.active(now_ns, Noise, *members)), default=0.0)
-        if not rate:
-            return data
-        flips = [sum((self._chance.random() < rate) << bit for bit in range(8)) for _ in data]
-        return bytes(byte ^ flip for byte, flip in zip(data, flips, strict=True))
+        return noisy(data, rate, self._chance) if rate else data
 
     def next_change_ns(self, now_ns: int) -> int | None:
         """Return the next instant after `now_ns` at which a fault begins, ends or repeats; None without one."""
