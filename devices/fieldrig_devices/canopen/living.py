@@ -4,14 +4,14 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 
 from fieldrig.clock import Clock
-from fieldrig_devices.canopen.datatypes import Boolean, Integer, Real, clamp
+from fieldrig_devices.canopen.datatypes import Boolean, Integer, Real
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.service import Reset, Service
 from fieldrig_devices.canopen.terminals import Terminal, Terminals
 from fieldrig_devices.canopen.variable import Variable
 from fieldrig_devices.sources.living import Chance, Living, LivingValues, seed_from
 from fieldrig_devices.sources.settings import SourceSettings
-from fieldrig_devices.sources.shapes import Number
+from fieldrig_devices.sources.shapes import Number, is_on
 
 
 def living_variable(dictionary: Dictionary, key: str) -> Variable:
@@ -56,12 +56,4 @@ def _living(
 
 def _put(variable: Variable, terminal: Terminal, value: Number) -> None:
     """Give an object its value; one beyond its range becomes the end of the range."""
-    type = variable.type
-    if isinstance(type, Boolean):
-        terminal.put(value >= 0.5)
-        return
-    assert isinstance(type, Integer | Real), "`living_variable` has refused others"
-    low = type.low if variable.low is None else variable.low
-    high = type.high if variable.high is None else variable.high
-    limited = clamp(value, low, high)
-    terminal.put(round(limited) if isinstance(type, Integer) else limited)
+    terminal.put(is_on(value) if isinstance(variable.type, Boolean) else variable.nearest(value))

@@ -12,7 +12,7 @@ from fieldrig.clock import MS, Clock
 from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.canopen.datatypes import Boolean, Integer, Real, Value, clamp
+from fieldrig_devices.canopen.datatypes import Boolean, Integer, Real, Value
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.service import Reset, Service
 from fieldrig_devices.canopen.terminals import Terminal, Terminals
@@ -189,11 +189,7 @@ class _Input:
         variable = self._variable
         if isinstance(variable.type, Boolean):
             return bool(value)
-        wanted = (value - self._settings.offset) / self._settings.scale
-        low = variable.type.low if variable.low is None else variable.low
-        high = variable.type.high if variable.high is None else variable.high
-        limited = clamp(wanted, low, high)
-        return round(limited) if isinstance(variable.type, Integer) else limited
+        return variable.nearest((value - self._settings.offset) / self._settings.scale)
 
     def _with_bit(self, is_set: bool) -> int:
         """The object's raw value with the bit set or cleared; the sign bit is no exception."""

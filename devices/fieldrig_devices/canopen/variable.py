@@ -10,7 +10,7 @@ from enum import Enum
 
 from fieldrig.points.checks import number_in
 from fieldrig_devices.canopen.abort import Abort, Code
-from fieldrig_devices.canopen.datatypes import DOMAIN, DataType, Value
+from fieldrig_devices.canopen.datatypes import DOMAIN, DataType, Integer, Real, Value, clamp
 
 MAX_SIZE = 1 << 20
 """Most bytes that a variable of variable length can hold."""
@@ -155,6 +155,15 @@ class Variable:
         if self.refusal(data) is not None:
             number_in(value, self.low, self.high, name=self.key)
         self.set(data)
+
+    def nearest(self, number: float) -> int | float:
+        """Return the number that a variable of a number can hold nearest to this one, within its limits."""
+        type = self.type
+        assert isinstance(type, Integer | Real), "the variable holds a number"
+        low = type.low if self.low is None else self.low
+        high = type.high if self.high is None else self.high
+        limited = clamp(number, low, high)
+        return round(limited) if isinstance(type, Integer) else limited
 
     def set(self, data: bytes) -> None:
         """Set `data`, whose size and value must be valid, and notify watchers and TPDOs of a change."""

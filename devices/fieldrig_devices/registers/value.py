@@ -11,7 +11,7 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.registers.entries import Bit, BitField, Direction, Register, Value, factor_in, number_of
 from fieldrig_devices.registers.form import Form, characters_in
 from fieldrig_devices.registers.image import BitImage, RegisterImage
-from fieldrig_devices.sources.shapes import Number
+from fieldrig_devices.sources.shapes import Number, is_on
 
 Refusal = Literal["server_failure", "illegal_value"]
 OutOfRange = Refusal | Literal["limit"]
@@ -49,7 +49,7 @@ class BitValue:
 
     def live(self, value: Number) -> None:
         """Take the value of a source, which is true from 0.5 on."""
-        self._image.put(self._address, value >= 0.5)
+        self._image.put(self._address, is_on(value))
 
     def raw(self) -> bytes:
         return bytes((self._image.get(self._address),))
@@ -133,7 +133,7 @@ class RegisterValue:
         if self._form.is_number:
             self._image.put(self._address, self._saturated(value))
         else:
-            self.put(value >= 0.5)
+            self.put(is_on(value))
 
     def rescale(self) -> None:
         """Encode the last value of the source again, because the register of its factor may have changed."""

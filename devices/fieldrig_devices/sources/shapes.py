@@ -17,6 +17,11 @@ from fieldrig.clock import NEVER_NS, S
 Number = bool | int | float
 
 
+def is_on(value: Number) -> bool:
+    """Return what a bit, a truth or a digital wire shows of a value: true from 0.5 on."""
+    return value >= 0.5
+
+
 class Source(Protocol):
     """A value over time."""
 

@@ -12,9 +12,7 @@ from fieldrig.settings import Claim, Settings
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.sources.living import Chance, Living, LivingValues, seed_from
 from fieldrig_devices.sources.settings import SourceSettings
-from fieldrig_devices.sources.shapes import Number
-
-HIGH_FROM = 0.5
+from fieldrig_devices.sources.shapes import Number, is_on
 
 
 class WireSettings(Settings):
@@ -72,7 +70,7 @@ class Signals(Device):
     def _put(self, name: str, value: Number) -> None:
         wire = self._settings.signals[name]
         if wire.digital:
-            value = value >= HIGH_FROM
+            value = is_on(value)
         if self._sent.get(name) != value:
             self._sent[name] = value
             self._wires.send(Signal(name, value, wire.unit))
