@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
 
 from fieldrig.device import Point
 from fieldrig.errors import RigError
@@ -72,7 +73,8 @@ class ModbusUnit:
         self.holding_registers = RegisterImage(_areas("holding_registers", table.holding_registers), self._commit)
         self.input_registers = RegisterImage(_areas("input_registers", table.input_registers))
         self.values: dict[str, StoredValue] = {}
-        self._fields: dict[str, FieldValue] = {}
+        self._fields: dict[str, list[FieldValue]] = {}
+        """The named bits of registers that have some, by the names of the registers."""
         for space, image in (("coils", self.coils), ("discrete_inputs", self.discrete_inputs)):
             for bit in table.coils if space == "coils" else table.discrete_inputs:
                 for name, address in each_value(bit):
@@ -157,7 +159,8 @@ class ModbusUnit:
             for name, address in each_value(entry):
                 value = RegisterValue(name, entry, address, direction, image, self._table.form_of(entry), out_of_range)
                 fields = [FieldValue(value, field, direction_of(space, entry, field)) for field in entry.bits]
-                self._fields |= {field.name: field for field in fields}
+                if fields:
+                    self._fields[name] = fields
                 self._add(value, value.has_limits or any(map(_drives, fields)))
 
     def _add(self, value: StoredValue, is_watched: bool = False) -> None:
@@ -177,7 +180,7 @@ class ModbusUnit:
         self.retained = {value.name: value.raw() for value in self.values.values() if value.entry.retained}
 
     def _all(self) -> list[AnyValue]:
-        return [*self.values.values(), *self._fields.values()]
+        return [*self.values.values(), *chain.from_iterable(self._fields.values())]
 
     def _commit(self, values: Sequence[StoredValue]) -> None:
         """Store the new values.  ModbusError if that fails."""
@@ -201,9 +204,8 @@ class ModbusUnit:
 
     def _on_changed(self, value: StoredValue) -> None:
         self._drive_wire(value)
-        for field in self._fields.values():
-            if field.owner is value:
-                self._drive_wire(field)
+        for field in self._fields.get(value.name, ()):
+            self._drive_wire(field)
 
     def _drive_wire(self, value: AnyValue) -> None:
         present = value.read()
