@@ -166,6 +166,8 @@ class ModbusDevice(Device):
         self._living = LivingValues(
             clock, [living for unit_id, unit in self._units.items() for living in unit.living(f"{seed}{unit_id}/")]
         )
+        self._rescaled = [unit for unit in self._units.values() if unit.is_rescaled]
+        """The units with living values whose scale is the value of another register: most have none."""
         self._restore()
         for link in modbus:
             servers = {
@@ -273,7 +275,7 @@ class ModbusDevice(Device):
             now_ns = self._clock.now_ns()
             for wire, signal in self._moving.items():
                 self._hear(self._listeners[wire], Signal(wire, signal.at(now_ns), signal.unit))
-        for unit in self._units.values():
+        for unit in self._rescaled:
             unit.rescale()
 
     def _drive(self, signal: Signal) -> None:

@@ -118,6 +118,11 @@ class ModbusUnit:
             if value.entry.source is not None
         ]
 
+    @property
+    def is_rescaled(self) -> bool:
+        """True if values live by themselves whose scale is the value of another register."""
+        return bool(self._rescaled)
+
     def rescale(self) -> None:
         """Encode the values again that live by themselves, if the register of their factor has changed."""
         for value in self._rescaled:
