@@ -410,7 +410,7 @@ def test_every_page_is_reached_by_links_from_the_readme() -> None:
     "message", [text for title in headings(DOCS / "troubleshooting.md") for text in code_in(title)]
 )
 def test_messages_are_what_the_program_says(message: str) -> None:
-    sources = [path for folder in ("emulator", "bus", "devices") for path in (ROOT / folder).rglob("*.py")]
+    sources = [path for folder in ("emulator", "bus", "devices", "page") for path in (ROOT / folder).rglob("*.py")]
     assert any(message in path.read_text(encoding="utf-8") for path in sources)
 
 

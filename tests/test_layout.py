@@ -9,7 +9,7 @@ import grimp  # import-linter is built on it
 import pytest
 
 TESTS = Path(__file__).parent
-PACKAGES = ("fieldrig", "fieldrig_bus", "fieldrig_devices")
+PACKAGES = ("fieldrig", "fieldrig_bus", "fieldrig_devices", "fieldrig_page")
 
 LARGEST_CIRCLE = 2
 """Two classes may know each other; of three that do, none can be read or tested without the other two."""

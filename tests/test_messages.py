@@ -19,7 +19,7 @@ from fieldrig.config.wording import explain
 from fieldrig.settings import Settings
 
 ROOT = Path(__file__).parents[1]
-SOURCES = sorted(path for folder in ("emulator", "bus", "devices") for path in (ROOT / folder).rglob("*.py"))
+SOURCES = sorted(path for folder in ("emulator", "bus", "devices", "page") for path in (ROOT / folder).rglob("*.py"))
 FIND = {kinds.BUSES: kinds.find_bus, kinds.DEVICES: kinds.find_device}
 MODELS = {
     **{

@@ -37,7 +37,7 @@ PAGE = ROOT / "docs" / "mutation.md"
 BUILD = ROOT / "build" / "mutation"
 HERE = "{copy}"
 """Stands for the folder of the copy in the name of a parametrized test."""
-COPIED = ("emulator", "bus", "devices", "tests", "configs", "docs", "pyproject.toml")
+COPIED = ("emulator", "bus", "devices", "page", "tests", "configs", "docs", "pyproject.toml")
 MARKS = "manual and not system and not real and not docker and not long"
 LIMIT_S = 300
 RECORDING_S = 1800
@@ -165,7 +165,7 @@ class Copy:
 
     def pytest(self, *arguments: str, report: Path | None = None, limit_s: float = LIMIT_S) -> int:
         """Return the exit code, which is 1 too if the tests don't end; a plugin of ours writes to `report`."""
-        paths = os.pathsep.join(str(self.folder / name) for name in ("emulator", "bus", "devices", ""))
+        paths = os.pathsep.join(str(self.folder / name) for name in ("emulator", "bus", "devices", "page", ""))
         environment = {**os.environ, "PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"}
         if report is not None:
             environment[VARIABLE] = str(report)

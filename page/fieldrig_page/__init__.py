@@ -1,0 +1,1 @@
+"""The page of a rig in a browser: its picture, fronts, values, traffic, scope and faults."""
