@@ -5,9 +5,9 @@ import contextlib
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Iterable
-from typing import Annotated, Any, cast
+from typing import Any, cast
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from fieldrig.bus import Hub, Port
 from fieldrig.errors import BusError
@@ -16,24 +16,11 @@ from fieldrig.loop.pace import Pace
 from fieldrig.outside.addresses import bind_remedy, split_address
 from fieldrig.outside.limits import Door, Limits
 from fieldrig.outside.portions import MOST_AT_ONCE, Hold, Portions
-from fieldrig.settings import Settings
+from fieldrig.settings import Address, Settings
 from fieldrig_bus.browsers import FirstLine
 
 MOST_UNREAD = 256 * 1024
 """Bytes kept for a client that does not read; data beyond that is lost to it."""
-
-
-def _checked(address: str) -> str:
-    split_address(address)
-    return address
-
-
-Address = Annotated[
-    str,
-    AfterValidator(_checked),
-    Field(description="host:port, such as 127.0.0.1:5020"),
-]
-"""`host:port` in settings; `split_address` splits it."""
 
 
 class HubSettings(Settings):

@@ -10,10 +10,24 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, ValidationInfo
 
 from fieldrig.errors import Mistake
+from fieldrig.outside.addresses import split_address
 from fieldrig.system.own_files import checked_path
 
 RunPath = Annotated[str, Field(min_length=1), AfterValidator(checked_path)]
 """A path of a rig file that stays in its run folder."""
+
+
+def _checked(address: str) -> str:
+    split_address(address)
+    return address
+
+
+Address = Annotated[
+    str,
+    AfterValidator(_checked),
+    Field(description="host:port, such as 127.0.0.1:5020"),
+]
+"""`host:port` in settings; `split_address` splits it."""
 
 
 class WrongKey(NamedTuple):

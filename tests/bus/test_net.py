@@ -10,11 +10,11 @@ from pydantic import ValidationError
 from fieldrig.clock import VirtualClock
 from fieldrig.errors import BusError
 from fieldrig.outside.portions import MOST_AT_ONCE
-from fieldrig.settings import Settings
+from fieldrig.settings import Address, Settings
 from fieldrig.testing import RecordedLink
 from fieldrig_bus.can.hub import CanHubSettings
 from fieldrig_bus.modbus.tcp import ModbusTcpSettings
-from fieldrig_bus.net import Address, Connection, TcpServer, join_as_client
+from fieldrig_bus.net import Connection, TcpServer, join_as_client
 from fieldrig_bus.serial.bus import SerialHubSettings
 from fieldrig_bus.wires import WiresHubSettings
 

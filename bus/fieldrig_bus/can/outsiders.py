@@ -13,9 +13,8 @@ from pydantic import Field, model_validator
 from fieldrig.bus import Port
 from fieldrig.device import Tool, WayIn
 from fieldrig.outside.addresses import split_address
-from fieldrig.settings import RunPath, Settings
+from fieldrig.settings import Address, RunPath, Settings
 from fieldrig_bus.can.model_bus import CanModelBus, CanSettings
-from fieldrig_bus.net import Address
 
 # The Lawicel commands S0 to S8 by bit rate, as option -s of slcand takes them.
 LAWICEL_SPEED = {

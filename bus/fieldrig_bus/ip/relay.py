@@ -15,6 +15,7 @@ from pydantic import Field
 
 from fieldrig.bus import Hub, ModelBus, Port, Time, words_of
 from fieldrig.outside.addresses import split_address
+from fieldrig.settings import Address
 from fieldrig_bus.ip import codec
 from fieldrig_bus.ip.channel import Channel
 from fieldrig_bus.ip.channels import Channels
@@ -38,7 +39,7 @@ from fieldrig_bus.ip.message import (
 )
 from fieldrig_bus.ip.model import RelayModel
 from fieldrig_bus.ip.tunnel import Tunnelled, held_connections
-from fieldrig_bus.net import Address, HubSettings, ServingPort, TcpServer, cancel
+from fieldrig_bus.net import HubSettings, ServingPort, TcpServer, cancel
 
 log = logging.getLogger(__name__)
 

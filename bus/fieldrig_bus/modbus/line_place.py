@@ -7,12 +7,12 @@ from pydantic import Field, model_validator
 
 from fieldrig.bus import Hub
 from fieldrig.link import Link
-from fieldrig.settings import RunPath
+from fieldrig.settings import Address, RunPath
 from fieldrig_bus.modbus.faults import LineFault
 from fieldrig_bus.modbus.kind import FAULTS, CharacterSettings
 from fieldrig_bus.modbus.outside import ServerAddress, UnitId
 from fieldrig_bus.modbus.routing import SERVER
-from fieldrig_bus.net import Address, HubSettings
+from fieldrig_bus.net import HubSettings
 
 
 class Session(Protocol):

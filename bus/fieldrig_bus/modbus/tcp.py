@@ -27,6 +27,7 @@ from fieldrig.clock import Alarm, S
 from fieldrig.device import WayIn
 from fieldrig.link import Link
 from fieldrig.outside.addresses import split_address
+from fieldrig.settings import Address
 from fieldrig_bus.modbus.faults import TCP_MODELS, TcpFault
 from fieldrig_bus.modbus.framing_mbap import HEADER, MbapFramer
 from fieldrig_bus.modbus.kind import FAULTS, ModbusBus
@@ -34,7 +35,7 @@ from fieldrig_bus.modbus.message import ClientConnected, DamagedAnswer, ModbusRe
 from fieldrig_bus.modbus.model import ModbusModel
 from fieldrig_bus.modbus.outside import Servers, by_address, listens_at, ports_of
 from fieldrig_bus.modbus.sockets import Master, MastersPort
-from fieldrig_bus.net import Address, HubSettings
+from fieldrig_bus.net import HubSettings
 
 log = logging.getLogger(__name__)
 

@@ -13,7 +13,7 @@ from fieldrig.bus import BusModel, Hub, Port, Time
 from fieldrig.clock import MS
 from fieldrig.device import WayIn
 from fieldrig.link import Link
-from fieldrig.settings import RunPath
+from fieldrig.settings import Address, RunPath
 from fieldrig_bus.modbus.faults import MODELS, ModbusFault
 from fieldrig_bus.modbus.framing import LineTiming, Mode
 from fieldrig_bus.modbus.framing_ascii import AsciiFramer
@@ -26,7 +26,6 @@ from fieldrig_bus.modbus.line_session import LineSession
 from fieldrig_bus.modbus.model import ModbusModel
 from fieldrig_bus.modbus.outside import UnitId
 from fieldrig_bus.modbus.tcp import ModbusTcpSettings, TcpPort
-from fieldrig_bus.net import Address
 from fieldrig_bus.serial.message import Format
 
 

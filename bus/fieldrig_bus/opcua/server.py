@@ -22,9 +22,9 @@ from fieldrig.device import Tool, WayIn, python_line
 from fieldrig.errors import BusError
 from fieldrig.outside.addresses import is_loopback, split_address
 from fieldrig.outside.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_token, token
-from fieldrig.settings import WrongKey
+from fieldrig.settings import Address, WrongKey
 from fieldrig.text.nearest import closest
-from fieldrig_bus.net import Address, HubSettings, ServingPort, TcpServer
+from fieldrig_bus.net import HubSettings, ServingPort, TcpServer
 from fieldrig_bus.opcua import codec, traced
 from fieldrig_bus.opcua.address_space import AddressSpace
 from fieldrig_bus.opcua.certificate import make_certificate

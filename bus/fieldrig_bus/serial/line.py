@@ -13,8 +13,7 @@ from pydantic import Field
 
 from fieldrig.bus import Port, Time
 from fieldrig.device import WayIn
-from fieldrig.settings import RunPath
-from fieldrig_bus.net import Address
+from fieldrig.settings import Address, RunPath
 from fieldrig_bus.serial.bus import SerialBus, SerialHubSettings, SerialSettings
 from fieldrig_bus.serial.program import ProgramPort
 from fieldrig_bus.serial.pty import PtyPort, SerialPtySettings

@@ -11,7 +11,8 @@ from pydantic import Field
 
 from fieldrig.bus import Hub, Port
 from fieldrig.device import Tool, WayIn
-from fieldrig_bus.net import Address, Connection, ServingPort, TcpServer, join_as_client
+from fieldrig.settings import Address
+from fieldrig_bus.net import Connection, ServingPort, TcpServer, join_as_client
 from fieldrig_bus.serial.bus import SerialBus, SerialHubSettings
 from fieldrig_bus.serial.com_port import ComPort
 from fieldrig_bus.serial.end import LineEnd

@@ -16,7 +16,8 @@ from pydantic import Field, model_validator
 
 from fieldrig.bus import ModelBus, Port, Time, words_of
 from fieldrig.device import Tool, WayIn
-from fieldrig_bus.net import Address, HubSettings
+from fieldrig.settings import Address
+from fieldrig_bus.net import HubSettings
 from fieldrig_bus.tcp import codec
 from fieldrig_bus.tcp.faults import MODELS, TcpEffects, TcpServiceFault
 from fieldrig_bus.tcp.listeners import TcpPort

@@ -9,8 +9,8 @@ from pydantic import Field, model_validator
 from fieldrig.bus import Port, Time
 from fieldrig.device import Tool, WayIn
 from fieldrig.outside.addresses import split_address
-from fieldrig.settings import Settings
-from fieldrig_bus.net import Address, HubSettings
+from fieldrig.settings import Address, Settings
+from fieldrig_bus.net import HubSettings
 from fieldrig_bus.telephone.bus import Number, TelephoneBus, TelephoneSettings, check_apart
 from fieldrig_bus.telephone.ports import IncomingPort, OutgoingPort
 

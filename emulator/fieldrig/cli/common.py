@@ -14,9 +14,9 @@ from typing import Annotated, Any, Final
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.clock import MS, US, S
 from fieldrig.errors import UsageError
 from fieldrig.outside.addresses import ENDPOINT_VARIABLE
+from fieldrig.text import durations
 from fieldrig.text.nearest import nearest_file
 
 CONTEXT: Final[Mapping[str, Any]] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
@@ -45,8 +45,6 @@ Count = Annotated[
     int | None,
     typer.Option("--count", "-n", metavar="N", min=1, help="Stop after N lines or messages.", show_default=False),
 ]
-
-UNITS_NS: Final = {"ns": 1, "us": US, "ms": MS, "s": S, "min": 60 * S}
 
 
 def command_group() -> typer.Typer:
@@ -80,14 +78,8 @@ RigFile = Annotated[Path, argument("FILE", "The rig file.", completion.rig_file)
 
 def duration_ns(text: str) -> int:
     """Return a duration such as `10ms`, `1.5s` or `2min` in nanoseconds.  typer.BadParameter for anything else."""
-    digits = text.rstrip("abcdefghijklmnopqrstuvwxyz")
-    try:
-        ns = round(float(digits) * UNITS_NS[text[len(digits) :]])
-    except (KeyError, ValueError, OverflowError):
-        ns = -1
-    if ns < 0:
-        raise typer.BadParameter(f"{text!r} is not a duration; expected a number with a unit, such as 10ms or 1.5s")
-    return ns
+    with wrong_usage():
+        return durations.duration_ns(text)
 
 
 def assignment(word: str, example: str) -> tuple[str, str]:

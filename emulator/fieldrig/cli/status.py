@@ -40,6 +40,7 @@ def status(
         fieldrig status --ready io && echo ready     for scripts and health checks
     """
     from fieldrig.control.messages import Client
+    from fieldrig.control.rig_status import joined
 
     with Client(endpoint) as client:
         rig = client.ask("rig/status")
@@ -47,10 +48,11 @@ def status(
             _check_name(rig, ready)
             raise typer.Exit(Exit.OK if _is_ready(rig, ready) else Exit.NOT_READY)
         details = client.ask_all("process/*/status", timeout_s=HUNG_S)
+    rig = joined(rig, details)
     if as_json:
-        echo_json(_joined(rig, details))
+        echo_json(rig)
     else:
-        _show(rig, details)
+        _show(rig)
 
 
 def _check_name(rig: dict[str, Any], name: str) -> None:
@@ -73,28 +75,7 @@ def _is_ready(rig: dict[str, Any], name: str) -> bool:
     )
 
 
-def _joined(rig: dict[str, Any], details: dict[str, Any]) -> dict[str, Any]:
-    for name, detail in details.items():
-        process = rig["processes"].setdefault(name, {"state": detail["state"], "pid": detail["pid"], "restarts": 0})
-        process.update(
-            {
-                key: detail[key]
-                for key in ("memory_mb", "own_mb", "cpu_s", "uptime_s", "timers", "late", "troubles")
-                if key in detail
-            }
-        )
-        if limits := detail.get("limits"):
-            rig.setdefault("limits", {})[name] = limits
-        for bus, statistics in detail["buses"].items():
-            rig["buses"].setdefault(bus, {})["statistics"] = statistics
-        if stores := detail.get("stores"):  # a device that cannot store works on, but keeps nothing new
-            rig.setdefault("stores", {}).update(stores)
-            rig["state"] = "degraded" if rig["state"] == "ready" else rig["state"]
-    return rig
-
-
-def _show(rig: dict[str, Any], details: dict[str, Any]) -> None:
-    rig = _joined(rig, details)
+def _show(rig: dict[str, Any]) -> None:
     time = f", at {rig['now_ns'] / 1e9:.6f} s of its time" if rig["time"] == "virtual" else ""
     typer.echo(f"{rig['rig']}: {rig['state']}, up for {_duration(rig['uptime_s'])}, time: {rig['time']}{time}")
     typer.echo(rig["file"])

@@ -7,7 +7,8 @@ from pydantic import Field, ValidationError
 
 from fieldrig.bus import Time
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT, ENDPOINT
-from fieldrig.settings import Settings
+from fieldrig.outside.page_seat import DEFAULT_PAGE
+from fieldrig.settings import Address, Settings
 
 S = TypeVar("S", bound=Settings)
 
@@ -18,6 +19,17 @@ SECTIONS = ("buses", "devices", "extends")
 Name = Annotated[str, Field(pattern=NAME, examples=["rack-1"])]
 OnExit = Literal["restart", "stop", "ignore"]
 Names = str | list[str]
+
+
+class PageKeys(Settings):
+    """The keys of the page of a rig."""
+
+    listen: Address | None = Field(
+        default=None, description=f"host:port; without it {DEFAULT_PAGE}, or any free port if that is taken"
+    )
+    hosts: list[Address] = Field(
+        default_factory=list, description="further names under which browsers reach it, as host:port"
+    )
 
 
 class RigKeys(Settings):
@@ -42,6 +54,9 @@ class RigKeys(Settings):
     )
     run: str | None = Field(
         None, min_length=1, description="folder for sockets, ptys, logs and memories; without it run/NAME"
+    )
+    ui: PageKeys | Literal[False] = Field(
+        default_factory=lambda: PageKeys(), description="the page of the rig in a browser; false: none"
     )
     start_timeout_s: float = Field(10.0, gt=0, description="how long a process may make no progress while it starts")
 

@@ -24,7 +24,7 @@ from fieldrig.config import kinds
 from fieldrig.config.conflicts import conflicts
 from fieldrig.config.entries import BusEntry, DeviceEntry
 from fieldrig.config.homes import homes, linked, names_of_part, rules_of, unmatched
-from fieldrig.config.keys import NAME, SECTIONS, BusKeys, DeviceKeys, RigKeys, as_tuple, right_part
+from fieldrig.config.keys import NAME, SECTIONS, BusKeys, DeviceKeys, PageKeys, RigKeys, as_tuple, right_part
 from fieldrig.config.links import wrong_links
 from fieldrig.config.settings_file import validated
 from fieldrig.config.source import TYPED, gather
@@ -56,6 +56,8 @@ class RigConfig:
     control: str
     run: Path
     start_timeout_s: float
+    ui: PageKeys | None
+    """The page of the rig; None if it has none."""
     buses: dict[str, BusEntry]
     devices: dict[str, DeviceEntry]
 
@@ -195,6 +197,7 @@ class _Loader:
             control=keys.control,
             run=_run_folder(keys, self._path),
             start_timeout_s=keys.start_timeout_s,
+            ui=keys.ui or None,
             buses=buses,
             devices=devices,
         )

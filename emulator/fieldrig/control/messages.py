@@ -105,8 +105,8 @@ class Control:
         """Publish a message for all listeners."""
         self.session.put(key(self.rig, path), json.dumps(message))
 
-    def listen_to(self, path: str, handler: Callable[[str, Any], None]) -> None:
-        """Call `handler(last key part, message)` for every published message."""
+    def listen_to(self, path: str, handler: Callable[[str, Any], None]) -> Callable[[], None]:
+        """Call `handler(last key part, message)` for every published message.  Return what ends it."""
 
         def on_sample(sample: zenoh.Sample) -> None:
             try:
@@ -116,7 +116,26 @@ class Control:
             else:
                 self._hand_over_message(handler, _last_part(sample.key_expr), message)
 
-        self._keep(self.session.declare_subscriber(key(self.rig, path), _directly(on_sample)))
+        return self._subscribe(path, on_sample)
+
+    def listen_to_bytes(self, path: str, handler: Callable[[str, bytes], None]) -> Callable[[], None]:
+        """Do the same with what is published in binary, as it is."""
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            self._hand_over_message(handler, _last_part(sample.key_expr), sample.payload.to_bytes())
+
+        return self._subscribe(path, on_sample)
+
+    def _subscribe(self, path: str, on_sample: Callable[[zenoh.Sample], None]) -> Callable[[], None]:
+        subscriber: Any = self.session.declare_subscriber(key(self.rig, path), _directly(on_sample))
+        self._keep(subscriber)
+
+        def end() -> None:
+            if subscriber in self._kept:
+                self._kept.remove(subscriber)
+                subscriber.undeclare()
+
+        return end
 
     def show_life(self, path: str) -> None:
         """Announce presence at `path` for as long as this process lives."""

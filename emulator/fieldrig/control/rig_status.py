@@ -30,3 +30,24 @@ def rig_status(
         "buses": {name: {"kind": entry.kind} for name, entry in config.buses.items()},
         "devices": {name: {"kind": entry.kind, "process": process_of(entry)} for name, entry in config.devices.items()},
     }
+
+
+def joined(rig: dict[str, Any], details: dict[str, Any]) -> dict[str, Any]:
+    """Return what `fieldrig status --json` shows: the answer of the rig with those of its processes."""
+    for name, detail in details.items():
+        process = rig["processes"].setdefault(name, {"state": detail["state"], "pid": detail["pid"], "restarts": 0})
+        process.update(
+            {
+                key: detail[key]
+                for key in ("memory_mb", "own_mb", "cpu_s", "uptime_s", "timers", "late", "troubles")
+                if key in detail
+            }
+        )
+        if limits := detail.get("limits"):
+            rig.setdefault("limits", {})[name] = limits
+        for bus, statistics in detail["buses"].items():
+            rig["buses"].setdefault(bus, {})["statistics"] = statistics
+        if stores := detail.get("stores"):  # a device that cannot store works on, but keeps nothing new
+            rig.setdefault("stores", {}).update(stores)
+            rig["state"] = "degraded" if rig["state"] == "ready" else rig["state"]
+    return rig

@@ -1,0 +1,4 @@
+from fieldrig_page.process import main
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,79 @@
+"""The HTTP API of the rig as a whole: what runs, and pause, run, step, stop and restart."""
+
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from fieldrig.control.rig_status import joined
+from fieldrig.text.durations import duration_ns
+from fieldrig_page.api import Call, Operation
+from fieldrig_page.rig_link import RigLink
+
+
+class Speed(BaseModel):
+    """The speed of virtual time."""
+
+    model_config = ConfigDict(extra="forbid")
+    speed: Annotated[float, Field(gt=0)] | Literal["max"] | None = Field(
+        None, description="virtual seconds per second, or max; without it the rig goes on at its last speed"
+    )
+
+
+class Step(BaseModel):
+    """A step of virtual time."""
+
+    model_config = ConfigDict(extra="forbid")
+    duration: str = Field(alias="for", description="how long to run, such as 10 ms", examples=["10 ms"])
+
+
+class Time(BaseModel):
+    """The state of virtual time."""
+
+    now_ns: int = Field(description="the rig's time in nanoseconds")
+    is_paused: bool
+
+
+def operations(link: RigLink) -> Iterator[Operation]:
+    """Yield the operations of the rig as a whole."""
+
+    async def status(_call: Call) -> dict[str, Any]:
+        return joined(await link.ask("rig/status"), await link.ask_all("process/*/status"))
+
+    async def pause(_call: Call) -> Any:
+        return await link.ask("rig/pause")
+
+    async def run(call: Call) -> Any:
+        speed: Speed = call.body
+        if "speed" not in speed.model_fields_set:
+            return await link.ask("rig/run")
+        return await link.ask("rig/run", {"speed": None if speed.speed == "max" else speed.speed})
+
+    async def step(call: Call) -> Any:
+        duration: Step = call.body
+        return await link.ask("rig/step", {"ns": duration_ns(duration.duration)}, LONGEST_STEP_S)
+
+    async def stop(_call: Call) -> dict[str, Any]:
+        await link.ask("rig/stop")
+        return {}
+
+    async def restart(call: Call) -> dict[str, Any]:
+        await link.ask("rig/restart", {"name": call.path["name"]})
+        return {}
+
+    yield Operation("GET", "status", "Return what runs, as `fieldrig status --json` does.", status)
+    yield Operation("POST", "rig/pause", "Pause virtual time.", pause, gives=Time)
+    yield Operation("POST", "rig/run", "Let virtual time run, at a speed if one is given.", run, Speed, Time)
+    yield Operation("POST", "rig/step", "Let virtual time run for a duration, then pause.", step, Step, Time)
+    yield Operation("POST", "rig/stop", "Stop the rig, and with it this page.", stop)
+    yield Operation(
+        "POST",
+        "restart/{name}",
+        "Restart a process, or that of a device or bus: a power cycle for its devices.",
+        restart,
+        parameters={"name": "name of a process, device or bus"},
+    )
+
+
+LONGEST_STEP_S = 600.0
+"""Time limit of a step, in seconds of the host."""

@@ -1,0 +1,93 @@
+// The shell of the page: its head, the ways to its views, and the view that the address names.
+import { html, render } from 'htm/preact';
+import { useEffect, useState } from 'preact/hooks';
+import { live, role, useLive, useWish } from './live.js';
+
+// Each view is a module with `export function View({rig, path, role})`; `path` is what follows its hash.  One that needs
+// a name, such as `#/device/NAME`, is hidden from the navigation.
+const VIEWS = [
+  { title: 'Processes', hash: 'processes', load: () => import('./processes.js') },
+];
+// What `#/` shows.
+const FIRST = VIEWS[0];
+
+const STATES = {
+  connecting: 'connecting',
+  away: 'page server away, trying again',
+  refused: 'this address is no longer good: open the one that fieldrig up has printed',
+};
+
+function App() {
+  const state = useLive('state', (_, message) => message.state, live.state);
+  const rig = useLive('rig', (_, message) => message, {});
+  const [name, path] = useHash();
+  const view = VIEWS.find((one) => one.hash === name) ?? FIRST;
+  const greeting = live.greeting;
+  useWish('rig', true);
+  useEffect(() => { document.title = greeting ? `${greeting.rig} · ${view.title}` : 'fieldrig'; }, [greeting, view]);
+  if (greeting === null) return html`<main class="alone"><p role="status">${STATES[state]} ...</p></main>`;
+  const whole = { ...greeting, ...rig };
+  return html`
+    <a class="skip" href="#main" onClick=${focusMain}>to the content</a>
+    <header>
+      <a class="mark" href="#/" aria-label=${`${greeting.rig}, to the first view`}><${Mark} /><h1>${greeting.rig}</h1></a>
+      <${Pill} state=${state} rig=${rig} />
+      <nav aria-label="views">${VIEWS.filter((one) => !one.isHidden).map((one) => html`
+        <a href=${`#/${one === FIRST ? '' : one.hash}`} aria-current=${one === view ? 'page' : null}>${one.title}</a>`)}</nav>
+      <p class="facts">${facts(whole)}</p>
+    </header>
+    <main id="main" tabindex="-1"><${Loaded} key=${view.hash} view=${view} rig=${whole} path=${path} /></main>`;
+}
+
+function Mark() {
+  return html`<svg viewBox="0 0 24 24" aria-hidden="true"><path d="M2 17h5l3-10 4 12 3-8h5" /></svg>`;
+}
+
+function Pill({ state, rig }) {
+  const word = state === 'open' ? rig.state ?? 'asking' : STATES[state];
+  const look = state !== 'open' || rig.state === 'away' ? 'down' : { ready: 'ok', paused: 'late', degraded: 'down' }[rig.state] ?? 'late';
+  return html`<p class=${`pill ${look}`} role="status">${word}</p>`;
+}
+
+function facts(rig) {
+  const parts = [`${rig.time} time`];
+  if (rig.now_ns !== undefined) parts.push(`at ${(rig.now_ns / 1e9).toFixed(1)} s`);
+  if (rig.uptime_s !== undefined) parts.push(`up ${duration(rig.uptime_s)}`);
+  parts.push(role === 'look' ? 'looking only' : 'operating');
+  return parts.join(', ');
+}
+
+function duration(seconds) {
+  const whole = Math.floor(seconds);
+  if (whole < 60) return `${whole} s`;
+  return whole < 3600 ? `${Math.floor(whole / 60)} min` : `${Math.floor(whole / 3600)} h ${Math.floor((whole % 3600) / 60)} min`;
+}
+
+// The view itself once its module is there; another view is another component, which begins anew.
+function Loaded({ view, rig, path }) {
+  const [module, setModule] = useState(null);
+  const [trouble, setTrouble] = useState('');
+  useEffect(() => { view.load().then(setModule, (cause) => setTrouble(cause.message)); }, []);
+  if (trouble) return html`<p class="refusal" role="alert">${view.title} cannot be shown: ${trouble}</p>`;
+  return module && html`<${module.View} rig=${rig} path=${path} role=${role} />`;
+}
+
+// The address after the hash: `#/device/tank` is ["device", "tank"].
+function useHash() {
+  const read = () => location.hash.replace(/^#\/?/, '').split('/').map(decodeURIComponent);
+  const [parts, setParts] = useState(read);
+  useEffect(() => {
+    const take = () => { if (location.hash.startsWith('#/') || location.hash === '') setParts(read()); };
+    addEventListener('hashchange', take);
+    return () => removeEventListener('hashchange', take);
+  }, []);
+  return [parts[0], parts.slice(1).join('/')];
+}
+
+function focusMain(event) {
+  event.preventDefault();
+  document.getElementById('main').focus();
+}
+
+live.open();
+render(html`<${App} />`, document.getElementById('app'));

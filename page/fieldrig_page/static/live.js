@@ -1,0 +1,128 @@
+// The connection to the page's server: what this page wants to see, what comes of it, and calls of the HTTP API.
+// It reconnects by itself and asks again for everything that is wanted; the first frame of each topic is whole.
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { decode, encode } from './wire.js';
+
+const FIRST_PAUSE_MS = 250;
+const LONGEST_PAUSE_MS = 4000;
+
+export let role = 'look';
+
+class Live {
+  state = 'connecting'; // connecting, open, away (the server is), refused (the token is no longer good)
+  greeting = null;
+  #handlers = new Map();
+  #wishes = new Map();
+  #socket = null;
+  #pause = FIRST_PAUSE_MS;
+
+  // Calls `handler(message)` for each message of a type, which is the name of its topic, or "state".
+  on(type, handler) {
+    if (!this.#handlers.has(type)) this.#handlers.set(type, new Set());
+    this.#handlers.get(type).add(handler);
+    return () => this.#handlers.get(type).delete(handler);
+  }
+
+  // Shows a topic from now on; null: nothing more.
+  want(topic, wish) {
+    if (wish === null) this.#wishes.delete(topic);
+    else this.#wishes.set(topic, wish);
+    if (this.state === 'open') this.#send({ t: 'want', topic, wish });
+  }
+
+  open() {
+    const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
+    const socket = new WebSocket(`${scheme}://${location.host}/live`);
+    this.#socket = socket;
+    socket.binaryType = 'arraybuffer';
+    socket.onmessage = (event) => this.#take(event.data);
+    socket.onclose = () => this.#onClose();
+  }
+
+  #take(data) {
+    const [number, ...messages] = decode(data);
+    for (const message of messages) {
+      if (message.t === 'hello') this.#greet(message);
+      else this.#tell(message.t, message);
+    }
+    this.#send({ t: 'seen', number });
+  }
+
+  #greet(hello) {
+    if (this.greeting !== null && this.greeting.build !== hello.build) location.reload();
+    this.greeting = hello;
+    role = hello.role;
+    this.#pause = FIRST_PAUSE_MS;
+    this.#become('open');
+    for (const [topic, wish] of this.#wishes) this.#send({ t: 'want', topic, wish });
+  }
+
+  async #onClose() {
+    this.#become((await isRefused()) ? 'refused' : 'away');
+    setTimeout(() => this.open(), this.#pause);
+    this.#pause = Math.min(2 * this.#pause, LONGEST_PAUSE_MS);
+  }
+
+  #become(state) {
+    this.state = state;
+    this.#tell('state', { t: 'state', state });
+  }
+
+  #tell(type, message) {
+    for (const handler of this.#handlers.get(type) ?? []) handler(message);
+  }
+
+  #send(message) {
+    if (this.#socket.readyState === WebSocket.OPEN) this.#socket.send(encode(message));
+  }
+}
+
+async function isRefused() {
+  try {
+    return (await fetch('/api/v1/openapi.json', { method: 'HEAD' })).status === 401;
+  } catch {
+    return false; // no server, so it refuses nothing
+  }
+}
+
+export const live = new Live();
+
+// A value that each message of a type changes: `reduce(value, message)`.
+export function useLive(type, reduce, initial) {
+  const [value, setValue] = useState(initial);
+  const latest = useRef(reduce);
+  latest.current = reduce;
+  useEffect(() => live.on(type, (message) => setValue((before) => latest.current(before, message))), [type]);
+  return value;
+}
+
+// Wants a topic for as long as the component is shown.
+export function useWish(topic, wish) {
+  useEffect(() => {
+    live.want(topic, wish);
+    return () => live.want(topic, null);
+  }, [topic, JSON.stringify(wish)]);
+}
+
+export class Refusal extends Error {
+  constructor(status, what, remedy) {
+    super(what);
+    Object.assign(this, { status, what, remedy });
+  }
+}
+
+// A call of the HTTP API, such as api('PUT', 'devices/tank/points/level', {value: 1.25}).  Throws a Refusal.
+export async function api(method, path, body) {
+  const options = { method };
+  if (body !== undefined) Object.assign(options, { body: JSON.stringify(body), headers: { 'content-type': 'application/json' } });
+  let answer;
+  try {
+    answer = await fetch(`/api/v1/${path}`, options);
+  } catch {
+    throw new Refusal(0, 'the page’s server does not answer', 'the page connects again by itself; or start the rig again');
+  }
+  const type = answer.headers.get('content-type') ?? '';
+  const given = type.startsWith('application/json') ? await answer.json() : { what: await answer.text(), remedy: '' };
+  if (!answer.ok) throw new Refusal(answer.status, given.what, given.remedy);
+  return given;
+}

@@ -1,0 +1,41 @@
+// The processes of the rig: their states and figures, and a restart of each.
+import { html } from 'htm/preact';
+import { useState } from 'preact/hooks';
+import { api } from './live.js';
+
+export function View({ rig, role }) {
+  const [refusal, setRefusal] = useState(null);
+  const processes = Object.entries(rig.processes ?? {});
+  const restart = async (name) => {
+    try {
+      await api('POST', `restart/${name}`);
+      setRefusal(null);
+    } catch (cause) {
+      setRefusal(cause);
+    }
+  };
+  return html`<section aria-labelledby="processes">
+    <h2 id="processes">Processes</h2>
+    ${refusal && html`<p class="refusal" role="alert">${refusal.what}${refusal.remedy && `; ${refusal.remedy}`}</p>`}
+    <div class="wide" tabindex="0" role="region" aria-label="table of the processes"><table>
+      <thead><tr><th>process</th><th>state</th><th>restarts</th><th>MB</th><th>CPU s</th><th>late at most</th><th>runs</th>
+        ${role === 'operate' && html`<th>do</th>`}</tr></thead>
+      <tbody>${processes.map(([name, process]) => html`<tr key=${name}>
+        <th scope="row">${name}</th>
+        <td><span class=${`pill ${look(process)}`}>${process.state}</span></td>
+        <td class="number">${process.restarts ?? ''}</td>
+        <td class="number">${process.memory_mb ?? ''}</td>
+        <td class="number">${process.cpu_s ?? ''}</td>
+        <td class="number">${process.late ? `${process.late.worst_ms.toFixed(1)} ms` : ''}</td>
+        <td>${[...(process.buses ?? []), ...(process.devices ?? [])].join(', ')}</td>
+        ${role === 'operate' && html`<td>${process.restarts !== undefined && html`
+          <button onClick=${() => restart(name)} aria-label=${`Restart ${name}`}>Restart</button>`}</td>`}
+      </tr>`)}</tbody>
+    </table></div>
+  </section>`;
+}
+
+function look(process) {
+  if (process.state === 'ready') return process.late?.words ? 'late' : 'ok';
+  return process.state === 'dead' || process.state === 'gone' ? 'down' : 'late';
+}
