@@ -1,6 +1,8 @@
 """Questions that only one kind of device understands, in one process and in two, and through the control service."""
 
 import asyncio
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -8,8 +10,10 @@ import pytest
 
 from fieldrig.clock import MS
 from fieldrig.config.rig_file import from_dict
-from fieldrig.control.device_questions import answers
+from fieldrig.control.device_questions import RealPoints, Source, answers
+from fieldrig.device import Device, Point
 from fieldrig.errors import ControlError
+from fieldrig.loop.real_clock import RealClock
 from fieldrig.virtual.rig import Rig
 from fieldrig.virtual.service import VirtualPoints
 
@@ -51,3 +55,61 @@ def test_the_control_service_passes_on_what_it_does_not_know_itself() -> None:
             asyncio.run(answer("dance", None))
         with pytest.raises(ControlError, match="a device cannot get"):
             asyncio.run(answer("get", 5))
+
+
+class Many(Device):
+    """A device that makes its points anew whenever it is asked, as authors of small devices do."""
+
+    def __init__(self) -> None:
+        self.values, self.asked = [0] * 40, 0
+
+    def points(self) -> Mapping[str, Point]:
+        self.asked += 1
+        points = {f"v{place}": self._point(place) for place in range(len(self.values))}
+        return points | {"asked": Point(lambda: self.asked)}
+
+    def _point(self, place: int) -> Point:
+        return Point(lambda: self.values[place], lambda value: self.values.__setitem__(place, int(value)), "m")
+
+
+@contextmanager
+def in_real_time() -> Iterator[Source]:
+    loop = asyncio.new_event_loop()
+    clock = RealClock(loop)
+    try:
+        yield RealPoints("many", Many(), clock, lambda: "")
+    finally:
+        clock.close()
+        loop.close()
+
+
+@contextmanager
+def in_virtual_time() -> Iterator[Source]:
+    with Rig(from_dict({"time": "virtual", "devices": {"many": {"kind": "test_device_questions:Many"}}}, HERE)) as rig:
+        yield VirtualPoints(rig, "many")
+
+
+def answer_of(source: Source, verb: str, message: Any) -> Any:
+    async def ask() -> Any:
+        return await answers(source)(verb, message)
+
+    return asyncio.run(ask())
+
+
+@pytest.mark.parametrize("source", [in_real_time, in_virtual_time])
+@pytest.mark.parametrize("message", [None, {"keys": [f"v{place}" for place in range(40)] + ["asked"]}])
+def test_a_question_for_many_values_asks_the_device_for_its_points_once(
+    source: Callable[[], AbstractContextManager[Source]], message: Any
+) -> None:
+    with source() as points:
+        before = answer_of(points, "get", message)["asked"]
+        values = answer_of(points, "get", message)
+    assert values == {f"v{place}": 0 for place in range(40)} | {"asked": before + 1}
+
+
+@pytest.mark.parametrize("source", [in_real_time, in_virtual_time])
+def test_the_facts_are_the_same_in_both_times(source: Callable[[], AbstractContextManager[Source]]) -> None:
+    with source() as points:
+        facts = answer_of(points, "keys", None)
+        assert facts["v3"] == {"unit": "m", "about": "", "writable": True}
+        assert answer_of(points, "set", {"values": {"v3": 7}}) == {"v3": 7}

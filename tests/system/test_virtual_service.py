@@ -12,6 +12,12 @@ BLINKING = lamp_rig("period_ms: 100, ", "time: virtual\nspeed: 2", "wires.virtua
 def test_time_is_paused_stepped_and_run_on() -> None:
     with RunningRig(BLINKING, KINDS) as rig:
         rig.until_ready()
+        status = rig.status()
+        process = status["processes"]["lab"]
+        assert (process["state"], process["devices"], process["buses"]) == ("ready", ["lamp", "switch"], ["wires"])
+        assert status["devices"]["lamp"]["links"] == {"wires": ["wires"]}
+        assert status["overrides"] == [f"control={rig.endpoint}"]
+        assert rig.tool("status", "--ready", "lab").returncode == 0
         start_ns = rig.json("step", "0s")["now_ns"]
         assert rig.status()["state"] == "paused"
         assert rig.json("step", "1s") == {"now_ns": start_ns + 1_000_000_000, "is_paused": True}

@@ -8,7 +8,7 @@ Left out: analog and logic encoder inputs, firmware download.
 """
 
 from collections.abc import Callable, Collection, Mapping
-from functools import partial
+from functools import cached_property, partial
 from math import tau
 from typing import Any, ClassVar, Final
 
@@ -186,6 +186,10 @@ class Mc4(Device):
     # ---- points
 
     def points(self) -> Mapping[str, Point]:
+        return self._points
+
+    @cached_property
+    def _points(self) -> Mapping[str, Point]:
         assert self._side is not None
         return points_of(
             self.machine, self._side, self._settings.load.gear_ratio, self._plate_text, self._on_inverter_enable

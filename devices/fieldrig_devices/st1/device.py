@@ -8,7 +8,7 @@ Left out: local actions, the keyboard of the ST1 and its serial line, elasticity
 """
 
 from collections.abc import Callable, Collection, Mapping
-from functools import partial
+from functools import cached_property, partial
 from math import tau
 from typing import Any, ClassVar
 
@@ -86,6 +86,10 @@ class St1(Device):
         self._end.send(report)
 
     def points(self) -> Mapping[str, Point]:
+        return self._points
+
+    @cached_property
+    def _points(self) -> Mapping[str, Point]:
         return points_of(self, self._end)
 
     def troubles(self) -> Mapping[str, Value]:

@@ -67,7 +67,7 @@ def _is_ready(rig: dict[str, Any], name: str) -> bool:
     if name == "all":
         return bool(rig["state"] == "ready")
     if rig["time"] == "virtual":
-        return name in rig["devices"] or name in rig["buses"]
+        return name in rig["processes"] or name in rig["devices"] or name in rig["buses"]
     return any(
         process["state"] == "ready"
         for process_name, process in rig["processes"].items()

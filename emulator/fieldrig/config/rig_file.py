@@ -60,6 +60,8 @@ class RigConfig:
     """The page of the rig; None if it has none."""
     buses: dict[str, BusEntry]
     devices: dict[str, DeviceEntry]
+    overrides: tuple[str, ...] = ()
+    """What was given beside the file, such as "buses.can0.bitrate=250000"."""
 
 
 def load(path: str | Path, overrides: Sequence[str] = (), only: Collection[str] | None = None) -> RigConfig:
@@ -75,7 +77,7 @@ def load(path: str | Path, overrides: Sequence[str] = (), only: Collection[str] 
             f"overrides cannot be {shown(overrides)}", 'expected a list of texts, such as ["buses.can0.bitrate=250000"]'
         )
     with _without_searches():
-        return _Loader(gather(Path(path), overrides), Path(path), only).rig()
+        return _Loader(gather(Path(path), overrides), Path(path), only, overrides).rig()
 
 
 @contextmanager
@@ -106,7 +108,7 @@ def look_through(
     path: Path, overrides: Sequence[str] = ()
 ) -> tuple[RigConfig | None, list[DeviceEntry], list[Mistake]]:
     """Return the rig, or None if it has mistakes; its devices without mistakes; and the mistakes."""
-    loader = _Loader(gather(path, overrides), path, None)
+    loader = _Loader(gather(path, overrides), path, None, overrides)
     try:
         with _without_searches():
             config = loader.rig()
@@ -142,8 +144,8 @@ def _order(after: Mapping[str, Collection[str]]) -> tuple[list[str], list[str]]:
 class _Loader:
     """One pass over one rig file that collects its mistakes."""
 
-    def __init__(self, source: Source, path: Path, only: Collection[str] | None) -> None:
-        self._source, self._path, self._only = source, path, only
+    def __init__(self, source: Source, path: Path, only: Collection[str] | None, overrides: Sequence[str] = ()) -> None:
+        self._source, self._path, self._only, self._overrides = source, path, only, tuple(overrides)
         self._mistakes = source.mistakes
         self._time: Time | None = None
         self._buses: dict[str, BusEntry | None] = {}  # None: there, but wrong
@@ -200,6 +202,7 @@ class _Loader:
             ui=keys.ui or None,
             buses=buses,
             devices=devices,
+            overrides=self._overrides,
         )
 
     def _rig_keys(self, data: dict[Any, Any]) -> RigKeys | None:

@@ -3,7 +3,7 @@
 They are about its points (`keys`, `get`, `set`), its faults, and whatever else this kind of device understands.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Protocol
 
 from fieldrig.control.fault_questions import VERBS, answer_of_faults
@@ -15,17 +15,19 @@ from fieldrig.device import Device, Value
 from fieldrig.errors import ControlError, refusals
 from fieldrig.loop.real_clock import RealClock
 from fieldrig.outside.untrusted import items, shown
-from fieldrig.points.access import read_point, write_point
+from fieldrig.points.access import read_points, write_point
+from fieldrig.points.facts import facts_of
 from fieldrig.points.values import fitting
 
 
 class Source(Faulty, Protocol):
-    """A device with points.  `get` and `set` raise ControlError for an unknown key, or a value that is refused."""
+    """A device with points.  `values` and `set` raise ControlError for an unknown key, or a value that is refused."""
 
     def facts(self) -> Mapping[str, Any]:
         """Return the unit and other facts of each point, by key."""
 
-    def get(self, key: str) -> Value: ...
+    def values(self, keys: Iterable[str] | None = None) -> Mapping[str, Value]:
+        """Return the values of these points by key, all of one instant; None stands for all points."""
 
     def set(self, key: str, value: Value) -> None: ...
 
@@ -41,19 +43,16 @@ class RealPoints:
 
     def facts(self) -> Mapping[str, Any]:
         beside = self.look()
-        return {
-            key: {"unit": point.unit, "about": point.about, "writable": point.write is not None}
-            | ({"host": beside[key]} if key in beside else {})
-            for key, point in self._device.points().items()
-        }
+        facts = facts_of(self._device.points())
+        return {key: fact | ({"host": beside[key]} if key in beside else {}) for key, fact in facts.items()}
 
     def look(self) -> Mapping[str, str]:
         """Look at the troubles of the device, and return the words about the host beside each, by key."""
         self._clock.look(self._troubles.look, self._clock.now_ns())
         return self._troubles.words()
 
-    def get(self, key: str) -> Value:
-        return self._clock.look(read_point, self._name, self._device.points(), key)
+    def values(self, keys: Iterable[str] | None = None) -> Mapping[str, Value]:
+        return self._clock.look(lambda: read_points(self._name, self._device.points(), keys))
 
     def set(self, key: str, value: Value) -> None:
         self._clock.handle(write_point, self._name, self._device.points(), key, value)
@@ -101,13 +100,13 @@ def answers(source: Source) -> Answer:
             case "keys", _:
                 return source.facts()
             case "get", None:
-                return {key: source.get(key) for key in source.facts()}
+                return source.values()
             case "get", {"keys": list(keys)}:
-                return {key: source.get(key) for key in items(keys, str, MOST_KEYS, "keys")}
+                return source.values(items(keys, str, MOST_KEYS, "keys"))
             case "set", {"values": dict(values)}:
                 for key, value in values.items():
-                    source.set(key, _taken(key, value, source.get(key)))
-                return {key: source.get(key) for key in values}
+                    source.set(key, _taken(key, value, source.values([key])[key]))
+                return source.values(values)
         if verb in VERBS:
             return answer_of_faults(source, verb, message)
         if verb in ("keys", "get", "set"):

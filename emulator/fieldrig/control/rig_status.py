@@ -28,7 +28,15 @@ def rig_status(
         **({"limits": {"rig": limits}} if limits else {}),
         **({"silent_connections": silent} if silent else {}),
         "buses": {name: {"kind": entry.kind} for name, entry in config.buses.items()},
-        "devices": {name: {"kind": entry.kind, "process": process_of(entry)} for name, entry in config.devices.items()},
+        "overrides": list(config.overrides),
+        "devices": {
+            name: {
+                "kind": entry.kind,
+                "process": process_of(entry),
+                "links": {parameter: list(buses) for parameter, buses in entry.links.items()},
+            }
+            for name, entry in config.devices.items()
+        },
     }
 
 

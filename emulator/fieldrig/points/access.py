@@ -1,6 +1,6 @@
 """Read and write one point of a device, with the nearest name for one that it does not have."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from fieldrig.device import Point, Value
 from fieldrig.errors import ControlError
@@ -11,6 +11,15 @@ from fieldrig.text.nearest import closest
 def read_point(device: str, points: Mapping[str, Point], key: str) -> Value:
     """Return the value of a point.  ControlError, with the nearest key, if the device has no such point."""
     return _point(device, points, key).read()
+
+
+def read_points(device: str, points: Mapping[str, Point], keys: Iterable[str] | None = None) -> dict[str, Value]:
+    """Return the values of several points by their keys; None stands for all of them.
+
+    A device may make its points anew whenever it is asked for them, so a question asks for them once.
+    """
+    wanted = points if keys is None else keys
+    return {key: _point(device, points, key).read() for key in wanted}
 
 
 def write_point(device: str, points: Mapping[str, Point], key: str, value: Value) -> None:

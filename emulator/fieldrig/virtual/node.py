@@ -4,7 +4,7 @@ A step takes an instant and the messages that arrive; its results are the messag
 of its next action.  A node is local, or remote in a process of its own (`remote_node`), with the same result.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from fieldrig.bus import Bus
@@ -15,7 +15,8 @@ from fieldrig.device import Device, Value
 from fieldrig.errors import ControlError, RigError, refusals
 from fieldrig.hub.checked_link import uninteresting, unsendable
 from fieldrig.link import Link
-from fieldrig.points.access import read_point, write_point
+from fieldrig.points.access import read_point, read_points, write_point
+from fieldrig.points.facts import facts_of
 from fieldrig.storage.store import Store
 from fieldrig.text.exception_notes import blame, blamed
 from fieldrig.text.nearest import closest
@@ -38,6 +39,12 @@ class Stepped(NamedTuple):
 class Node(Protocol):
     def keys(self) -> dict[str, str]:
         """Return the keys of the device's points, each with its unit."""
+
+    def facts(self) -> dict[str, dict[str, Any]]:
+        """Return unit, description and other facts of each point, by key."""
+
+    def values(self, now_ns: int, keys: Iterable[str] | None = None) -> dict[str, Value]:
+        """Return the values of these points at `now_ns`; None stands for all.  ControlError for an unknown key."""
 
     def get(self, now_ns: int, key: str) -> Value:
         """Return the value of a point at `now_ns`, up to which everything has happened.
@@ -207,6 +214,15 @@ class LocalNode(EventNode):
 
     def keys(self) -> dict[str, str]:
         return {key: point.unit for key, point in self.device.points().items()}
+
+    def facts(self) -> dict[str, dict[str, Any]]:
+        return facts_of(self.device.points())
+
+    def values(self, now_ns: int, keys: Iterable[str] | None = None) -> dict[str, Value]:
+        self._check_on()
+        self._look_at(now_ns)
+        with blamed(self.name, now_ns):
+            return read_points(self.name, self.device.points(), keys)
 
     def get(self, now_ns: int, key: str) -> Value:
         self._check_on()

@@ -5,7 +5,7 @@ Parent and child talk over a private pipe; messages cross it as their bus encode
 
 import multiprocessing
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -51,6 +51,12 @@ class RemoteNode:
 
     def keys(self) -> dict[str, str]:
         return dict(self._ask("keys"))
+
+    def facts(self) -> dict[str, dict[str, Any]]:
+        return dict(self._ask("facts"))
+
+    def values(self, now_ns: int, keys: Iterable[str] | None = None) -> dict[str, Value]:
+        return dict(self._ask("values", now_ns, None if keys is None else list(keys)))
 
     def get(self, now_ns: int, key: str) -> Value:
         value: Value = self._ask("get", now_ns, key)
@@ -138,6 +144,8 @@ def _serve(pipe: Connection, entry: DeviceEntry, seed: int, store: Store, buses:
 
     verbs: dict[str, Callable[..., Any]] = {
         "keys": node.keys,
+        "facts": node.facts,
+        "values": node.values,
         "get": node.get,
         "set": node.set,
         "answer": node.answer,

@@ -191,6 +191,14 @@ class Rig:
         """Return the keys of a device's points, each with its unit."""
         return self._node(device).keys()
 
+    def facts(self, device: str) -> dict[str, dict[str, Any]]:
+        """Return unit, description and other facts of each point of a device, by key."""
+        return self._node(device).facts()
+
+    def values(self, device: str, keys: Iterable[str] | None = None) -> dict[str, Value]:
+        """Return the values of these points of a device at the present instant; None stands for all of them."""
+        return self._node(device).values(self.now_ns, keys)
+
     def get(self, point: str, key: str | None = None) -> Value:
         """Return the value of a point at the present instant: `get("tank/level")`, or `get("tank", "level")`.
 

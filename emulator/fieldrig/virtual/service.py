@@ -4,8 +4,9 @@ The rig runs in slices of `SLICE_S`, so that it answers questions even at full s
 """
 
 import asyncio
+import os
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
 
@@ -21,7 +22,7 @@ from fieldrig.control.rig_status import rig_status
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.hub.bus_stream import BusStream, OnDelivery
-from fieldrig.real.roster import Event, Report
+from fieldrig.real.roster import Event, ProcessState, Report
 from fieldrig.system.exits import Exit
 from fieldrig.system.this_process import facts
 from fieldrig.virtual.rig import Rig
@@ -52,10 +53,10 @@ class _Part:
 
 class VirtualPoints(_Part):
     def facts(self) -> Mapping[str, Any]:
-        return {key: {"unit": unit} for key, unit in self._rig.keys(self._name).items()}
+        return self._rig.facts(self._name)
 
-    def get(self, key: str) -> Value:
-        return self._rig.get(self._name, key)
+    def values(self, keys: Iterable[str] | None = None) -> Mapping[str, Value]:
+        return self._rig.values(self._name, keys)
 
     def set(self, key: str, value: Value) -> None:
         self._rig.set(self._name, key, value)
@@ -221,7 +222,20 @@ class VirtualService:
             "state": "ready" if self._may_run.is_set() else "paused",
             "now_ns": self._rig.now_ns,
             "speed": self._speed,
-            "processes": {},
+            "processes": {self._config.name: self._own_process()},
+        }
+
+    def _own_process(self) -> dict[str, Any]:
+        """Return the facts of the only process, in the words that processes have in real time."""
+        return {
+            "state": ProcessState.READY,
+            "pid": os.getpid(),
+            "uptime_s": round(time.monotonic() - self._started_s, 3),
+            "restarts": 0,
+            "step": "",
+            "on_exit": "stop",
+            "buses": list(self._config.buses),
+            "devices": list(self._config.devices),
         }
 
     async def _process_status(self, _verb: str, _message: Any) -> dict[str, Any]:
