@@ -1,13 +1,13 @@
-"""`fieldrig draw`: a timing diagram of the wires of a trace."""
+"""A timing diagram of the wires of a trace, as `fieldrig draw` draws it."""
 
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Final
 
 import typer
 
-from fieldrig.cli.common import argument, duration_ns, writing
+from fieldrig.cli.common import duration_ns, writing
 from fieldrig.clock import S
 from fieldrig.errors import UsageError
 from fieldrig.points.values import counted, show_number
@@ -17,39 +17,23 @@ if TYPE_CHECKING:
     from fieldrig_bus.traces.timing_diagram import Window
     from fieldrig_bus.traces.waves import Wave, Waves
 
-SECTION = "Files"
-"""The group of the command in the help of `fieldrig`."""
 SUFFIX: Final = ".svg"
 MOST_NAMED: Final = 20
 """Number of wires that a message names."""
 
 
 def draw(
-    file: Annotated[Path, argument("FILE", "The trace file.")],
-    target: Annotated[Path, argument("TARGET", "The picture to write, an SVG file.")],
-    wires: Annotated[list[str] | None, argument("[WIRE]...", "Only these wires; a * matches any characters.")] = None,
-    begin: Annotated[
-        str | None,
-        typer.Option("--from", metavar="TIME", help="Begin at this time, such as 1.5s.", show_default=False),
-    ] = None,
-    end: Annotated[
-        str | None, typer.Option("--to", metavar="TIME", help="End at this time, such as 2s.", show_default=False)
-    ] = None,
+    file: Path, target: Path, wires: list[str] | None = None, begin: str | None = None, end: str | None = None
 ) -> None:
     """Draw the wires of a trace as a timing diagram.
 
-    \b
-        fieldrig draw lab.jsonl lab.svg
-        fieldrig draw lab.jsonl tank.svg "tank.*" pump.run --from 1s --to 2500ms
-
-    Times count from the start of a rig in virtual time, and from the first message of a trace of real time.
+    UsageError for another name than that of an SVG file, a wire that is not there, and a time with nothing to draw.
     """
     from fieldrig.traces.trace_files import read
     from fieldrig_bus.traces.timing_diagram import timing_diagram
     from fieldrig_bus.traces.waves import check_size, waves_of
 
-    if target.suffix.lower() != SUFFIX:
-        raise UsageError(f"{target}: expected a name that ends in {SUFFIX}", "the picture is an SVG file")
+    check_target(target)
     waves = waves_of(read(file))
     chosen = _chosen(file, waves.waves, wires)
     window = _window(waves, begin, end)
@@ -59,6 +43,12 @@ def draw(
     with writing(target):
         target.write_text(timing_diagram(chosen, window, f"Wires of {file.stem}", about), encoding="utf-8")
     typer.echo(f"{target}: {counted(len(chosen), 'wire')} from {from_s} to {to_s}", err=True)
+
+
+def check_target(target: Path) -> None:
+    """UsageError for a picture that is not an SVG file."""
+    if target.suffix.lower() != SUFFIX:
+        raise UsageError(f"{target}: expected a name that ends in {SUFFIX}", "the picture is an SVG file")
 
 
 def _chosen(file: Path, waves: "Sequence[Wave]", patterns: list[str] | None) -> "list[Wave]":

@@ -59,9 +59,9 @@ FONT: Final = "system-ui, 'Segoe UI', Helvetica, Arial"
 class Drawing:
     """A sheet that grows downwards; lengths are pixels."""
 
-    def __init__(self, width: int, title: str, about: str) -> None:
-        """`about` describes the picture to readers who cannot see it."""
-        self.width = width
+    def __init__(self, width: int, title: str, about: str, style: str = "") -> None:
+        """`about` describes the picture to readers who cannot see it; `style` has further rules of CSS."""
+        self.width, self._style = width, STYLE + style
         self._head = f'  <title id="title">{escape(title)}</title>\n  <desc id="about">{escape(about)}</desc>'
         self._shapes: list[str] = []
 
@@ -91,7 +91,7 @@ class Drawing:
         head = f"""<svg xmlns="http://www.w3.org/2000/svg" {size} role="img"
     aria-labelledby="title about" font-family="{FONT}" font-size="14">
 {self._head}
-  <style>{STYLE}  </style>
+  <style>{self._style}  </style>
   {ARROW}
   <rect class="sheet" width="{self.width}" height="{_px(height)}" rx="10"/>"""
         return "\n".join([head, *(f"  {shape}" for shape in self._shapes), "</svg>", ""])

@@ -19,6 +19,8 @@ from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest
 from fieldrig_bus.wires import Signal
+from fieldrig_page.drawing import draw_rig
+from fieldrig_page.graph import graph_of
 
 START_ALL_NODES: Final = CanFrame(0x000, bytes.fromhex("01 00"))
 READ_LEVEL: Final = CanFrame(0x605, bytes.fromhex("40 01 64 01 00 00 00 00"))
@@ -153,6 +155,11 @@ def machine_wiring() -> str:
     return wiring_by_parts(MACHINE, PARTS_OF_MACHINE, "The wiring of machine.yaml", about)
 
 
+def machine_page() -> str:
+    """The machine as its page shows it."""
+    return draw_rig(graph_of(load(MACHINE)))
+
+
 PICTURES: Final[Mapping[str, Callable[[], str]]] = {
     "lab-traffic": lab_with_traffic,
     "tank-level": tank_level,
@@ -160,6 +167,7 @@ PICTURES: Final[Mapping[str, Callable[[], str]]] = {
     "ring-rig": rig("ring", "A controller, four drives, a motor encoder and a panel on a ring, CAN, Modbus and wires."),
     "machine-parts": machine,
     "machine-rig": machine_wiring,
+    "machine-page": machine_page,
     "arp-cell-rig": rig("arp-cell", "Two cards, their nodes, a terminal and a winder on CAN, serial lines and wires."),
     "own-device-rig": rig("own-device", "A press on a CAN bus and on wires."),
 }
