@@ -1,4 +1,7 @@
-"""Answers to questions about a bus with a model, in real and virtual time: `status`, and those about its faults."""
+"""Answers to questions about a bus with a model, in real and virtual time.
+
+They are `status`, `conditions` (the states that are reported to a person), and those about its faults.
+"""
 
 from typing import Any
 
@@ -13,8 +16,10 @@ def answers_of_bus(bus: Subject) -> Answer:
     async def answer(verb: str, message: Any) -> Any:
         if verb == "status":
             return bus.statistics()
+        if verb == "conditions":
+            return dict(bus.conditions())
         if verb in VERBS:
             return answer_of_faults(bus, verb, message)
-        raise ControlError(f"a bus cannot {asked(verb, message)}", f"it can: status, {', '.join(VERBS)}")
+        raise ControlError(f"a bus cannot {asked(verb, message)}", f"it can: status, conditions, {', '.join(VERBS)}")
 
     return answer
