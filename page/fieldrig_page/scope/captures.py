@@ -1,0 +1,93 @@
+"""Pictures that stand still: a copy of the samples around a trigger, or of all that there are when a scope stops."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import count
+from typing import Final, NamedTuple
+
+from fieldrig.errors import RigError
+from fieldrig_page.scope.recordings import Signal
+from fieldrig_page.scope.setup import Setup
+from fieldrig_page.scope.store import Track
+from fieldrig_page.scope.triggers import Hit
+
+LARGEST: Final = 192 << 20
+"""Bytes of all captures that are kept; the oldest go first, the newest never."""
+
+
+class Trace(NamedTuple):
+    """A signal with its samples."""
+
+    name: str
+    kind: str
+    unit: str
+    states: Sequence[str]
+    holds: bool
+    track: Track
+    column: int
+
+
+class Capture(NamedTuple):
+    """A picture that stands still."""
+
+    number: int
+    """By which a page and the HTTP API ask for it; 1 is the first one."""
+    setup: Setup
+    first_ns: int
+    end_ns: int
+    hit: Hit | None
+    """The trigger; None if the scope was stopped by hand."""
+    traces: Mapping[str, Trace]
+
+    @property
+    def lost(self) -> int:
+        """Samples that are missing in it."""
+        return sum(track.lost for track in {id(trace.track): trace.track for trace in self.traces.values()}.values())
+
+    @property
+    def size(self) -> int:
+        return sum(track.size for track in {id(trace.track): trace.track for trace in self.traces.values()}.values())
+
+
+class Captures:
+    """The captures of all scopes, by number."""
+
+    def __init__(self) -> None:
+        self._kept: dict[int, Capture] = {}
+        self._numbers = count(1)
+
+    def add(self, setup: Setup, first_ns: int, end_ns: int, hit: Hit | None, traces: Mapping[str, Trace]) -> Capture:
+        capture = Capture(next(self._numbers), setup, first_ns, end_ns, hit, traces)
+        self._kept[capture.number] = capture
+        while len(self._kept) > 1 and sum(kept.size for kept in self._kept.values()) > LARGEST:
+            del self._kept[min(self._kept)]
+        return capture
+
+    def get(self, number: int) -> Capture | None:
+        return self._kept.get(number)
+
+    def __getitem__(self, number: int) -> Capture:
+        """RigError if there is none, or none any more."""
+        capture = self.get(number)
+        if capture is None:
+            there = ", ".join(map(str, self._kept)) or "none"
+            raise RigError(f"there is no capture {number}", f"captures that are kept: {there}")
+        return capture
+
+    def all(self) -> list[Capture]:
+        return list(self._kept.values())
+
+
+def cut(signals: Iterable[Signal], first_ns: int, end_ns: int) -> dict[str, Trace]:
+    """Copy the samples of a time; signals without any yet are left out."""
+    by_track: dict[int, list[Signal]] = {}
+    for signal in signals:
+        if signal.track is not None:
+            by_track.setdefault(id(signal.track), []).append(signal)
+    found: dict[str, Trace] = {}
+    for together in by_track.values():
+        track = together[0].track
+        assert track is not None
+        part = track.cut([signal.column for signal in together], first_ns, end_ns)
+        for column, signal in enumerate(together):
+            found[signal.name] = Trace(signal.name, signal.kind, signal.unit, signal.states, signal.holds, part, column)
+    return found

@@ -1,0 +1,122 @@
+"""The hunt of one scope for its trigger: armed, struck, caught.
+
+Every row of the trigger's signal is looked at once, in the order of the rows and not of the batches.  After a hit the
+rows behind the trigger are awaited; each track gives its part as soon as it has come so far, before old rows go.  The
+hunt for the next hit goes on from the first row behind the picture.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from fieldrig_page.scope.captures import Trace, cut
+from fieldrig_page.scope.recordings import Signal
+from fieldrig_page.scope.setup import Setup
+from fieldrig_page.scope.store import Track
+from fieldrig_page.scope.triggers import Hit, Range
+
+PATIENCE_S: Final = 1.0
+"""How long a picture waits for samples of other processes after those of the trigger have come."""
+
+OnCaught = Callable[[Hit, int, int, dict[str, Trace]], None]
+"""Called with a hit, the first and the last instant of its picture, and the samples."""
+
+
+class _Picture:
+    """A picture that is not complete yet."""
+
+    def __init__(self, hit: Hit, setup: Setup, signals: Mapping[str, Signal], now_s: float) -> None:
+        self.hit = hit
+        self.first_ns = hit.instant_ns - setup.before_ns
+        self.end_ns = self.first_ns + setup.window_ns
+        self.until_s = now_s + PATIENCE_S
+        self.traces: dict[str, Trace] = {}
+        self._waiting: dict[int, list[Signal]] = {}
+        for signal in signals.values():
+            if signal.track is not None:
+                self._waiting.setdefault(id(signal.track), []).append(signal)
+
+    def look(self, now_s: float, is_last: bool = False) -> bool:
+        """Take what has come, and return whether nothing is missing any more."""
+        for key, together in tuple(self._waiting.items()):
+            track = together[0].track
+            assert track is not None
+            if is_last or track.known_ns >= self.end_ns:
+                self.traces |= cut(together, self.first_ns, self.end_ns + 1)
+                del self._waiting[key]
+        return not self._waiting
+
+    def is_waiting_for(self, track: Track) -> bool:
+        return id(track) in self._waiting
+
+
+class Hunt:
+    def __init__(self, setup: Setup, signals: Mapping[str, Signal], on_caught: OnCaught) -> None:
+        """ControlError if the trigger does not fit its signal.  `signals` have their samples already."""
+        self._setup, self._signals, self._on_caught = setup, signals, on_caught
+        trigger = setup.trigger
+        self._signal = signals.get(trigger.signal) if trigger is not None else None
+        self._range: Range | None = None
+        if trigger is not None and self._signal is not None:
+            self._range = trigger.range_of(self._signal.states)
+        self._picture: _Picture | None = None
+        self._track = self._signal.track if self._signal is not None else None
+        self._next, self._epoch = (self._track.end, self._track.epoch) if self._track is not None else (0, 0)
+        self.hits = 0
+        self.is_done = False
+        """Whether it has caught the only one that it was armed for."""
+
+    @property
+    def is_struck(self) -> bool:
+        """Whether the rest of a picture is awaited."""
+        return self._picture is not None
+
+    def look(self, track: Track, now_s: float) -> None:
+        """Look at the new rows of a track."""
+        if self._picture is not None:
+            self._finish(now_s)
+        if track is self._track:
+            self._search(track, now_s)
+
+    def strike(self, hit: Hit, now_s: float) -> None:
+        """Take a hit that is no value of a signal: a message or a fault."""
+        if self._picture is None and not self.is_done:
+            self._begin(hit, now_s)
+
+    def tick(self, now_s: float) -> None:
+        """Wait no longer for processes that have fallen silent."""
+        if self._picture is not None:
+            self._finish(now_s)
+            if self._track is not None:
+                self._search(self._track, now_s)
+
+    def _search(self, track: Track, now_s: float) -> None:
+        if track.epoch != self._epoch:
+            self._epoch, self._next, self._picture = track.epoch, track.base, None
+        while self._picture is None and not self.is_done and self._range is not None and self._signal is not None:
+            hit = self._range.first(track, self._signal.column, self._next, track.end)
+            if hit is None:
+                self._next = track.end
+                return
+            self._next = hit.number + 1
+            self._begin(hit, now_s)
+
+    def _begin(self, hit: Hit, now_s: float) -> None:
+        self.hits += 1
+        self._picture = _Picture(hit, self._setup, self._signals, now_s)
+        self._finish(now_s)
+
+    def _finish(self, now_s: float) -> None:
+        picture = self._picture
+        if picture is None:
+            return
+        is_complete = picture.look(now_s)
+        if not picture.traces or (self._track is not None and picture.is_waiting_for(self._track)):
+            picture.until_s = now_s + PATIENCE_S  # the time behind the trigger is not over yet
+        if not is_complete and now_s < picture.until_s:
+            return
+        picture.look(now_s, is_last=True)
+        self._picture = None
+        if self._track is not None:
+            self._next = max(self._next, self._track.base + self._track.position(picture.end_ns))
+        self.is_done = self._setup.mode == "single"
+        self._on_caught(picture.hit, picture.first_ns, picture.end_ns, picture.traces)
