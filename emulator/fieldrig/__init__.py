@@ -26,6 +26,7 @@ __all__ = [
     "Device",
     "DirectBus",
     "EventNode",
+    "Front",
     "Link",
     "LiveRig",
     "LiveRigMaker",
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     from fieldrig.config.rig_file import RigConfig, from_dict, load
     from fieldrig.device import Device, Point, Value
     from fieldrig.errors import ArgumentError, BusError, ConfigError, ControlError, Mistake, RigError, UnmetError
+    from fieldrig.front import Front
     from fieldrig.link import Link
     from fieldrig.loop.background import Background
     from fieldrig.master_time.block import virtual_time
@@ -80,6 +82,7 @@ else:
             "fieldrig.config.rig_file": "RigConfig from_dict load",
             "fieldrig.device": "Device Point Value",
             "fieldrig.errors": "ArgumentError BusError ConfigError ControlError Mistake RigError UnmetError",
+            "fieldrig.front": "Front",
             "fieldrig.link": "Link",
             "fieldrig.master_time.block": "virtual_time",
             "fieldrig.master_time.errors": "VirtualTimeError",

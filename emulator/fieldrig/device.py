@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from fieldrig.bus import Bus
+from fieldrig.front import Front
 
 if TYPE_CHECKING:
     from fieldrig.faults.injected import InjectedFaults
@@ -80,6 +81,8 @@ class Device:
 
     about: ClassVar[str] = ""
     """One line for `fieldrig devices`."""
+    kind: str = ""
+    """The kind that the rig file gives it.  The rig sets it when it builds the device."""
     fault_models: ClassVar[Mapping[str, type[Any]]] = {}
     """Settings models of the faults that it takes while the rig runs, by their `what`, beside the loss of power."""
     no_faults: ClassVar[str] = ""
@@ -101,6 +104,17 @@ class Device:
     def points(self) -> Mapping[str, Point]:
         """Return the points for `fieldrig get`, `set` and `watch`, by key."""
         return {}
+
+    def front(self) -> Front:
+        """Return what a person sees and operates in front of the device.
+
+        By default it is made from the points.  A front names points and never values, and stays as it is.
+        """
+        return Front.of_points(self.points())
+
+    def front_words(self) -> dict[str, Any]:
+        """Return the front in values that JSON has, with the kind of the device and the units of its points."""
+        return self.front().words(self.kind, self.about, self.points())
 
     def troubles(self) -> Mapping[str, Value]:
         """Return what the device itself reports as wrong now, by the key of the point that shows it.

@@ -22,7 +22,7 @@ LAZY = (
     "fieldrig_devices.sercos",
 )
 """Packages whose public names are imported when they are used."""
-PUBLIC = (*LAZY, "fieldrig.testing", "fieldrig_bus.wires")
+PUBLIC = (*LAZY, "fieldrig.front", "fieldrig.testing", "fieldrig_bus.wires")
 
 
 def imported_names(tree: ast.AST) -> Iterator[tuple[str, str]]:

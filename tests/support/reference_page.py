@@ -23,6 +23,7 @@ PAGES = {
     "fieldrig.clock": "architecture.md",
     "fieldrig.config.rig_file": "rig-file.md",
     "fieldrig.device": DEVICE,
+    "fieldrig.front": "fronts.md",
     "fieldrig.link": "architecture.md#interest",
     "fieldrig.settings": DEVICE,
     "fieldrig.storage.store": DEVICE,

@@ -37,6 +37,7 @@ def build_device(
     asked = constructor_parameters(entry.cls)
     try:
         device: Device = entry.cls(**{name: offered[name] for name in asked if name in offered})
+        device.kind = entry.kind
         for fault in entry.faults:
             if fault.get("what") != POWER_OFF or POWER_OFF in entry.cls.fault_models:
                 device.add_fault(fault)

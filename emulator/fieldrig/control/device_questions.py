@@ -1,6 +1,7 @@
 """Answers to questions about a device, in real and virtual time.
 
-They are about its points (`keys`, `get`, `set`), its faults, and whatever else this kind of device understands.
+They are about its points (`keys`, `get`, `set`), its front, its faults, and whatever else this kind of device
+understands.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -29,6 +30,9 @@ class Source(Faulty, Protocol):
     def values(self, keys: Iterable[str] | None = None) -> Mapping[str, Value]:
         """Return the values of these points by key, all of one instant; None stands for all points."""
 
+    def front(self) -> Mapping[str, Any]:
+        """Return its front, in values that JSON has."""
+
     def set(self, key: str, value: Value) -> None: ...
 
     def answer(self, question: str, message: Any) -> Any:
@@ -45,6 +49,9 @@ class RealPoints:
         beside = self.look()
         facts = facts_of(self._device.points())
         return {key: fact | ({"host": beside[key]} if key in beside else {}) for key, fact in facts.items()}
+
+    def front(self) -> Mapping[str, Any]:
+        return self._clock.look(self._device.front_words)
 
     def look(self) -> Mapping[str, str]:
         """Look at the troubles of the device, and return the words about the host beside each, by key."""
@@ -77,6 +84,8 @@ class RealPoints:
         return self._clock.look(self._device.faults)
 
 
+OWN = ("keys", "front", "get", "set")
+"""Questions about the points of a device, which the device itself never sees."""
 MOST_KEYS = 65_536
 """Most keys in one question."""
 
@@ -99,6 +108,8 @@ def answers(source: Source) -> Answer:
         match verb, message:
             case "keys", _:
                 return source.facts()
+            case "front", None:
+                return source.front()
             case "get", None:
                 return source.values()
             case "get", {"keys": list(keys)}:
@@ -109,8 +120,8 @@ def answers(source: Source) -> Answer:
                 return source.values(values)
         if verb in VERBS:
             return answer_of_faults(source, verb, message)
-        if verb in ("keys", "get", "set"):
-            raise ControlError(f"a device cannot {asked(verb, message)}", f"it can: keys, get, set, {', '.join(VERBS)}")
+        if verb in OWN:
+            raise ControlError(f"a device cannot {asked(verb, message)}", f"it can: {', '.join((*OWN, *VERBS))}")
         return source.answer(verb, message)
 
     return answer

@@ -57,6 +57,10 @@ class Switched(Device):
         self._check_on()
         return self.present.points()
 
+    def front_words(self) -> dict[str, Any]:
+        """Return the front, which is there without power too."""
+        return self.present.front_words()
+
     def troubles(self) -> Mapping[str, Value]:
         return self.present.troubles() if self._is_on else {}
 

@@ -46,6 +46,9 @@ class Node(Protocol):
     def values(self, now_ns: int, keys: Iterable[str] | None = None) -> dict[str, Value]:
         """Return the values of these points at `now_ns`; None stands for all.  ControlError for an unknown key."""
 
+    def front(self, now_ns: int) -> dict[str, Any]:
+        """Return the device's front in values that JSON has."""
+
     def get(self, now_ns: int, key: str) -> Value:
         """Return the value of a point at `now_ns`, up to which everything has happened.
 
@@ -223,6 +226,11 @@ class LocalNode(EventNode):
         self._look_at(now_ns)
         with blamed(self.name, now_ns):
             return read_points(self.name, self.device.points(), keys)
+
+    def front(self, now_ns: int) -> dict[str, Any]:
+        self._look_at(now_ns)
+        with blamed(self.name, now_ns):
+            return self.device.front_words()
 
     def get(self, now_ns: int, key: str) -> Value:
         self._check_on()

@@ -58,6 +58,9 @@ class RemoteNode:
     def values(self, now_ns: int, keys: Iterable[str] | None = None) -> dict[str, Value]:
         return dict(self._ask("values", now_ns, None if keys is None else list(keys)))
 
+    def front(self, now_ns: int) -> dict[str, Any]:
+        return dict(self._ask("front", now_ns))
+
     def get(self, now_ns: int, key: str) -> Value:
         value: Value = self._ask("get", now_ns, key)
         return value
@@ -146,6 +149,7 @@ def _serve(pipe: Connection, entry: DeviceEntry, seed: int, store: Store, buses:
         "keys": node.keys,
         "facts": node.facts,
         "values": node.values,
+        "front": node.front,
         "get": node.get,
         "set": node.set,
         "answer": node.answer,

@@ -199,6 +199,10 @@ class Rig:
         """Return the values of these points of a device at the present instant; None stands for all of them."""
         return self._node(device).values(self.now_ns, keys)
 
+    def front(self, device: str) -> dict[str, Any]:
+        """Return what a person sees and operates in front of a device, as its groups of parts and their points."""
+        return self._node(device).front(self.now_ns)
+
     def get(self, point: str, key: str | None = None) -> Value:
         """Return the value of a point at the present instant: `get("tank/level")`, or `get("tank", "level")`.
 

@@ -58,6 +58,9 @@ class VirtualPoints(_Part):
     def values(self, keys: Iterable[str] | None = None) -> Mapping[str, Value]:
         return self._rig.values(self._name, keys)
 
+    def front(self) -> Mapping[str, Any]:
+        return self._rig.front(self._name)
+
     def set(self, key: str, value: Value) -> None:
         self._rig.set(self._name, key, value)
 
