@@ -17,6 +17,7 @@ from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.errors import RigError
 from fieldrig.faults.faults import Fault, Faults
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
@@ -32,6 +33,7 @@ from fieldrig_devices.canopen.eds.writer import write_dcf
 from fieldrig_devices.canopen.emcy import Emcy
 from fieldrig_devices.canopen.emcy_consumer import EmcyConsumer
 from fieldrig_devices.canopen.error_behaviour import ErrorBehaviour
+from fieldrig_devices.canopen.front import front_of
 from fieldrig_devices.canopen.guarding import NodeGuarding
 from fieldrig_devices.canopen.heartbeat import HeartbeatConsumer, HeartbeatProducer
 from fieldrig_devices.canopen.living import LivingObjects
@@ -117,6 +119,9 @@ class CanopenNode(Device):
         """Neither send nor receive until the next `start`."""
         self._living.stop()
         self.nmt.power_off()
+
+    def front(self) -> Front:
+        return front_of(self.dictionary, _profile(self.dictionary))
 
     def points(self) -> Mapping[str, Point]:
         return self._points

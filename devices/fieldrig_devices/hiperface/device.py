@@ -18,6 +18,7 @@ from pydantic import Field
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import RUN, Device, Point, Tool, Value
+from fieldrig.front import Front, Group, Knob, Number, Plate
 from fieldrig.link import Link
 from fieldrig.points.checks import number_in
 from fieldrig.settings import Claim, ConfigFile, Settings
@@ -35,6 +36,7 @@ from fieldrig_devices.hiperface.plate import NamePlate, PlateError
 from fieldrig_devices.hiperface.plate_file import load_plate
 from fieldrig_devices.hiperface.shaft import INCREMENTS, TYPES, Signals, Turning, increments_of, signals
 from fieldrig_devices.hiperface.telegram import ADDRESSES, FACTORY_ADDRESS, Status
+from fieldrig_devices.motion.front import shaft
 
 log = logging.getLogger(__name__)
 
@@ -153,6 +155,24 @@ class SmEncoder(Device):
 
     def _heat(self, value: Value) -> None:
         self.encoder.requests.set_temperature(number_in(value, -50, 300, "degC"))
+
+    def front(self) -> Front:
+        return Front(
+            Plate("", "encoder of an SM motor", {"name plate": "plate"}),
+            [
+                Group(
+                    [
+                        shaft("turns", 1.0, "the shaft of the motor"),
+                        Knob("turns", "turns", "of the shaft", decimals=4),
+                        Number("position", "position", "as in the answer to 42h"),
+                        Number("sine", "sine", decimals=3),
+                        Number("cosine", "cosine", decimals=3),
+                        Knob("temperature", "temperature", "as in the answer to 44h", decimals=1),
+                        Number("answers", "answers", "telegrams sent"),
+                    ],
+                )
+            ],
+        )
 
     def points(self) -> Mapping[str, Point]:
         encoder, now_ns = self.encoder, self._clock.now_ns

@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 from fieldrig.bus import Bus
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.loop.background import Background
 from fieldrig.storage.store import Store
@@ -26,6 +27,7 @@ from fieldrig_devices.hmiscu.faces.modbus import BLOCKS
 from fieldrig_devices.hmiscu.faces.objects import EDS, points_by_object
 from fieldrig_devices.hmiscu.fast_outputs import FastOutputs
 from fieldrig_devices.hmiscu.faults import MODELS, HmiscuFaults
+from fieldrig_devices.hmiscu.front import front_of
 from fieldrig_devices.hmiscu.io import Terminals
 from fieldrig_devices.hmiscu.panel import Panel
 from fieldrig_devices.hmiscu.plc.debuggee import PlcDebuggee
@@ -133,6 +135,9 @@ class Hmiscu(Device):
         self._masters.stop()
 
     # ---- points
+
+    def front(self) -> Front:
+        return front_of(self._settings, self._fast.axis)
 
     def points(self) -> Mapping[str, Point]:
         return self._points

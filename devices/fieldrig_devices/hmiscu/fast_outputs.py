@@ -218,11 +218,15 @@ class FastOutputs:
 
     # ---- points
 
+    @property
+    def axis(self) -> str:
+        """The name of the axis of channel 0; empty if it has none."""
+        return "" if self._pto is None else self._settings.variables[0] or SIMPLE
+
     def points(self) -> Iterator[tuple[str, Point]]:
-        pto = self._pto
+        pto, name = self._pto, self.axis
         if pto is None:
             return
-        name = self._settings.variables[0] or SIMPLE
         yield f"{name}.State", Point(lambda: int(pto.state), about="state of the axis: 0 Standstill to 4 ErrorStop")
         yield f"{name}.ResetProblem", Point(lambda: pto.reset_problem, about="why the last ResetError had no effect")
         yield f"{name}.DirectionLevel", Point(lambda: pto.direction_level, about="level of the direction output")

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.loop.background import Background
 from fieldrig.storage.store import Store
@@ -26,6 +27,7 @@ from fieldrig_devices.max4.debuggee import PlcDebuggee
 from fieldrig_devices.max4.faults import MODELS
 from fieldrig_devices.max4.field_buses import FieldBuses
 from fieldrig_devices.max4.firmware import Firmware
+from fieldrig_devices.max4.front import front_of
 from fieldrig_devices.max4.network import Network
 from fieldrig_devices.max4.opcua import OpcUaNodes
 from fieldrig_devices.max4.operations import Operations
@@ -90,6 +92,9 @@ class Max4(Device):
         self.firmware.cycles.stop()
 
     # ---- points
+
+    def front(self) -> Front:
+        return front_of(self._points, self._settings)
 
     def points(self) -> Mapping[str, Point]:
         return self._points

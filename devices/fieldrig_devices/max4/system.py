@@ -13,7 +13,8 @@ from fieldrig.clock import MS, Clock
 from fieldrig.device import Value
 from fieldrig.link import Link
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.max4.axes.axis import AXIS_WORDS, INCREMENTS, MC4_WORDS, Axis
+from fieldrig_devices.drives.state_words import AXIS_WORDS, MC4_WORDS
+from fieldrig_devices.max4.axes.axis import INCREMENTS, Axis
 from fieldrig_devices.max4.axes.encoder import LogicEncoder, MasterEncoder
 from fieldrig_devices.max4.axes.simulated import SimulatedDrive
 from fieldrig_devices.max4.com1.parameters import Com1Parameters

@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Final
 
 from fieldrig.clock import MS, Alarm, Clock
 from fieldrig.device import Device, Point
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig_bus.ring.sercos.message import RingMessage
 from fieldrig_bus.serial.message import SerialMessage
@@ -31,6 +32,7 @@ from fieldrig_devices.hiperface.shaft import TYPES, Turning
 from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.energy import SLOW_NS
 from fieldrig_devices.mc4.faults import MODELS
+from fieldrig_devices.mc4.front import front_of
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.points import limited_load, points_of
 from fieldrig_devices.mc4.probes import PROBES
@@ -184,6 +186,9 @@ class Mc4(Device):
         self.machine.set_load(limited_load(torque_nm))
 
     # ---- points
+
+    def front(self) -> Front:
+        return front_of(self.machine)
 
     def points(self) -> Mapping[str, Point]:
         return self._points

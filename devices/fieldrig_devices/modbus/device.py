@@ -21,6 +21,7 @@ from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool
 from fieldrig.errors import ConfigError
 from fieldrig.faults.faults import Fault, Faults
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.outside.untrusted import field, read_json, typed
 from fieldrig.settings import Claim, ConfigFile, Settings
@@ -31,6 +32,7 @@ from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.server import ModbusServer
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.modbus.faults import MODELS, ModbusDeviceFaults, Refusing, Slow
+from fieldrig_devices.modbus.front import front_of
 from fieldrig_devices.modbus.port import ModbusPort, TurnaroundSettings, UnitId
 from fieldrig_devices.modbus.tools import lines_for
 from fieldrig_devices.modbus.unit import ModbusUnit
@@ -146,6 +148,7 @@ class ModbusDevice(Device):
     ) -> None:
         """ConfigError for a register table with mistakes, RigError for an exception status that names unknown bits."""
         self._clock, self._store, self._wires = clock, store, wires
+        self._identification = settings.identification
         self.faults_of_requests = ModbusDeviceFaults(clock, MODELS, Faults(Fault, random))
         self.injected = self.faults_of_requests
         self._moving: dict[str, Signal] = {}
@@ -188,6 +191,9 @@ class ModbusDevice(Device):
         self._living.start()
         for unit in self._units.values():
             unit.drive_all()
+
+    def front(self) -> Front:
+        return front_of(self.points(), self._identification)
 
     def points(self) -> Mapping[str, Point]:
         if len(self._units) == 1:

@@ -15,6 +15,7 @@ from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point
 from fieldrig.faults.faults import Fault, Faults
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.settings import Claim, Settings
 from fieldrig.storage.store import Store, StoreError, restore
@@ -24,6 +25,7 @@ from fieldrig_bus.telephone.modulation import FASTEST_BPS, SLOWEST_BPS
 from fieldrig_devices.modem import results
 from fieldrig_devices.modem.engine import Engine, Mode
 from fieldrig_devices.modem.faults import MODELS, LineUnplugged, PowerOff, SerialMiswired, SerialUnplugged
+from fieldrig_devices.modem.front import FRONT
 from fieldrig_devices.modem.plugs import SerialPlug, TelephonePlug
 from fieldrig_devices.modem.profile import Memory
 from fieldrig_devices.modem.results import Result
@@ -109,6 +111,9 @@ class Modem(Device):
             self._engine.power_off()
         elif was_off and not is_off:
             self._engine.power_on()
+
+    def front(self) -> Front:
+        return FRONT
 
     def points(self) -> Mapping[str, Point]:
         engine = self._engine

@@ -15,6 +15,7 @@ from fieldrig.clock import MS, US, Alarm, Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.faults.faults import Fault, Faults
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig.front import Front
 from fieldrig.link import Link, words_behind
 from fieldrig.loop.background import Background
 from fieldrig.points.checks import truth_in
@@ -31,6 +32,7 @@ from fieldrig_devices.languages.source_file import decoded
 from fieldrig_devices.modbus.tools import word_lines
 from fieldrig_devices.pam.application_files import reader_beside, shapes_beside
 from fieldrig_devices.pam.faults import MODELS, PowerOff
+from fieldrig_devices.pam.front import front_of
 from fieldrig_devices.pam.panel.catalogue import text_of
 from fieldrig_devices.pam.panel.codes import Code, code_of
 from fieldrig_devices.pam.panel.display import DIGITS, Display
@@ -245,6 +247,9 @@ class Pam(Device):
     def tools(cls, name: str, settings: PamSettings, links: Mapping[str, Any]) -> list[Tool]:
         """Return a line for each Modbus bus that reads the first words of the DualPort."""
         return word_lines(settings.access.unit_id, links.get("modbus", ()))
+
+    def front(self) -> Front:
+        return front_of(self._volts)
 
     def points(self) -> Mapping[str, Point]:
         return self._points

@@ -12,9 +12,11 @@ from pydantic import Field, model_validator
 
 from fieldrig.clock import Alarm, Clock
 from fieldrig.device import Device, Point
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.settings import Claim
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.plants import front
 from fieldrig_devices.plants.driven import next_instant
 from fieldrig_devices.plants.settings import PlantSettings
 from fieldrig_devices.plants.switches import Switch
@@ -68,6 +70,9 @@ class CamSwitches(Device):
 
     def start(self) -> None:
         self._look()
+
+    def front(self) -> Front:
+        return front.cam_switches(self._switches)
 
     def points(self) -> Mapping[str, Point]:
         return {name: Point(partial(self._is_closed, switch)) for name, switch in self._switches.items()} | {

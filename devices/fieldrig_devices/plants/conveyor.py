@@ -14,9 +14,11 @@ from fieldrig.clock import Alarm, Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.faults.faults import Fault, Faults
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.points.checks import truth_in
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.plants import front
 from fieldrig_devices.plants.conveyor_model import Belt
 from fieldrig_devices.plants.conveyor_settings import MODELS, ConveyorSettings, Dirty, Slip
 from fieldrig_devices.plants.driven import next_instant
@@ -51,6 +53,11 @@ class Conveyor(Device):
 
     def start(self) -> None:
         self._publish()
+
+    def front(self) -> Front:
+        settings = self._settings
+        places = {name: sensor.at_m for name, sensor in settings.sensors.items()}
+        return front.conveyor(settings.length_m, settings.product_m, places)
 
     def points(self) -> Mapping[str, Point]:
         belt = self._belt

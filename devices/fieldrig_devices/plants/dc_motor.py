@@ -15,10 +15,12 @@ from fieldrig.clock import Alarm, Clock
 from fieldrig.device import Device, Point
 from fieldrig.faults.faults import Fault, Faults, Timed, models_of
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.settings import Claim
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.plants import front
 from fieldrig_devices.plants.dc_motor_model import DcMotorModel, MotorData
 from fieldrig_devices.plants.settings import PlantSettings
 from fieldrig_devices.pulses.output import Mode
@@ -137,6 +139,9 @@ class DcMotorPlant(Device):
             self._shown["pulse_wire"] = self._model.is_high
             self._wires.send(self._train)
         self._look()
+
+    def front(self) -> Front:
+        return front.dc_motor(self._settings.zero_from, self._settings.zero_to)
 
     def points(self) -> Mapping[str, Point]:
         model, now_ns = self._model, self._clock.now_ns

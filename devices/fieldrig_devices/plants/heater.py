@@ -17,10 +17,12 @@ from fieldrig.clock import NEVER_NS, Alarm, Clock, S
 from fieldrig.device import Device, Point, Value
 from fieldrig.faults.faults import Fault, Faults, Timed, models_of
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.points.checks import number_in
 from fieldrig.settings import Claim
 from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.plants import front
 from fieldrig_devices.plants.settings import PlantSettings
 
 ABSOLUTE_ZERO_DEGC: Final = -273.15
@@ -104,6 +106,9 @@ class Heater(Device):
     def start(self) -> None:
         self._since_ns = self._clock.now_ns()
         self._on_change()
+
+    def front(self) -> Front:
+        return front.heater(self._settings.limit_degc)
 
     def points(self) -> Mapping[str, Point]:
         return {

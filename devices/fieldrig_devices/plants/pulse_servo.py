@@ -19,11 +19,13 @@ from fieldrig.clock import Alarm, Clock, S
 from fieldrig.device import Device, Point, Value
 from fieldrig.faults.faults import Fault, Faults, Timed, models_of
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.points.checks import truth_in
 from fieldrig.settings import Claim
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.plants import front
 from fieldrig_devices.plants.following_model import Following
 from fieldrig_devices.plants.settings import PlantSettings
 from fieldrig_devices.pulses.pulse_input import PulseInput
@@ -121,6 +123,9 @@ class PulseServo(Device):
     def start(self) -> None:
         self._pulses = PulseInput(self._clock.now_ns())
         self._on_change(self._place)
+
+    def front(self) -> Front:
+        return front.pulse_servo()
 
     def points(self) -> Mapping[str, Point]:
         now_ns, scale = self._clock.now_ns, self._scale

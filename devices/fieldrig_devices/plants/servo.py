@@ -18,9 +18,11 @@ from fieldrig.clock import Alarm, Clock, S
 from fieldrig.device import Device, Point, Value
 from fieldrig.faults.faults import Fault, Faults
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.points.checks import number_in, truth_in
 from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.plants import front
 from fieldrig_devices.plants.axis_model import Segment, State, after
 from fieldrig_devices.plants.servo_settings import MODELS, Blocked, EncoderSignal, ServoSettings
 from fieldrig_devices.plants.switches import Switch
@@ -73,6 +75,9 @@ class Servo(Device):
     def start(self) -> None:
         self._since_ns = self._clock.now_ns()
         self._go_on()
+
+    def front(self) -> Front:
+        return front.servo()
 
     def points(self) -> Mapping[str, Point]:
         gear = self._settings.gear_ratio

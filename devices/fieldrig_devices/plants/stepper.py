@@ -26,10 +26,12 @@ from fieldrig.clock import Alarm, Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.faults.faults import Fault, Faults
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.points.checks import number_in, truth_in
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.plants import front
 from fieldrig_devices.plants.replay import Replay
 from fieldrig_devices.plants.stepper_model import Followed
 from fieldrig_devices.plants.stepper_settings import MODELS, Jam, StepperSettings, Trip, Weak
@@ -82,6 +84,9 @@ class Stepper(Device):
         self._replay = Replay(state)
         self._silent.clear()
         self._go_on()
+
+    def front(self) -> Front:
+        return front.stepper()
 
     def points(self) -> Mapping[str, Point]:
         now_ns, scale = self._clock.now_ns, self._rad_per_pulse

@@ -18,10 +18,12 @@ from fieldrig.clock import MS, Clock, S
 from fieldrig.device import Device, Point
 from fieldrig.faults.faults import Fault, Faults
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.points.checks import number_in
 from fieldrig.settings import Claim, Settings
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.plants import front
 from fieldrig_devices.plants.tank_faults import MODELS, BlockedOutlet, Leak, StuckSensor, StuckSwitch
 from fieldrig_devices.plants.torricelli import moved, root_coefficient
 
@@ -119,6 +121,10 @@ class Tank(Device):
         self._looked_ns = self._clock.now_ns()
         self._publish_all()
         self._keep_ticking()
+
+    def front(self) -> Front:
+        settings = self._settings
+        return front.tank(settings.height_m, settings.high, settings.low)
 
     def points(self) -> Mapping[str, Point]:
         return {

@@ -16,9 +16,11 @@ from fieldrig.clock import US, Alarm, Clock, S
 from fieldrig.device import Device, Point, Value
 from fieldrig.faults.faults import Fault, Faults
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.points.checks import number_in, truth_in
 from fieldrig_bus.wires import Motion, Signal
+from fieldrig_devices.plants import front
 from fieldrig_devices.plants.line_feed import LineFeed
 from fieldrig_devices.plants.winder_model import WinderModel
 from fieldrig_devices.plants.winder_settings import MODELS, Slip, Torn, WinderSettings
@@ -68,6 +70,10 @@ class Winder(Device):
         self._looked_ns = self._clock.now_ns()
         self._line.passed_m(self._looked_ns)
         self._go_on()
+
+    def front(self) -> Front:
+        settings = self._settings
+        return front.winder(settings.core_radius_m, settings.initial_radius_m, settings.dancer is not None)
 
     def points(self) -> Mapping[str, Point]:
         settings, now, tension = self._settings, self._now, self._tension_now

@@ -14,6 +14,7 @@ from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.faults.faults import Fault, Faults
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
@@ -32,6 +33,7 @@ from fieldrig_devices.smart_io.board import Board
 from fieldrig_devices.smart_io.faces.objects import EDS, points_by_object
 from fieldrig_devices.smart_io.faces.registers import table
 from fieldrig_devices.smart_io.faults import MODELS, LowBattery, ShortCircuit
+from fieldrig_devices.smart_io.front import front_of
 from fieldrig_devices.smart_io.program import SmartIoProgram
 from fieldrig_devices.smart_io.settings import SmartIoSettings
 from fieldrig_devices.smart_io.terminals import Terminals
@@ -103,6 +105,9 @@ class SmartIo(Device):
             self._can.start()
         if self._ring is not None:
             self._ring.start()
+
+    def front(self) -> Front:
+        return front_of(self._settings, self._ring is not None, self._board.has_display)
 
     def points(self) -> Mapping[str, Point]:
         return self._points

@@ -5,6 +5,7 @@ from functools import partial
 
 from pydantic import Field
 
+from fieldrig import front
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point
 from fieldrig.link import Link
@@ -56,6 +57,11 @@ class Signals(Device):
         self._sent.clear()
         self._living.start()
         self._living.follow()
+
+    def front(self) -> front.Front:
+        wires = self._settings.signals.items()
+        parts = [(front.Led if wire.digital else front.Number)(name, name, wire.about) for name, wire in wires]
+        return front.Front(front.Plate("", "signals"), [front.Group(parts, "wires")])
 
     def points(self) -> Mapping[str, Point]:
         return {

@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 
 from fieldrig.clock import MS, Clock, S
 from fieldrig.device import Device, Point, Value
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig_bus.ring.pam.message import RingMessage
 from fieldrig_bus.wires import Motion, Signal
@@ -22,6 +23,7 @@ from fieldrig_devices.pamring.frames import NodeType, Report
 from fieldrig_devices.pamring.node import RingNode
 from fieldrig_devices.pamring.points import ring_troubles
 from fieldrig_devices.st1.faults import MODELS
+from fieldrig_devices.st1.front import front_of
 from fieldrig_devices.st1.points import points_of
 from fieldrig_devices.st1.program import Program
 from fieldrig_devices.st1.sensors import Sensors, limited
@@ -84,6 +86,9 @@ class St1(Device):
     def send(self, report: Report) -> None:
         """Lay a report of the program into the buffer of the ring."""
         self._end.send(report)
+
+    def front(self) -> Front:
+        return front_of(self._settings)
 
     def points(self) -> Mapping[str, Point]:
         return self._points

@@ -14,6 +14,7 @@ from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Tool
 from fieldrig.errors import RigError
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.loop.background import Background
 from fieldrig.storage.store import Store
@@ -27,6 +28,7 @@ from fieldrig_devices.arp.card import tools
 from fieldrig_devices.arp.card.access import Access
 from fieldrig_devices.arp.card.assembly import assemble
 from fieldrig_devices.arp.card.faults import MODELS, ArpFaults
+from fieldrig_devices.arp.card.front import FRONT
 from fieldrig_devices.arp.card.operation import Operation
 from fieldrig_devices.arp.card.points import points
 from fieldrig_devices.arp.card.settings import ArpSettings
@@ -116,6 +118,9 @@ class ArpCard(Device):
         self._due_ns = clock.now_ns() + self._period_ns
         clock.call_at(clock.now_ns() + self._scheduler_period_ns, self._on_scheduler)
         clock.call_at(self._due_ns, self._on_control)
+
+    def front(self) -> Front:
+        return FRONT
 
     def points(self) -> Mapping[str, Point]:
         return self._points

@@ -14,6 +14,7 @@ from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Tool, Value
 from fieldrig.faults.faults import Fault, Faults
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.points.checks import truth_in
 from fieldrig.storage.store import Store, StoreError
@@ -22,6 +23,7 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.arp.terminal import panel
 from fieldrig_devices.arp.terminal.application import Application
 from fieldrig_devices.arp.terminal.faults import MODELS, StuckKey
+from fieldrig_devices.arp.terminal.front import front_of
 from fieldrig_devices.arp.terminal.messages import COUNT
 from fieldrig_devices.arp.terminal.presses import Presses
 from fieldrig_devices.arp.terminal.screen import LINES
@@ -45,7 +47,7 @@ class Terminal(Device):
         store: Store,
         printer: Link[bytes] | None = None,
     ) -> None:
-        self._time = settings.time
+        self._time, self._model = settings.time, settings.model
         self._node = CanopenNode(clock, name, can, settings.canopen, store)
         self._application = Application(self._node, settings, store, printer)
         self._keys = panel.keys(settings.model)
@@ -68,6 +70,9 @@ class Terminal(Device):
         assert set_time is not None
         set_time(self._time)
         self._node.start()
+
+    def front(self) -> Front:
+        return front_of(self._model)
 
     def points(self) -> Mapping[str, Point]:
         return self._points

@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Final
 from fieldrig.bus import Bus
 from fieldrig.clock import Alarm, Clock
 from fieldrig.device import Device, Point, Tool
+from fieldrig.front import Front
 from fieldrig.link import Link
 from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
@@ -25,6 +26,7 @@ from fieldrig_devices.cia402.error_register import register_of
 from fieldrig_devices.cia402.motor import Kind
 from fieldrig_devices.cia402.single import pdo_rules
 from fieldrig_devices.cia402.single.faults import MODELS
+from fieldrig_devices.cia402.single.front import front_of
 from fieldrig_devices.cia402.single.manner_link import MannerLink
 from fieldrig_devices.cia402.single.points import points_of
 from fieldrig_devices.cia402.single.power_gate import PowerGate
@@ -145,6 +147,9 @@ class Cia402Drive(Device):
         self.node.start()
         self._publish()
         self._go_on()
+
+    def front(self) -> Front:
+        return front_of(self._settings)
 
     def points(self) -> Mapping[str, Point]:
         return {**self.node.points(), **points_of(self.motor, self.axis, self._inputs)}

@@ -1,0 +1,59 @@
+"""The front of a card: what its state says, its terminals and its axes.
+
+The manual shows no LEDs of the card; these four are ours, by its states (3.3) and the codes of errors and warnings (5).
+"""
+
+from typing import Final
+
+from fieldrig.front import Clamp, Front, Group, Key, Led, Number, Plate, Text
+from fieldrig_devices.arp.card.local_io import ANALOG_INPUTS, ANALOG_OUTPUTS, DIGITAL_INPUTS, DIGITAL_OUTPUTS, ENCODERS
+
+_DECIMALS: Final = 3
+
+FRONT: Final = Front(
+    Plate("ASA-RT", "ARP", {"program": "program"}),
+    [
+        Group(
+            [
+                Led("RUN", "state", "the program runs", lit=("run",), blinks=("stopped",)),
+                Led("ENABLE", "I108", "the input Enable"),
+                Led("ERROR", "error", "an error is pending", colour="red"),
+                Led("WARNING", "warning", "a warning is pending", colour="yellow"),
+            ],
+            "LEDs",
+        ),
+        Group(
+            [
+                Text("state", "state", good=("run",), bad=("blocked",)),
+                Text("error", "error", "code of the last error, 103 to 116", names=((0, "none"),)),
+                Text("warning", "warning", "code of the last warning, 201 to 204", names=((0, "none"),)),
+                Text("program", "program.state"),
+                Number("line", "program.line", "line of the next instruction"),
+                Key("Run", "state", "starts the program", "run", pressed="run", released=None),
+                Key("Stop", "state", "stops the program", "stop", pressed="stop", released=None),
+                Key("Reset", "state", "resets the card", "reset", pressed="reset", released=None),
+            ],
+            "card",
+        ),
+        *(
+            Group(
+                [
+                    Number("position", f"axis{axis}.position", decimals=_DECIMALS),
+                    Number("speed", f"axis{axis}.speed", decimals=_DECIMALS),
+                    Number("tracking error", f"axis{axis}.error", decimals=_DECIMALS),
+                ],
+                f"axis {axis}",
+            )
+            for axis in (1, 2)
+        ),
+        Group([Clamp(name, name, is_set=True) for name in DIGITAL_INPUTS], "digital inputs"),
+        Group([Clamp(name, name, side="out") for name in DIGITAL_OUTPUTS], "digital outputs"),
+        Group(
+            [
+                *(Clamp(name.upper(), name) for name in (*ANALOG_INPUTS, *ENCODERS)),
+                *(Clamp(name.upper(), name, side="out") for name in ANALOG_OUTPUTS),
+            ],
+            "analog terminals and encoders",
+        ),
+    ],
+)

@@ -1,0 +1,157 @@
+"""The law of fronts, over every kind of device: what a front names exists, and what it offers to a person works."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from every_kind import CONFIGS, DEVICES, whole
+
+from fieldrig.clock import MS
+from fieldrig.config.build import build_alone
+from fieldrig.config.rig_file import from_dict, load
+from fieldrig.device import Device
+from fieldrig.front import Clamp, Front, Key, Led, Part, SevenSegment, Text
+from fieldrig.virtual.rig import Rig
+from fieldrig_devices.arp.terminal import panel
+
+LARGE = {"machine-virtual.yaml", "packaging-line-virtual.yaml"}
+"""Rigs whose kinds the others have too."""
+
+
+@pytest.fixture(scope="module")
+def devices(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Device]:
+    """A device of every kind, on its own and with power."""
+    config = from_dict(whole(tmp_path_factory.mktemp("kinds")))
+    devices = {name: build_alone(entry) for name, entry in config.devices.items()}
+    for device in devices.values():
+        device.start()
+    return devices
+
+
+@pytest.fixture(params=DEVICES)
+def device(request: pytest.FixtureRequest, devices: dict[str, Device]) -> Device:
+    return devices[request.param]
+
+
+def named_by(part: Part, kind: type[Part]) -> bool:
+    return type(part) is kind
+
+
+def test_each_point_of_a_front_exists(device: Device) -> None:
+    assert device.front().points - device.points().keys() == set()
+    assert any(device.front().parts)
+
+
+def test_what_is_operated_can_be_written(device: Device) -> None:
+    points = device.points()
+    operated = [part.point for part in device.front().parts if part.operated]
+    assert [key for key in operated if points[key].write is None] == []
+
+
+def test_what_is_operated_has_a_name_of_its_own(device: Device) -> None:
+    names = [part.words()["name"] for part in device.front().parts if part.operated or named_by(part, Clamp)]
+    assert len(names) == len(set(names))
+
+
+def test_values_that_a_part_waits_for_are_of_the_type_of_its_point(device: Device) -> None:
+    points = device.points()
+    for part in device.front().parts:
+        if isinstance(part, Led | Text):
+            present = points[part.point].read()
+            waited = (*part.lit, *part.blinks) if isinstance(part, Led) else (*part.good, *part.bad)
+            assert {type(value) for value in waited} <= {type(present)}, part
+
+
+def test_a_value_with_states_is_compared_with_states_that_it_has(device: Device) -> None:
+    points = device.points()
+    for part in device.front().parts:
+        states = points[part.point].states if part.point else ()
+        if states and isinstance(part, Led | Text):
+            waited = (*part.lit, *part.blinks) if isinstance(part, Led) else (*part.good, *part.bad)
+            assert set(waited) <= set(states), part
+
+
+def test_the_plate_names_the_kind_and_all_of_it_is_json(device: Device) -> None:
+    words = device.front_words()
+    assert words["plate"]["kind"] in {entry["kind"] for entry in DEVICES.values()}
+    assert words["plate"]["kind"] == device.kind
+    assert json.loads(json.dumps(words)) == words
+
+
+def test_a_front_stays_as_it_is_and_reads_change_nothing(device: Device) -> None:
+    assert device.front_words() == device.front_words()
+
+
+def test_a_device_without_a_front_of_its_own_has_one_from_its_points(devices: dict[str, Device]) -> None:
+    front = Front.of_points(devices["tank"].points())
+    by_label = {part.label: part for part in front.parts}
+    assert {label: part.sort for label, part in by_label.items()} == {
+        "level": "knob", "volume": "number", "inflow": "number", "outflow": "number", "leak": "number",
+        "outlet": "number", "high": "led", "low": "led", "overflow": "number", "overflows": "number",
+        "dry_runs": "number",
+    }  # fmt: skip
+
+
+@pytest.mark.manual("ARP-064")
+@pytest.mark.parametrize("model", ["TR4", "TR5"])
+def test_each_key_and_led_of_a_terminal_is_on_its_front(model: panel.Model) -> None:
+    parts = [*_terminal(model).front().parts]
+    assert {part.point.removeprefix("key.") for part in parts if isinstance(part, Key)} == panel.keys(model).keys()
+    assert {part.point.removeprefix("led.") for part in parts if isinstance(part, Led)} == panel.leds(model).keys()
+
+
+def _terminal(model: str) -> Device:
+    rig = {
+        "time": "virtual",
+        "buses": {"can": {"kind": "can.virtual", "bitrate": 500_000}},
+        "devices": {"panel": {"kind": "terminal.tr", "model": model, "links": {"can": "can"}}},
+    }
+    return build_alone(from_dict(rig).devices["panel"])
+
+
+def test_display_of_a_smart_io_node_shows_its_segments(devices: dict[str, Device]) -> None:
+    device = devices["smart"]
+    write = device.points()["display.character"].write
+    assert write is not None
+    write(ord("7"))
+    [display] = [part for part in device.front().parts if isinstance(part, SevenSegment)]
+    assert device.points()[display.segments].read() == "abc"
+
+
+@pytest.mark.parametrize("processes", ["one", pytest.param("each", marks=pytest.mark.system)])
+def test_a_rig_answers_with_the_front_of_a_device(processes: str) -> None:
+    rig = {
+        "time": "virtual", "processes": processes,
+        "buses": {"wires": {"kind": "wires.virtual"}},
+        "devices": {"tank": {"links": {"wires": "wires"}, **DEVICES["tank"]}},
+    }  # fmt: skip
+    with Rig(from_dict(rig)) as running:
+        front = running.front("tank")
+        assert front["plate"]["kind"] == "plant.tank"
+        assert front["units"]["level"] == "m"
+        assert [part["shape"] for group in front["groups"] for part in group["parts"] if "shape" in part] == ["tank"]
+        running.run_for(10 * MS)
+        number = running.add_fault("tank", {"what": "power_off"})
+        running.run_for(10 * MS)
+        assert running.front("tank") == front, "the sheet metal stays where it is"
+        running.clear_fault("tank", number)
+
+
+@pytest.fixture(scope="module")
+def fronts_of_shipped_rigs() -> dict[str, list[Device]]:
+    return {file.name: [*_built(file)] for file in CONFIGS.glob("*-virtual.yaml") if file.name not in LARGE}
+
+
+def _built(file: Path) -> Iterator[Device]:
+    for entry in load(file).devices.values():
+        device = build_alone(entry)
+        device.start()
+        yield device
+
+
+@pytest.mark.long
+def test_each_point_of_the_fronts_of_shipped_rigs_exists(fronts_of_shipped_rigs: dict[str, list[Device]]) -> None:
+    for file, devices in fronts_of_shipped_rigs.items():
+        for device in devices:
+            assert device.front().points - device.points().keys() == set(), (file, device.kind)
