@@ -50,6 +50,11 @@ class Point:
     about: str = ""
     states: Sequence[str] = ()
     """All texts that the point can have, if it is a state with a name; empty for other points."""
+    type: str = ""
+    """Its data type in the words of the device, such as UNSIGNED16; empty if the value says it all."""
+    low: float | None = None
+    """The smallest value that a write takes; None if there is no limit, or if it is not known."""
+    high: float | None = None
 
 
 RUN = "{run}"

@@ -282,4 +282,13 @@ def _points(dictionary: Dictionary) -> dict[str, Point]:
 
 
 def _point(variable: Variable) -> Point:
-    return Point(lambda: variable.present, variable.put, about=variable.name)
+    low = variable.type.low if variable.low is None else variable.low
+    high = variable.type.high if variable.high is None else variable.high
+    return Point(
+        lambda: variable.present,
+        variable.put,
+        about=variable.name,
+        type=variable.type.name,
+        low=low,
+        high=high,
+    )

@@ -10,7 +10,7 @@ from typing import Protocol
 
 from fieldrig.device import Point, Value
 from fieldrig.points.checks import truth_in
-from fieldrig_devices.max4.configuration.tree import ObjectTree, Parameter
+from fieldrig_devices.max4.configuration.tree import ObjectTree, Parameter, Type
 from fieldrig_devices.max4.firmware import Firmware
 from fieldrig_devices.max4.messages.logger import Logger
 from fieldrig_devices.max4.settings import Max4Settings
@@ -26,7 +26,19 @@ def parameter_points(tree: ObjectTree) -> Iterator[tuple[str, Point]]:
         for parameter in owner.parameters:
             key = parameter.name if owner is tree.root else f"{owner.symbol or owner.name}.{parameter.name}"
             write = parameter.set if parameter.is_writable else None
-            yield key, Point(partial(_value, parameter), write, parameter.unit, parameter.about)
+            is_number = parameter.type not in (Type.BOOL, Type.STRING) and parameter.low < parameter.high
+            yield (
+                key,
+                Point(
+                    partial(_value, parameter),
+                    write,
+                    parameter.unit,
+                    parameter.about,
+                    type=parameter.type.name,
+                    low=parameter.low if is_number else None,
+                    high=parameter.high if is_number else None,
+                ),
+            )
 
 
 def _value(parameter: Parameter) -> Value:

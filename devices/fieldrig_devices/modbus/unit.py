@@ -73,12 +73,15 @@ class ModbusUnit:
         self.holding_registers = RegisterImage(_areas("holding_registers", table.holding_registers), self._commit)
         self.input_registers = RegisterImage(_areas("input_registers", table.input_registers))
         self.values: dict[str, StoredValue] = {}
+        self._places: dict[str, str] = {}
+        """The type and the address of each value, such as `u16, holding register 4`."""
         self._fields: dict[str, list[FieldValue]] = {}
         """The named bits of registers that have some, by the names of the registers."""
         for space, image in (("coils", self.coils), ("discrete_inputs", self.discrete_inputs)):
             for bit in table.coils if space == "coils" else table.discrete_inputs:
                 for name, address in each_value(bit):
                     self._add(BitValue(name, bit, address, direction_of(space, bit), image))
+                    self._places[name] = f"{_one_of(space)} {address}"
         self._add_registers("holding_registers", table.holding_registers, self.holding_registers, out_of_range)
         self._add_registers("input_registers", table.input_registers, self.input_registers, out_of_range)
         self._begin()
@@ -163,6 +166,7 @@ class ModbusUnit:
             direction = direction_of(space, entry)
             for name, address in each_value(entry):
                 value = RegisterValue(name, entry, address, direction, image, self._table.form_of(entry), out_of_range)
+                self._places[name] = f"{entry.type}, {_one_of(space)} {address}"
                 fields = [FieldValue(value, field, direction_of(space, entry, field)) for field in entry.bits]
                 if fields:
                     self._fields[name] = fields
@@ -241,7 +245,22 @@ class ModbusUnit:
         is_heard = value.entry.wire is not None and value.direction == "from_wire"
         is_fixed = is_heard or stored.entry.source is not None
         about = value.entry.about or ", ".join(f"{number} {name}" for number, name in names.items())
-        return Point(read, None if is_fixed else write, value.unit, about)
+        limited = value.entry if isinstance(value, RegisterValue) else None
+        return Point(
+            read,
+            None if is_fixed else write,
+            value.unit,
+            about,
+            type=self._place_of(value),
+            low=None if limited is None else limited.min,
+            high=None if limited is None else limited.max,
+        )
+
+    def _place_of(self, value: AnyValue) -> str:
+        if not isinstance(value, FieldValue):
+            return self._places[value.name]
+        first, last = value.entry.bit, value.entry.bit + value.entry.width - 1
+        return f"{self._places[value.owner.name]}, bit {first}" + (f" to {last}" if last > first else "")
 
     def _file_point(self, entry: RecordFile) -> Point:
         image = self.files[entry.number]
@@ -265,6 +284,11 @@ def _file(entry: RecordFile) -> RegisterImage:
     image = RegisterImage([Area(0, entry.records, True, entry.access == "rw")])
     image.put(0, b"".join(value.to_bytes(2, "big") for value in entry.initial))
     return image
+
+
+def _one_of(space: str) -> str:
+    """Return `holding register` for the space `holding_registers`."""
+    return space.removesuffix("s").replace("_", " ")
 
 
 def _drives(value: AnyValue) -> bool:

@@ -1,4 +1,4 @@
-"""What tools are told about a point, beside its value."""
+"""What tools may know of the points of a device beside their values, in values that JSON has."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,9 +7,12 @@ from fieldrig.device import Point
 
 
 def facts_of(points: Mapping[str, Point]) -> dict[str, dict[str, Any]]:
-    """Return the facts of each point by its key, in values that JSON has; `states` only of a state with a name."""
-    return {
-        key: {"unit": point.unit, "about": point.about, "writable": point.write is not None}
-        | ({"states": list(point.states)} if point.states else {})
-        for key, point in points.items()
-    }
+    """Return unit, description and access of each point, by key; type, limits and states where a point has them."""
+    return {key: fact_of(point) for key, point in points.items()}
+
+
+def fact_of(point: Point) -> dict[str, Any]:
+    """Return the facts of one point."""
+    facts: dict[str, Any] = {"unit": point.unit, "about": point.about, "writable": point.write is not None}
+    further = {"type": point.type, "low": point.low, "high": point.high, "states": list(point.states)}
+    return facts | {name: value for name, value in further.items() if value not in (None, "", [])}

@@ -135,6 +135,8 @@ def _parameters(card: CardAccess) -> Iterator[tuple[str, Point]]:
                     partial(_set_parameter, card, group, number),
                     unit,
                     parameter.name,
+                    low=parameter.low / SCALE,
+                    high=parameter.high / SCALE,
                 ),
             )
 
