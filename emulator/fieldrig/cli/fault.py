@@ -1,19 +1,15 @@
 """The command `fault`: faults of a bus or a device of a running rig."""
 
-from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, Final
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 import typer
 
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, argument, echo_json, echo_table
 from fieldrig.cli.fault_kinds import show_kinds
-from fieldrig.cli.names import check_name
 from fieldrig.control.fault_questions import STANDING, TIMES, in_words
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
-
-NAMING: Final = ("node", "receivers")
-"""The keys of faults of a CAN bus that name its members."""
 
 
 def fault(
@@ -50,6 +46,7 @@ def fault(
     `fieldrig watch BUS` shows each time that one is applied. Faults added here are lost when the process of the bus or
     device restarts.
     """
+    from fieldrig.control.fault_asking import about_faults, ask
     from fieldrig.control.messages import Client
 
     if kinds:
@@ -62,11 +59,11 @@ def fault(
     given, number = _fault(words or []), _number(where, clear)
     with Client(endpoint) as client:
         if given:
-            answer = _ask(client, where, "add_fault", {"fault": given})
+            answer = ask(client, about_faults(where, "add_fault", {"fault": given}))
         elif clear is not None:
-            answer = _ask(client, where, "clear_fault", {"number": number})
+            answer = ask(client, about_faults(where, "clear_fault", {"number": number}))
         else:
-            answer = _ask(client, where, "faults", None)
+            answer = ask(client, about_faults(where, "faults", None))
     if as_json:
         echo_json(answer)
     elif given:
@@ -100,74 +97,6 @@ def _number(where: str, clear: str | None) -> int | None:
     except ValueError:
         what = f"{clear!r} is no fault: write a number that `fieldrig fault {where}` shows, or all"
         raise typer.BadParameter(what) from None
-
-
-def _ask(client: Any, where: str, verb: str, message: Any) -> Any:
-    """Ask the bus or device, with a helpful message if its process does not answer."""
-    from fieldrig.control.messages import NoAnswerError
-    from fieldrig.errors import ControlError
-    from fieldrig.text.nearest import closest
-
-    rig = client.ask("rig/status")
-    known, devices = rig["buses"], rig["devices"]
-    if where not in known and where not in devices:
-        raise ControlError(f"{rig['rig']} has no bus or device {where!r}", closest(where, [*known, *devices]))
-    if verb == "add_fault" and where in known:
-        _check_members(message["fault"], devices)
-    try:
-        return client.ask(f"{'bus' if where in known else 'device'}/{where}/{verb}", message)
-    except NoAnswerError:
-        if where in devices or any(where in process["buses"] for process in rig["processes"].values()):
-            raise ControlError(
-                f"{where} does not answer: it has not started, or its process died", "look at `fieldrig status`"
-            ) from None
-        ends = client.ask_all(f"end/{where}/*/faults")
-        if ends:
-            return _ask_ends(client, where, ends, verb, message)
-        raise ControlError(
-            f"{where}: {known[where]['kind']} takes no faults, because its medium is outside the rig",
-            "add the fault to a device that takes some: `fieldrig fault DEVICE` shows which",
-        ) from None
-
-
-def _check_members(fault: Mapping[str, str], devices: Iterable[str]) -> None:
-    """Check the members of a bus that a fault names.  Those from outside, such as `socketcand:1`, come and go."""
-    for key in NAMING:
-        for name in fault.get(key, "").strip("[]").split(","):
-            if name.strip() and ":" not in name:
-                check_name(name.strip(" '\""), devices, f"{key}: there is no device")
-
-
-def _ask_ends(client: Any, bus: str, ends: Mapping[str, Any], verb: str, message: Any) -> Any:
-    """Ask every end of a bus without a model; each has the fault under the same number (`control/end_questions.py`)."""
-    from fieldrig.errors import ControlError
-
-    there = _of_all(ends)
-    if verb == "faults":
-        return there
-    if verb == "add_fault":
-        number = 1 + max(client.ask_all(f"end/{bus}/*/given").values())
-        for device in ends:
-            client.ask(f"end/{bus}/{device}/add_fault", {**message, "number": number})
-        return {"number": number}
-    numbers = [int(number) for number in there] if message["number"] is None else [message["number"]]
-    for number in numbers:
-        having = [device for device, faults in ends.items() if str(number) in faults]
-        if not having:
-            raise ControlError(f"{bus}: there is no fault {number}", f"there are: {', '.join(there) or 'none'}")
-        for device in having:
-            client.ask(f"end/{bus}/{device}/clear_fault", {"number": number})
-    return {"cleared": numbers}
-
-
-def _of_all(ends: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the faults of all ends by number, with the sum of `applied`."""
-    there: dict[str, dict[str, Any]] = {}
-    for faults in ends.values():
-        for number, fault in faults.items():
-            applied = there.get(number, {}).get("applied", 0)
-            there[number] = {**fault, "applied": applied + fault["applied"]}
-    return dict(sorted(there.items(), key=lambda item: int(item[0])))
 
 
 def _show(faults: Mapping[str, Mapping[str, Any]]) -> None:
