@@ -11,12 +11,13 @@ from fieldrig_devices.canopen.described import DescribedNode
 from fieldrig_devices.canopen.master_settings import CanMasterSettings
 from fieldrig_devices.canopen.point_slave import PointSlaveSettings
 from fieldrig_devices.hmiscu.channels import Channels
-from fieldrig_devices.hmiscu.faces.modbus import ModbusFaceSettings
+from fieldrig_devices.hmiscu.faces.modbus import BLOCKS, ModbusFaceSettings
 from fieldrig_devices.hmiscu.faces.objects import EDS
 from fieldrig_devices.hmiscu.models import FAST_OUTPUTS, MODELS, Kind, Model, ModelName
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.modbus.client_settings import ModbusClientSettings
 from fieldrig_devices.pulses.output import Mode
+from fieldrig_devices.registers.described import DescribedUnit
 
 ANALOG: Final[frozenset[Kind]] = frozenset({"analog input", "temperature input", "analog output"})
 INPUTS: Final[frozenset[Kind]] = frozenset({"digital input", "analog input", "temperature input"})
@@ -154,6 +155,9 @@ class HmiscuSettings(Channels):
     def canopen_nodes(self) -> Iterator[DescribedNode]:
         if self.can_slave is not None:
             yield self.can_slave.described(EDS)
+
+    def register_tables(self) -> Iterator[DescribedUnit]:
+        yield DescribedUnit(self.modbus.unit_id, self.modbus.table or BLOCKS)
 
     def claims(self, device: str) -> Iterator[Claim]:
         yield Claim("modbus", "unit", self.modbus.unit_id, ("modbus", "unit_id"))

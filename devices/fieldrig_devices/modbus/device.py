@@ -36,6 +36,7 @@ from fieldrig_devices.modbus.front import front_of
 from fieldrig_devices.modbus.port import ModbusPort, TurnaroundSettings, UnitId
 from fieldrig_devices.modbus.tools import lines_for
 from fieldrig_devices.modbus.unit import ModbusUnit
+from fieldrig_devices.registers.described import DescribedUnit
 from fieldrig_devices.registers.table import driven_wires, load_table
 from fieldrig_devices.registers.value import OutOfRange
 from fieldrig_devices.sources.living import LivingValues, seed_from
@@ -104,6 +105,10 @@ class ModbusDeviceSettings(TurnaroundSettings):
             return
         for key, unit in self.units.items():
             yield from _claims(key, unit, ("units", key), ("units", key, "table"))
+
+    def register_tables(self) -> Iterator[DescribedUnit]:
+        for unit_id, unit in self.by_unit().items():
+            yield DescribedUnit(unit_id, unit.table)
 
     def by_unit(self) -> dict[int, UnitSettings]:
         if self.units is None:

@@ -11,6 +11,7 @@ from fieldrig_bus.modbus.identification import Identification
 from fieldrig_devices.canopen.described import DescribedNode
 from fieldrig_devices.canopen.point_slave import PointSlaveSettings
 from fieldrig_devices.modbus.point_server import PointServerSettings
+from fieldrig_devices.registers.described import DescribedUnit
 from fieldrig_devices.smart_io.addresses import MODULES, exists, place_of
 from fieldrig_devices.smart_io.heap import HEAP_BYTES
 from fieldrig_devices.smart_io.terminals import INPUTS
@@ -162,6 +163,10 @@ class SmartIoSettings(Settings):
     def canopen_nodes(self) -> Iterator[DescribedNode]:
         if self.can_slave is not None:
             yield self.can_slave.described(Path(__file__).parent / "faces" / "smart_io.eds")
+
+    def register_tables(self) -> Iterator[DescribedUnit]:
+        if self.modbus.table is not None:
+            yield DescribedUnit(self.modbus.unit_id, self.modbus.table)
 
     def claims(self, device: str) -> Iterator[Claim]:
         if self.ring_address is not None:

@@ -27,6 +27,7 @@ from fieldrig.text.digits import with_fewer_digits
 
 if TYPE_CHECKING:
     from fieldrig.bus import Bus
+    from fieldrig.traces.names import Namer
     from fieldrig.traces.trace import TraceEntry
 
 app = command_group()
@@ -95,15 +96,29 @@ def record(
 
 
 @app.command()
-def show(file: TraceFile, buses: Buses = None, as_json: AsJson = False) -> None:
+def show(
+    file: TraceFile,
+    buses: Buses = None,
+    rig: Annotated[
+        Path | None,
+        typer.Option(
+            "--rig",
+            metavar="RIG",
+            help="The rig file that the messages belong to: nodes, objects and registers are shown by name.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
     """Print a trace, one line for each message.
 
     \b
         fieldrig trace show lab.jsonl
         fieldrig trace show lab.pcapng can0
+        fieldrig trace show lab.jsonl --rig lab.yaml
         candump -L can0 > x.log; fieldrig trace show x.log
     """
-    shower = _Shower()
+    shower = _Shower() if rig is None else _NameShower(rig)
     for entry in _in_order(file, _survey(file, buses), buses):
         if as_json:
             echo_json(
@@ -186,6 +201,31 @@ class _Shower:
             show = self._show[entry.family] = _showing(entry.family)
         try:
             return show(entry.data)
+        except ValueError:
+            return entry.data.hex(" ")
+
+
+class _NameShower(_Shower):
+    """Shows messages by the names that a rig knows; a bus that it does not have is shown as without it."""
+
+    def __init__(self, path: Path) -> None:
+        from fieldrig.config.rig_file import load
+
+        super().__init__()
+        self._config = load(path)
+        self._namers: dict[str, Namer] = {}
+
+    def __call__(self, entry: "TraceEntry") -> str:
+        from fieldrig.traces.names import in_words, namer_of
+
+        known = self._config.buses.get(entry.bus)
+        if known is None or known.bus.family != entry.family:
+            return super().__call__(entry)
+        namer = self._namers.get(entry.bus)
+        if namer is None:
+            namer = self._namers[entry.bus] = namer_of(self._config, entry.bus)
+        try:
+            return in_words(namer(known.bus.decode(entry.data)))
         except ValueError:
             return entry.data.hex(" ")
 

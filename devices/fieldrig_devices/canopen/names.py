@@ -1,0 +1,149 @@
+"""CANopen messages by name: service, node, object and value of each frame, from what EDS files say.
+
+Source: CiA 301 version 4.2, chapters 7.2.2 to 7.2.8 (protocols) and 7.3.5 (predefined connection set), tables 22, 26
+and 39, and CiA 305 (LSS).  COB-IDs and PDO mappings begin as in the node's dictionary, and follow the SDO downloads
+that are seen to succeed; a change over segments, or by the node itself, is not seen.
+"""
+
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
+
+from fieldrig.bus import Bus
+from fieldrig.traces.names import Member, Named, Namer
+from fieldrig_bus.can.codec import show
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.canopen.described import nodes_of
+from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.eds.reader import load
+from fieldrig_devices.canopen.emcy_words import emcy_words
+from fieldrig_devices.canopen.node_settings import CanopenSettings
+from fieldrig_devices.canopen.pdo_names import PdoNames
+from fieldrig_devices.canopen.sdo_names import SdoNames
+
+NMT_COMMANDS: Final = {
+    1: "start",
+    2: "stop",
+    128: "enter pre-operational",
+    129: "reset node",
+    130: "reset communication",
+}
+NMT_STATES: Final = {0: "boot-up", 4: "stopped", 5: "operational", 127: "pre-operational"}
+LSS_MASTER, LSS_SLAVE = 0x7E5, 0x7E4
+LSS_SERVICES: Final = {
+    4: "switch state global", 17: "configure node-ID", 19: "configure bit timing", 21: "activate bit timing",
+    23: "store configuration", 64: "select vendor-ID", 65: "select product code", 66: "select revision number",
+    67: "select serial number", 68: "selected", 76: "identify non-configured", 79: "identify slave",
+    80: "non-configured slave", 81: "fastscan", 90: "inquire vendor-ID", 91: "inquire product code",
+    92: "inquire revision number", 93: "inquire serial number", 94: "inquire node-ID",
+}  # fmt: skip
+NMT, SYNC, TIME, EMCY, ERROR_CONTROL = 0x000, 0x080, 0x100, 0x080, 0x700
+SDO_RESPONSE, SDO_REQUEST = 0x580, 0x600
+NODES: Final = range(1, 128)
+
+
+class KnownNode(NamedTuple):
+    """A node of the bus: its name in the rig, and its dictionary if there is one."""
+
+    name: str
+    dictionary: Dictionary | None
+
+
+class CanopenNames:
+    """Names the messages of one bus."""
+
+    def __init__(self, nodes: dict[int, KnownNode]) -> None:
+        """`nodes` are those that the rig knows, by node-ID; others are named by their number."""
+        self._nodes = nodes
+        dictionaries = {node_id: node.dictionary for node_id, node in nodes.items() if node.dictionary is not None}
+        self._pdos = PdoNames(dictionaries)
+        self._sdo = SdoNames(dictionaries, self._pdos.note)
+
+    def __call__(self, message: Any) -> Named:
+        if not isinstance(message, CanFrame):
+            return Named("", "", show(message))
+        if message.is_extended:
+            return Named("", "", show(message))
+        found = self._pdos.named(message)
+        if found is not None:
+            node_id, kind, text = found
+            return Named(kind, self._name(node_id), text)
+        return self._by_identifier(message)
+
+    def _name(self, node_id: int) -> str:
+        node = self._nodes.get(node_id)
+        return f"node {node_id}" if node is None else node.name
+
+    def _by_identifier(self, frame: CanFrame) -> Named:
+        identifier, data = frame.identifier, frame.data
+        base, node_id = identifier & 0x780, identifier & 0x7F
+        match identifier:
+            case 0x000:
+                return self._nmt(data)
+            case 0x080:
+                return Named("SYNC", "", f"counter {data[0]}" if data else "")
+            case 0x100:
+                return Named("TIME", "", _time(data))
+            case 0x7E5 | 0x7E4:
+                service = LSS_SERVICES.get(data[0], f"service {data[0]}") if data else ""
+                rest = data[1:].hex(" ").upper()
+                return Named(
+                    "LSS request" if identifier == LSS_MASTER else "LSS answer", "", f"{service} {rest}".strip()
+                )
+        if node_id in NODES:
+            match base:
+                case 0x080:
+                    return Named("EMCY", self._name(node_id), emcy_words(data))
+                case 0x700:
+                    return Named(*_error_control(frame, self._name(node_id)))
+                case 0x600 | 0x580 if not frame.is_remote:
+                    kind, text = self._sdo.named(node_id, data, is_request=base == SDO_REQUEST)
+                    return Named(kind, self._name(node_id), text)
+        return Named("", "", show(frame))
+
+    def _nmt(self, data: bytes) -> Named:
+        if len(data) != 2:
+            return Named("NMT", "", f"{data.hex(' ').upper()} (expected two bytes)")
+        command = NMT_COMMANDS.get(data[0], f"command {data[0]}")
+        return Named("NMT", self._name(data[1]) if data[1] else "", f"{command}{'' if data[1] else ' all nodes'}")
+
+
+def _error_control(frame: CanFrame, name: str) -> tuple[str, str, str]:
+    if frame.is_remote:
+        return "guarding request", name, ""
+    if len(frame.data) != 1:
+        return "heartbeat", name, frame.data.hex(" ").upper()
+    state = frame.data[0] & 0x7F
+    kind = "boot-up" if frame.data[0] == 0 else "heartbeat"
+    return kind, name, NMT_STATES.get(state, f"state {state}") if kind == "heartbeat" else ""
+
+
+def _time(data: bytes) -> str:
+    """Return TIME_OF_DAY (7.1.6.5) in words: days since 1 January 1984, and milliseconds after midnight."""
+    if len(data) != 6:
+        return data.hex(" ").upper()
+    milliseconds = int.from_bytes(data[:4], "little") & 0x0FFF_FFFF
+    return f"day {int.from_bytes(data[4:], 'little')}, {milliseconds} ms after midnight"
+
+
+def namer(bus: Bus[Any], members: Sequence[Member]) -> Namer:
+    """Return the namer of a CAN bus with these devices."""
+    nodes: dict[int, KnownNode] = {}
+    for member in members:
+        for claim in member.claims("node-ID"):
+            if isinstance(claim.value, int):
+                nodes.setdefault(claim.value, KnownNode(member.entry.name, _dictionary(member, claim.value)))
+    return CanopenNames(nodes)
+
+
+def _dictionary(member: Member, node_id: int) -> Dictionary | None:
+    """Return the dictionary that the EDS of a node describes, with the values of the rig file; None without an EDS."""
+    settings = member.entry.settings
+    if isinstance(settings, CanopenSettings) and settings.node_id == node_id:
+        return settings.dictionary()
+    for node in nodes_of(settings):
+        if node.node_id == node_id:
+            dictionary = load(node.eds, node_id)
+            for key, value in node.objects.items():
+                dictionary.by_key(key).put(value)
+            return dictionary
+    return None

@@ -1,0 +1,70 @@
+"""The messages of a bus by name, as far as the rig knows it: which node, which service, which object, what value.
+
+A namer belongs to a bus family.  It is found under the entry points "fieldrig.namers" by the name of the family, and
+made from what the devices at the bus say of themselves in the rig file.  It needs no running rig, so a trace of a file
+is named in the same way.  A namer reads the messages of one bus in their order, because an answer is named by its
+request.
+"""
+
+from collections.abc import Callable, Sequence
+from importlib.metadata import entry_points
+from typing import Any, Final, NamedTuple
+
+from fieldrig.bus import Bus
+from fieldrig.config.entries import DeviceEntry
+from fieldrig.config.rig_file import RigConfig
+from fieldrig.settings import Claim
+
+NAMERS: Final = "fieldrig.namers"
+
+
+class Named(NamedTuple):
+    """One message by name."""
+
+    kind: str
+    """The service, such as `SDO read` or `TPDO 1`; empty if it is not known."""
+    node: str
+    """The device that it comes from or goes to, by its name in the rig; empty if there is none, or several."""
+    text: str
+    """What it says, in one line."""
+
+
+def in_words(named: Named) -> str:
+    """Return the whole of it in one line, such as `SDO read belt 6041:00 Statusword`."""
+    return " ".join(part for part in named if part)
+
+
+class Member(NamedTuple):
+    """A device at the bus, with the parameters of its links to it."""
+
+    entry: DeviceEntry
+    links: tuple[str, ...]
+
+    def claims(self, what: str) -> list[Claim]:
+        """Return what the device claims at this bus of one sort, such as `node-ID`."""
+        claims = self.entry.settings.claims(self.entry.name)
+        return [claim for claim in claims if claim.what == what and claim.link in self.links]
+
+
+Namer = Callable[[Any], Named]
+"""Returns the name of a message of the bus; a message that it cannot name has its usual text, without a kind."""
+MakeNamer = Callable[[Bus[Any], Sequence[Member]], Namer]
+
+
+def namer_of(config: RigConfig, bus: str) -> Namer:
+    """Return the namer of a bus of a rig."""
+    entry = config.buses[bus].bus
+    points = entry_points(group=NAMERS, name=entry.family)
+    if not points:
+        return lambda message: Named("", "", entry.show(message))
+    make: MakeNamer = next(iter(points)).load()
+    return make(entry, members_of(config, bus))
+
+
+def members_of(config: RigConfig, bus: str) -> list[Member]:
+    """Return the devices that are linked to a bus."""
+    found = (
+        Member(entry, tuple(link for link, buses in entry.links.items() if bus in buses))
+        for entry in config.devices.values()
+    )
+    return [member for member in found if member.links]

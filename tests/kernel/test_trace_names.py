@@ -1,0 +1,24 @@
+"""`fieldrig trace show --rig`: a trace by the names that a rig file has, without a rig that runs."""
+
+from pathlib import Path
+
+from typer.testing import CliRunner
+
+from fieldrig.cli.app import app
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+LOG = """\
+(1795000000.000000) can0 605#4000620100000000
+(1795000000.001000) can0 585#4F00620103000000
+(1795000000.002000) other 705#05
+"""
+
+
+def test_a_foreign_log_is_shown_by_the_names_of_a_rig(tmp_path: Path) -> None:
+    log = tmp_path / "candump.log"
+    log.write_text(LOG)
+    done = CliRunner().invoke(app, ["trace", "show", str(log), "--rig", str(CONFIGS / "lab.yaml")])
+    asked, answered, other = done.output.splitlines()
+    assert asked.endswith("SDO read io 6200:01 Write outputs byte 1")
+    assert answered.endswith("SDO value io 6200:01 Write outputs byte 1 = 3")
+    assert other.endswith("705 [1] 05")
